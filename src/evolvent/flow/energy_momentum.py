@@ -22,8 +22,9 @@ directions fixed to bodies, if a body turns by the rotation vector 2 tan(angle/2
 So `bodies` hold the mean of both rotation matrices while forces are evaluated, and velocities that are increments over
 h. Springs and distances have the factor 2 abs(dm)/(l0 + l1) more, contacts and cords on drums the directions of
 `kernels.surfaces` and `kernels.cord`, threads the lengths paid out at both ends, rods secants
-of functions of an angle (`kernels.rod`). Forces by users' laws are those of the mean position;
-what they give beside the energy that they store and dissipate, of third order in h, is booked as work of loads.
+of functions of an angle (`kernels.rod`). A force by a user's law is the mean of the law along the increment
+(`kernels.law_means`): its work is the line integral of the law, which of a law of position alone is the change of its
+potential.
 
 Rows of free bodies' rotations are (R0^T R1 p1 - p0)/h - R0^T torque, p = J w with the momenta of their wheels
 (`kernels.attitude`): times the rotation vector this is the change of the kinetic energy, and the angular momentum is
@@ -205,6 +206,7 @@ def residual(model, work):
     F, P, r, ym = model.F, model.P, work.r, work.ym
     move(model, work)
     tm = work.step.t + 0.5 * h
+    model.info.over = h
     for i in range(n_v):
         F[i] = 0.0
         P[i] = model.G[i]
@@ -274,6 +276,7 @@ def residual(model, work):
     powers[DRIVEN] += body_step.add_bodies(model, work)
     if attitude.has_actuators(model):
         attitude.add_wheel_step(h, work.dv, ym, model.info.nq, model, F)
+    model.info.over = 0.0
     for i in range(n_v):
         r[i] = F[i] - P[i]
 
@@ -305,6 +308,7 @@ def tangent(scale, model, work, matrix):
     n_q, n_v, h = model.info.nq, model.info.nv, work.step.h
     c_mass, c_rate = 4.0 / ((1.0 + work.step.chi_v) * h * h), 2.0 / h
     tm = work.step.t + 0.5 * h
+    model.info.over = h
     sparse.clear(matrix)
     if model.elements.size > 0:
         ancf_beams.add_element_tangents(work.ym, c_mass, c_rate, interval_of(work.step), model, matrix)
@@ -340,6 +344,7 @@ def tangent(scale, model, work, matrix):
     if attitude.has_actuators(model):
         attitude.add_wheel_step_tangent(c_mass, n_q, work.R0, work.R1, model, matrix)
         attitude_tangent.add_actuator_tangents(tm, work.ym, c_rate, model, matrix)
+    model.info.over = 0.0
     if model.joints.size > 0:
         _add_end_rows(scale, c_rate, model, work, matrix)
 

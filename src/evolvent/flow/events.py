@@ -36,6 +36,9 @@ def USED_FOR(model):  # noqa: N802
 OVERRUN = 1e-6
 #: An event of a thread or spool is due from this value on: the state is within so much of a segment of it.
 DUE = -1e-10
+#: Share of a segment within which of a stop of the drive no node leaves its spool: a link that stays shorter is stiff
+#: without end, and one that grows from rest turns at any rate.
+STAYS = 1e-6
 #: Rate below which a spool with friction stands, rad/s.
 STANDSTILL = 1e-9
 
@@ -60,7 +63,7 @@ def event_values(t, y, s, model, g):
         g[2 * p + 1] = -1.0
         if s[n + p] != 0:
             continue
-        if rate > 0.0:
+        if rate > 0.0 and not _stands_there(threads, p, s[p], rate, acceleration):
             g[2 * p] = nodes_out - s[p]
             if s[p] == threads[p].n and not threads[p].separates:
                 g[2 * p] -= OVERRUN
@@ -79,6 +82,17 @@ def event_values(t, y, s, model, g):
         coordinate.latch_values(t, y, s, model, 2 * n + model.events.size, g)
     if brakes > 0:
         brake_values(t, y, s, model, g)
+
+
+@inlined
+def _stands_there(threads, p, i, rate, acceleration):
+    """Whether the drive of thread p, of fixed segments, has just started or is about to stop: within `STAYS` of a way.
+
+    Node i, if it is at the end of the spool then, leaves it where the drive has gone on.
+    """
+    if threads[p].kind != thread.INEXTENSIBLE or i == 0 or i >= threads[p].n:
+        return False
+    return rate * rate * threads[p].radius < abs(acceleration) * STAYS * threads[p].segment
 
 
 @inlined

@@ -26,6 +26,7 @@ from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.lookups import spring_law_at
 from evolvent.kernels.drive import drive
 from evolvent.kernels.fields import ORBIT
+from evolvent.kernels.law_means import SPRING, scalar_mean
 from evolvent.kernels.profile import profile
 from evolvent.kernels.rigid import FREE, add_wrench, point_kinematics
 from evolvent.kernels.rotations import cross, turn, turn_back
@@ -134,7 +135,10 @@ def wanted_by_motor(t, angle, rate, model, i):
         u += profile(t, wheels[i].profile, model)
     if wheels[i].law != 0:
         p = model.parameters[wheels[i].first : wheels[i].last]
-        u += spring_law_at(wheels[i].law)(angle, rate, t, p)
+        if model.info.over == 0.0:
+            u += spring_law_at(wheels[i].law)(angle, rate, t, p)
+        else:
+            u = scalar_mean(SPRING, wheels[i].law, angle, rate, t, model.info.over, p, u, wheels[i].torque_limit, model)
     return u
 
 

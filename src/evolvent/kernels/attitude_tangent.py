@@ -7,6 +7,7 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels.attitude import FADE, WHEELS, linear_torque, wanted_by_motor
 from evolvent.kernels.fields import ORBIT
+from evolvent.kernels.law_means import SPRING, scalar_slope
 from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import FREE
 from evolvent.kernels.rotations import cross, turn, turn_back
@@ -164,7 +165,12 @@ def add_actuator_tangents(t, y, c_rate, model, matrix):
         slope = c_rate * (drag_slope(wheels, i, rate) - by_rate)
         if wheels[i].law != 0:
             p = model.parameters[wheels[i].first : wheels[i].last]
-            own = spring_law_slope(wheels[i].law, angle, 1.0, rate, c_rate, t, p, 1.0)
+            if model.info.over == 0.0:
+                own = spring_law_slope(wheels[i].law, angle, 1.0, rate, c_rate, t, p, 1.0)
+            else:
+                own = scalar_slope(
+                    SPRING, wheels[i].law, angle, 1.0, rate, c_rate, t, model.info.over, p, 0.0, math.inf, 1.0, model
+                )
             slope -= by_torque * own
         add_entry(matrix, wheels[i].iv - n_q, wheels[i].iv - n_q, slope)
     for i in range(model.thrusters.size):

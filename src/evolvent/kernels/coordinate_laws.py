@@ -10,9 +10,9 @@ from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.compiled.lookups import motor_law_at
-from evolvent.kernels.drive import drive
 from evolvent.kernels.drivetrain import end_drivetrains, write_drivetrain_rates
 from evolvent.kernels.joint_friction import taken_by_friction
+from evolvent.kernels.law_means import FOLLOWS, MOTOR, following_torque, scalar_mean, scalar_slope
 from evolvent.kernels.law_slopes import motor_law_slope
 from evolvent.kernels.profile import profile
 from evolvent.kernels.resistance import end_resistances
@@ -40,28 +40,6 @@ def count_slipping(model):
 # ------------------------------------------------------------------------------------------------ motors
 
 
-@inlined
-def _following_torque(t, x, v, motors, k, model):
-    """Torque of a motor that follows a drive's motion, and its derivatives by x and v.
-
-    Notes
-    -----
-    PD: kp (r - x) + kd (r' - v) = kd (command - v), command = r' + kp/kd (r - x), within the limit of the rate.
-    """
-    p = model.parameters[motors[k].first : motors[k].last]
-    r, rate, _ = drive(motors[k].drive, p, motors[k].law, t)
-    motors[k].reference = r
-    gain, damping = motors[k].position_gain, motors[k].velocity_gain
-    torque, slope, damper = gain * (r - x) + damping * (rate - v), -gain, -damping
-    if damping > 0.0:
-        command, most = rate + gain / damping * (r - x), motors[k].rate_limit
-        if abs(command) > most:
-            torque, slope = damping * (math.copysign(most, command) - v), 0.0
-    if abs(torque) > motors[k].limit:
-        return math.copysign(motors[k].limit, torque), 0.0, 0.0
-    return torque, slope, damper
-
-
 @indirect(void(REAL, REAL, INTEGERS, MODEL), used_for="motors")
 def add_motors(t, share, s, model):
     """Add the torques of all motors to their coordinates; one that is switched off has none.
@@ -71,22 +49,26 @@ def add_motors(t, share, s, model):
     share : 1 at the coordinates of the last evaluation, 0.5 half way from the step's start to them
     s : (ns,) int, switches
     """
-    coordinates, motors = model.coordinates, model.motors
+    coordinates, motors, over = model.coordinates, model.motors, model.info.over
     for k in range(motors.size):
-        h = motors[k].coordinate
+        h, p = motors[k].coordinate, model.parameters[motors[k].first : motors[k].last]
         x, v = (
             coordinates[h].angle + (1.0 - share) * (coordinates[h].before - coordinates[h].angle),
             coordinates[h].rate,
         )
         motors[k].on = 1.0
-        if motors[k].kind == BY_MOTION:
-            torque = _following_torque(t, x, v, motors, k, model)[0]
+        if motors[k].kind == BY_MOTION and over == 0.0:
+            torque = following_torque(t, x, v, motors, k, model)[0]
+        elif motors[k].kind == BY_MOTION:
+            torque = scalar_mean(FOLLOWS, k, x, v, t, over, p, 0.0, motors[k].limit, model)
         if t >= motors[k].until or (motors[k].switch >= 0 and s[motors[k].switch] != 0):
             torque = motors[k].on = 0.0
         elif motors[k].kind == BY_PROFILE:
             torque = profile(t, motors[k].first, model)
+        elif motors[k].kind == BY_LAW and over == 0.0:
+            torque = motor_law_at(motors[k].law)(t, x, v, p)
         elif motors[k].kind == BY_LAW:
-            torque = motor_law_at(motors[k].law)(t, x, v, model.parameters[motors[k].first : motors[k].last])
+            torque = scalar_mean(MOTOR, motors[k].law, x, v, t, over, p, 0.0, motors[k].limit, model)
         elif motors[k].kind == BY_VOLTAGE:
             constant = motors[k].constant
             torque = constant * (profile(t, motors[k].first, model) - constant * v) / motors[k].resistance
@@ -113,7 +95,7 @@ def motor_power(model):
 @indirect(void(MODEL), used_for="motors")
 def measure_motor_slopes(model):
     """Derivatives of the motors' torques at the last evaluation, into the records of their coordinates."""
-    coordinates, motors = model.coordinates, model.motors
+    coordinates, motors, over = model.coordinates, model.motors, model.info.over
     for h in range(coordinates.size):
         coordinates[h].motor_slope = coordinates[h].motor_damper = 0.0
     for k in range(motors.size):
@@ -121,10 +103,14 @@ def measure_motor_slopes(model):
         slope = damper = motors[k].slope = motors[k].damper = 0.0
         if motors[k].on == 0.0:
             continue
-        if motors[k].kind == BY_MOTION:
-            _, slope, damper = _following_torque(t, x, v, motors, k, model)
+        p = model.parameters[motors[k].first : motors[k].last]
+        if over != 0.0 and motors[k].kind in (BY_MOTION, BY_LAW):
+            kind, law = (FOLLOWS, k) if motors[k].kind == BY_MOTION else (MOTOR, motors[k].law)
+            slope = scalar_slope(kind, law, x, 1.0, v, 0.0, t, over, p, 0.0, motors[k].limit, 1.0, model)
+            damper = scalar_slope(kind, law, x, 0.0, v, 1.0, t, over, p, 0.0, motors[k].limit, 1.0, model)
+        elif motors[k].kind == BY_MOTION:
+            _, slope, damper = following_torque(t, x, v, motors, k, model)
         elif motors[k].kind == BY_LAW and abs(motors[k].torque) < motors[k].limit:
-            p = model.parameters[motors[k].first : motors[k].last]
             slope = motor_law_slope(motors[k].law, x, 1.0, v, 0.0, t, p)
             damper = motor_law_slope(motors[k].law, x, 0.0, v, 1.0, t, p)
         elif motors[k].kind == BY_VOLTAGE and abs(motors[k].torque) < motors[k].limit:

@@ -9,9 +9,8 @@ Coriolis force does no work.
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.compiled.lookups import force_law_at
 from evolvent.kernels.ancf_beams import NODE_VECTORS
-from evolvent.kernels.law_slopes import add_force_law_gradient
+from evolvent.kernels.law_means import add_force_gradient, force_of
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import ON_BODY, add_turning, side_columns
@@ -37,7 +36,7 @@ def acceleration(t, model, x, v):
         scale = fields[k].scale
         if fields[k].kind == LAW:
             p = model.parameters[fields[k].first : fields[k].last]
-            bx, by, bz = force_law_at(fields[k].law)(x, v, t, p)
+            bx, by, bz = force_of(fields[k].law, x, v, t, p, model)
         else:
             K, w = fields[k].K, fields[k].w
             cx, cy, cz = cross(w[0], w[1], w[2], v[0], v[1], v[2])
@@ -61,7 +60,7 @@ def gradient(t, model, x, v, c_x, c_v, A, row):
         scale = fields[k].scale
         if fields[k].kind == LAW:
             p = model.parameters[fields[k].first : fields[k].last]
-            add_force_law_gradient(fields[k].law, p, t, x, v, c_x, c_v, scale, A, row)
+            add_force_gradient(fields[k].law, p, t, x, v, c_x, c_v, scale, A, row, model)
             continue
         K, w = fields[k].K, fields[k].w
         for j in range(3):

@@ -6,6 +6,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.lookups import force_law_at
+from evolvent.kernels.law_means import add_mean_gradient, force_of, mean_force, turned_share
 from evolvent.kernels.law_slopes import force_law_gradient, torque_law_turns
 from evolvent.kernels.profile import factor_at, profile, window
 from evolvent.kernels.rigid import DRIVEN, FREE
@@ -26,6 +27,8 @@ NODE, UNIFORM, RADIATION, LAW, AT_MARKER, TORQUE, PANEL = -1, 0, 1, 2, 3, 4, 5
 #: along the light, and its normal (body axes), specular and diffuse reflectivity follow. Of light on a thread: pressure
 #: times width along the light, specular and diffuse reflectivity.
 FRAME, START, END, RAMP, PROFILE = 3, 4, 5, 6, 7
+#: `attitude` of a torque that depends on the rotation of its body: over an interval its work is that of the angle.
+FOLLOWS = 2
 
 
 @inlined
@@ -73,13 +76,13 @@ def thread_load(t, loads, model, bodies, k, body, chord, x, v, e):
         fx, fy, fz = value * p[0], value * p[1], value * p[2]
         if loads[k].law != 0 and value != 0.0:
             q = model.parameters[loads[k].law_first : loads[k].law_last]
-            gx, gy, gz = force_law_at(loads[k].law)(x, v, t, q)
+            gx, gy, gz = force_of(loads[k].law, x, v, t, q, model)
             fx, fy, fz = fx * gx, fy * gy, fz * gz
         if p[FRAME] != 0.0:
             return turn(bodies[body].R, fx, fy, fz)
         return fx, fy, fz
     if loads[k].kind == LAW:
-        fx, fy, fz = force_law_at(loads[k].law)(x, v, t, p)
+        fx, fy, fz = force_of(loads[k].law, x, v, t, p, model)
         return loads[k].scale * fx, loads[k].scale * fy, loads[k].scale * fz
     if loads[k].kind == UNIFORM:
         if p[3] != 0.0:
@@ -106,10 +109,11 @@ def _note_state(y, k, model):
     """What the law of load k is called with: position and velocity of its marker, of a torque angular velocity.
 
     With `attitude` the position is a pose: the rotation matrix of the body, whose columns are its axes, follows it, row
-    after row.
+    after row. Returns the velocity of the marker as well.
     """
-    m, x, v = model.loads[k].target, model.scratch[1], model.scratch[2]
-    px, py, pz, v[0], v[1], v[2] = marker_kinematics(y, model.markers, model.points, model.bodies, m)
+    m, x, v, rate = model.loads[k].target, model.scratch[1], model.scratch[2], model.scratch[0]
+    px, py, pz, rate[0], rate[1], rate[2] = marker_kinematics(y, model.markers, model.points, model.bodies, m)
+    v[0], v[1], v[2] = rate[0], rate[1], rate[2]
     if model.loads[k].kind == TORQUE:
         w = model.bodies[model.markers[m].index].w
         v[0], v[1], v[2] = w[0], w[1], w[2]
@@ -119,7 +123,7 @@ def _note_state(y, k, model):
             for c in range(3):
                 x[3 + 3 * r + c] = R[r, c]
     x[0], x[1], x[2] = px, py, pz
-    return x, v
+    return x, v, rate
 
 
 @inlined
@@ -171,9 +175,14 @@ def _load_at_marker(t, y, k, value, model):
     i = model.markers[loads[k].target].index
     fx, fy, fz = value * p[0], value * p[1], value * p[2]
     if loads[k].law != 0:
-        x, v = _note_state(y, k, model)
+        x, v, rate = _note_state(y, k, model)
         q = model.parameters[loads[k].law_first : loads[k].law_last]
-        gx, gy, gz = force_law_at(loads[k].law)(x, v, t, q)
+        if model.info.over == 0.0:
+            gx, gy, gz = force_law_at(loads[k].law)(x, v, t, q)
+        else:
+            share = turned_share(model.info.over, v) if loads[k].attitude == FOLLOWS else 1.0
+            gx, gy, gz = mean_force(loads[k].law, x, rate, v, t, q, model)
+            gx, gy, gz = share * gx, share * gy, share * gz
         fx, fy, fz = fx * gx, fy * gy, fz * gz
     if p[FRAME] != 0.0:
         fx, fy, fz = turn(bodies[i].R, fx, fy, fz)
@@ -248,12 +257,18 @@ def _law_slopes(t, y, k, value, c_rate, model, G):
     loads = model.loads
     p = model.parameters[loads[k].first : loads[k].last]
     q = model.parameters[loads[k].law_first : loads[k].law_last]
-    x, v = _note_state(y, k, model)
-    force_law_gradient(loads[k].law, q, t, x, v, 1.0, 0.0, G, 0)
-    moves = c_rate != 0.0 or v[0] != 0.0 or v[1] != 0.0 or v[2] != 0.0
-    force_law_gradient(loads[k].law, q, t, x, v, 0.0, 1.0 if moves else 0.0, G, 3)
-    if loads[k].attitude != 0:
-        torque_law_turns(loads[k].law, q, t, x, v, G, 6)
+    x, v, rate = _note_state(y, k, model)
+    if model.info.over != 0.0:
+        for c in range(9):
+            G[c, 0] = G[c, 1] = G[c, 2] = 0.0
+        add_mean_gradient(loads[k].law, q, t, x, rate, v, 1.0, 0.0, 1.0, G, 0, model)
+        add_mean_gradient(loads[k].law, q, t, x, rate, v, 0.0, 1.0, 1.0, G, 3, model)
+    else:
+        force_law_gradient(loads[k].law, q, t, x, v, 1.0, 0.0, G, 0)
+        moves = c_rate != 0.0 or v[0] != 0.0 or v[1] != 0.0 or v[2] != 0.0
+        force_law_gradient(loads[k].law, q, t, x, v, 0.0, 1.0 if moves else 0.0, G, 3)
+        if loads[k].attitude != 0:
+            torque_law_turns(loads[k].law, q, t, x, v, G, 6)
     for c in range(3):
         for d in range(3):
             G[c, d] *= value * p[c]

@@ -10,7 +10,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS
-from evolvent.kernels.law_slopes import force_law_gradient
+from evolvent.kernels.law_means import force_gradient, moment_gradient
 from evolvent.kernels.node_loads import (
     GAUSS,
     LINE,
@@ -72,8 +72,9 @@ def add_following_tangent(t, y, k, c_rate, model, matrix):
     M = node_vector(t, y, k, model)
     if row.law != 0:
         p = model.parameters[row.first : row.last]
-        force_law_gradient(row.law, p, t, model.scratch[1], model.scratch[2], 1.0, 0.0, A, 0)
-        force_law_gradient(row.law, p, t, model.scratch[1], model.scratch[2], 0.0, 1.0, A, 3)
+        rate = y[row.iv : row.iv + 3]
+        moment_gradient(row.law, p, t, model.scratch[1], rate, model.scratch[2], 1.0, 0.0, A, 0, model)
+        moment_gradient(row.law, p, t, model.scratch[1], rate, model.scratch[2], 0.0, 1.0, A, 3, model)
     for j in range(half):
         d = (1.0 * (j % 3 == 0), 1.0 * (j % 3 == 1), 1.0 * (j % 3 == 2))
         for i in range(half):
@@ -208,7 +209,7 @@ def _add_line_tangent(t, y, k, c_rate, model, matrix):
                 K[i, j] = 0.0
         for xi, weight in GAUSS:
             S = line_point(y, element, xi, model)
-            force_law_gradient(row.law, p, t, model.scratch[1], model.scratch[2], 1.0, c_rate, A, 0)
+            force_gradient(row.law, p, t, model.scratch[1], model.scratch[2], 1.0, c_rate, A, 0, model)
             for i in range(4):
                 for j in range(4):
                     s = row.now * weight * length * S[i] * S[j]

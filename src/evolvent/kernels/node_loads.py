@@ -11,8 +11,8 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.compiled.lookups import force_law_at
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS
+from evolvent.kernels.law_means import force_of, moment_of
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL, having, nonzero
 
@@ -92,12 +92,14 @@ def node_vector(t, y, k, model):
     row, iq, iv = model.beam_loads[k], model.beam_loads[k].iq, model.beam_loads[k].iv
     fx, fy, fz = row.axis[0], row.axis[1], row.axis[2]
     if row.law != 0:
-        x, v = model.scratch[1], model.scratch[2]
+        x, v, p = model.scratch[1], model.scratch[2], model.parameters[row.first : row.last]
         for c in range(3):
             x[c], v[c] = y[iq + c], y[iv + c]
-        if row.kind == MOMENT:
+        if row.kind != MOMENT:
+            fx, fy, fz = force_of(row.law, x, v, t, p, model)
+        else:
             v[0], v[1], v[2] = section_turn(y, iq, iv, model.beams[row.beam].kind != BEAM)
-        fx, fy, fz = force_law_at(row.law)(x, v, t, model.parameters[row.first : row.last])
+            fx, fy, fz = moment_of(row.law, x, y[iv : iv + 3], v, t, p, model)
     if row.frame != 0:
         e = section_axes(y, iq)
         return (
@@ -166,7 +168,7 @@ def add_following_load(t, y, k, value, model, P):
         at, length = model.elements[element].iv - n_q, model.elements[element].length
         for xi, weight in GAUSS:
             S = line_point(y, element, xi, model)
-            g = force_law_at(row.law)(model.scratch[1], model.scratch[2], t, p)
+            g = force_of(row.law, model.scratch[1], model.scratch[2], t, p, model)
             for c in range(3):
                 s = value * weight * length * g[c]
                 P[at + c] += s * S[0]

@@ -13,6 +13,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined
 from evolvent.compiled.lookups import spring_law_at
+from evolvent.kernels.law_means import SPRING, scalar_mean, scalar_slope
 from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import DRIVEN, add_wrench, point_kinematics
 from evolvent.kernels.rotations import turn_back
@@ -106,6 +107,22 @@ def spring_energy(stiffness, extension):
 
 
 @inlined
+def taut_over(start, end):
+    """Mean over an interval of an extension, where it is above zero, and the part of the interval where it is.
+
+    Notes
+    -----
+    From start to end: with u = max(e, 0), (u1^2 - u0^2)/(2 (e1 - e0)), so that the work is the change of k u^2/2.
+    """
+    low, high = max(start, 0.0), max(end, 0.0)
+    if (start > 0.0) == (end > 0.0) or start == end:
+        share = 1.0 if start > 0.0 else 0.0
+    else:
+        share = (high - low) / (end - start)
+    return 0.5 * share * (low + high), share
+
+
+@inlined
 def lateral_energy(u, stiffness, ex, ey, ez):
     """k_l s^2 / 2, J."""
     along = ex * u[0] + ey * u[1] + ez * u[2]
@@ -143,11 +160,18 @@ def evaluate_spring(t, y, h, k, model):
     elastic = damping = given = 0.0
     if length == 0.0:  # without a line there is no force
         pass
-    elif springs[k].law == 0:
+    elif springs[k].law == 0 and springs[k].slack == 0:
         elastic, damping = springs[k].stiffness * extension, springs[k].damping * rate
+    elif springs[k].law == 0:
+        mean, share = taut_over(extension - 0.5 * h * rate, extension + 0.5 * h * rate)
+        elastic = springs[k].stiffness * mean
+        damping = max(share * springs[k].damping * rate, -elastic)
     else:
         p = model.parameters[springs[k].first : springs[k].last]
-        elastic = spring_law_at(springs[k].law)(extension, rate, t, p)
+        if h == 0.0:
+            elastic = spring_law_at(springs[k].law)(extension, rate, t, p)
+        else:
+            elastic = scalar_mean(SPRING, springs[k].law, extension, rate, t, h, p, 0.0, math.inf, model)
         given = -elastic * rate
     T = elastic + damping
     springs[k].extension, springs[k].rate, springs[k].tension = extension, rate, T
@@ -222,6 +246,8 @@ def evaluate_springs(t, y, model):
         springs[k].lost = lost + rubbed
         if springs[k].law == 0:
             extension, kl = springs[k].extension, springs[k].lateral_stiffness
+            if springs[k].slack != 0:
+                extension = max(extension, 0.0)
             springs[k].stored = spring_energy(springs[k].stiffness, extension)
             springs[k].stored += lateral_energy(springs[k].axis, kl, b[0] - a[0], b[1] - a[1], b[2] - a[2])
         energy += springs[k].stored
@@ -247,7 +273,7 @@ def spring_tangents(t, y, h, c_rate, model, matrix):
             continue
         m = n if h == 0.0 else (springs[k].end[0], springs[k].end[1], springs[k].end[2])
         across = tension / length if length > 0.0 else springs[k].stiffness  # the same along any line
-        p = spring_slope(t, springs[k].extension, springs[k].rate, c_rate, k, model) - across
+        p = _slope_over(t, h, c_rate, k, model) - across
         sideways, u = springs[k].lateral_stiffness + c_rate * springs[k].lateral_damping, springs[k].axis
         for i in range(3):
             for j in range(3):
@@ -298,10 +324,30 @@ def rate_slope(t, h, k, model):
     springs = model.springs
     if h != 0.0:
         return 0.0
+    if springs[k].slack != 0 and springs[k].tension <= 0.0:
+        return 0.0
     if springs[k].law == 0:
         return springs[k].damping
     p, length = model.parameters[springs[k].first : springs[k].last], springs[k].extension + springs[k].length
     return spring_law_slope(springs[k].law, springs[k].extension, 0.0, springs[k].rate, 1.0, t, p, max(length, 1e-3))
+
+
+@inlined
+def _slope_over(t, h, c_rate, k, model):
+    """`spring_slope` at the last evaluation; over a step twice what the tension changes with its end."""
+    springs = model.springs
+    x, v = springs[k].extension, springs[k].rate
+    if springs[k].slack != 0:
+        if springs[k].tension <= 0.0:
+            return 0.0
+        start, end = x - 0.5 * h * v, x + 0.5 * h * v
+        mean, taut = taut_over(start, end)[0], 1.0 if end > 0.0 else 0.0
+        by_end = 2.0 * (taut * end - mean) / (end - start) if (start > 0.0) != (end > 0.0) else taut
+        return springs[k].stiffness * by_end + c_rate * springs[k].damping * taut
+    if h == 0.0 or springs[k].law == 0:
+        return spring_slope(t, x, v, c_rate, k, model)
+    p, size = model.parameters[springs[k].first : springs[k].last], max(x + springs[k].length, 1e-3)
+    return scalar_slope(SPRING, springs[k].law, x, 1.0, v, c_rate, t, h, p, 0.0, math.inf, size, model)
 
 
 @entry(REAL, REAL, REAL, REAL, types.int64, MODEL)

@@ -34,16 +34,17 @@ _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
 #: The scratch fields hold the last call's values in inertial axes, by the kernels' letters.
 RECORDS: dict[str, np.dtype] = {
     # sizes of the parts of the state, number of events, bandwidth of the rows, number of joints by penalties and of
-    # spools that friction can hold; step: a bound for fixed steps, s; redundant: 1 where joints have a `slack`;
-    # exact: 1 where the residual leaves that out (`solvers.least_norm`); rubbed: index of the account of what friction
-    # of contacts takes under explicit methods, which the bristles follow; -1 where nothing has friction; stepping:
-    # 1 while an explicit method steps, whose frictions go on from the start of the step; outside: 1 where something at
-    # all times ties the system to bodies that are not free, open: where forces act from outside (`assembly.ends`). So
-    # has a record of joints, contact_surfaces and body_contacts that does so when it acts
+    # spools that friction can hold; step: a bound for fixed steps, s; redundant: 1 where joints have a `slack`; exact:
+    # 1 where the residual leaves that out (`solvers.least_norm`); checks, over: see `kernels.law_means`; rubbed: index
+    # of the account of what friction of contacts takes under explicit methods, which the bristles follow; -1 where
+    # nothing has friction; stepping: 1 while an explicit method steps, whose frictions go on from the start of the
+    # step; outside: 1 where something at all times ties the system to bodies that are not free, open: where forces act
+    # from outside (`assembly.ends`). So has a record of joints, contact_surfaces and body_contacts that does so when it
+    # acts
     "info": _record(
-        "nq nv ny ns ne bandwidth penalties brakes redundant exact rubbed stepping outside open",
+        "nq nv ny ns ne bandwidth penalties brakes redundant exact rubbed stepping outside open checks",
         "gravity",
-        "step compliance",
+        "step compliance over",
         gravity=_3,
     ),
     # coordinates by kind (`kernels.blocks`), in the order of their owners; count: number of velocities; family, owner:
@@ -63,9 +64,10 @@ RECORDS: dict[str, np.dtype] = {
     # without mass: a node of a beam, whose coordinates it has
     "points": _record("iq iv", "mass compliance", "f linear kinetic", f=_3, linear=_3),
     "markers": _record("kind index", "local", local=_3),
-    # of a step: lengths at both ends, and direction at its end; the others are in `RESULTS`, and lost: W, dissipated
+    # slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; the others are in
+    # `RESULTS`, and lost: W, dissipated
     "springs": _record(
-        "a b law first last",
+        "a b law first last slack",
         "stiffness damping length lateral_stiffness lateral_damping axis",
         "length0 length1 end distance extension rate tension lateral stored lost",
         axis=_3, end=_3, lateral=_3,
@@ -99,9 +101,9 @@ RECORDS: dict[str, np.dtype] = {
         x=_3, v=_3, af=_3, end=_3,
     ),
     # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
-    # law of a force or torque; node: of a thread; attitude: 1 of a torque whose law is called with it; scale: statics'
-    # load factor of a law on a thread; rod: 1 + rod whose length that is out it follows, or 0; vector, middle, power,
-    # work: see `RESULTS`; rate, along: `kernels.work`
+    # law of a force or torque; node: of a thread; attitude: 1 of a torque whose law is called with it, 2 of one that
+    # follows it; scale: statics' load factor of a law on a thread; rod: 1 + rod whose length that is out it follows, or
+    # 0; vector, middle, power, work: see `RESULTS`; rate, along: `kernels.work`
     "loads": _record(
         "kind target law first last law_first law_last node attitude rod", "scale",
         "vector middle power work rate along",

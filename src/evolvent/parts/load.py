@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
+from evolvent.assembly import expressions
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import split_reference
 from evolvent.base import units
@@ -435,6 +436,10 @@ def _write_load(builder: Builder, name: str, kind: int, target: int, load: Force
         of = "torque" if kind == kernels.TORQUE else "force"
         found = write_law(builder, name, load.law, of, load.parameters, load.constants)
         fields |= {"law": found["law"], "law_first": found["first"], "law_last": found["last"]}
-        turns = not callable(load.law) or load.law.law_kind == "torque"
-        fields["attitude"] = int(kind == kernels.TORQUE and turns)
+        if kind == kernels.TORQUE and callable(load.law):
+            fields["attitude"] = kernels.FOLLOWS * int(load.law.law_kind == "torque")
+        elif kind == kernels.TORQUE:
+            used = {name for text in load.law for name in expressions.names(text)}
+            follows = any(name[0] == "r" and name[1:].isdigit() for name in used)
+            fields["attitude"] = kernels.FOLLOWS if follows else 1
     _add(builder, name, kind, target, **_parameters(builder, values), **fields)

@@ -11,7 +11,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import norm
 from evolvent.kernels import springs
-from evolvent.parts.applies import OF_LAW, Applies, given
+from evolvent.parts.applies import OF_LAW, Applies, given, left_out
 from evolvent.parts.base import Part, PointReference, unit
 from evolvent.parts.law import Constants, Parameters, SpringLaw, refuse_without_law, write_law
 
@@ -30,6 +30,9 @@ class Spring(Part):
         Along the line.
     length : float, m, optional
         Natural length; the distance at the start if left out.
+    slack : bool
+        Whether the spring only pulls, as a lanyard or a bungee: it has no force while it is shorter than its natural
+        length, nor while its damper would push.
     law : optional
         Tension (N) in place of stiffness and damping: an expression of the extension x (m), its rate v (m/s) and t (s),
         or a function under ``@evolvent.spring_law``: ``law(extension, rate, t, parameters) -> tension``.
@@ -43,13 +46,18 @@ class Spring(Part):
         Of that mount, inertial axes; from `a` to `b` at the start if left out.
     """
 
-    applies: ClassVar[Applies] = {**OF_LAW, "axis": (given("lateral_stiffness", "lateral_damping"),)}
+    applies: ClassVar[Applies] = {
+        **OF_LAW,
+        "slack": (left_out("law", "lateral_stiffness", "lateral_damping"),),
+        "axis": (given("lateral_stiffness", "lateral_damping"),),
+    }
     kind: Literal["spring"] = "spring"
     a: PointReference
     b: PointReference
     stiffness: units.StiffnessOrZero = 0.0
     damping: units.DampingOrZero = 0.0
     length: units.LengthOrZero | None = None
+    slack: bool = False
     law: SpringLaw | None = None
     parameters: Parameters = ()
     constants: Constants | None = None
@@ -76,16 +84,32 @@ class Spring(Part):
             refuse_without_law(name, self)
         else:
             law = write_law(builder, name, self.law, "spring", self.parameters, self.constants)
+        length = norm(apart) if self.length is None else self.length
+        if self.slack:
+            self._check_slack(name, length)
         index = builder.add(
             "springs",
             a=a,
             b=b,
             stiffness=self.stiffness,
             damping=self.damping,
-            length=norm(apart) if self.length is None else self.length,
+            length=length,
+            slack=int(self.slack),
             lateral_stiffness=self.lateral_stiffness,
             lateral_damping=self.lateral_damping,
             axis=axis,
             **law,
         )
         builder.names[name] = ("springs", index)
+
+    def _check_slack(self, name: str, length: float) -> None:
+        """Refuse what cannot go slack."""
+        if self.law is not None:
+            raise InputError(f"{name}.slack is true beside {name}.law; a law says itself where the tension is zero")
+        for key in ("lateral_stiffness", "lateral_damping"):
+            if getattr(self, key) > 0.0:
+                raise InputError(f"{name}.slack is true beside {name}.{key}; what only pulls has no lateral force")
+        if self.stiffness == 0.0:
+            raise InputError(f"{name}.slack is true; it needs {name}.stiffness above 0")
+        if length == 0.0:
+            raise InputError(f"{name}.slack is true, but {name}.length is 0, below which no spring is; leave one out")

@@ -164,6 +164,7 @@ class Closure(NamedTuple):
     unresolved : float, J, energies that the steps of an implicit method are not meant to resolve; 0 of explicit ones
     damps : bool, whether the method has numerical damping, which may take energy, and give back some of it
     net : float, J, largest rise of the defect above its start
+    floor : float, J, round-off of the energies and works that the run handles, though it may hardly move any
     """
 
     moved: float
@@ -173,6 +174,7 @@ class Closure(NamedTuple):
     unresolved: float
     damps: bool
     net: float = 0.0
+    floor: float = 0.0
 
     @property
     def defect(self) -> float:
@@ -182,7 +184,7 @@ class Closure(NamedTuple):
     @property
     def round_off(self) -> float:
         """Defect that is round-off, J."""
-        return ROUND_OFF * self.largest + RESOLVED * self.unresolved + LEAST_ENERGY
+        return ROUND_OFF * self.largest + RESOLVED * self.unresolved + self.floor + LEAST_ENERGY
 
     @property
     def share(self) -> float:
@@ -240,13 +242,15 @@ class Watch:
         return self.largest
 
 
-def closure(balance: Any, *, moved: float = 0.0, unresolved: float = 0.0, damps: bool = True) -> Closure:
+def closure(
+    balance: Any, *, moved: float = 0.0, unresolved: float = 0.0, damps: bool = True, floor: float = 0.0
+) -> Closure:
     """How well the balances at the samples of a run, (nt,) records, close.
 
     Parameters
     ----------
     moved : float, J, energy that was moved as a loop saw it, between samples too
-    unresolved, damps : as of `Closure`
+    unresolved, damps, floor : as of `Closure`
     """
     balance = columns(balance)
     found = defect(balance, 0.0)
@@ -257,4 +261,4 @@ def closure(balance: Any, *, moved: float = 0.0, unresolved: float = 0.0, damps:
     most = max(float(np.nanmax(np.abs(values), initial=0.0)) for values in (balance.kinetic, potential(balance)))
     whole = max(moved, float(moved_over(balance).max(initial=0.0)))
     net = float(np.nanmax(found - found[:1], initial=0.0))
-    return Closure(whole, rise, fall, most, unresolved, damps, net)
+    return Closure(whole, rise, fall, most, unresolved, damps, net, floor)

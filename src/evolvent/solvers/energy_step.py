@@ -7,17 +7,21 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
+from evolvent.flow import powers as eq
 from evolvent.flow.energy_momentum import measure, residual, tangent
 from evolvent.kernels import ancf, bearing, coordinate, joint, reduced, rigid, rod_strains, tape
 from evolvent.kernels.blocks import largest_turn
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
+from evolvent.solvers.balance import moved_of
 from evolvent.solvers.implicit_state import WORKSPACE, factor
 from evolvent.solvers.step_error import beside_tolerance
 
 _I = types.int64
 #: Part of the tolerance that an extrapolation of the filter by less than h/h_p may be off by.
 FILTER_SHARE = 0.1
+#: Part of the energy moved that the work of laws in a step may be off their line integrals.
+LAW_SHARE = 1e-6
 
 
 @indirect(void(MODEL, WORKSPACE))
@@ -141,6 +145,31 @@ def search(before, model, work):
         else:
             high, f_high = s, f
     return at
+
+
+@inlined
+def _given(work, P):
+    """Energy that a step is given by loads and drives, less what springs take, J."""
+    powers, found = work.step.powers, 0.0
+    found += powers[eq.MARKER_LOADS] + powers[eq.DRIVEN] + powers[eq.SPOOLS] - powers[eq.SPRINGS]
+    found *= work.step.step.h
+    for i in range(work.step.dq.size):
+        found += P[i] * work.step.dq[i]
+    return found
+
+
+@indirect(REAL(MODEL, WORKSPACE))
+def law_error(model, work):
+    """Above 1 where the forces of laws over a step do not do the work that is their line integral, else 0.
+
+    The integrals by another rule (`kernels.law_means`) are those that the step leaves: what the balance takes.
+    """
+    given = _given(work, model.P)
+    model.info.checks = 1
+    residual(model, work.step)
+    model.info.checks = 0
+    found = _given(work, model.P)
+    return 2.0 if abs(found - given) > LAW_SHARE * max(moved_of(work.loop), abs(given), abs(found)) else 0.0
 
 
 @indirect(void(MODEL, WORKSPACE))

@@ -16,7 +16,7 @@ from evolvent.compiled.pointer import zeros_record
 from evolvent.kernels import contact
 from evolvent.solvers import balance as eb, event_search, explicit, explicit_events as ex, run
 from evolvent.solvers.explicit_methods import METHODS, Method
-from evolvent.solvers.implicit_setup import strain_round_off
+from evolvent.solvers.implicit_setup import round_off_energy, strain_round_off
 from evolvent.solvers.laws import broken_law
 from evolvent.solvers.messages import explicit_reason, explicit_stalled, unbalanced
 from evolvent.solvers.observations import sums_of
@@ -62,6 +62,7 @@ class Run(run.Run):
         contact.clear_history(self.model)
         self.work = _workspace(self.assembly, of.times, self.tableau, of.step)
         self.unresolved = strain_round_off(self.model)
+        self.floor = round_off_energy(self.assembly, of.times[0])
         self.seen = [self._look(np.array([of.times[0]]), self.work.y[None], self.work.s[None])]
         self.watch = eb.Watch(self.seen[0][1][0].tolist())
         self.found: eb.Closure | None = None
@@ -95,7 +96,7 @@ class Run(run.Run):
             looks.append(self._look(work.samples[chosen], work.out_y[chosen], work.out_s[chosen]))
         order = np.argsort(np.concatenate([t for t, _ in looks]), kind="stable")
         whole = np.concatenate([one for _, one in looks])[order].view(eb.BALANCE)[:, 0].view(np.recarray)
-        self.found = eb.closure(whole, unresolved=self.unresolved, damps=False)
+        self.found = eb.closure(whole, unresolved=self.unresolved, damps=False, floor=self.floor)
         return self.found
 
     def is_lost(self) -> bool:

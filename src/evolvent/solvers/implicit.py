@@ -13,6 +13,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.kernels import rigid, thread
+from evolvent.kernels.law_means import has_laws
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.solvers import balance as eb, reactions
@@ -26,6 +27,8 @@ from evolvent.solvers.implicit_setup import (
     energy_floor,
     matrix_for,
     matrix_of,
+    paid_out_energy,
+    round_off_energy,
     sizes,
     workspace,
 )
@@ -146,11 +149,13 @@ def plan(
     sharp = LEFT_SHARE if rated and newton is None else 0.0
     floor, first = energy_floor(mine, mass, weight), min(1e-5 * span, 1e-4) if step is None else step
     if conserves:
-        # laws between points alone are not made to do the work that they state; that is of third order in the step
+        # the energy that a law between points states may be off what its forces do
         gain = LARGEST_GAIN if not mine.model.custom_forces.size else eb.GAINED
     else:
         gain, span = eb.GAINED, 10.0 * first if adaptive else first
         floor *= gain if largest_gain is None else largest_gain
+    floor += round_off_energy(mine, times[0])
+    floor += (gain if largest_gain is None else largest_gain) * paid_out_energy(mine, times[0], times[-1])
     options = zeros_record(
         OPTIONS,
         method=of.code,
@@ -165,6 +170,7 @@ def plan(
         floor=floor,
         mass=mass,
         span=span,
+        laws=int(conserves and has_laws(mine.model)),
         **of.flags,
         **of.constants(rho),
     )

@@ -193,6 +193,8 @@ def try_step(t, t_end, h, passes, model, matrix, work):
             part = until_deepest(h, work.y0, work.R0, work.x0, work.y, work.R1, work.x1, model)
             far = max(far, 1.0 / part if part < 1.0 else 0.0)
         error = max(error, far * far * far)
+    if work.options.laws != 0 and iterations > 0 and error <= 1.0:
+        error = max(error, energy_step.law_error(model, work))
     return iterations, error
 
 

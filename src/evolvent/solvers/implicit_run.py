@@ -233,6 +233,7 @@ class Run(run.Run):
         if self.ranks.text:
             message = f"{message}; {self.ranks.text}"
         work, loop = self.work, self.work.loop
+        self.model.info.over, self.model.info.checks = 0.0, 0  # where a law has raised within a step
         n, steps = int(loop.sample), int(loop.steps)
         balance = work.out_balance[:n].copy().view(eb.BALANCE).reshape(n).view(np.recarray)
         write_accounts(self.model, work.out_y[:n], balance)

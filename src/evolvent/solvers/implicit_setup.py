@@ -19,11 +19,12 @@ from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import contact, joint, rigid
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.blocks import ANGLE, BEAM, POSITION, REDUCED, SCALAR, THREAD, indices
-from evolvent.kernels.drive import FREE
+from evolvent.kernels.drive import FREE, drive
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import event_search, graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
 from evolvent.solvers.implicit_state import LOOP, Workspace
+from evolvent.solvers.laws import largest_works
 from evolvent.solvers.releases import release_times
 from evolvent.solvers.sampled import empty
 
@@ -35,6 +36,10 @@ ROUND_OFF, LIFTED_SHARE = 1e-9, 1e-2
 ROUND_OFF_STRAIN = 1e-10
 #: Part of the elements' `form_energy` that is round-off of their strain energy.
 STRAIN_ROUND_OFF = 1e-14
+#: Part of the energies and works that a run handles which is round-off.
+WORK_ROUND_OFF = 1e-14
+#: Times at which the rates of drives are looked at.
+SOUGHT = 101
 #: What a joint may be off at the start, beside the size of the system and its speed.
 _FITS = 1e-6
 
@@ -144,6 +149,37 @@ def strain_round_off(model: mdl.Model) -> float:
     return STRAIN_ROUND_OFF / RESOLVED * form_energy(model)
 
 
+def round_off_energy(assembly: Assembly, time: float) -> float:
+    """Round-off of the energies and works that a run from `time` handles, J: of weights lifted and of laws' forces."""
+    weight, mass = sizes(assembly)
+    return WORK_ROUND_OFF * (_lifted(assembly.model, mass, weight) + largest_works(assembly, time))
+
+
+def _lifted(model: mdl.Model, mass: float, weight: np.ndarray) -> float:
+    """Work of weights that are lifted by the system's size, J."""
+    return mass * weight.size * float(np.linalg.norm(model.info["gravity"])) * length_of(model, weight)
+
+
+def paid_out_energy(assembly: Assembly, start: float, end: float) -> float:
+    """Kinetic energy of rods and threads that drives pay out, at their largest rates in a run, J.
+
+    The scale of the energy of a run that begins at rest, before it has moved any.
+    """
+    model, times, found = assembly.model, np.linspace(start, end, SOUGHT), 0.0
+    for row in model.rods[model.rods["payout"] != 0]:
+        found += 0.5 * row["density"] * row["length"] * _fastest(model, row, times) ** 2
+    for row in model.threads[model.threads["drive"] != FREE]:
+        total = model.nodes["mass"][row["node"] : row["node"] + row["n"]].sum()
+        found += 0.5 * row["copies"] * total * (row["radius"] * _fastest(model, row, times)) ** 2
+    return float(found)
+
+
+def _fastest(model: mdl.Model, row: np.void, times: np.ndarray) -> float:
+    """Largest rate of the drive of a row at some times."""
+    own = model.parameters[row["first"] : row["last"]]
+    return max(abs(drive(int(row["drive"]), own, int(row["law"]), float(t))[1]) for t in times)
+
+
 def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     """Energy beside which a gain is round-off, J.
 
@@ -152,8 +188,7 @@ def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     step: there a gain counts beside weights lifted by `LIFTED_SHARE` of the thread.
     """
     model = assembly.model
-    gravity = float(np.linalg.norm(model.info["gravity"]))
-    lifted = mass * weight.size * gravity * length_of(model, weight)
+    gravity, lifted = float(np.linalg.norm(model.info["gravity"])), _lifted(model, mass, weight)
     if model.threads.size:
         free = model.bodies["mass"][model.bodies["motion"] == rigid.FREE]
         total = model.nodes["mass"].sum() + model.points["mass"].sum() + free.sum()

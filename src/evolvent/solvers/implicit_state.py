@@ -50,9 +50,9 @@ LOOP = np.dtype(
 #: part of the energy moved that may come from nothing, and energy (J) that is added to it; mass, span: a typical mass
 #: (kg) and time (s); then the constants of the methods. Flags of the method: midpoint: forces are means of a step,
 #: whose start needs no accelerations; conserves: energy and momenta, to what Newton's method leaves; divides: fixed
-#: steps that fail are divided.
+#: steps that fail are divided. laws: whether a user's law acts, whose work is integrated by itself.
 OPTIONS = np.dtype(
-    [(name, np.int64) for name in ("method", "midpoint", "conserves", "divides", "corrects")]
+    [(name, np.int64) for name in ("method", "midpoint", "conserves", "divides", "corrects", "laws")]
     + [(name, np.float64) for name in ("newton", "sharp", "tolerance", "rates", "smallest", "longest", "first", "gain",
                                        "floor", "mass", "span", "alpha_m", "alpha_f", "beta", "gamma", "chi")],
     align=True,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import traceback
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
@@ -56,6 +57,26 @@ def try_laws(assembly: Assembly, start: float, end: float) -> None:
             _try(assembly, use, start, arguments)
             if use.family == "custom_forces":
                 _note_stated(assembly, use, arguments, end - start)
+
+
+def largest_works(assembly: Assembly, time: float) -> float:
+    """Sum of the forces of all laws at the start, `time`, each times the largest coordinate, J.
+
+    A state is known to some 1e-16 of its coordinates, and so is the work of the laws.
+    """
+    y, s, found = assembly.y.copy(), assembly.s.copy(), 0.0
+    assembly = dataclasses.replace(assembly, model=assembly.model.copy())  # the state of which is that at the start
+    uses = [use for use in _uses(assembly) if use.family != "events" and not _is_of_time(use)]
+    if not uses:
+        return 0.0
+    needs.load(assembly.model, prepare)
+    prepare(time, y, s, assembly.model)
+    for use in uses:
+        for arguments in _arguments(assembly, use, (time, y, s), everywhere=False):
+            room = _room(use)
+            values = _law(assembly, use)[0](*arguments, _parameters(assembly, use), *room)
+            found += float(np.abs(room[0] if room else values).max())
+    return found * float(np.abs(y[: int(assembly.model.info.nq)]).max(initial=1.0))
 
 
 @contextlib.contextmanager

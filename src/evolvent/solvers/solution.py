@@ -215,7 +215,8 @@ class Solution:
         if damps and self.t.size:
             weight, mass = implicit_setup.sizes(self.assembly)
             unresolved = implicit_setup.energy_floor(self.assembly, mass, weight)
-        return eb.closure(self.balance, moved=seen, unresolved=unresolved, damps=damps)
+        floor = implicit_setup.round_off_energy(self.assembly, float(self.t[0])) if self.t.size else 0.0
+        return eb.closure(self.balance, moved=seen, unresolved=unresolved, damps=damps, floor=floor)
 
     @functools.cached_property
     def momentum(self) -> Momentum:

@@ -11,6 +11,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL, LEAST_OUT
+from evolvent.kernels.law_means import SPRING, scalar_slope
 from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import FREE, SPIN
 from evolvent.kernels.rotor import acceleration_about, add_reaction
@@ -103,10 +104,12 @@ def add_spool_tangent(t, y, h, c_mass, c_rate, along, p, model, matrix):
     if threads[p].spool_switch >= 0 and s[threads[p].spool_switch] == 0:
         own += c_rate * threads[p].spool_friction / CREEP
     if threads[p].motor_law != 0:
-        own -= spring_law_slope(
-            threads[p].motor_law, phi, 1.0, rate, c_rate, t,
-            model.parameters[threads[p].motor_first : threads[p].motor_last], 1.0,
-        )  # fmt: skip
+        law, q = threads[p].motor_law, model.parameters[threads[p].motor_first : threads[p].motor_last]
+        if model.info.over == 0.0:
+            own -= spring_law_slope(law, phi, 1.0, rate, c_rate, t, q, 1.0)
+        else:
+            over = model.info.over
+            own -= scalar_slope(SPRING, law, phi, 1.0, rate, c_rate, t, over, q, 0.0, math.inf, 1.0, model)
     b, Y = threads[p].body, threads[p].chord
     at = bodies[b].iv - n_q
     if bodies[b].motion == SPIN:

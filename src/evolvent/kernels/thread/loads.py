@@ -6,7 +6,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.fields import acceleration, gradient
-from evolvent.kernels.law_slopes import force_law_gradient
+from evolvent.kernels.law_means import force_gradient
 from evolvent.kernels.loads import (
     AT_MARKER,
     FRAME,
@@ -194,13 +194,13 @@ def _law_slopes(t, a, body, c_x, c_v, turns, model):
     loads, A, x, v = model.loads, model.K12, model.scratch[1], model.scratch[2]
     q, R = model.parameters[loads[a].first : loads[a].last], model.bodies[body].R
     if loads[a].kind != NODE:
-        force_law_gradient(loads[a].law, q, t, x, v, c_x, c_v, A, 0)
+        force_gradient(loads[a].law, q, t, x, v, c_x, c_v, A, 0, model)
         for c in range(3):
             for d in range(3):
                 A[c, d] *= loads[a].scale
         return
     own, value = model.parameters[loads[a].law_first : loads[a].law_last], window(t, q[4], q[5], q[6])
-    force_law_gradient(loads[a].law, own, t, x, v, c_x, c_v, A, 0)
+    force_gradient(loads[a].law, own, t, x, v, c_x, c_v, A, 0, model)
     for d in range(3):
         fx, fy, fz = value * q[0] * A[0, d], value * q[1] * A[1, d], value * q[2] * A[2, d]
         if turns:

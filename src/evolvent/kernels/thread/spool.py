@@ -13,6 +13,7 @@ import math
 from evolvent.compiled.jit import inlined
 from evolvent.compiled.lookups import spring_law_at
 from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.kernels.law_means import SPRING, scalar_mean
 from evolvent.kernels.profile import profile
 from evolvent.kernels.rotations import turn
 from evolvent.kernels.rotor import acceleration_about, add_reaction, take_inertia
@@ -68,7 +69,11 @@ def spool_torques(t, phi, rate, s, model, p):
         motor += profile(t, threads[p].motor_profile, model)
     if threads[p].motor_law != 0:
         parameters = model.parameters[threads[p].motor_first : threads[p].motor_last]
-        motor += spring_law_at(threads[p].motor_law)(phi, rate, t, parameters)
+        if model.info.over == 0.0:
+            motor += spring_law_at(threads[p].motor_law)(phi, rate, t, parameters)
+        else:
+            law = threads[p].motor_law
+            motor += scalar_mean(SPRING, law, phi, rate, t, model.info.over, parameters, 0.0, math.inf, model)
     friction = -threads[p].spool_viscous * rate
     if threads[p].spool_switch >= 0:
         friction -= threads[p].spool_friction * s[threads[p].spool_switch]

@@ -100,6 +100,8 @@ def suspended_of(assembly: Assembly) -> Suspended:
         a, b = model.markers[row["a"]], model.markers[row["b"]]
         if row["law"] != 0:
             _refuse(name, "has its own law")
+        if row["slack"] != 0:
+            _refuse(name, "has `slack`")
         on = [int(end["index"]) if end["kind"] == springs.ON_BODY else -1 for end in (a, b)]
         if sorted(on) != sorted([ground, bodies[0]]):
             _refuse(name, "does not join body and ground")
