@@ -39,9 +39,9 @@ FORCE, MOMENT, CORRECTION, N_HISTORY = range(4)
 CONSISTENT, ROUND_OFF = 1e-7, 1e-14
 #: What the iterations count. loose: unknowns without pivot; factor: of the load; first_unbalance, unbalance: J, at the
 #: first and the last iteration; correction: the last; quality: worst pivot; stiffest: largest stiffness, J, of an
-#: unknown that moves by its size; noted: rows of the history.
+#: unknown that moves by its size; noted: rows of the history; holds: 1 where `StaticWorkspace.held` counts.
 LOOP = np.dtype(
-    [(name, np.int64) for name in ("loose", "iterations", "factorizations", "noted")]
+    [(name, np.int64) for name in ("loose", "iterations", "factorizations", "noted", "holds")]
     + [(name, np.float64) for name in ("factor", "first_unbalance", "unbalance", "correction", "quality", "stiffest")],
     align=True,
 )
@@ -57,6 +57,7 @@ class StaticWorkspace(Struct):
     start : (nu,) float, what the start left unbalanced
     d, total, before : (nv,) float, an iteration's move, and those of this and of the last step
     weight : (nv,) float, size of each velocity's coordinate
+    held : (nv,) float, stiffness by which Newton's method, not the structure, is held against its free motions
     is_moment : (nv,) int, 1 of turns and slopes, whose unbalance is a moment
     history : (iterations + 1, N_HISTORY) float
         Of Newton's method at the last load factor: largest unbalanced force (N) and moment (N m) before each iteration
@@ -79,6 +80,7 @@ class StaticWorkspace(Struct):
     total: np.ndarray = array(1)
     before: np.ndarray = array(1)
     weight: np.ndarray = array(1)
+    held: np.ndarray = array(1)
     is_moment: np.ndarray = array(1, np.int64)
     history: np.ndarray = array(2)
     powers: np.ndarray = array(1)
@@ -281,6 +283,10 @@ def _factor(t, shift, factor, model, matrix, b):
     b.loop.stiffest = 0.0
     for i in range(b.weight.size):
         b.loop.stiffest = max(b.loop.stiffest, abs(diagonal(matrix, i)) * b.weight[i] * b.weight[i])
+    if b.loop.holds != 0:
+        for i in range(b.held.size):
+            if b.held[i] != 0.0:
+                add_entry(matrix, i, i, b.held[i])
     found = sparse_lu.factor(matrix)
     b.loop.factorizations += 1
     b.loop.loose = max(found, 0)
@@ -477,7 +483,10 @@ def probe(t, step, factor, shift, model, matrix, b):
     """Unbalance at a factor into b.r, and the factors of the tangent; returns what `sparse_lu.factor` does."""
     unbalance(t, step, factor, 1.0, model, b, b.r)
     b.loop.unbalance = _work_of(b.r, b)
-    return _factor(t, shift, factor, model, matrix, b)
+    holds, b.loop.holds = b.loop.holds, 0
+    found = _factor(t, shift, factor, model, matrix, b)
+    b.loop.holds = holds
+    return found
 
 
 @indirect(void(REAL, MODEL, _WORKSPACE, VECTOR))

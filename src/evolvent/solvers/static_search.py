@@ -216,6 +216,9 @@ class Search:
                     step = 0.25 * (s - reached)
                     if step >= SMALLEST_STEP:
                         continue
+                    if self.work.hold_free_motions():
+                        step = FIRST_STEP
+                        continue
                     return self._leave_path(at, reached, s, state, found)
                 if self.falling >= 0 and self._crosses(s - reached):
                     self._back(state)
@@ -262,8 +265,12 @@ class Search:
         if left > UNCERTAIN * self.tolerance:
             self.message += f"; round-off leaves it uncertain by {left:.1g} of its size"
         count = w.probe(factor)
+        if w.balance.loop.holds != 0:
+            count = int(np.count_nonzero(w.balance.held))
         if count > 0:
             self.free = w.free_motions(factor)
+            eq.unbalance(w.time, w.step, factor, 1.0, w.model, w.balance, w.balance.r)
+            count = w.count_free_motions(count)
         elif not families.has_symmetric_stiffness(w.model):
             eq.unbalance(w.time, w.step, factor, 1.0, w.model, w.balance, w.balance.r)
             count, self.free = w.unsymmetric_free_motions()
@@ -366,7 +373,7 @@ class Search:
         """Why a step failed, in words."""
         w, b = self.work, self.work.balance
         found = w.probe(self.reached)
-        if found > 0:
+        if found > 0 and b.loop.holds == 0:  # else no force acts along what is free
             free = w.free_motions(self.reached)
             if free:
                 self.free = free

@@ -13,7 +13,7 @@ from scipy.sparse.linalg import splu
 from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.families import bodies_of
+from evolvent.assembly.families import bodies_of, has_symmetric_stiffness
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import residual, tangent
@@ -125,6 +125,11 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     return freeze_spools(copy, time)
 
 
+#: Smallest singular values of a scaled tangent, beside the largest, that are those of free motions; share of the
+#: forces that may act along them.
+HELD, BALANCED = 1e-10, 1e-8
+
+
 class Work:
     """A copy of a model at rest, and room to look for its equilibria."""
 
@@ -157,7 +162,7 @@ class Work:
         for index, row in enumerate(model.threads):
             self.copies[velocities_of(model, "threads", index)] = row["copies"]
         unknowns = {name: np.zeros(n_u) for name in ("r", "p", "x", "z", "start")}
-        moves = {name: np.zeros(self.n_v) for name in ("a", "d", "total", "before")}
+        moves = {name: np.zeros(self.n_v) for name in ("a", "d", "total", "before", "held")}
         self.balance = eq.StaticWorkspace(
             y=start,
             la=np.zeros(self.n_j),
@@ -324,6 +329,55 @@ class Work:
         _, s, v = np.linalg.svd((D @ K @ D).toarray())
         count = int(np.sum(s <= FREE * s[0]))
         return count, self._moved((v[n - count :] / size).T[: self.n_v]) if count else []
+
+    def hold_free_motions(self) -> bool:
+        """Hold as many coordinates as there are free motions in Newton's method, once; returns whether it has begun.
+
+        Notes
+        -----
+        With free motions X, K X = 0, forces r that are in balance along them and independent coordinates P of them,
+        (K + k P P^T) d = -r has X^T P P^T d = 0: what holds takes no force, and d is a solution of K d = -r. Without
+        it the pivots of free motions are round-off, which their signs and sizes may not show.
+        """
+        b = self.balance
+        if b.loop.holds != 0 or np.any(b.spin[:3]) or not has_symmetric_stiffness(self.model):
+            return False
+        if self.n_v + self.n_j > MOST_DENSE:
+            return False
+        forces = []
+        for factor in (0.0, 1.0):
+            if self.probe(factor) < 0:
+                return False
+            forces.append(b.r[: self.n_v].copy())
+        K, X = self._null_space()
+        count, norms = X.shape[1], np.linalg.norm(X / b.weight[:, None], axis=0)
+        if count == 0 or not np.all(norms > 0.0):
+            return False
+        X /= norms
+        scale = max(float(np.abs(r * b.weight).max()) for r in forces)
+        if any(float(np.abs(X.T @ r).max()) > BALANCED * scale for r in forces):
+            return False
+        chosen = scipy.linalg.qr((X / b.weight[:, None]).T, pivoting=True)[2][:count]
+        k = np.abs(K.diagonal()[: self.n_v]) * b.weight**2
+        b.held[chosen] = float(np.median(k[k > 0.0])) / b.weight[chosen] ** 2
+        b.loop.holds = 1
+        return True
+
+    def count_free_motions(self, found: int) -> int:
+        """How many motions the tangent of the last unbalance leaves free, where pivots show `found` of them."""
+        if found <= 0 or self.n_v + self.n_j > MOST_DENSE or np.any(self.balance.spin[:3]):
+            return found
+        return self._null_space()[1].shape[1] or found
+
+    def _null_space(self) -> tuple[sparse.csr_matrix, Array]:
+        """Tangent of the last unbalance, and velocities (nv, k) of what it leaves free, by singular values."""
+        K = self.tangent(0.0, 0.0)
+        size = np.sqrt(abs(K).max(axis=1).toarray().ravel())
+        size[size == 0.0] = 1.0
+        D = sparse.diags(1.0 / size)
+        _, s, v = np.linalg.svd((D @ K @ D).toarray())
+        count = int(np.sum(s <= HELD * s[0]))
+        return K, (v[v.shape[0] - count :] / size).T[: self.n_v]
 
     def _moved(self, X: Array) -> list[str]:
         """Names of the parts that the motions X (nv, k) move."""
