@@ -121,3 +121,81 @@ def test_without_the_package_a_sentence_names_it(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setitem(sys.modules, "pyyeti", None)
     with pytest.raises(InputError, match=r"need the package pyyeti: pip install 'evolvent\[nastran\]'"):
         nastran.read_nastran(str(FOLDER / "outboard.op4"))
+
+
+@pytest.mark.parametrize(
+    ("entry", "sentence"),
+    [
+        ("GRDSET,,,,,,7", r"has an entry GRDSET, which is not read; write its coordinate systems on the entries GRID"),
+        ("grdset                                                 7", r"has an entry GRDSET"),
+        ("INCLUDE 'more.bdf'", r"has an entry INCLUDE, which is not read; put the file into this one"),
+        ("CORD1R,7,3,11,19", r"has an entry CORD1R, which is not read; write CORD2R"),
+        ("CORD1C*,7,3,11,19", r"has an entry CORD1C"),
+        ("CORD3G,7,1,1,A", r"has an entry CORD3G, which is not read; points are read of GRID, SPOINT, CORD2R"),
+        ("SEQGP,3,7", r"has an entry SEQGP"),
+        ("SELOC,10,1,2,3,1,2,3", r"has an entry SELOC"),
+        ("GRIDB,9,,,,,,1", r"has an entry GRIDB"),
+        ("EPOINT,9", r"has an entry EPOINT"),
+        ("GRID\t9\t\t1.\t2.\t3.", r"has an entry GRID with tabs"),
+        ("GRID,3,,1.,2.,3.", r"has GRID 3 twice"),
+        ("GRID    3                       1.      2.      3.", r"has GRID 3 twice"),
+    ],
+)
+def test_entries_that_place_points_are_read_or_refused(tmp_path: pathlib.Path, entry: str, sentence: str) -> None:
+    copied(tmp_path, "outboard.op4", "outboard.asm")
+    with (tmp_path / "outboard.asm").open("a") as file:
+        file.write(f"\n{entry}\n")
+    with pytest.raises(InputError, match=sentence):
+        read_model(str(tmp_path / "outboard.op4"))
+
+
+def test_coordinate_systems_given_twice_are_refused(tmp_path: pathlib.Path) -> None:
+    copied(tmp_path, "outboard.op4", "outboard.asm")
+    with (tmp_path / "outboard.asm").open("a") as file:
+        file.write(2 * "CORD2C,907,0,0.,0.,0.,0.,0.,1.,\n,1.,0.,0.\n")
+    with pytest.raises(InputError, match="coordinate system 907 twice"):
+        read_model(str(tmp_path / "outboard.op4"))
+
+
+def test_entries_that_place_no_points_are_passed_over(outboard: ReducedModel, tmp_path: pathlib.Path) -> None:
+    copied(tmp_path, "outboard.op4", "outboard.asm")
+    with (tmp_path / "outboard.asm").open("a") as file:
+        file.write("\n$ GRDSET is not used\nPARAM,GRDPNT,0\nGRAV,1,0,9.81,0.,0.,1.\nCQUAD4,1,1,3,11,19,27\n")
+    found = read_model(str(tmp_path / "outboard.op4"))
+    np.testing.assert_array_equal(found.stiffness, outboard.stiffness)
+
+
+@pytest.mark.parametrize("name", ["kxx", "mxx"])
+def test_structural_damping_is_refused(tmp_path: pathlib.Path, name: str) -> None:
+    from pyyeti import nastran as library
+
+    copied(tmp_path, "outboard.asm")
+    raw = library.op4.read(str(FOLDER / "outboard.op4"))
+    raw = {key: raw[key] for key in ("kxx", "mxx")}
+    raw[name] = raw[name] * (1.0 + 0.02j)
+    library.op4.write(str(tmp_path / "outboard.op4"), raw)
+    with pytest.raises(InputError, match=rf"{name.upper()} has imaginary parts, such as structural damping"):
+        read_model(str(tmp_path / "outboard.op4"))
+    raw[name] = raw[name].real + 0j  # which has none
+    library.op4.write(str(tmp_path / "outboard.op4"), raw)
+    assert read_model(str(tmp_path / "outboard.op4")).size > 0
+
+
+def test_structural_damping_of_dmig_entries_is_refused(tmp_path: pathlib.Path) -> None:
+    import pandas as pd
+    from pyyeti import nastran as library
+
+    table = library.asm2uset(str(FOLDER / "outboard.asm"))[0]
+    raw = library.op4.read(str(FOLDER / "outboard.op4"))
+    index = pd.MultiIndex.from_arrays(
+        [table.index.get_level_values(name) for name in ("id", "dof")], names=("id", "dof")
+    )
+    entries = {
+        "KAAX": pd.DataFrame(raw["kxx"] * (1.0 + 0.02j), index=index, columns=index),
+        "MAAX": pd.DataFrame(raw["mxx"], index=index, columns=index),
+    }
+    path = tmp_path / "outboard.pch"
+    library.wtdmig(str(path), entries)
+    path.write_text(path.read_text() + (FOLDER / "outboard.asm").read_text())
+    with pytest.raises(InputError, match="KAAX has imaginary parts"):
+        read_model(str(path))

@@ -12,7 +12,7 @@ import scipy.linalg
 from evolvent import InputError, System, elements, parts
 from evolvent.elements.reduced_files import read_model, write_model
 from evolvent.elements.reduced_models import ReducedModel, check_model, mean_axes
-from reduced.beam_model import DENSITY, I_Z, LENGTH, MASS, POLAR, YOUNG, reduced
+from reduced.beam_model import AREA, DENSITY, I_Z, LENGTH, MASS, POLAR, YOUNG, beam, reduced
 
 Array = np.ndarray
 ORIGIN = (0.0, 0.0, 0.0)
@@ -336,3 +336,46 @@ def test_nodes_are_found_by_name(path: str, where: str, sentence: str) -> None:
     system.add(parts.Force(at=where, force=(1.0, 0.0, 0.0)), "force")
     with pytest.raises(InputError, match=sentence):
         system.assemble()
+
+
+def one_node(held: float = 0.0) -> ReducedModel:
+    """The beam with its root as the one interface node, whose stiffness is round-off, or that of a spring to ground."""
+    n, modes = 40, 12
+    K, M = beam(n)
+    rest = np.arange(6, len(K))
+    _, Phi = scipy.linalg.eigh(K[np.ix_(rest, rest)], M[np.ix_(rest, rest)], subset_by_index=[0, modes - 1])
+    T = np.zeros((len(K), 6 + modes))
+    T[:6, :6] = np.eye(6)
+    T[rest, :6] = -np.linalg.solve(K[np.ix_(rest, rest)], K[np.ix_(rest, np.arange(6))])
+    T[rest, 6:] = Phi
+    reduced_K = T.T @ K @ T
+    reduced_K[:3, :3] += held * np.eye(3)
+    found = [0.5 * (one + one.T) for one in (reduced_K, T.T @ M @ T)]
+    return ReducedModel(found[0], found[1], np.zeros((1, 3)), ("root",), np.zeros((0, 6 + modes)))
+
+
+def test_one_interface_node_is_enough(tmp_path: pathlib.Path) -> None:
+    """Stiffness of the node that is round-off of the finite-element model does not count as held."""
+    model = one_node()
+    assert np.abs(model.stiffness[:6, :6]).max() > 0.0
+    write_model(str(tmp_path / "one.npz"), model)
+    free = System()
+    free.add(parts.ReducedBody(file=str(tmp_path / "one.npz")), "beam")
+    found = free.modes(count=8).frequency_hz
+    bending = 4.730041**2 * np.sqrt(YOUNG * I_Z / (DENSITY * AREA * LENGTH**4)) / (2.0 * np.pi)
+    assert np.abs(found[:6]).max() < 1e-3
+    assert found[6] == pytest.approx(bending, rel=1e-3)
+    for held in (1e-2, 1.0, 1e3):
+        with pytest.raises(InputError, match="a translation along x strains the model"):
+            check_model(one_node(held), "the model")
+
+
+def test_an_exported_boom_with_one_interface_node(tmp_path: pathlib.Path) -> None:
+    free = System()
+    rod(free)
+    model = free.linearize(modes=10, method="craig-bampton", boundary=["boom.root"], inputs=[], outputs=[])
+    path = str(tmp_path / "own.npz")
+    model.reduced_body({"root": "boom.root"}, path)
+    body = System()
+    body.add(parts.ReducedBody(file=path), "boom")
+    assert body.modes(count=8).frequency_hz[6:] == pytest.approx(free.modes(count=8).frequency_hz[6:], rel=2e-2)

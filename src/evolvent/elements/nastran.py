@@ -8,6 +8,7 @@ the entries SECONCT or EXTRN.
 from __future__ import annotations
 
 import pathlib
+import re
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,18 @@ POINTS = (".asm", *DMIG)
 NAMES = (("kaa", "maa"), ("kxx", "mxx"), ("kaax", "maax"), ("k", "m"))
 #: Name of the matrix that recovers element forces.
 FORCES = "mef1"
+
+#: Name of an entry of bulk data; names that say where points are, or in which order; and those of them that are read.
+_NAME = re.compile(r"([A-Z][A-Z0-9]{0,7})")
+_MATTERS = re.compile(r"GRI?D|CORD|[A-Z]POINT|CSUP|SEQGP|SELOC|SEMPLN|INCLUDE")
+_READ = ("GRID", "SPOINT", "CORD2R", "CORD2C", "CORD2S")
+#: What to write in place of entries that are not read.
+_INSTEAD = {
+    "GRDSET": "write its coordinate systems on the entries GRID",
+    "INCLUDE": "put the file into this one",
+    "CORD1R": "write CORD2R", "CORD1C": "write CORD2C", "CORD1S": "write CORD2S",
+}  # fmt: skip
+_OTHERS = f"points are read of {', '.join(_READ[:-1])} and {_READ[-1]}"
 
 Rows = list[tuple[int, int]]
 
@@ -49,9 +62,9 @@ def read_nastran(path: str, bulk: str | None = None) -> ReducedModel:
         sentence.
     """
     nastran = _library()
-    safe_open.content(path)
     points = bulk or _beside(path)
-    safe_open.content(points)
+    for file in dict.fromkeys((path, points)):
+        _check_entries(nastran, file, safe_open.content(file))
     ending = pathlib.Path(path).suffix.lower()
     found = _matrices(nastran, path) if ending in MATRICES else {}
     K, M, rows = _pair(path, found) if found else _dmig(nastran, path)
@@ -62,6 +75,46 @@ def read_nastran(path: str, bulk: str | None = None) -> ReducedModel:
         raise InputError(f"the points of {points!r} have {len(rows)} components, but the matrices of {path!r} have "
                          f"{len(K)} rows; give the bulk data of the interface by the key bulk")  # fmt: skip
     return _model(nastran, points, K, M, rows, table, found.get(FORCES))
+
+
+def real(matrix: Any, file: str, name: str) -> np.ndarray:
+    """A matrix of real numbers.
+
+    Raises
+    ------
+    InputError
+        Where it has imaginary parts, such as structural damping.
+    """
+    found = np.asarray(matrix)
+    if np.iscomplexobj(found) and np.any(found.imag):
+        raise InputError(
+            f"{file}: {name} has imaginary parts, such as structural damping, which a reduced body does not take; give "
+            f"the real part, and damping by damping_ratio"
+        )
+    return np.array(found.real, dtype=float)
+
+
+def _check_entries(nastran: Any, path: str, raw: bytes) -> None:
+    """Refuse entries that place or order points and are not read, and points that are given twice."""
+    if pathlib.Path(path).suffix.lower() in MATRICES:
+        return
+    for line in raw.decode("latin-1").upper().splitlines():
+        name = _NAME.match(line)
+        if name is None or not _MATTERS.match(name[1]):
+            continue
+        if name[1] not in _READ:
+            raise InputError(f"{path!r} has an entry {name[1]}, which is not read; {_INSTEAD.get(name[1], _OTHERS)}")
+        if "\t" in line:
+            raise InputError(f"{path!r} has an entry {name[1]} with tabs, which are not read; write blanks or commas")
+    for what, pattern in (("GRID", r"grid\b"), ("coordinate system", r"cord2[rcs]\b")):
+        cards = _call(path, lambda pattern=pattern: nastran.rdcards(
+            path, pattern, return_var="list", regex=True, no_data_return=[], follow_includes=False))  # fmt: skip
+        numbers = [card[0] for card in cards if card]
+        twice = (
+            next((one for one in numbers if numbers.count(one) > 1), None) if len(set(numbers)) < len(numbers) else None
+        )
+        if twice is not None:
+            raise InputError(f"{path!r} has {what} {twice} twice; leave one of them out")
 
 
 def _library() -> Any:
@@ -114,7 +167,8 @@ def _matrices(nastran: Any, path: str) -> dict[str, np.ndarray]:
 def _pair(path: str, found: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray, Rows]:
     for stiffness, mass in NAMES:
         if stiffness in found and mass in found:
-            return np.asarray(found[stiffness]), np.asarray(found[mass]), []
+            K, M = (real(found[name], repr(path), name.upper()) for name in (stiffness, mass))
+            return K, M, []
     wanted = ", ".join(f"{k.upper()} and {m.upper()}" for k, m in NAMES)
     raise InputError(f"{path!r} has no pair of matrices {wanted}; it has {', '.join(sorted(found)).upper()}")
 
@@ -124,9 +178,11 @@ def _dmig(nastran: Any, path: str) -> tuple[np.ndarray, np.ndarray, Rows]:
     found = _call(path, lambda: nastran.rddmig(path, square=True, follow_includes=False))
     for names in NAMES:
         if all(name in found for name in names):
+            for name in names:
+                real(found[name].to_numpy(), repr(path), name.upper())
             K, M = (found[name] for name in names)
             rows = sorted(set(K.index) | set(M.index))
-            K, M = (one.reindex(index=rows, columns=rows, fill_value=0.0).to_numpy() for one in (K, M))
+            K, M = (one.reindex(index=rows, columns=rows, fill_value=0.0).to_numpy().real for one in (K, M))
             return K, M, [(int(point), int(component)) for point, component in rows]
     raise InputError(f"{path!r} has no DMIG entries KAAX and MAAX; it has {', '.join(sorted(found)).upper() or 'none'}")
 
@@ -181,7 +237,7 @@ def _model(nastran: Any, path: str, K: np.ndarray, M: np.ndarray, rows: Rows, ta
     pick = np.ix_([*order, *others], [*order, *others])
     recovery = np.zeros((0, size))
     if forces is not None and forces.shape[1] == len(rows):
-        recovery = np.asarray(forces)[:, [*order, *others]] @ T
+        recovery = real(forces, repr(path), FORCES.upper())[:, [*order, *others]] @ T
     return ReducedModel(
         T.T @ K[pick] @ T, T.T @ M[pick] @ T, positions, tuple(f"grid{point}" for point in grids), recovery,
         tuple(f"element_force{k + 1}" for k in range(len(recovery))), ("1",) * len(recovery),

@@ -131,6 +131,8 @@ def _text(path: str) -> dict[str, Any]:
 
 def _numbers(path: str, key: str, value: Any) -> np.ndarray:
     try:
+        if isinstance(value, np.ndarray) and np.iscomplexobj(value):
+            return nastran.real(value, repr(path), key)
         return np.array(value, dtype=float)
     except (TypeError, ValueError):
         raise InputError(f"{path!r}: {key} is no array of real numbers") from None

@@ -19,6 +19,8 @@ Array = np.ndarray
 
 #: What matrices may be off, beside their own entries: symmetry, strain energy of rigid motions, mass of these.
 SYMMETRY, RIGID, MASS = 1e-6, 1e-5, 1e-6
+#: Share of the energy of the lowest mode with the interface held, below which that of a rigid motion is round-off.
+FLOOR = 1e-8
 #: Least inertia of a motion beside the mean of the body; below, it gets so much: interfaces of finite-element models
 #: often have rotations without inertia.
 LEAST = 1e-6
@@ -146,7 +148,8 @@ def _check_rigid(model: ReducedModel, key: str) -> None:
     Z = model.rigid_motions
     strained = np.einsum("ik,ij,jk->k", Z, model.stiffness, Z)
     terms = np.einsum("ik,ij,jk->k", np.abs(Z), np.abs(model.stiffness), np.abs(Z))
-    share = np.abs(strained) / np.where(terms > 0.0, terms, 1.0)
+    floor = _round_off(model, Z) if np.any(np.abs(strained) > RIGID * terms) else np.zeros(6)
+    share = np.where(np.abs(strained) > floor, np.abs(strained) / np.where(terms > 0.0, terms, 1.0), 0.0)
     if share.max() > RIGID:
         k = int(share.argmax())
         raise InputError(
@@ -166,6 +169,27 @@ def _check_rigid(model: ReducedModel, key: str) -> None:
     first = whole[:3, 3:]
     if np.abs(first + first.T).max() > MASS * mass * max(1.0, float(np.abs(model.positions).max())):
         raise InputError(f"{key}: its mass matrix is that of no body: no centre of mass gives its first moments")
+
+
+def _round_off(model: ReducedModel, Z: Array) -> Array:
+    """Strain energy (6,) of rigid motions Z that is round-off, for models whose interface has no stiffness beside it.
+
+    With one interface node all stiffness is that of the other coordinates, and what is left at the node is round-off of
+    their size, or of that of the finite-element model: `FLOOR` of the energy that the lowest frequency with the
+    interface held would give the motion.
+    """
+    import scipy.linalg
+
+    inner = np.arange(6 * len(model.positions), model.size)
+    floor: Array = np.finfo(float).eps * model.size * np.abs(model.stiffness).max() * (Z**2).sum(axis=0)
+    if inner.size:
+        K, M = (0.5 * (one + one.T)[np.ix_(inner, inner)] for one in (model.stiffness, model.mass))
+        try:
+            lowest = float(scipy.linalg.eigh(K, M, eigvals_only=True)[0])
+        except (np.linalg.LinAlgError, ValueError):
+            return floor
+        floor = np.maximum(floor, FLOOR * max(lowest, 0.0) * np.einsum("ik,ij,jk->k", Z, model.mass, Z))
+    return floor
 
 
 def mean_axes(model: ReducedModel, key: str) -> MeanAxes:
