@@ -16,6 +16,7 @@ from evolvent.solvers.channels import INPUTS, OUTPUTS, Channel, Quantity, channe
 from evolvent.solvers.modes import Where, at_equilibrium
 from evolvent.solvers.positions import LinearizedPoint, linearized_points
 from evolvent.solvers.reduction import Basis, Structure
+from evolvent.solvers.resolution import Naming
 from evolvent.solvers.solution import Solution
 
 if TYPE_CHECKING:
@@ -267,7 +268,7 @@ def linearize(
     assembly, equilibrium, work, (M, C, K, G) = at_equilibrium(assembly, where, damped=damped)
     known = linearized_points(assembly, equilibrium.y[-1])
     source = _Source(
-        structure=Structure(M, C, K, G, work.balance.weight),
+        structure=Structure(M, C, K, G, work.balance.weight, Naming(assembly, equilibrium.y[-1], M)),
         inputs=channels("inputs", inputs, known, assembly, INPUTS),
         outputs=channels("outputs", outputs, known, assembly, OUTPUTS),
         points=known,

@@ -19,6 +19,7 @@ from evolvent.solvers.laws import law_failure
 from evolvent.solvers.linear_motion import matrices
 from evolvent.solvers.modal import Modes
 from evolvent.solvers.positions import rigid_motions
+from evolvent.solvers.resolution import Naming
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.static import solve_static
 from evolvent.solvers.static_work import Work, refuse_thread_mass
@@ -82,7 +83,11 @@ def modes(
         raise InputError(f"count is {count!r}; it must be a whole number from 1")
     where = Where(equilibrium, y, time, rotating, centre)
     assembly, equilibrium, work, (M, C, K, G) = at_equilibrium(assembly, where, damped=damped)
-    problem = Problem(M, C, K, G, work.balance.weight, conservative=families.has_symmetric_stiffness(work.model))
+    naming = Naming(assembly, equilibrium.y[-1], M)
+    problem = Problem(
+        M, C, K, G, work.balance.weight, conservative=families.has_symmetric_stiffness(work.model),
+        where=naming.where, strains=naming.strains, rigid=naming.rigid(work.balance.weight),
+    )  # fmt: skip
     pole, shape = problem.solve(count)
     if not np.iscomplexobj(shape):
         motions = rigid_motions(assembly, equilibrium.y[-1], np.zeros(3))
