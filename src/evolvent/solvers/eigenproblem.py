@@ -13,6 +13,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, eigsh, splu
 
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import facing
+from evolvent.solvers.subspaces import all_of, equal, regular_shift
 
 Array = np.ndarray
 
@@ -24,13 +25,9 @@ SYMMETRIC = 1e-12
 ZERO = 1e-6
 #: What a square of a frequency may owe to round-off, in parts of the sum of all products behind it.
 ROUND_OFF = 5e-14
-#: Relative difference of squares of frequencies that count as equal.
-EQUAL = 1e-8
-#: Part of a rigid-body motion that modes of equal frequency must take for one of them to be turned into it.
-EXCITED = 1e-6
 #: Squares of frequencies above so many times the shift are found without it.
 FAR = 1e8
-#: Modes below this part of the shift (of its square root in poles) are found anew: by Rayleigh and Ritz, by a lower shift.
+#: Modes below this part of the shift (poles, of its root) are found anew: by Rayleigh and Ritz, by a lower shift.
 SLOW_SQUARE, SLOW_POLE = 1e-6, 1e-4
 #: Part of a shape, by the norm of the mass matrix, by which it must differ from others to count as another one.
 DISTINCT = 1e-3
@@ -75,7 +72,7 @@ class Problem:
     weight : (n,) float, size of each coordinate that counts as 1
     conservative : bool, whether K is symmetric but for round-off
     where : called with a shape (n,) beside `weight`; where it moves most, for messages
-    strains : called with shapes (n, k); the first part that they strain, '' for none: a motion without stiffness does not
+    strains : called with shapes (n, k) without stiffness; the first part that they strain, '' for none
     rigid : (n, r) float, orthonormal beside `weight`, motions in whose span all motions without stiffness are; None
         where they are not known
 
@@ -86,18 +83,10 @@ class Problem:
     """
 
     def __init__(
-        self,
-        M: Any,
-        C: Any,
-        K: Any,
-        G: Any,
-        weight: Array,
-        *,
-        conservative: bool,
-        where: Callable[[Array], str] = _somewhere,
-        strains: Callable[[Array], str] = lambda V: "",
+        self, M: Any, C: Any, K: Any, G: Any, weight: Array, *, conservative: bool,
+        where: Callable[[Array], str] = _somewhere, strains: Callable[[Array], str] = lambda V: "",
         rigid: Array | None = None,
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.where, self.strains = where, strains
         self.M, self.C, self.K, self.n = M.tocsc(), C.tocsc(), K.tocsc(), K.shape[0]
         scale = abs(K).max(axis=1).toarray().ravel()
@@ -179,7 +168,7 @@ class Problem:
         return W[:, np.abs(drop) <= self.noise(W, whole=True)]
 
     def noise(self, V: Array, *, whole: bool = False) -> Array:
-        """Squares of frequencies that round-off alone may give to shapes, (k,), to the `whole` of them or without `still`."""
+        """Squares of frequencies, (k,), that round-off may give to shapes without `still`, or to them `whole`."""
         found = self._products(V)
         if self.still.size and not whole:
             found = self._products(V - self.still @ (self.momenta.T @ V)) + CLEANED * found
@@ -195,11 +184,14 @@ class Problem:
         return np.einsum("ij,ij->j", V.conj(), self.M @ V).real
 
     def shift(self, count: int) -> float:
-        """A square near those of the modes that are wanted, rad2/s2, by subspace iteration."""
-        p = min(count + 4, self.size)
+        """A square near those of the modes that are wanted, rad2/s2, by subspace iteration without `still`."""
+        left = self.size - self.still.shape[1]
+        count = min(max(count - self.still.shape[1], 1), left)
+        p = min(count + 4, left)
         X = self.rng.standard_normal((self.n, p)) * self.weight[:, None]
-        s2 = last = _regular_shift(self.fastest, self.K.diagonal() / self.M.diagonal())
-        for _ in range(40):
+        s2 = last = regular_shift(self.fastest, self.K.diagonal() / self.M.diagonal())
+        for _ in range(40 if left else 0):
+            X = X - self.still @ (self.momenta.T @ X)
             try:
                 X = self.inverse(s2)(self.M @ X)
             except RuntimeError:  # nothing but round-off is left of it
@@ -214,7 +206,7 @@ class Problem:
             if target <= 10.0 * noise[order[count - 1]]:  # zero; with a shift as small the inverse is round-off
                 return s2
             if target > 0.2 * s2:
-                return _regular_shift(target, values)
+                return regular_shift(target, values)
             last, s2 = s2, target
         return s2
 
@@ -251,7 +243,7 @@ class Problem:
                 return 1.0 / (found + s2), v
 
             try:
-                mu, V = _all_of(find, self.M)
+                mu, V = all_of(find, self.M)
             except ArpackError as error:
                 if self.size > MOST_DENSE:
                     raise InputError(_ROUND_OFF_LEFT.format(size=self.size, most=MOST_DENSE)) from error
@@ -296,7 +288,7 @@ class Problem:
         return squares, V
 
     def _checked(self, squares: Array, V: Array, s2: float) -> tuple[Array, Array]:
-        """Squares from the inverse with shift s2, and shapes; what is far below it by Rayleigh and Ritz; 0 for round-off.
+        """Squares from the inverse with shift s2, and shapes; far below it by Rayleigh and Ritz; 0 for round-off.
 
         The inverse does not separate shapes whose squares are equal beside the shift.
         """
@@ -438,7 +430,7 @@ class Problem:
         return V * facing((V / self.weight[:, None]).T)
 
     def _zeros(self, V: Array) -> tuple[Array, Array]:
-        """Whether motions in the span of complex V and `still` have no stiffness but round-off: (k,) bool; shapes (n, k)."""
+        """Whether motions of the span of V and `still` have no stiffness but round-off, (k,) bool; shapes (n, k)."""
         W = self.still
         for x in np.hstack([V.real, V.imag]).T:
             size = math.sqrt(max(float(x @ (self.M @ x)), 0.0))
@@ -496,7 +488,7 @@ class Problem:
                 return found
 
             try:
-                mu, V = _all_of(find)
+                mu, V = all_of(find)
                 V = V / D[:, None]
             except ArpackError as error:
                 if 2 * self.size > MOST_DENSE:
@@ -507,100 +499,3 @@ class Problem:
         pole = s + 1.0 / mu
         own = self.momenta.T @ V[n:] * (s / np.where(np.abs(pole) > ZERO * s, pole, s))
         return pole, V[:n] + self.still @ own
-
-
-def _regular_shift(s2: float, squares: Array) -> float:
-    """A shift from s2 on that is not close to the negative of a square: K + s2 M would be singular."""
-    while np.any(np.abs(squares + s2) < 0.05 * s2):
-        s2 *= 1.2
-    return s2
-
-
-def _all_of(find: Callable[[], tuple[Array, Array]], M: Any = None) -> tuple[Array, Array]:
-    """Eigenvalues and vectors of several calls of `find`, each from another start, until nothing is new.
-
-    One start of a Krylov method sees one vector of a multiple eigenvalue, but for what round-off brings in. M, where
-    given, is the inner product in which `find` returns orthonormal vectors.
-    """
-    values, vectors = find()
-    for _ in range(8):
-        added = False
-        for value, x in zip(*(lambda e: (e[0], e[1].T))(find()), strict=True):
-            near = 1e-6 if M is not None else 1e-3  # double poles of one vector are split by round-off
-            same, rest = vectors[:, np.abs(values - value) <= near * np.abs(value)], x
-            if M is None:
-                if same.shape[1]:
-                    rest = x - same @ np.linalg.lstsq(same, x, rcond=None)[0]
-                size = float(np.linalg.norm(rest))
-                new = size > 1e-3 * float(np.linalg.norm(x))
-            else:
-                for _ in range(2):
-                    rest = rest - same @ (same.T @ (M @ rest))
-                size = math.sqrt(max(float(rest @ (M @ rest)), 0.0))
-                new = size > 1e-3
-            if new:
-                values = np.append(values, value)
-                vectors = np.column_stack([vectors, rest / size])
-                added = True
-        if not added:
-            break
-    return values, vectors
-
-
-def constrained(H: Any, A: Any, f: Array, g: Array) -> Array:
-    """The solution u (n, k) of H u + A^T mu = f, A u = g; A's rows must be independent, H regular where they leave it.
-
-    Parameters
-    ----------
-    H : (n, n) sparse
-    A : (m, n) sparse
-    f, g : (n, k) and (m, k) float
-    """
-    n, m = H.shape[0], A.shape[0]
-    if m == 0:
-        found: Array = splu(H.tocsc()).solve(np.ascontiguousarray(f))
-        return found
-    size = abs(H).max(axis=1).toarray().ravel()
-    typical = float(np.median(size[size > 0.0])) if np.any(size) else 1.0
-    scale = typical / np.sqrt(np.asarray(A.multiply(A).sum(axis=1)).ravel())
-    A = sparse.diags(scale) @ A
-    lu = splu(sparse.bmat([[H, A.T], [A, None]]).tocsc())
-    whole: Array = lu.solve(np.vstack([f, scale[:, None] * g]))
-    return whole[:n]
-
-
-def equal(squares: Array) -> list[tuple[int, int]]:
-    """Ranges (first, last + 1) of squares of frequencies, ascending, that are equal; single ones are left out."""
-    found, first = [], 0
-    for last in range(1, len(squares) + 1):
-        if last == len(squares) or squares[last] - squares[last - 1] > EQUAL * abs(squares[last]):
-            if last > first + 1:
-                found.append((first, last))
-            first = last
-    return found
-
-
-def along_axes(squares: Array, shape: Array, M: Any, r: Array) -> Array:
-    """Real shapes (k, n), those of equal frequency turned so that each is excited by another rigid-body motion.
-
-    Parameters
-    ----------
-    squares : (k,) float, rad2/s2, ascending
-    shape : (k, n) float, u^T M u = 1
-    M : (n, n) sparse
-    r : (n, 6) float, rigid-body motions, in the order in which they are tried
-    """
-    found, momenta = shape.copy(), M @ r
-    size = np.sqrt(np.einsum("ij,ij->j", r, momenta))
-    for first, last in equal(squares):
-        count = last - first
-        turn = np.zeros((count, 0))
-        for column, whole in zip((shape[first:last] @ momenta).T, size, strict=True):
-            rest = column - turn @ (turn.T @ column)
-            if np.linalg.norm(rest) > EXCITED * whole and turn.shape[1] < count:
-                rest = rest - turn @ (turn.T @ rest)
-                turn = np.column_stack([turn, rest / np.linalg.norm(rest)])
-        if turn.shape[1] < count:
-            turn = np.column_stack([turn, scipy.linalg.null_space(turn.T)])
-        found[first:last] = turn.T @ shape[first:last]
-    return found

@@ -18,10 +18,10 @@ from evolvent.base.errors import InputError
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.blocks import displace
 from evolvent.parts.checks import positive, vector
-from evolvent.solvers.eigenproblem import constrained
 from evolvent.solvers.implicit_setup import sizes
 from evolvent.solvers.positions import LinearizedPoint, find_moving, linearized_points, moving, rigid_motions
 from evolvent.solvers.solution import Solution
+from evolvent.solvers.subspaces import constrained
 
 if TYPE_CHECKING:
     import xarray as xr

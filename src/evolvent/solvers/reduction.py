@@ -10,8 +10,9 @@ import scipy.linalg
 import scipy.sparse as sparse
 
 from evolvent.base.errors import InputError
-from evolvent.solvers.eigenproblem import Problem, constrained
+from evolvent.solvers.eigenproblem import Problem
 from evolvent.solvers.resolution import Naming
+from evolvent.solvers.subspaces import constrained
 
 Array = np.ndarray
 
