@@ -10,18 +10,14 @@ import numpy as np
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.references import split_reference
-from evolvent.elements.sections import TapeSection
-from evolvent.elements.shapes import Strip
 from evolvent.kernels import thread
 from evolvent.parts.field import AccelerationField
 from evolvent.parts.load import Force, LawLoad
-from evolvent.parts.reduced_body import ReducedBody
-from evolvent.parts.rod import Rod
 from evolvent.parts.thread import Thread
-from evolvent.results.motion import turned
 from evolvent.solvers import balance
 from evolvent.solvers.captures import STEPS, thread_captures
 from evolvent.solvers.laws import states_energy
+from evolvent.solvers.limits import limitations
 
 if TYPE_CHECKING:
     from evolvent.solvers.solution import Solution
@@ -29,8 +25,6 @@ if TYPE_CHECKING:
 #: Share of a thread's largest tension by which it may push before a run warns: springs ring after every release, and
 #: segments of fixed length do not.
 PUSH_OF_SPRINGS, PUSH_OF_FIXED_LENGTHS = 0.05, 1e-6
-#: Share by which a rate or a rotation may change what the linear model of a reduced body has, before a run warns.
-LINEAR = 0.01
 
 
 def check_energy_gain(solution: Solution) -> Solution:
@@ -91,93 +85,9 @@ def warning_of(solution: Solution) -> str:
         unresolved_captures(solution),
         slack_threads(solution),
         unloaded_tips(solution.assembly),
-        beyond_small(solution),
-        beyond_tension(solution),
+        *limitations(solution),
     )
     return "; ".join(text for text in found if text)
-
-
-def beyond_tension(solution: Solution) -> str:
-    """A sentence on rods whose tension is above 12 E I/L^2 of an element, where their shape is unstable; '' of others.
-
-    Notes
-    -----
-    The tension follows from the chords of the elements, of which bending leaves out a little. The residual bending
-    flexibility is one of shear (`evolvent.elements.rods`), and a rod that shears buckles under such a tension.
-    """
-    found, model = [], solution.assembly.model
-    for name, part in solution.assembly.parts.items():
-        if not isinstance(part, Rod) or isinstance(part.section, Strip) or not solution.t.size:
-            continue
-        if part.payout is not None:  # whose elements have no residual flexibility
-            continue
-        row = model.rods[solution.assembly.index(name)]
-        first = int(row["first_element"])
-        own = model.rod_elements[first : first + int(row["elements"])]
-        bodies, arms = np.append(own["a"], own["b"][-1]), np.vstack([own["arm_a"], own["arm_b"][-1]])
-        nodes = _places(solution.y, model.bodies["iq"][bodies], arms)
-        strain = np.linalg.norm(np.diff(nodes, axis=1), axis=2) / own["length"] - own["rest"][:, 0]
-        strain[:, own["heated"] != 0] = 0.0  # whose strain is not that of tension alone
-        bends = own["section"][:, 4, 4]
-        if not isinstance(part.section, TapeSection):
-            bends = np.maximum(bends, own["section"][:, 5, 5])
-        limit = 12.0 / (bends * own["length"] ** 2)
-        share = strain / own["section"][:, 0, 0] / limit
-        if share.size and share.max() > 1.0:
-            n = int(np.argmax(share.max(axis=1) > 1.0))  # the first; its chords turn away later
-            k = int(share[n].argmax())
-            found.append(
-                f"{name!r} has a tension of {share[n, k] * limit[k]:.3g} N in element {k} at t = "
-                f"{solution.t[n]:.6g} s, above 12 E I/L^2 = {limit[k]:.3g} N, beyond which its shape is unstable; use "
-                f"shorter elements, the section 'strip' or a Thread"
-            )
-    return "; ".join(found)
-
-
-def _places(y: np.ndarray, iq: np.ndarray, arms: np.ndarray) -> np.ndarray:
-    """Places (nt, n, 3) of points on bodies whose coordinates, position and quaternion, start at iq (n,)."""
-    found: np.ndarray = y[:, iq[:, None] + np.arange(3)]
-    off = np.flatnonzero(np.any(arms != 0.0, axis=1))
-    if off.size:  # whose rotation counts
-        attitude = y[:, iq[off, None] + 3 + np.arange(4)]
-        attitude /= np.linalg.norm(attitude, axis=2, keepdims=True)
-        moved = np.broadcast_to(arms[off], (len(y), off.size, 3)).reshape(-1, 1, 3)
-        found[:, off] += turned(attitude.reshape(-1, 4), moved).reshape(len(y), off.size, 3)
-    return found
-
-
-def beyond_small(solution: Solution) -> str:
-    """A sentence on reduced bodies that turn too fast, or deform too much, for their linear models; '' of others.
-
-    Notes
-    -----
-    What is left out of the stiffness is of the order of (rate/lowest frequency with a node held)^2, and displacements
-    are off by half the square of the rotations.
-    """
-    found = []
-    for name, part in solution.assembly.parts.items():
-        if not isinstance(part, ReducedBody) or not solution.t.size:
-            continue
-        row, axes = solution.assembly.model.reduced_bodies[solution.assembly.index(name)], part.axes
-        iv = int(solution.assembly.model.bodies["iv"][row["first_body"]])
-        rate = np.linalg.norm(solution.y[:, iv + 3 : iv + 6], axis=1)
-        share = (rate / axes.held) ** 2
-        if share.max() > LINEAR:
-            k = int(share.argmax())
-            found.append(
-                f"{name!r} turns at {rate[k]:.3g} rad/s at t = {solution.t[k]:.6g} s, {rate[k] / axes.held:.2g} of its "
-                f"lowest frequency with a node held: stiffening and loads by spin, which its linear model does not "
-                f"have, change it by about {100.0 * share[k]:.2g} %; use a Rod or a Beam"
-            )
-        q = solution.y[:, int(row["iq"]) :][:, : int(row["modes"])]
-        turns = (q @ axes.shapes[: 6 * int(row["nodes"])].T).reshape(len(q), -1, 6)[..., 3:]
-        largest = float(np.abs(turns).max(initial=0.0))
-        if 0.5 * largest**2 > LINEAR:
-            found.append(
-                f"{name!r} turns its nodes by {np.degrees(largest):.3g} deg against its frame: its displacements are "
-                f"off by about {50.0 * largest**2:.2g} %, since its model is linear; use a Rod or a Beam"
-            )
-    return "; ".join(found)
 
 
 def unresolved_captures(solution: Solution) -> str:

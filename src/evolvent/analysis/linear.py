@@ -137,7 +137,8 @@ class LinearModel(StateSpace):
         K, M = T.T @ (self.square[:, None] * T), T.T @ T
         positions = np.array([self._source.points[place].position for place in places])
         found = ReducedModel(
-            0.5 * (K + K.T), 0.5 * (M + M.T), positions, tuple(nodes), np.zeros((0, len(K)))
+            0.5 * (K + K.T), 0.5 * (M + M.T), positions, tuple(nodes), np.zeros((0, len(K))),
+            warning=self.warning,
         )  # fmt: skip
         check_model(found, "the reduced model")
         if path is not None:

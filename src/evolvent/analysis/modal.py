@@ -45,7 +45,8 @@ class ModalResults(Modes):
         """The slowest modes, for notebooks."""
         from evolvent.view import notebook
 
-        return notebook.summary(f"{len(self.pole)} modes", rows=self.rows())
+        warnings = [self.warning] if self.warning else []
+        return notebook.summary(f"{len(self.pole)} modes", rows=self.rows(), warnings=warnings)
 
     def motion(self, k: int, *, amplitude: float | None = None, frames: int = 60) -> Motion:
         """The motion of one mode over one period.
@@ -104,5 +105,5 @@ class ModalResults(Modes):
         from evolvent.base import netcdf
 
         found = self.to_dataset()
-        found.attrs = {"title": "modes by evolvent", "holds": results.MODES, "made_with": results.made_with()}
+        found.attrs |= {"title": "modes by evolvent", "holds": results.MODES, "made_with": results.made_with()}
         files.write_file(path, netcdf.image(found))

@@ -22,6 +22,7 @@ from evolvent.results.motion import quaternions
 from evolvent.solvers import balance as eb, explicit_plan, implicit
 from evolvent.solvers.explicit_plan import METHODS, STEP_ALLOWED
 from evolvent.solvers.laws import law_failure, refusing_laws
+from evolvent.solvers.limits import limitation_of
 from evolvent.solvers.releases import write_accounts
 from evolvent.solvers.sampled import Sampled, bristles
 from evolvent.solvers.solution import Solution
@@ -228,6 +229,11 @@ class Stepper:
     def value(self, address: ResultAddress) -> float | np.ndarray:
         """A result now, by the address that `address` has found for its name."""
         return self._results.value(address)
+
+    @property
+    def warning(self) -> str:
+        """What the state now is beyond (`evolvent.solvers.limits`), one text; '' for nothing."""
+        return limitation_of(self._solution())
 
     def results(self) -> dict[str, tuple[tuple[str, ...], str]]:
         """Names of all that `result` gives, without components and entries: name -> (dimensions, unit)."""

@@ -18,9 +18,9 @@ from evolvent.elements.reduced_models import ReducedModel, check_model
 #: Keys of a file: names, and whether it must have them.
 KEYS = {
     "stiffness": True, "mass": True, "positions": True, "names": False, "recovery": False, "recovery_names": False,
-    "recovery_units": False,
+    "recovery_units": False, "warning": False,
 }  # fmt: skip
-_TEXTS = ("names", "recovery_names", "recovery_units")
+_TEXTS = ("names", "recovery_names", "recovery_units", "warning")
 #: Folder of the models that are shipped.
 SHIPPED = pathlib.Path(__file__).parent / "models"
 #: Endings of files that are read.
@@ -75,7 +75,7 @@ def read_model(path: str, length: float = 1.0, mass: float = 1.0, bulk: str | No
         numbers["stiffness"], numbers["mass"], numbers["positions"],
         texts["names"] or tuple(f"node{k}" for k in range(nodes)), recovery,
         texts["recovery_names"] or tuple(f"result{k}" for k in range(results)),
-        texts["recovery_units"] or ("1",) * results,
+        texts["recovery_units"] or ("1",) * results, "; ".join(texts["warning"]),
     )  # fmt: skip
     check_model(model, repr(path))
     return model.scaled(length, mass)
@@ -95,7 +95,7 @@ def shipped_models() -> list[str]:
 
 def write_model(path: str, model: ReducedModel) -> None:
     """Write a reduced model as a file that `read_model` reads, in SI units."""
-    content: dict[str, Any] = {key: getattr(model, key) for key in KEYS}
+    content: dict[str, Any] = {key: getattr(model, key) for key in KEYS if key != "warning" or model.warning}
     if not len(model.recovery):
         content = {key: value for key, value in content.items() if not key.startswith("recovery")}
     if path.lower().endswith(".npz"):
@@ -141,6 +141,8 @@ def _numbers(path: str, key: str, value: Any) -> np.ndarray:
 def _check_texts(path: str, texts: dict[str, tuple[str, ...]], nodes: int, results: int) -> None:
     """Refuse names that are not one for each node or result, or not unique."""
     for key, found in texts.items():
+        if key == "warning":
+            continue
         wanted = nodes if key == "names" else results
         if found and len(found) != wanted:
             raise InputError(f"{path!r}: {key} has {len(found)} entries; it must have {wanted}")

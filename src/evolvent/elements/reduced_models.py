@@ -42,6 +42,7 @@ class ReducedModel:
     names : tuple of str, of the nodes
     recovery : (r, n) float, results as combinations of the coordinates
     recovery_names, recovery_units : tuple of str, of the results
+    warning : str, what the structure that the model was made of was beyond; '' for nothing
     """
 
     stiffness: Array
@@ -51,6 +52,7 @@ class ReducedModel:
     recovery: Array
     recovery_names: tuple[str, ...] = ()
     recovery_units: tuple[str, ...] = ()
+    warning: str = ""
 
     @property
     def size(self) -> int:

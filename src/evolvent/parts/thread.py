@@ -77,8 +77,9 @@ class Thread(Part):
         harder than its spring pulls. Otherwise it carries compression. Under generalized-alpha let the steps follow
         from `tolerance`.
     boundary_segment : {"constant", "by-length"}
-        Stiffness and damping of the segment between the spool and the last node off it (springs): those of a whole
-        segment, as in the paper, or those of its own natural length b, `stiffness` l0/b.
+        Stiffness and damping of the segment between the spool and the last node off it (springs on mesh 'material'):
+        those of its own natural length b, `stiffness` l0/b, or, as in the paper, those of a whole segment at any
+        length, with which a line is too soft by up to 1/(whole segments that are out).
     shortest_fraction : float
         Fraction of a segment, above 0 and up to 1: below this length the stiffness of the boundary segment stays that
         at it (`boundary_segment` 'by-length'). Explicit methods need steps shorter by
@@ -154,7 +155,7 @@ class Thread(Part):
     mesh: Literal["material", "moving"] = "material"
     take_up: ReelName | None = None
     slack: bool = False
-    boundary_segment: Literal["constant", "by-length"] = "constant"
+    boundary_segment: Literal["constant", "by-length"] = "by-length"
     shortest_fraction: units.PositiveNumber = SHORTEST_FRACTION
     direction: units.Direction | None = None
     rotate_velocity: bool = True
@@ -240,7 +241,7 @@ class Thread(Part):
             capture=self.capture_fraction,
             **({"end": -1, "take_drive": -1} | take_up | ({"end": end} if end >= 0 else {})),
             slack=int(self.slack),
-            shortest=l0 * self.shortest_fraction if self.boundary_segment == "by-length" else 0.0,
+            shortest=l0 * self.shortest_fraction if self._follows_length else 0.0,
             coiling=0.5 * self.thickness / np.pi,
             core=np.sqrt(core),
             spool_friction=drive.friction,
@@ -256,11 +257,17 @@ class Thread(Part):
         builder.released.append(released)
         builder.names[name] = ("threads", index)
 
+    @property
+    def _follows_length(self) -> bool:
+        """Whether the stiffness of the boundary segment is that of its length."""
+        return self.boundary_segment == "by-length" and self.segments == "springs" and self.mesh == "material"
+
     def _check_segments(self, name: str, kind: int) -> None:
         """Refuse keys that do not fit the segments."""
         if kind == kernels.SPRINGS and self.stiffness == 0.0:
             raise InputError(f"{name}.stiffness is {self.stiffness!r}; segments that are springs need one above 0 N/m")
-        if self.boundary_segment != "constant" and kind != kernels.SPRINGS:
+        given = "boundary_segment" in self.model_fields_set and self.boundary_segment != "constant"
+        if given and kind != kernels.SPRINGS:
             raise InputError(
                 f"{name}.boundary_segment is {self.boundary_segment!r}; it needs {name}.segments 'springs', not "
                 f"{self.segments!r}"
@@ -270,7 +277,7 @@ class Thread(Part):
                 f"{name}.shortest_fraction is {self.shortest_fraction!r}; it must be above 0 and at most 1, of the "
                 f"length of a segment"
             )
-        if self.boundary_segment == "constant" and self.shortest_fraction != SHORTEST_FRACTION:
+        if not self._follows_length and self.shortest_fraction != SHORTEST_FRACTION:
             raise InputError(
                 f"{name}.shortest_fraction is {self.shortest_fraction!r}; it needs {name}.boundary_segment 'by-length'"
             )
@@ -282,7 +289,7 @@ class Thread(Part):
         if self.segments != "springs":
             raise InputError(f"{name}.mesh is 'moving'; it needs {name}.segments 'springs', not {self.segments!r}")
         for key, allowed in (("separates", False), ("boundary_segment", "constant")):
-            if getattr(self, key) != allowed:
+            if key in self.model_fields_set and getattr(self, key) != allowed:
                 raise InputError(f"{name}.{key} is {getattr(self, key)!r}, which mesh 'moving' does not support; "
                                  f"leave it out, or use mesh 'material'")  # fmt: skip
         least = LEAST_OUT * self.length

@@ -13,6 +13,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, eigsh, splu
 
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import facing
+from evolvent.solvers.subspaces import all_of, equal, regular_shift
 
 Array = np.ndarray
 
@@ -24,12 +25,18 @@ SYMMETRIC = 1e-12
 ZERO = 1e-6
 #: What a square of a frequency may owe to round-off, in parts of the sum of all products behind it.
 ROUND_OFF = 5e-14
-#: Relative difference of squares of frequencies that count as equal.
-EQUAL = 1e-8
-#: Part of a rigid-body motion that modes of equal frequency must take for one of them to be turned into it.
-EXCITED = 1e-6
 #: Squares of frequencies above so many times the shift are found without it.
 FAR = 1e8
+#: Modes below this part of the shift (poles, of its root) are found anew: by Rayleigh and Ritz, by a lower shift.
+SLOW_SQUARE, SLOW_POLE = 1e-6, 1e-4
+#: Part of a shape, by the norm of the mass matrix, by which it must differ from others to count as another one.
+DISTINCT = 1e-3
+#: Part of the round-off of motions without stiffness that stays when it is taken out of K.
+CLEANED = 1e-10
+#: Singular values, beside the largest, of motions that constraints allow.
+INDEPENDENT = 1e-9
+#: Residual of a mode beside its share of the shifted inverse, from which it is refused.
+UNRESOLVED = 1e-5
 #: Real part, beside the modulus, from which a pole grows; what round-off adds to eigenvalues of the shifted inverse,
 #: beside its size; number of slowest motions that are examined where all are too many.
 GROWS, SPLIT, LOOKED_AT = 1e-6, 1e-13, 20
@@ -41,17 +48,52 @@ _ROUND_OFF_LEFT = (
     "the slowest modes are lost in round-off: the stiffness differs too much between directions, as of extremely thin "
     "strips; {size} free directions are more than the {most} of dense algebra; take fewer elements or a thicker section"
 )
+_STRAINED = (
+    "a mode of {part!r} is lost in round-off: it strains that part, but its stiffness is below the round-off of the "
+    "stiffest directions; take fewer elements, a thicker section, or a Beam with the formulation 'cable'"
+)
+_UNRESOLVED = (
+    "mode {k}, which moves {where} most, is not resolved: its equations are off by {share:.1g} of their terms, since "
+    "the stiffness differs too much between directions; take fewer elements or a thicker section there"
+)
+
+
+def _somewhere(shape: Array) -> str:
+    return f"coordinate {int(np.argmax(np.abs(shape)))}"
 
 
 class Problem:
-    """The eigenproblem of M, C, K under G u = 0."""
+    """The eigenproblem of M, C, K under G u = 0.
 
-    def __init__(self, M: Any, C: Any, K: Any, G: Any, weight: Array, *, conservative: bool) -> None:
+    Parameters
+    ----------
+    M, C, K : (n, n) sparse
+    G : (m, n) sparse
+    weight : (n,) float, size of each coordinate that counts as 1
+    conservative : bool, whether K is symmetric but for round-off
+    where : called with a shape (n,) beside `weight`; where it moves most, for messages
+    strains : called with shapes (n, k) without stiffness; the first part that they strain, '' for none
+    rigid : (n, r) float, orthonormal beside `weight`, motions in whose span all motions without stiffness are; None
+        where they are not known
+
+    Notes
+    -----
+    The motions without stiffness that `rigid` and G leave, `still`, are found before the others: what round-off leaves
+    of their stiffness, which may be more than that of slow modes, is taken out of K.
+    """
+
+    def __init__(
+        self, M: Any, C: Any, K: Any, G: Any, weight: Array, *, conservative: bool,
+        where: Callable[[Array], str] = _somewhere, strains: Callable[[Array], str] = lambda V: "",
+        rigid: Array | None = None,
+    ) -> None:  # fmt: skip
+        self.where, self.strains = where, strains
         self.M, self.C, self.K, self.n = M.tocsc(), C.tocsc(), K.tocsc(), K.shape[0]
         scale = abs(K).max(axis=1).toarray().ravel()
         size = G.shape[0]
         norms = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel()) if size else np.zeros(0)
         typical = float(np.median(scale[scale > 0.0])) if np.any(scale) else 1.0
+        self.typical = typical
         self.G = sparse.diags(typical / norms) @ G if size else G
         self.size = self.n - size
         m = M.diagonal()
@@ -63,46 +105,100 @@ class Problem:
             self.K = (0.5 * (K + K.T)).tocsc()
         self.weight = weight
         self.rng = np.random.default_rng(1)
+        self.symmetric_part = self.K if self.symmetric else (0.5 * (self.K + self.K.T)).tocsc()
+        self.sizes = abs(self.K)
+        self.still = self.momenta = np.zeros((self.n, 0))
+        if rigid is not None:
+            self.still = self._without_stiffness(rigid)
+            self.momenta = self.M @ self.still
 
     def inverse(self, s2: float, s: float = 0.0) -> Any:
         """Function f -> u of (K + s C + s2 M) u + G^T la = f, G u = 0."""
-        A = self.K + s * self.C + s2 * self.M
-        if self.G.shape[0]:
-            A = sparse.bmat([[A, self.G.T], [self.G, None]])
-        lu = splu(A.tocsc())
-        n, extra = self.n, self.G.shape[0]
+        A, n, W = self.K + s * self.C + s2 * self.M, self.n, self.still
+        borders = [self.G, sparse.csr_matrix(self.typical * (self.momenta / np.linalg.norm(self.momenta, axis=0)).T)]
+        G = sparse.vstack([border for border in borders if border.shape[0]]) if self.G.shape[0] or W.size else None
+        if G is not None:
+            A = sparse.bmat([[A, G.T], [G, None]])
+        A = A.tocsc()
+        lu = splu(A)
+        across = s * (self.C @ W)
+        own = s * (W.T @ (self.C @ W)) + s2 * np.eye(W.shape[1])
 
-        def solve(f: Array) -> Array:
-            whole = np.zeros((n + extra, *f.shape[1:]))
+        def held(f: Array) -> Array:
+            whole = np.zeros((A.shape[0], *f.shape[1:]))
             whole[:n] = f
             x = lu.solve(whole)
             return (x + lu.solve(whole - A @ x))[:n]
 
+        if not W.size:
+            return held
+        answer = held(across)  # u = u' + W a, W^T M u' = 0: held(f - across a) and the rows of W of the equations
+        own = own - s * ((self.C.T @ W).T @ answer)
+
+        def solve(f: Array) -> Array:
+            u = held(f)
+            a = np.linalg.solve(own, W.T @ f - s * ((self.C.T @ W).T @ u))
+            return u - answer @ a + W @ a
+
         return solve
 
-    def noise(self, V: Array) -> Array:
-        """Squares of frequencies that round-off alone may give to shapes: (k,)."""
+    def stiffness(self, V: Array) -> Array:
+        """The symmetric part of K times real V, without what round-off leaves of the motions without stiffness."""
+        X = self.symmetric_part @ (V - self.still @ (self.momenta.T @ V))
+        return X - self.momenta @ (self.still.T @ X)
+
+    def _without_stiffness(self, rigid: Array) -> Array:
+        """Motions without stiffness, u^T M u = 1, in the span of `rigid` (n, r) that the constraints allow: (n, k)."""
+        R = rigid
+        if self.G.shape[0]:
+            across = (self.G @ R) / self.typical
+            if across.shape[0] > across.shape[1]:
+                across = np.linalg.qr(across, mode="r")
+            R = R @ scipy.linalg.null_space(across, rcond=INDEPENDENT) if np.any(across) else R
+        if not R.shape[1]:
+            return np.zeros((self.n, 0))
+        squares, R = self._by_ritz(R / np.sqrt(self._norms(R)))
+        W = R[:, np.abs(squares) <= self.noise(R)]
+        if not W.shape[1]:
+            return W
+        self.still, self.momenta = W, self.M @ W
+        # what forces onto the rest would yield
+        moved = self.inverse(self.shift(1))(self.K @ W)
+        drop = np.einsum("ij,ij->j", self.K.T @ W, moved - W @ (self.momenta.T @ moved))
+        return W[:, np.abs(drop) <= self.noise(W, whole=True)]
+
+    def noise(self, V: Array, *, whole: bool = False) -> Array:
+        """Squares of frequencies, (k,), that round-off may give to shapes without `still`, or to them `whole`."""
+        found = self._products(V)
+        if self.still.size and not whole:
+            found = self._products(V - self.still @ (self.momenta.T @ V)) + CLEANED * found
+        return ROUND_OFF * found / self._norms(V)
+
+    def _products(self, V: Array) -> Array:
+        """|v|^T |K| |v| : (k,)."""
         size = np.abs(V)
-        return ROUND_OFF * np.einsum("ij,ij->j", size, abs(self.K) @ size) / self._norms(V)
+        return np.asarray(np.einsum("ij,ij->j", size, self.sizes @ size))
 
     def _norms(self, V: Array) -> Array:
         """v^H M v : (k,)."""
         return np.einsum("ij,ij->j", V.conj(), self.M @ V).real
 
     def shift(self, count: int) -> float:
-        """A square near those of the modes that are wanted, rad2/s2, by subspace iteration."""
-        p = min(count + 4, self.size)
-        S = self.K if self.symmetric else 0.5 * (self.K + self.K.T)
+        """A square near those of the modes that are wanted, rad2/s2, by subspace iteration without `still`."""
+        left = self.size - self.still.shape[1]
+        count = min(max(count - self.still.shape[1], 1), left)
+        p = min(count + 4, left)
         X = self.rng.standard_normal((self.n, p)) * self.weight[:, None]
-        s2 = last = _regular_shift(self.fastest, self.K.diagonal() / self.M.diagonal())
-        for _ in range(40):
+        s2 = last = regular_shift(self.fastest, self.K.diagonal() / self.M.diagonal())
+        for _ in range(40 if left else 0):
+            X = X - self.still @ (self.momenta.T @ X)
             try:
                 X = self.inverse(s2)(self.M @ X)
             except RuntimeError:  # nothing but round-off is left of it
                 return last
             X /= np.linalg.norm(X / self.weight[:, None], axis=0)
             X = np.linalg.qr(X / self.weight[:, None])[0] * self.weight[:, None]
-            values, v = scipy.linalg.eigh(X.T @ (S @ X), X.T @ (self.M @ X))
+            values, v = scipy.linalg.eigh(X.T @ self.stiffness(X), X.T @ (self.M @ X))
             X = X @ v
             noise = self.noise(X)
             order = np.argsort(np.maximum(np.abs(values), noise))
@@ -110,7 +206,7 @@ class Problem:
             if target <= 10.0 * noise[order[count - 1]]:  # zero; with a shift as small the inverse is round-off
                 return s2
             if target > 0.2 * s2:
-                return _regular_shift(target, values)
+                return regular_shift(target, values)
             last, s2 = s2, target
         return s2
 
@@ -119,11 +215,13 @@ class Problem:
         s2 = self.shift(min(count, self.size))
         if self.symmetric:
             return self.undamped(min(count, self.size), s2)
-        return self.general(count, s2)
+        pole, shape = self.general(count, s2)
+        self._check_zeros(shape[pole == 0.0].real.T)
+        return pole, shape
 
     def undamped(self, count: int, s2: float) -> tuple[Array, Array]:
         """Poles and real shapes (count, n), u^T M u = 1, without velocities; s2: about the square of the last one."""
-        inverse = self.inverse(s2)
+        inverse, wanted = self.inverse(s2), min(count + 4, self.size)
 
         def by_dense_algebra() -> tuple[Array, Array]:
             Z = self.free()
@@ -131,28 +229,30 @@ class Problem:
             L = np.linalg.cholesky(0.5 * (M + M.T))
             B = L.T @ (Z.T @ inverse(Z @ L))
             mu, v = scipy.linalg.eigh(0.5 * (B + B.T))
-            keep = np.argsort(-np.abs(mu))[:count]
+            keep = np.argsort(-np.abs(mu))[:wanted]
             return mu[keep], (Z @ scipy.linalg.solve_triangular(L.T, v))[:, keep]
 
-        if self.size <= DENSE or count >= self.size - 1:
+        if self.size <= DENSE or wanted >= self.size - 1:
             mu, V = by_dense_algebra()
         else:
             operator = LinearOperator((self.n, self.n), matvec=lambda f: inverse(f.ravel()), dtype=float)
 
             def find() -> tuple[Array, Array]:
                 v0 = inverse(self.M @ self.rng.standard_normal(self.n))
-                found, v = eigsh(self.K, k=count, M=self.M, sigma=-s2, v0=v0, OPinv=operator)
+                found, v = eigsh(self.K, k=wanted, M=self.M, sigma=-s2, v0=v0, OPinv=operator)
                 return 1.0 / (found + s2), v
 
             try:
-                mu, V = _all_of(find, self.M)
+                mu, V = all_of(find, self.M)
             except ArpackError as error:
                 if self.size > MOST_DENSE:
                     raise InputError(_ROUND_OFF_LEFT.format(size=self.size, most=MOST_DENSE)) from error
                 mu, V = by_dense_algebra()
-        squares = self._checked(1.0 / mu - s2, V, s2)
+        squares, V = self._checked(1.0 / mu - s2, V, s2)
         order = np.argsort(squares, kind="stable")[:count]
         squares, V = squares[order], V[:, order]
+        self._check_zeros(V[:, squares == 0.0])
+        self._check_residuals(inverse(self.M @ V) - V / (squares + s2), V, 1.0 / (squares + s2), squares == 0.0)
         pole = np.where(squares >= 0.0, 1j, 1.0) * np.sqrt(np.abs(squares))
         V = self._orthonormal(squares, V)
         return pole, (V * facing((V / self.weight[:, None]).T)).T
@@ -178,19 +278,48 @@ class Problem:
         squares[near] = 1.0 / mu[near] - s2
         if not np.all(near):
             rest = V[:, ~near]
-            K = rest.T @ (self.K @ rest)
+            K = rest.T @ self.stiffness(rest)
             squares[~near], w = scipy.linalg.eigh(0.5 * (K + K.T))
             V[:, ~near] = rest @ w
-        squares = self._checked(squares, V, s2)
+        squares, V = self._checked(squares, V, s2)
         order = np.argsort(squares, kind="stable")
-        return squares[order], V[:, order]
+        squares, V = squares[order], V[:, order]
+        self._check_zeros(V[:, squares == 0.0])
+        return squares, V
 
-    def _checked(self, squares: Array, V: Array, s2: float) -> Array:
-        """Squares from the inverse with shift s2; by Rayleigh's quotient where that has less round-off; 0 below it."""
+    def _checked(self, squares: Array, V: Array, s2: float) -> tuple[Array, Array]:
+        """Squares from the inverse with shift s2, and shapes; far below it by Rayleigh and Ritz; 0 for round-off.
+
+        The inverse does not separate shapes whose squares are equal beside the shift.
+        """
+        slow = np.abs(squares) <= SLOW_SQUARE * s2
+        if np.any(slow):
+            V = V.copy()
+            squares[slow], V[:, slow] = self._by_ritz(V[:, slow])
         noise = self.noise(V)
-        quotient = np.einsum("ij,ij->j", V, self.K @ V) / self._norms(V)
-        found = np.where(noise < ROUND_OFF * s2, quotient, squares)
-        return np.where(np.abs(found) <= np.maximum(noise, ROUND_OFF * s2), 0.0, found)
+        quotient = np.einsum("ij,ij->j", V, self.stiffness(V)) / self._norms(V)
+        found = np.where(slow | (noise < ROUND_OFF * s2), quotient, squares)
+        return np.where(np.abs(found) <= np.where(slow, noise, np.maximum(noise, ROUND_OFF * s2)), 0.0, found), V
+
+    def _by_ritz(self, V: Array) -> tuple[Array, Array]:
+        """Squares by the symmetric stiffness, ascending, and shapes, u^T M u = 1, within the span of independent V."""
+        M, K = V.T @ (self.M @ V), V.T @ self.stiffness(V)
+        squares, v = scipy.linalg.eigh(0.5 * (K + K.T), 0.5 * (M + M.T))
+        return squares, V @ v
+
+    def _check_zeros(self, V: Array) -> None:
+        """Refuse motions without stiffness, (n, k), that strain a part: their stiffness is lost in round-off."""
+        part = self.strains(V) if V.shape[1] else ""
+        if part:
+            raise InputError(_STRAINED.format(part=part))
+
+    def _check_residuals(self, residual: Array, V: Array, mu: Array, zero: Array) -> None:
+        """Refuse modes that the shifted inverse does not keep but for its factor mu; those that are `zero` aside."""
+        share = np.sqrt(self._norms(residual) / self._norms(V)) / np.abs(mu)
+        share[zero] = 0.0
+        if not np.all(share <= UNRESOLVED):
+            k = int(np.argmax(np.where(np.isfinite(share), share, np.inf)))
+            raise InputError(_UNRESOLVED.format(k=k, where=self.where(V[:, k] / self.weight), share=share[k]))
 
     def _orthonormal(self, squares: Array, V: Array) -> Array:
         """V with V^T M V = 1; shapes of different frequency are orthogonal, to those of equal ones it is done here."""
@@ -259,137 +388,114 @@ class Problem:
         return Q[:, self.G.shape[0] :]
 
     def general(self, count: int, s2: float) -> tuple[Array, Array]:
-        """Of [u, v/s]: with s the shift, u' = v; pairs of poles of which one is kept."""
+        """Poles and shapes (count, n), slowest first, of pairs of poles one; s2: about the square of the last one.
+
+        Notes
+        -----
+        A motion without stiffness is given once, though it may drift, which is a double pole 0. Poles that are far
+        below the shift are found again with a lower one.
+        """
         s = math.sqrt(s2)
+        pole, V = self._nearest(count, s2)
+        lost = np.abs(pole) <= np.maximum(np.sqrt(self.noise(V)), ZERO * s)
+        still, W = self._zeros(V[:, lost]) if int(np.sum(lost)) > self.still.shape[1] else self._zeros(V[:, :0])
+        loose = int(np.sum(still))
+        keep = np.flatnonzero((pole.imag >= 0.0) & ~lost)
+        keep = keep[np.argsort(np.abs(pole[keep]), kind="stable")]
+        size = np.abs(pole[keep])
+        slow = int(np.sum(size <= SLOW_POLE * s))
+        while 0 < slow < keep.size and size[slow] - size[slow - 1] <= DISTINCT * size[slow]:
+            slow -= 1
+        below = still.size + slow
+        if below > loose and (low := self.shift(min(below, self.size))) < 0.01 * s2:
+            at_low, shape = self.general(min(below + 2, self.size), low)
+            bound = math.sqrt(size[slow - 1] * size[slow]) if 0 < slow < keep.size else SLOW_POLE * s
+            at_low, shape = at_low[np.abs(at_low) <= bound], shape[np.abs(at_low) <= bound]
+            rest = keep[size > bound]
+            pole, V = np.concatenate([at_low, pole[rest]]), np.column_stack([shape.T, self._unit(V[:, rest])])
+            return pole[:count], V[:, :count].T
+        if not np.all(still):
+            where = self.where(W[:, int(np.argmin(still))] / self.weight)
+            raise InputError(_UNRESOLVED.format(k=loose, where=where, share=ZERO))
+        pole = np.concatenate([np.zeros(loose), pole[keep]])[:count]
+        V = np.column_stack([W, V[:, keep]])[:, :count]
+        pole.imag[np.abs(pole.imag) <= 1e-9 * np.abs(pole)] = 0.0
+        x, mu = np.vstack([V, V * (pole / s)]), 1.0 / (pole - s)
+        self._check_residuals((self._apply(s2)(x) - mu * x)[: self.n], V, mu, pole == 0.0)
+        return pole, self._unit(V).T
+
+    def _unit(self, V: Array) -> Array:
+        """V with V^H M V = 1, signs and phases as of `facing`."""
+        V = V / np.sqrt(self._norms(V))
+        return V * facing((V / self.weight[:, None]).T)
+
+    def _zeros(self, V: Array) -> tuple[Array, Array]:
+        """Whether motions of the span of V and `still` have no stiffness but round-off, (k,) bool; shapes (n, k)."""
+        W = self.still
+        for x in np.hstack([V.real, V.imag]).T:
+            size = math.sqrt(max(float(x @ (self.M @ x)), 0.0))
+            for _ in range(2):
+                x = x - W @ (W.T @ (self.M @ x))
+            rest = math.sqrt(max(float(x @ (self.M @ x)), 0.0))
+            if size > 0.0 and rest > DISTINCT * size:
+                W = np.column_stack([W, x / rest])
+        if not W.shape[1]:
+            return np.zeros(0, dtype=bool), W
+        squares, W = self._by_ritz(W)
+        return np.abs(squares) <= self.noise(W), W
+
+    def _apply(self, s2: float) -> Callable[[Array], Array]:
+        """(A - s)^-1 of x = [u, v/s], u' = v, by the shift s."""
+        s, n = math.sqrt(s2), self.n
         inverse = self.inverse(s2, s)
-        n = self.n
 
         def apply(x: Array) -> Array:
             u, v = x[:n], s * x[n:]
-            w = -inverse(self.C @ u + s * (self.M @ u) + self.M @ v)
+            f = self.C @ u + s * (self.M @ u) + self.M @ v
+            w = -(inverse(f.real) + 1j * inverse(f.imag)) if np.iscomplexobj(f) else -inverse(f)
             return np.concatenate([w, (u + s * w) / s])
 
-        if 2 * self.size <= DENSE or 2 * count + 8 >= 2 * self.size - 2:
+        return apply
+
+    def _nearest(self, count: int, s2: float) -> tuple[Array, Array]:
+        """Poles nearest to the shift, of conjugate pairs both, and shapes (n, k).
+
+        Displacements are taken without those of `still`, on which nothing depends: so their poles 0 are single.
+        """
+        s, n, solve = math.sqrt(s2), self.n, self._apply(s2)
+
+        def apply(x: Array) -> Array:
+            found = solve(x)
+            found[:n] -= self.still @ (self.momenta.T @ found[:n])
+            return found
+
+        def by_dense_algebra() -> tuple[Array, Array]:
             Z = self.free()
             whole = scipy.linalg.block_diag(Z, Z)
             mu, v = np.linalg.eig(whole.T @ apply(whole))
-            V = (whole @ v)[:n]
+            return mu, whole @ v
+
+        if self.size <= DENSE or 2 * count + 8 >= 2 * self.size - 2:
+            mu, V = by_dense_algebra()
         else:
-            operator = LinearOperator((2 * n, 2 * n), matvec=lambda f: apply(f.ravel()), dtype=float)
+            D = np.sqrt(np.tile(self.M.diagonal(), 2))  # light directions are not to dominate
+            operator = LinearOperator((2 * n, 2 * n), matvec=lambda f: D * apply(f.ravel() / D), dtype=float)
 
             def find() -> tuple[Array, Array]:
-                u, v = inverse(self.M @ self.rng.standard_normal((n, 2))).T
-                v0 = np.concatenate([u / np.linalg.norm(u), v / np.linalg.norm(v)])
+                u, v = self.inverse(s2, s)(self.M @ self.rng.standard_normal((n, 2))).T
+                v0 = D * np.concatenate([u / np.linalg.norm(u), v / np.linalg.norm(v)])
                 found: tuple[Array, Array] = eigs(operator, k=2 * count + 8, v0=v0, which="LM")
                 return found
 
-            mu, V = _all_of(find)
-            V = V[:n]
+            try:
+                mu, V = all_of(find)
+                V = V / D[:, None]
+            except ArpackError as error:
+                if 2 * self.size > MOST_DENSE:
+                    raise InputError(_ROUND_OFF_LEFT.format(size=self.size, most=MOST_DENSE // 2)) from error
+                mu, V = by_dense_algebra()
         keep = np.abs(mu) > 1e-13 * np.abs(mu).max()
         mu, V = mu[keep], V[:, keep]
         pole = s + 1.0 / mu
-        pole[np.abs(pole) <= np.maximum(np.sqrt(self.noise(V)), ZERO * s)] = 0.0
-        keep = np.flatnonzero(pole.imag >= 0.0)
-        zero = keep[pole[keep] == 0.0]
-        keep = np.concatenate([zero[::2], keep[pole[keep] != 0.0]])  # zeros are double
-        keep = keep[np.argsort(np.abs(pole[keep]), kind="stable")][:count]
-        pole, V = pole[keep], V[:, keep]
-        pole.imag[np.abs(pole.imag) <= 1e-9 * np.abs(pole)] = 0.0
-        V = V / np.sqrt(self._norms(V))
-        return pole, (V * facing((V / self.weight[:, None]).T)).T
-
-
-def _regular_shift(s2: float, squares: Array) -> float:
-    """A shift from s2 on that is not close to the negative of a square: K + s2 M would be singular."""
-    while np.any(np.abs(squares + s2) < 0.05 * s2):
-        s2 *= 1.2
-    return s2
-
-
-def _all_of(find: Callable[[], tuple[Array, Array]], M: Any = None) -> tuple[Array, Array]:
-    """Eigenvalues and vectors of several calls of `find`, each from another start, until nothing is new.
-
-    One start of a Krylov method sees one vector of a multiple eigenvalue, but for what round-off brings in. M, where
-    given, is the inner product in which `find` returns orthonormal vectors.
-    """
-    values, vectors = find()
-    for _ in range(8):
-        added = False
-        for value, x in zip(*(lambda e: (e[0], e[1].T))(find()), strict=True):
-            same, rest = vectors[:, np.abs(values - value) <= 1e-6 * np.abs(value)], x
-            if M is None:
-                if same.shape[1]:
-                    rest = x - same @ np.linalg.lstsq(same, x, rcond=None)[0]
-                size = float(np.linalg.norm(rest))
-                new = size > 1e-3 * float(np.linalg.norm(x))
-            else:
-                for _ in range(2):
-                    rest = rest - same @ (same.T @ (M @ rest))
-                size = math.sqrt(max(float(rest @ (M @ rest)), 0.0))
-                new = size > 1e-3
-            if new:
-                values = np.append(values, value)
-                vectors = np.column_stack([vectors, rest / size])
-                added = True
-        if not added:
-            break
-    return values, vectors
-
-
-def constrained(H: Any, A: Any, f: Array, g: Array) -> Array:
-    """The solution u (n, k) of H u + A^T mu = f, A u = g; A's rows must be independent, H regular where they leave it.
-
-    Parameters
-    ----------
-    H : (n, n) sparse
-    A : (m, n) sparse
-    f, g : (n, k) and (m, k) float
-    """
-    n, m = H.shape[0], A.shape[0]
-    if m == 0:
-        found: Array = splu(H.tocsc()).solve(np.ascontiguousarray(f))
-        return found
-    size = abs(H).max(axis=1).toarray().ravel()
-    typical = float(np.median(size[size > 0.0])) if np.any(size) else 1.0
-    scale = typical / np.sqrt(np.asarray(A.multiply(A).sum(axis=1)).ravel())
-    A = sparse.diags(scale) @ A
-    lu = splu(sparse.bmat([[H, A.T], [A, None]]).tocsc())
-    whole: Array = lu.solve(np.vstack([f, scale[:, None] * g]))
-    return whole[:n]
-
-
-def equal(squares: Array) -> list[tuple[int, int]]:
-    """Ranges (first, last + 1) of squares of frequencies, ascending, that are equal; single ones are left out."""
-    found, first = [], 0
-    for last in range(1, len(squares) + 1):
-        if last == len(squares) or squares[last] - squares[last - 1] > EQUAL * abs(squares[last]):
-            if last > first + 1:
-                found.append((first, last))
-            first = last
-    return found
-
-
-def along_axes(squares: Array, shape: Array, M: Any, r: Array) -> Array:
-    """Real shapes (k, n), those of equal frequency turned so that each is excited by another rigid-body motion.
-
-    Parameters
-    ----------
-    squares : (k,) float, rad2/s2, ascending
-    shape : (k, n) float, u^T M u = 1
-    M : (n, n) sparse
-    r : (n, 6) float, rigid-body motions, in the order in which they are tried
-    """
-    found, momenta = shape.copy(), M @ r
-    size = np.sqrt(np.einsum("ij,ij->j", r, momenta))
-    for first, last in equal(squares):
-        count = last - first
-        turn = np.zeros((count, 0))
-        for column, whole in zip((shape[first:last] @ momenta).T, size, strict=True):
-            rest = column - turn @ (turn.T @ column)
-            if np.linalg.norm(rest) > EXCITED * whole and turn.shape[1] < count:
-                rest = rest - turn @ (turn.T @ rest)
-                turn = np.column_stack([turn, rest / np.linalg.norm(rest)])
-        if turn.shape[1] < count:
-            turn = np.column_stack([turn, scipy.linalg.null_space(turn.T)])
-        found[first:last] = turn.T @ shape[first:last]
-    return found
+        own = self.momenta.T @ V[n:] * (s / np.where(np.abs(pole) > ZERO * s, pole, s))
+        return pole, V[:n] + self.still @ own

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,9 +14,11 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError, nearest
 from evolvent.solvers import reduction
 from evolvent.solvers.channels import INPUTS, OUTPUTS, Channel, Quantity, channels
+from evolvent.solvers.limits import limitation_of
 from evolvent.solvers.modes import Where, at_equilibrium
 from evolvent.solvers.positions import LinearizedPoint, linearized_points
 from evolvent.solvers.reduction import Basis, Structure
+from evolvent.solvers.resolution import Naming
 from evolvent.solvers.solution import Solution
 
 if TYPE_CHECKING:
@@ -112,6 +115,11 @@ class StateSpace:
     equilibrium: Solution = dataclasses.field(repr=False)
     _source: _Source = dataclasses.field(repr=False)
 
+    @functools.cached_property
+    def warning(self) -> str:
+        """What the equilibrium is beyond (`evolvent.solvers.limits`), one text; '' for nothing."""
+        return limitation_of(self.equilibrium)
+
     @property
     def rigid(self) -> int:
         """How many modes neither oscillate nor grow: rigid-body modes."""
@@ -119,13 +127,14 @@ class StateSpace:
 
     @property
     def summary(self) -> str:
-        """What the model consists of, one sentence."""
+        """What the model consists of, one sentence, and its warning."""
         negative = int(np.sum(self.square < 0.0))
         parts = [f"{self.rigid} rigid-body", f"{len(self.square) - self.rigid - negative} elastic"]
         whole = f"{' and '.join(parts)} modes"
         if negative:  # a spin's gyroscopic terms may keep them from growing
             whole += f", {negative} of negative stiffness"
-        return f"{len(self.A)} states: {whole} ({self.method}), {len(self.inputs)} inputs, {len(self.outputs)} outputs"
+        text = f"{len(self.A)} states: {whole} ({self.method}), {len(self.inputs)} inputs, {len(self.outputs)} outputs"
+        return f"{text}; warning: {self.warning}" if self.warning else text
 
     @property
     def poles(self) -> Array:
@@ -267,7 +276,7 @@ def linearize(
     assembly, equilibrium, work, (M, C, K, G) = at_equilibrium(assembly, where, damped=damped)
     known = linearized_points(assembly, equilibrium.y[-1])
     source = _Source(
-        structure=Structure(M, C, K, G, work.balance.weight),
+        structure=Structure(M, C, K, G, work.balance.weight, Naming(assembly, equilibrium.y[-1], M)),
         inputs=channels("inputs", inputs, known, assembly, INPUTS),
         outputs=channels("outputs", outputs, known, assembly, OUTPUTS),
         points=known,

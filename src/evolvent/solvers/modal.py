@@ -18,10 +18,11 @@ from evolvent.base.errors import InputError
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.blocks import displace
 from evolvent.parts.checks import positive, vector
-from evolvent.solvers.eigenproblem import constrained
 from evolvent.solvers.implicit_setup import sizes
+from evolvent.solvers.limits import limitation_of
 from evolvent.solvers.positions import LinearizedPoint, find_moving, linearized_points, moving, rigid_motions
 from evolvent.solvers.solution import Solution
+from evolvent.solvers.subspaces import constrained
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -98,6 +99,11 @@ class Modes:
     M: sparse.csr_matrix = dataclasses.field(repr=False)
     G: sparse.csr_matrix = dataclasses.field(repr=False)
     point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    @functools.cached_property
+    def warning(self) -> str:
+        """What the equilibrium is beyond (`evolvent.solvers.limits`), one text; '' for nothing."""
+        return limitation_of(self.equilibrium)
 
     # -------------------------------------------------------------------------------------------- frequencies
 
@@ -365,10 +371,10 @@ class Modes:
                     data[f"{name}.{what}"] = (("component", *dims), pair, attributes)
                 else:
                     data[f"{name}.{what}"] = (dims, values, attributes)
-        return xr.Dataset(data, coords=coords)
+        return xr.Dataset(data, coords=coords, attrs={"warning": self.warning} if self.warning else {})
 
     def table(self) -> str:
-        """Frequencies, damping ratios and effective masses as text, a line a mode."""
+        """Frequencies, damping ratios and effective masses as text, a line a mode; then the warning."""
         head = f"{'mode':>4}  {'frequency':>12}  {'damping':>9}"
         under = f"{'':>4}  {'Hz':>12}  {'ratio':>9}"
         masses = None if np.iscomplexobj(self.shape) else self.effective_mass
@@ -388,4 +394,6 @@ class Modes:
                 sums | {"held by supports": self.held_mass, "whole structure": self.total_mass}
             ).items():
                 lines.append(f"{word:>29}" + "".join(f"  {m:>10.4g}" for m in values))
+        if self.warning:
+            lines.append(f"warning: {self.warning}")
         return "\n".join(lines)

@@ -13,16 +13,18 @@ from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import EvolventError, InputError, RunFailed
 from evolvent.kernels import fields
-from evolvent.solvers.eigenproblem import Problem, along_axes
+from evolvent.solvers.eigenproblem import Problem
 from evolvent.solvers.fixed_lengths import hold_segments, with_positions
 from evolvent.solvers.laws import law_failure
 from evolvent.solvers.linear_motion import matrices
 from evolvent.solvers.modal import Modes
 from evolvent.solvers.positions import rigid_motions
+from evolvent.solvers.resolution import Naming
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.static import solve_static
 from evolvent.solvers.static_work import Work, refuse_thread_mass
 from evolvent.solvers.still_threads import freeze_spools
+from evolvent.solvers.subspaces import along_axes
 
 Array = np.ndarray
 
@@ -75,14 +77,20 @@ def modes(
     of equal frequency, the first is the one that base motion along x excites, the next along y, z, then about x, y, z,
     where they are excited at all: a round beam bends in one plane at a time, rigid-body motion comes as translations
     and rotations. The objective damping of a cable's bending goes with the rate of the curvature's size, which has no
-    linear part where a cable is straight. Frequencies below some 1e-7 times the highest one asked for are round-off and
-    given as 0.
+    linear part where a cable is straight. Motions without stiffness, which the joints leave to the parts as rigid
+    bodies, are found first and given as frequency 0; so are frequencies below the round-off of the stiffness of their
+    own shape, unless they strain a beam or rod. Those, and modes whose equations are off by more than 1e-5, are
+    refused by the name of what moves.
     """
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise InputError(f"count is {count!r}; it must be a whole number from 1")
     where = Where(equilibrium, y, time, rotating, centre)
     assembly, equilibrium, work, (M, C, K, G) = at_equilibrium(assembly, where, damped=damped)
-    problem = Problem(M, C, K, G, work.balance.weight, conservative=families.has_symmetric_stiffness(work.model))
+    naming = Naming(assembly, equilibrium.y[-1], M)
+    problem = Problem(
+        M, C, K, G, work.balance.weight, conservative=families.has_symmetric_stiffness(work.model),
+        where=naming.where, strains=naming.strains, rigid=naming.rigid(work.balance.weight),
+    )  # fmt: skip
     pole, shape = problem.solve(count)
     if not np.iscomplexobj(shape):
         motions = rigid_motions(assembly, equilibrium.y[-1], np.zeros(3))

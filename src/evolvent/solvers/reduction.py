@@ -10,7 +10,9 @@ import scipy.linalg
 import scipy.sparse as sparse
 
 from evolvent.base.errors import InputError
-from evolvent.solvers.eigenproblem import Problem, constrained
+from evolvent.solvers.eigenproblem import Problem
+from evolvent.solvers.resolution import Naming
+from evolvent.solvers.subspaces import constrained
 
 Array = np.ndarray
 
@@ -31,6 +33,7 @@ class Structure:
     M, C, K : (nv, nv) sparse
     G : (nc, nv) sparse
     weight : (nv,) float, size of each coordinate that counts as 1
+    naming : names of what moves, for messages
     """
 
     M: sparse.csr_matrix
@@ -38,13 +41,17 @@ class Structure:
     K: sparse.csr_matrix
     G: sparse.csr_matrix
     weight: Array
+    naming: Naming
 
     def problem(self, more: Array | None = None) -> Problem:
         """The eigenproblem of M and the symmetric part of K; `more` (n, nv) are rows that are held too."""
         n = self.M.shape[0]
         G = self.G if more is None else sparse.vstack([self.G, sparse.csr_matrix(more)]).tocsr()
         K = (0.5 * (self.K + self.K.T)).tocsr()
-        return Problem(self.M, sparse.csr_matrix((n, n)), K, G, self.weight, conservative=True)
+        return Problem(
+            self.M, sparse.csr_matrix((n, n)), K, G, self.weight, conservative=True,
+            where=self.naming.where, strains=self.naming.strains, rigid=self.naming.rigid(self.weight),
+        )  # fmt: skip
 
 
 class Basis(NamedTuple):

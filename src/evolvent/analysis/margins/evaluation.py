@@ -17,6 +17,7 @@ from evolvent.analysis.margins.shares import Share
 from evolvent.analysis.margins.tables import Table
 from evolvent.base.errors import InputError, nearest
 from evolvent.solvers.laws import refusing_laws
+from evolvent.solvers.limits import limitations
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
@@ -84,6 +85,7 @@ class AtRest:
                 lines.refuse_unstated(found.coordinate, _given(found), self.standard)
             moving.append(found)
         names = [*(table.coordinate.name for table in self.tables), *self.reels]
+        remarks = [*self._remarks(), *(limitations(solution) if solution is not None else [])]
         return MarginResults(
             self.label, self.standard, self.keys, names, still, moving, ends, remarks, title=title, case=case,
         )  # fmt: skip

@@ -39,7 +39,7 @@ class MarginResults:
     still : list of Table or None, along the travel at rest, one a coordinate; reels have none
     moving : list of Table or None, along the run
     latches : list of dict, of `latches.latch_of`; empty without a run
-    remarks : list of str, sentences on parts that have no share
+    remarks : list of str, sentences on parts that have no share, and on what the run is beyond
     title, case : str
     """
 

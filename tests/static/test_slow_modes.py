@@ -1,0 +1,85 @@
+"""Modes far slower than the round-off of stiff directions: zeros counted by shape, answers that keep with `count`."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy import sparse
+
+from evolvent import InputError, System, parts
+from evolvent.elements import Circle
+from evolvent.solvers.eigenproblem import Problem
+
+
+def wire(kind: type, *, elements: int, radius: float, length: float, rate: float) -> System:
+    """A wire on a spherical joint of a hub that turns, a mass at its tip: its twist has no stiffness."""
+    system = System()
+    system.add(parts.RigidBody(motion="driven", axis=(0.0, 0.0, 1.0), rate=rate), "hub")
+    wire = kind(
+        length=length, position=(0.5, 0.0, 0.0), section=Circle(radius=radius), material="steel", elements=elements,
+        angular_velocity=(0.0, 0.0, rate), velocity=(0.0, 0.5 * rate, 0.0),
+    )  # fmt: skip
+    system.add(wire, "wire")
+    system.add(parts.Joint(a="hub", b="wire.root", type="spherical"), "joint")
+    system.add(parts.Point(mass=2.0, at="wire.tip"), "tip")
+    return system
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [parts.Beam, parts.Rod])
+def test_modes_of_a_turning_wire_are_those_of_every_count(kind):
+    """One zero, the pendulum's frequencies W sqrt(R S/I) and W sqrt(1 + R S/I), and the same modes for every count."""
+    rate, length, radius, root = 0.1, 20.0, 0.01, 0.5
+    system = wire(kind, elements=20, radius=radius, length=length, rate=rate)
+    every = system.modes(count=60, rotating="hub").frequency
+    mass = 7850.0 * math.pi * radius**2
+    S, moment = mass * length**2 / 2 + 2.0 * length, mass * length**3 / 3 + 2.0 * length**2
+    ratio = root * S / moment
+    assert every[0] < 1e-6
+    assert_allclose(every[1:3], [rate * math.sqrt(ratio), rate * math.sqrt(1.0 + ratio)], rtol=2e-3)
+    for count in (1, 2, 3, 6, 20):
+        found = system.modes(count=count, rotating="hub").frequency
+        assert_allclose(found[1:], every[1:count], rtol=1e-5)
+        assert found[0] < 1e-6
+
+
+def chain(squares: np.ndarray, gyroscopic: float) -> Problem:
+    """Uncoupled oscillators, turned into one another at random, with a gyroscopic coupling of the two slowest."""
+    n = squares.size
+    Q = np.linalg.qr(np.random.default_rng(7).standard_normal((n, n)))[0]
+    C = np.zeros((n, n))
+    C[0, 1], C[1, 0] = -gyroscopic, gyroscopic
+    M, C, K = np.eye(n), Q @ C @ Q.T, (Q * squares) @ Q.T
+    none = sparse.csr_matrix((0, n))
+    return Problem(*map(sparse.csr_matrix, (M, C, 0.5 * (K + K.T))), none, np.ones(n), conservative=True)
+
+
+@pytest.mark.parametrize("gyroscopic", [0.0, 0.3])
+@pytest.mark.parametrize("n", [20, 400])
+def test_slow_modes_beside_fast_ones(n, gyroscopic):
+    """Squares from 1 to 1e8: what the shift of many modes leaves of the slowest ones is mended."""
+    squares = np.geomspace(1.0, 1e8, n)
+    problem = chain(squares, gyroscopic)
+    a, b = squares[:2]
+    sums = a + b + gyroscopic**2
+    low = np.sqrt(0.5 * (sums + np.array([-1.0, 1.0]) * math.sqrt(sums**2 - 4.0 * a * b)))
+    wanted = np.sort(np.concatenate([low, np.sqrt(squares[2:])]))
+    for count in (1, 5, 15):
+        pole, _ = problem.solve(count)
+        assert_allclose(np.abs(pole), wanted[:count], rtol=1e-5)
+
+
+def test_a_motion_without_stiffness_that_strains_a_part_is_refused():
+    n = 6
+    K = sparse.diags([0.0, *np.geomspace(1.0, 1e3, n - 1)]).tocsr()
+    none = sparse.csr_matrix((0, n))
+    for C in (sparse.csr_matrix((n, n)), 1e-3 * sparse.eye(n, format="csr")):
+        problem = Problem(
+            sparse.eye(n, format="csr"), C, K, none, np.ones(n), conservative=True,
+            strains=lambda V: "boom" if np.any(np.abs(V[0]) > 0.5) else "",
+        )  # fmt: skip
+        with pytest.raises(InputError, match="'boom' is lost in round-off"):
+            problem.solve(2)
