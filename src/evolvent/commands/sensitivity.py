@@ -49,9 +49,11 @@ def sensitivity(
         _print(rows, found.attrs)
     if output is not None:
         import csv
+        import io
 
-        with open(output, "w", newline="", encoding="utf-8") as file:
-            csv.writer(file).writerows(rows)
+        table = io.StringIO(newline="")
+        csv.writer(table).writerows(rows)
+        files.write_file(output, table.getvalue())
         echo(f"sensitivities: {output}")
 
 

@@ -37,6 +37,9 @@ _INSTEAD = {
     "CORD1R": "write CORD2R", "CORD1C": "write CORD2C", "CORD1S": "write CORD2S",
 }  # fmt: skip
 _OTHERS = f"points are read of {', '.join(_READ[:-1])} and {_READ[-1]}"
+#: Points that ranges of bulk data stand for, at most.
+MOST = 100_000
+_RANGE = re.compile(r"(\d+)[\s,]*THRU[\s,]*(\d+)")
 
 Rows = list[tuple[int, int]]
 
@@ -66,6 +69,8 @@ def read_nastran(path: str, bulk: str | None = None) -> ReducedModel:
     for file in dict.fromkeys((path, points)):
         _check_entries(nastran, file, safe_open.content(file))
     ending = pathlib.Path(path).suffix.lower()
+    for file in dict.fromkeys((points, *([path] if ending in DMIG else []), *_extrn_beside(path))):
+        _check_ranges(file)
     found = _matrices(nastran, path) if ending in MATRICES else {}
     K, M, rows = _pair(path, found) if found else _dmig(nastran, path)
     table = _call(points, lambda: nastran.bulk2uset(points, follow_includes=False)[0])
@@ -155,6 +160,9 @@ def beside(path: str) -> list[str]:
 def _matrices(nastran: Any, path: str) -> dict[str, np.ndarray]:
     """Matrices of an OUTPUT4 or OUTPUT2 file by their names; none where an OUTPUT2 file has only DMIG entries."""
     if path.lower().endswith(".op4"):
+        _, sizes, *_ = _call(path, lambda: nastran.op4.dir(path, verbose=False))
+        declared = sum(16 * rows * columns for rows, columns in sizes)
+        safe_open.check_declared(declared, len(safe_open.content(path)), path)
         return {name.lower(): value for name, value in _call(path, lambda: nastran.op4.read(path)).items()}
 
     def read() -> dict[str, np.ndarray]:
@@ -189,8 +197,8 @@ def _dmig(nastran: Any, path: str) -> tuple[np.ndarray, np.ndarray, Rows]:
 
 def _order(nastran: Any, path: str, points: str, table: Any) -> Rows:
     """Rows of matrices that do not name them: those of EXTRN, of SECONCT, or all points in the order of numbers."""
-    for file in dict.fromkeys((points, str(pathlib.Path(path).with_suffix(".pch")))):
-        if pathlib.Path(file).is_file() and _has(file, "EXTRN"):
+    for file in dict.fromkeys((points, *_extrn_beside(path))):
+        if _has(file, "EXTRN"):
             found = _call(file, lambda file=file: nastran.rdextrn(file, follow_includes=False))
             return [(int(point), int(component)) for point, component in found]
     scalar = _call(points, lambda: nastran.rdspoints(points, follow_includes=False))
@@ -201,6 +209,25 @@ def _order(nastran: Any, path: str, points: str, table: Any) -> Rows:
     else:
         numbers = sorted(known)
     return [(point, part) for point in numbers for part in (range(1, 7) if point in grids else (0,))]
+
+
+def _extrn_beside(path: str) -> list[str]:
+    """The punch file beside the matrices, which may have their order."""
+    punch = pathlib.Path(path).with_suffix(".pch")
+    return [str(punch)] if punch.is_file() else []
+
+
+def _check_ranges(path: str) -> None:
+    """Refuse bulk data whose ranges of numbers, as in ``SPOINT,1,THRU,99``, stand for more than `MOST` points."""
+    points = 0
+    for line in safe_open.content(path).decode("latin-1").upper().splitlines():
+        for first, last in _RANGE.findall(line.partition("$")[0]):
+            points += max(int(last[:18]) - int(first[:18]), 0)
+        if points > MOST:
+            entry = line.split(",")[0].split()[0].strip("*")
+            raise InputError(
+                f"{path!r}: the range of {entry} stands for more than {MOST} points, which no reduced model has"
+            )
 
 
 def _has(path: str, entry: str) -> bool:

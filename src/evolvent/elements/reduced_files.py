@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import pathlib
 import zipfile
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -113,16 +114,33 @@ def _archive(path: str) -> dict[str, Any]:
     try:
         with zipfile.ZipFile(io.BytesIO(raw)) as archive:
             safe_open.check_declared(sum(entry.file_size for entry in archive.infolist()), len(raw), path)
+            for entry in archive.infolist():
+                with archive.open(entry) as file:
+                    _check_head(file, entry.file_size)
         with np.load(io.BytesIO(raw), allow_pickle=False) as arrays:
             return {key: arrays[key] for key in arrays.files}
-    except (zipfile.BadZipFile, ValueError, OSError, KeyError, EOFError) as error:
-        raise InputError(f"cannot read {path!r}: it is no archive of NumPy ({error})") from None
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001  (each compression and kind of head has its own)
+        why = " ".join(str(error).split()) or type(error).__name__
+        raise InputError(f"cannot read {path!r}: it is no archive of NumPy ({why})") from None
+
+
+def _check_head(file: IO[bytes], size: int) -> None:
+    """Refuse an array whose head states more numbers than its file of `size` bytes has."""
+    form = np.lib.format
+    head = {(1, 0): form.read_array_header_1_0, (2, 0): form.read_array_header_2_0}.get(form.read_magic(file))
+    if head is None:
+        raise ValueError("an array of an unknown version")
+    shape, _, kind = head(file)
+    if min(shape, default=0) < 0 or math.prod(shape) * kind.itemsize > size:
+        raise ValueError(f"an array of the shape {shape} in {size} bytes")
 
 
 def _text(path: str) -> dict[str, Any]:
     try:
         found = json.loads(safe_open.text(path))
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:  # of numbers of very many digits as well
         raise InputError(f"cannot read {path!r}: {error}") from None
     if not isinstance(found, dict):
         raise InputError(f"{path!r} is no object of JSON; it must have the keys {', '.join(KEYS)}")
@@ -134,7 +152,7 @@ def _numbers(path: str, key: str, value: Any) -> np.ndarray:
         if isinstance(value, np.ndarray) and np.iscomplexobj(value):
             return nastran.real(value, repr(path), key)
         return np.array(value, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"{path!r}: {key} is no array of real numbers") from None
 
 

@@ -115,7 +115,7 @@ def check_model(model: ReducedModel, key: str) -> None:
     InputError
         One sentence: what is wrong, by how much, and what is allowed.
     """
-    n, nodes = model.size, len(model.positions)
+    n, nodes = len(np.atleast_1d(model.stiffness)), len(np.atleast_1d(model.positions))
     for what, matrix in (("stiffness", model.stiffness), ("mass", model.mass)):
         if matrix.ndim != 2 or matrix.shape != (n, n):
             raise InputError(f"{key}: the {what} has the shape {matrix.shape}; it must be square, of one size with the "

@@ -12,7 +12,6 @@ Source: comments of rbsp_efw_boom_deploy_history.pro in the public repository sp
 from __future__ import annotations
 
 import csv
-import io
 import os
 import pathlib
 import tempfile
@@ -46,7 +45,7 @@ MASSES = ("wire.tip_mass", "wire.line_density")
 def hidden_starts(path: str) -> dict[int, tuple[float, float]]:
     """Groups whose first row has other clicks than strokes: length before it by the log, and by the clicks, m."""
     rows, _ = log.read(path)
-    clicks = [row.get("clicks") or "" for row in csv.DictReader(io.StringIO(safe_open.text(path)))]
+    clicks = [row.get("clicks") or "" for row in csv.DictReader(safe_open.text(path).splitlines())]
     found, k = {}, 0
     for number, group in enumerate(log.grouped(rows)):
         first = group[0]

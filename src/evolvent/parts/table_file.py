@@ -34,9 +34,13 @@ def rows_of(path: str) -> list[list[str]]:
         text = safe_open.text(path)
     except InputError as error:
         raise _error(str(error)) from None
+    try:
+        rows = list(csv.reader(text.removeprefix("\ufeff").splitlines()))
+    except csv.Error as error:
+        raise _error(f"cannot read {path!r}: {error}") from None
     lines = [
         (k, [value.strip() for value in row])
-        for k, row in enumerate(csv.reader(text.removeprefix("\ufeff").splitlines()), start=1)
+        for k, row in enumerate(rows, start=1)
         if any(value.strip() for value in row) and not row[0].lstrip().startswith("#")
     ]
     units = [head_and_unit(head)[1] for head in (lines or [(0, [])])[0][1]]

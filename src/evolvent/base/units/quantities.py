@@ -242,7 +242,7 @@ class Vector(Annotation):
             if not self.direction or any(found):
                 if self.normalised:
                     _check_length(found)
-                return found  # type: ignore[return-value]
+                return _of_usual_size(found) if self.direction else found  # type: ignore[return-value]
             if self.normalised:
                 raise UnitError("all are 0")
         except UnitError as error:
@@ -274,6 +274,12 @@ class Vector(Annotation):
         one = self.quantity.__get_pydantic_json_schema__(schema, handler)["anyOf"]
         sizes = {"minItems": self.size, "maxItems": self.size} if self.size else {"minItems": int(not self.empty)}
         return {"type": "array", "items": {"anyOf": one}, **sizes, "description": self.allowed}
+
+
+def _of_usual_size(direction: Sequence[Any]) -> tuple[Any, ...]:
+    """A direction whose squares are numbers above 0: one of extreme length is divided by its largest component."""
+    largest = max(map(abs, direction))
+    return tuple(direction) if 1e-100 < largest < 1e100 else tuple(v / largest for v in direction)
 
 
 def _check_length(values: Sequence[Any]) -> None:

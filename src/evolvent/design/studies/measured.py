@@ -98,7 +98,10 @@ class Tables:
         found = file_of(given)
         assert found is not None
         name, column = found
-        rows = _rows(safe_open.text(self._path(name, given)))
+        try:
+            rows = _rows(safe_open.text(self._path(name, given)))
+        except csv.Error as error:
+            raise InputError(f"cannot read {name!r}: {error}") from None
         head = [head_and_unit(cell) for cell in rows[0][1]] if rows and not any(map(_is_number, rows[0][1])) else []
         names, rows = [title for title, _ in head], rows[bool(head) :]
         width = len(head) or (len(rows[0][1]) if rows else 1)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from evolvent.base import safe_open
 from evolvent.base.errors import InputError
 from evolvent.results.measurements import Measurements, Series
 from evolvent.systems.wire_booms.case import PAIRS
@@ -40,9 +41,8 @@ class Row(NamedTuple):
 def is_log(path: str) -> bool:
     """Whether a file begins with the columns of such a log."""
     try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            head = next(csv.reader(file), [])
-    except (OSError, UnicodeDecodeError):
+        head = next(csv.reader(_lines(path)), [])
+    except (InputError, csv.Error):
         return False
     return {"pair", "stroke_after_m", "rate_after_rpm"} <= {name.strip() for name in head}
 
@@ -55,8 +55,10 @@ def read(path: str) -> tuple[list[Row], list[str]]:
     InputError
         Naming the row and the column that cannot be read.
     """
-    with open(path, encoding="utf-8-sig", newline="") as file:
-        read_rows = list(csv.DictReader(file))
+    try:
+        read_rows = list(csv.DictReader(_lines(path)))
+    except csv.Error as error:
+        raise InputError(f"cannot read {path!r}: {error}") from None
     for k, row in enumerate(read_rows, start=1):
         if None in row:
             raise InputError(f"row {k} of {path!r} has more fields than its first line names columns")
@@ -68,6 +70,10 @@ def read(path: str) -> tuple[list[Row], list[str]]:
         raise InputError(f"{path!r} holds no step; it must hold one row for each")
     notes: list[str] = []
     return [_row(path, k, row, notes) for k, row in enumerate(rows, start=1)], notes
+
+
+def _lines(path: str) -> list[str]:
+    return safe_open.text(path).removeprefix("\ufeff").splitlines()
 
 
 def _row(path: str, k: int, row: dict[str, str], notes: list[str]) -> Row:
