@@ -137,3 +137,17 @@ def test_one_or_more_keeps_one_as_one():
 )
 def test_heads_of_columns_hold_a_name_and_a_unit(head, parted):
     assert units.head_and_unit(head) == parted
+
+
+@pytest.mark.parametrize("size", [1e-310, 1e-200, 1e-160, 1e-29, 1.0, 1e29])
+def test_directions_of_any_length_have_squares(size):
+    """Those of usual length stay as they are written."""
+
+    class Aimed(BaseModel):
+        axis: units.Direction
+
+    found = Aimed(axis=(3 * size, 0, -4 * size)).axis
+    assert math.hypot(*found) ** 2 > 0.0
+    assert found[2] / found[0] == pytest.approx(-4 / 3, rel=1e-9)
+    if size == 1.0:
+        assert found == (3.0, 0.0, -4.0)

@@ -68,7 +68,7 @@ def binary(path: str | os.PathLike[str], *, links: bool = True) -> BinaryIO:
     try:
         if below:
             real = pathlib.Path(os.path.realpath(name))
-            if not any(map(real.is_relative_to, (os.path.realpath(below), _PACKAGE))):
+            if not any(real.is_relative_to(one) for one in (os.path.realpath(below), _PACKAGE)):
                 raise InputError(f"cannot read {_short(name)}: it is outside the folder {_short(below)}")
         if os.path.isdir(name):
             raise InputError(f"cannot read {_short(name)}: it is a folder")

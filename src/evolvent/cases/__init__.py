@@ -286,6 +286,18 @@ def _write_out(kind: type[Section], content: Any, key: str) -> None:
 
 def _kind(content: Mapping[str, Any]) -> type[Section]:
     """The model of a case's system."""
+    kind: type[Section] = system_of(content).Case
+    return kind
+
+
+def system_of(content: Mapping[str, Any]) -> Any:
+    """The system of a case that was not checked yet.
+
+    Raises
+    ------
+    InputError
+        If it names none that is known.
+    """
     if "system" not in content:
         for key in content:
             close = difflib.get_close_matches(key, ("system", "parts"), n=1)
@@ -296,8 +308,7 @@ def _kind(content: Mapping[str, Any]) -> type[Section]:
         )
     if not isinstance(content["system"], str):
         raise InputError(f"system is {shown(content['system'])}; known: {', '.join(systems())}")
-    kind: type[Section] = system(content["system"]).Case
-    return kind
+    return system(content["system"])
 
 
 def _content(case: Any) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from evolvent.base import safe_open
+from evolvent.base import files, safe_open
 from evolvent.base.errors import InputError, nearest
 from evolvent.elements import nastran
 from evolvent.elements.reduced_models import ReducedModel, check_model
@@ -101,12 +101,14 @@ def write_model(path: str, model: ReducedModel) -> None:
         content = {key: value for key, value in content.items() if not key.startswith("recovery")}
     if path.lower().endswith(".npz"):
         arrays: dict[str, Any] = {key: np.array(value) for key, value in content.items()}
-        np.savez_compressed(path, **arrays)
+        packed = io.BytesIO()
+        np.savez_compressed(packed, **arrays)
+        files.write_file(path, packed.getvalue())
         return
     if not path.lower().endswith(".json"):
         raise InputError(f"{path!r} is no file of a reduced model; it must end with {' or '.join(ENDINGS)}")
     lists = {key: np.array(value).tolist() for key, value in content.items()}
-    pathlib.Path(path).write_text(json.dumps(lists, indent=1) + "\n", encoding="utf-8")
+    files.write_file(path, json.dumps(lists, indent=1) + "\n")
 
 
 def _archive(path: str) -> dict[str, Any]:

@@ -41,7 +41,7 @@ def read(path: str, case: Any, observed: Sequence[str]) -> Measurements:
     """
     content = cases.content_of(case)
     pairs = [(name.strip(), column.strip() or name.strip()) for name, _, column in (o.partition("=") for o in observed)]
-    system = cases.system(content["system"])
+    system = cases.system_of(content)
     if not os.path.exists(path):
         path = system.data_files.get(path, path)
     found = system.measurements(path, content, [name for name, _ in pairs])

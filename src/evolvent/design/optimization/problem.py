@@ -281,8 +281,8 @@ def read(
         raise InputError(
             "vary is empty; it must name keys of the case, such as {'parts.hinge 1.stiffness': '50% to 200%'}"
         )
+    system = cases.system_of(content)
     content = cases.in_place(content)
-    system = cases.system(content["system"])
     case = cases.load(content)
     found = tuple(_variable(str(names), given, system.Case, content, case) for names, given in vary.items())
     own = [key.key for one in found for key in one.keys]
