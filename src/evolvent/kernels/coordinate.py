@@ -163,7 +163,7 @@ def end_frictions(y, model):
             y[coordinates[k].account + BY_FRICTION] += lost
             taken += lost
     if model.resistances.size > 0:
-        taken += end_resistances(y, 1, model)
+        taken += end_resistances(y, 1, 0.5, model)
     if model.drivetrains.size > 0:
         taken += end_drivetrains(0.0, 1.0, y, 1, model)
     return taken

@@ -242,7 +242,7 @@ def end_coordinate_step(h, share, y, s, model):
         y[rows[k].account] += now * rows[k].lost + then * rows[k].lost0
         rows[k].lost0 = rows[k].lost
     if model.resistances.size > 0:
-        rubbed += end_resistances(y, 0, model)
+        rubbed += end_resistances(y, 0, share if h > 0.0 else 0.5, model)
     if model.drivetrains.size > 0:
         rubbed += end_drivetrains(h, share, y, 0, model)
     note_peaks(s, coordinates, share)

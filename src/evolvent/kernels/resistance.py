@@ -159,13 +159,14 @@ def resistance_energy(s, model):
     return found
 
 
-@indirect(REAL(VECTOR, types.int64, MODEL))
-def end_resistances(y, kept, model):
+@indirect(REAL(VECTOR, types.int64, REAL, MODEL))
+def end_resistances(y, kept, share, model):
     """Accept a step at the coordinates of the last evaluation: bristles and losses into y; returns what they take, J.
 
     Parameters
     ----------
     kept : 1 under explicit methods, whose bristles are among the accounts of y, else 0
+    share : 1 where forces of the ends of the step did the work, as under generalized-alpha, 0.5 where that were means
     """
     coordinates, rows, bristles, taken = model.coordinates, model.resistances, model.bristles, 0.0
     for k in range(rows.size):
@@ -175,6 +176,8 @@ def end_resistances(y, kept, model):
             moved = x - (coordinates[h].before if kept != 0 else bristles[i].before)
             stick, start = bristles[i].stick, _start_of(y, rows, bristles, i, kept != 0)
             end, mean, _, _ = bristle_between(bristles[i].kind, stick, bristles[i].limit, start, moved)
+            if share == 1.0:
+                mean = 0.5 * (start + end)
             lost += energy_taken(stick, start, end, mean, moved)
             bristles[i].force = bristles[i].force0 = y[bristles[i].account] = end
             bristles[i].before = x
