@@ -46,9 +46,10 @@ def test_a_peak_of_any_place_is_found(width: float) -> None:
 
 def test_a_dip_is_found_where_it_ends() -> None:
     """A value that falls below zero and rises again in the step, from above zero: the rise is the event."""
-    low, high, _ = found(lambda u: abs(u - 0.4321) - 1e-4)
-    assert low <= 0.4322 <= high
-    assert abs(low - 0.4321) < 1e-4
+    for at in np.linspace(0.03, 0.97, 48):
+        low, high, _ = found(lambda u, at=at: abs(u - at) - 1e-4)
+        assert low <= at + 1e-4 <= high
+        assert abs(low - at) < 1e-4
     assert math.isnan(found(lambda u: abs(u - 0.4321) + 1e-9)[0])
 
 

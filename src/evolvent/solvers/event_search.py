@@ -27,6 +27,8 @@ ROWS = FIRST + 2 * DEPTH
 #: Spreads, and part of the range of the values, by which a value in between may differ from the parabola; the share of
 #: the largest value above which that leaves open how often it crosses zero.
 MARGIN, RANGE, OPEN = 2.0, 0.05, 0.5
+#: Value, beside those later in the step, up to which an event at its start has just fired.
+FIRED = 1e-6
 #: What a search knows. asked: 1 for the middle, 2 and 3 for the quarters of the part at hand (left, middle, right:
 #: rows; level: number of halvings), 0 for none; height: of the stack of parts; low, high: rows between which an event
 #: rises.
@@ -172,12 +174,15 @@ def _extremum(a, b, c, sign):
 
 @inlined
 def _may_rise(a, b, c, d):
-    """Whether a value may rise through zero where a, b and c, off by d in between, do not show it."""
+    """Whether a value may rise through zero where a, b and c, off by d in between, do not show it.
+
+    An event that has just fired stands at zero, which is no sign of another one.
+    """
     d += RANGE * (max(a, b, c) - min(a, b, c))
     if a < 0.0 and b < 0.0 and c < 0.0:
         return max(_extremum(a, b, c, 1.0), a, c) + d >= 0.0
     if a >= 0.0 and b >= 0.0 and c >= 0.0:
-        return _extremum(a, b, c, -1.0) - d < 0.0
+        return min(_extremum(a, b, c, -1.0), c, a if a > FIRED * max(b, c) else b) - d < 0.0
     if a < 0.0 and b < 0.0 and max(a, b) + d < 0.0:
         return False
     return d > OPEN * max(abs(a), abs(b), abs(c))
