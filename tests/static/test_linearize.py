@@ -173,8 +173,9 @@ def test_a_free_hub_keeps_its_rigid_body_modes():
 def test_poles_of_an_oscillator_in_a_frame_that_turns():
     system = System()
     system.add(parts.Point(mass=1.0), "mass")
+    system.add(parts.RigidBody(motion="driven", rate=2.0), "frame")
     for axis in np.eye(3):
-        system.add(parts.Spring(a=tuple(100.0 * axis), b="mass", stiffness=25.0))
+        system.add(parts.Spring(a=("frame", tuple(100.0 * axis)), b="mass", stiffness=25.0))
     model = linearize(system.assemble(), ["mass.force"], ["mass.displacement"], rotating=(0.0, 0.0, 2.0))
     assert_allclose(np.sort(model.poles.imag), [-7.0, -5.0, -3.0, 3.0, 5.0, 7.0], rtol=1e-9)
     # K - W^2 - w^2 on the diagonal, -+2 i w W beside it

@@ -330,8 +330,9 @@ def test_a_driven_hub_names_the_turn():
 def test_an_oscillator_seen_from_a_turn_has_two_frequencies(book):
     system = System()
     mass = system.add(parts.Point(mass=1.0))
+    system.add(parts.RigidBody(motion="driven", rate=2.0), "frame")
     for axis in np.eye(3):
-        system.add(parts.Spring(a=tuple(100.0 * axis), b=mass, stiffness=25.0))
+        system.add(parts.Spring(a=("frame", tuple(100.0 * axis)), b=mass, stiffness=25.0))
     found = modes(system.assemble(), rotating=(0.0, 0.0, 2.0), count=3)
     assert_allclose(found.frequency, [3.0, 5.0, 7.0], rtol=1e-6)
     assert np.abs(found.decay_rate).max() < 1e-9

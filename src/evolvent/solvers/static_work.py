@@ -25,6 +25,7 @@ from evolvent.kernels.springs import ON_BODY
 from evolvent.solvers import equilibrium as eq, ordering, redundancy
 from evolvent.solvers.implicit_setup import matrix_of, sizes
 from evolvent.solvers.sampled import write_forces
+from evolvent.solvers.steady_turn import check_turn
 from evolvent.solvers.still_threads import end_ramps, freeze_spools, stand_still
 
 Array = np.ndarray
@@ -82,6 +83,7 @@ def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
             own = model.bodies["R0"][index] @ model.bodies["axis"][index]
             if np.linalg.norm(np.cross(axis, own)) > 1e-9 * np.linalg.norm(axis):
                 raise InputError(f"the axis of {name!r} is not along that of the steady turn")
+    check_turn(assembly, spin)
     return spin
 
 
