@@ -10,7 +10,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
 from evolvent.kernels import contact_laws
-from evolvent.kernels.blocks import BEAM, BODY, OWNERS, THREAD, block_at
+from evolvent.kernels.blocks import BEAM, BODY, OWNERS, POSITION, THREAD, block_at, indices
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import balance as eb, explicit_events, ordering
 from evolvent.solvers.implicit_state import GAINED, NO_CONVERGENCE, NOT_FINITE, REDUNDANT
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from evolvent.solvers.implicit_run import Run
 
 Array = np.ndarray
+#: Distance from the origin, beside the system's own size, from which on it is said to be far from it.
+FAR = 1e5
 
 
 def redundant(assembly: Assembly, matrix: SparseBlocks) -> str:
@@ -72,7 +74,27 @@ def reason(code: int, run: Run) -> str:
             f"the equations are singular {when}: something has no mass, constraints have become redundant, or the step "
             f"leads too far; {smaller}, and check the last samples"
         )
+    far = far_from_origin(assembly, work.y0)
+    if far:
+        found = f"{found.split('; ')[0]}; {far}"
     return found + broken_law(assembly, run.moments())
+
+
+def far_from_origin(assembly: Assembly, y: Array) -> str:
+    """What is wrong and what to do where positions are so large that their round-off counts; '' where they are not."""
+    blocks = assembly.model.blocks[assembly.model.blocks["kind"] == POSITION]
+    if not blocks.size:
+        return ""
+    places = y[indices(blocks, "iq")]
+    far, size = float(np.abs(places).max()), float(np.linalg.norm(np.ptp(places, axis=0))) or 1.0
+    if not far > FAR * size:
+        return ""
+    return (
+        f"the system lies {far:.3g} m from the origin, {far / size:.1g} times its own size, so that positions are "
+        f"known to {np.spacing(far):.1g} m alone, too little for the accelerations of short steps: place it near the "
+        f"origin, where it moves in the same way unless a field depends on the place, or use dopri5 or "
+        f"energy-momentum, which feel this less"
+    )
 
 
 def outrun(reached: float) -> str:
@@ -110,6 +132,9 @@ def stalled(stall: Stall, run: Run) -> str:
     law = large_law(run.assembly, run.moments())
     if law:
         return f"{stall}{law}; check the law"
+    far = far_from_origin(run.assembly, run.work.y0)
+    if far:
+        return f"{stall}; {far}"
     where, softer = _where(run)
     return (
         f"{stall}; Newton's method corrects most at {where}{what_may_jump(run.assembly)}"
