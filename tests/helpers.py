@@ -137,7 +137,8 @@ def heliogyro(
         "stiffness": 1e4,
         "damping": 1e-3,
     }
-    system.add(parts.Thread(reel="reel", multiplicity=copies, **(given | thread)), "blade")
+    given |= {"boundary_segment": "constant"} | thread
+    system.add(parts.Thread(reel="reel", multiplicity=copies, **given), "blade")
     if loads is not None:
         loads(system)
     return system.assemble()

@@ -55,8 +55,7 @@ def test_a_light_thread_of_any_length_is_one_spring(nodes: int, out: float) -> N
     reel = parts.Reel(body="hub", radius=0.1, payout_axis=(0.0, 0.0, -1.0), spool_axis=(0.0, 1.0, 0.0), drive=drive)
     system.add(reel, "reel")
     system.add(
-        parts.Thread(reel="reel", length=1.0, line_density=1e-9, tip_mass=m, nodes=nodes, stiffness=EA * nodes,
-                     **BY_LENGTH),
+        parts.Thread(reel="reel", length=1.0, line_density=1e-9, tip_mass=m, nodes=nodes, stiffness=EA * nodes),
         "thread",
     )  # fmt: skip
     still = system.equilibrium()
@@ -303,9 +302,12 @@ def test_the_default_shortest_length_is_short_enough() -> None:
 
 
 def test_the_heliogyro_has_the_keys_of_the_thread() -> None:
-    for key in ("boundary_segment", "shortest_fraction"):
-        fields = cases.system("heliogyro").Case.model_fields["blade"].annotation.model_fields
-        assert fields[key].default == Thread.model_fields[key].default
+    """The paper's choice is that of its case; a thread by itself has the stiffness of its length."""
+    fields = cases.system("heliogyro").Case.model_fields["blade"].annotation.model_fields
+    assert fields["shortest_fraction"].default == Thread.model_fields["shortest_fraction"].default
+    assert (fields["boundary_segment"].default, Thread.model_fields["boundary_segment"].default) == (
+        "constant", "by-length",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -19,10 +19,14 @@ _AT, _WEIGHT = legendre(4)
 
 
 class Lumped(NamedTuple):
-    """Mass (kg) and inertia (3, 3), axes of the section (kg m2), of an element's share of a node."""
+    """Mass (kg), inertia (3, 3), axes of the section (kg m2), and first moment along the rod from the node (kg m).
+
+    Of an element's share of a node.
+    """
 
     mass: float
     inertia: Array
+    moment: float
 
 
 def section_stiffness(section: CrossSection, material: Material | None, at: float = 0.5) -> Array:
@@ -99,18 +103,59 @@ def element_stiffness(
 def element_inertia(
     length: float, section: CrossSection, material: Material | None, own: SectionInertia = OWN_INERTIA
 ) -> tuple[Lumped, Lumped]:
-    """Mass, and rotary inertia about the mass centre, that an element gives to its first and its last node."""
-    shares = []
+    """Mass, and rotary inertia about the mass centre, that an element gives to its first and its last node.
+
+    Notes
+    -----
+    Masses and first moments are those that the shapes of bending give to displacement and rotation of the nodes: of a
+    uniform element half of the mass, a sixth of the length from the node; of a tapered one see `_bending_shares`.
+    """
+    shares, uniform = [], section.between(0.0, 0.5) is section
     for side in range(2):
-        mass, inertia = 0.0, np.zeros((3, 3))
+        mass, inertia, moment = 0.0, np.zeros((3, 3)), 0.0
         for x, weight in zip(0.5 + 0.5 * _AT, 0.5 * _WEIGHT, strict=True):
             m, about_y, about_z, product = own.values(section.at(x), material)
             polar = own.polar(section.at(x), material)
             part = length * weight * (x if side else 1.0 - x)
             mass += part * m
+            moment += (1.0 - 2.0 * side) * length * part * m / 6.0
             inertia += part * np.array([[polar, 0, 0], [0, about_y, -product], [0, -product, about_z]])
-        shares.append(Lumped(mass, inertia))
+        shares.append(Lumped(mass, inertia, moment))
+    if not uniform:
+        whole, given = shares[0].mass + shares[1].mass, _bending_shares(length, section, material, own)
+        for side, (mass, moment) in enumerate(given):
+            total = shares[0].inertia + shares[1].inertia
+            shares[side] = Lumped(mass, mass / whole * total, moment)
     return shares[0], shares[1]
+
+
+def _bending_shares(
+    length: float, section: CrossSection, material: Material | None, own: SectionInertia
+) -> list[tuple[float, float]]:
+    """Masses and first moments of an element at both nodes, by the shapes that displacement and rotation of these bend.
+
+    Notes
+    -----
+    A shape has w'' = c (a + b x), c the compliance of bending at the points of `element_stiffness`. The mass of a node
+    is the integral of m w by the shape of its displacement, the first moment that by the shape of its rotation.
+    """
+    x, weight = 0.5 + 0.5 * _AT, 0.5 * _WEIGHT
+    beyond = np.zeros(len(x))  # integrals of m (s - x) from x on
+    whole, first = 0.0, 0.0
+    for start, at in ((0.0, -1), *zip(x, range(len(x)), strict=True)):
+        for s, part in zip(start + (1.0 - start) * x, (1.0 - start) * weight, strict=True):
+            m = part * own.values(section.at(s), material)[0]
+            if at < 0:
+                whole, first = whole + m, first + m * s
+            else:
+                beyond[at] += m * (s - start)
+    compliance = np.array([np.trace(section_compliance(section, material, float(at))[4:, 4:]) for at in x])
+    basis = (weight * compliance) * np.array([np.ones_like(x), x])  # of w'' by a and b
+    ends = np.stack([basis @ (1.0 - x), basis.sum(axis=1)])  # w and w' at 1 of w = w' = 0 at 0
+    masses = basis @ beyond
+    # by displacement of node 1, rotation of node 1, and rotation of node 0
+    one, turn, root = (masses @ np.linalg.solve(ends, end) for end in ((1.0, 0.0), (0.0, 1.0), (-1.0, -1.0)))
+    return [(length * (whole - one), length**2 * (first + root)), (length * one, length**2 * turn)]
 
 
 def strains(x: Array, R: Array, length: Array | float) -> Array:

@@ -47,7 +47,8 @@ class Beam(Part):
         Mass and moments of inertia per length, and position of the mass centre in the section; the stiffness is not
         affected.
     elements : int
-        Number of elements.
+        Number n of elements. Those of the default formulation are too stiff in bending by up to 25 %/n^2: 2 of them by
+        6 %, 5 by 1 %. Those of a Rod are exact at their nodes in linear statics.
     grading : float or list of float
         Ratio of the length of the last element to that of the first, with a constant ratio between neighbours; or the
         relative lengths of all elements, from the root.

@@ -78,7 +78,8 @@ class Rod(Part):
         Mass and moments of inertia per length, and position of the mass centre in the section; the stiffness is not
         affected. A section that is given by its stiffness matrix needs it.
     elements : int
-        Number of elements.
+        Number n of elements. Under a tension above 12 E I/l^2 of an element of length l its shape is unstable, which
+        results warn of.
     grading : float or list of float
         Ratio of the length of the last element to that of the first, with a constant ratio between neighbours; or the
         relative lengths of all elements, from the root.
@@ -116,7 +117,8 @@ class Rod(Part):
     The strains are those of the helix through both ends of an element; its energy is quadratic in them
     (`evolvent.kernels.rod`). The masses are lumped: half of the mass and rotary inertia of an element to each of its
     nodes, with the centre of mass a sixth of the element from the node, which makes the lumped masses of equal elements
-    accurate to fourth order in bending. An element must not bend or twist by more than 120 degrees.
+    accurate to fourth order in bending. Masses of a tapered rod are lumped by their own distribution. An element must
+    not bend or twist by more than 120 degrees.
     """
 
     applies: ClassVar[Applies] = {
@@ -247,7 +249,20 @@ class Rod(Part):
     def arms(self) -> np.ndarray:
         """Nodes as seen from the centres of mass of their shares: (n + 1, 3), m, in the axes of the sections."""
         own = OWN_INERTIA if self.inertia is None else self.inertia
-        return np.array([[-along, -own.offset[0], -own.offset[1]] for along in self.centres()[1]]) + 0.0
+        return np.array([[-along, -own.offset[0], -own.offset[1]] for along in self._mass_centres()]) + 0.0
+
+    def _mass_centres(self) -> np.ndarray:
+        """How far the centres of mass of the nodes' shares are from the nodes along the rod: (n + 1,), m."""
+        if self.payout is not None or self.section.between(0.0, 0.5) is self.section:
+            return self.centres()[1]
+        own, ends = OWN_INERTIA if self.inertia is None else self.inertia, self.arc / self.length
+        mass, moment = np.zeros(self.elements + 1), np.zeros(self.elements + 1)
+        for i, length in enumerate(self.lengths):
+            piece = self.section.between(ends[i], ends[i + 1])
+            for k, share in enumerate(rods.element_inertia(float(length), piece, self.material, own)):
+                mass[i + k] += share.mass
+                moment[i + k] += share.moment
+        return np.asarray(moment / mass)
 
     def rest_strains(self, x: np.ndarray, R: np.ndarray) -> np.ndarray:
         """Strains (n, 6) of the shape without stress."""
