@@ -252,7 +252,7 @@ def torque_law(function: Callable) -> Any:
 
     Notes
     -----
-    Under energy-momentum `R` is the mean of the rotation matrices of both ends of a step.
+    Under energy-momentum the law acts by its mean along a step, in which the body turns about a fixed axis.
     """
     _require_function("torque", function)
     x, v, t, parameters = LAWS["force"].args
