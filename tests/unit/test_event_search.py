@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 
@@ -47,7 +48,7 @@ def test_a_peak_of_any_place_is_found(width: float) -> None:
 def test_a_dip_is_found_where_it_ends() -> None:
     """A value that falls below zero and rises again in the step, from above zero: the rise is the event."""
     for at in np.linspace(0.03, 0.97, 48):
-        low, high, _ = found(lambda u, at=at: abs(u - at) - 1e-4)
+        low, high, _ = found(functools.partial(lambda at, u: abs(u - at) - 1e-4, float(at)))
         assert low <= at + 1e-4 <= high
         assert abs(low - at) < 1e-4
     assert math.isnan(found(lambda u: abs(u - 0.4321) + 1e-9)[0])
@@ -56,7 +57,7 @@ def test_a_dip_is_found_where_it_ends() -> None:
 def test_every_period_is_seen() -> None:
     """The first rise of a value with up to three periods in the step."""
     for rate in np.linspace(6.5, 19.0, 26):
-        low, high, _ = found(lambda u, rate=rate: math.sin(rate * u + 1.3) - 0.9)
+        low, high, _ = found(functools.partial(lambda rate, u: math.sin(rate * u + 1.3) - 0.9, float(rate)))
         first = (math.asin(0.9) - 1.3 + 2.0 * math.pi * (math.asin(0.9) < 1.3)) / rate
         assert low <= first <= high
 
