@@ -56,5 +56,5 @@ def test_what_is_the_same_about_the_axis_may_act(name: str) -> None:
 
 @pytest.mark.parametrize("name", UNEVEN)
 def test_what_is_not_is_refused_by_name(name: str) -> None:
-    with pytest.raises(InputError, match="^'it' is not the same at every angle about the axis of the steady turn"):
+    with pytest.raises(InputError, match=r"^'it' is not the same at every angle about the axis of the steady turn"):
         spin_of(turning(UNEVEN[name]).assemble(), SPIN, None)

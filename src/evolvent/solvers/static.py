@@ -58,8 +58,8 @@ def solve_static(
         factor first reaches 1 (Crisfield 1981, cylindrical).
     time : float, s, at which drives stand and loads act; ramps count as over
     rotating : str or (3,) float, optional, rad/s
-        A steady turn of everything, the ground included, about an axis: a driven body's, by its name, or a rate. Loads
-        turn with it.
+        A steady turn about an axis: a driven body's, by its name, or a rate. What stands on the ground, or keeps a
+        direction, is refused unless it is the same at every angle; a clamp on the ground is one on a base that turns.
     centre : (3,) float, m, on that axis; the body's position or the origin if left out
     tolerance : float, correction at which an iteration has converged, beside the size of the system (or 1 for slopes)
     most_steps : int, after which the search ends
