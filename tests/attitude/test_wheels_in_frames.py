@@ -73,9 +73,10 @@ def test_a_wheel_with_momentum_stands_against_a_turn() -> None:
     system = System()
     system.add(parts.RigidBody(mass=4.0, inertia=J), "ball")
     system.add(parts.ReactionWheel(body="ball", axis=(0.0, 0.0, 1.0), inertia=S, rate=W), "wheel")
+    system.add(parts.RigidBody(motion="driven", axis=(0.0, 1.0, 0.0), rate=rate), "frame")
     for n, end in enumerate(np.vstack([np.eye(3), -np.eye(3)])):
         for m, direction in enumerate(np.eye(3)):
-            far = tuple(end + 50.0 * direction)
+            far = ("frame", tuple(end + 50.0 * direction))
             system.add(parts.Spring(a=("ball", tuple(end)), b=far, stiffness=k, length=50.0), f"spring {n} {m}")
     found = system.equilibrium(rotating=(0.0, rate, 0.0))
     q = found["ball/attitude"].values.reshape(-1, 4)[-1]

@@ -51,7 +51,8 @@ def on_the_axis(elements: int, **keys: Any) -> System:
     """A strip whose root turns freely about both axes across it, at a pitch that is held."""
     system = System()
     system.add(strip(elements, **keys), "strip")
-    hinge = parts.Joint(a=(0, 0, 0), b="strip.root", type="universal", axis=(0, 1, 0), axis_b=(0, 0, 1))
+    system.add(parts.RigidBody(motion="driven", rate=SPIN[2]), "base")
+    hinge = parts.Joint(a=("base", (0, 0, 0)), b="strip.root", type="universal", axis=(0, 1, 0), axis_b=(0, 0, 1))
     system.add(hinge, "hinge")
     return system
 
