@@ -40,8 +40,6 @@ UNRESOLVED = 1e-5
 #: Real part, beside the modulus, from which a pole grows; what round-off adds to eigenvalues of the shifted inverse,
 #: beside its size; number of slowest motions that are examined where all are too many.
 GROWS, SPLIT, LOOKED_AT = 1e-6, 1e-13, 20
-
-
 #: Free directions up to which dense algebra replaces a Krylov method that fails.
 MOST_DENSE = 3000
 _ROUND_OFF_LEFT = (
