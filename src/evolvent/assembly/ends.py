@@ -145,11 +145,9 @@ def ends_of(name: str, row: Any, records: Records) -> Iterator[End]:
 def _unbalanced(joints: Array) -> Array:
     """Joints whose forces on both sides need not lie on one line: (n,) bool.
 
-    A cord on a drum is one of its plane. The damper of a soft joint pulls along the rate of a gap between two points,
-    not along the gap.
+    The damper of a soft joint pulls along the rate of a gap between two points, not along the gap.
     """
-    damped = (joints["kind"] == joint.POINT) & (joints["stiffness"] > 0.0) & (joints["damping"] > 0.0)
-    return np.asarray((joints["kind"] == joint.CORD) | damped)
+    return np.asarray((joints["kind"] == joint.POINT) & (joints["stiffness"] > 0.0) & (joints["damping"] > 0.0))
 
 
 def mark_outside(families: dict[str, Array], info: Any) -> None:
@@ -172,7 +170,7 @@ def mark_outside(families: dict[str, Array], info: Any) -> None:
             families[name]["outside"] = tied
         elif name not in OF_OTHERS:
             info["outside"] |= np.any(tied)
-    acts = [families[name].size > 0 for name in mdl.RECORDS if name not in WITHIN and name not in ENDS]
+    acts: list[Any] = [families[name].size > 0 for name in mdl.RECORDS if name not in WITHIN and name not in ENDS]
     acts += [np.any(families["bodies"]["motion"] == rigid.SPIN), families["threads"].size > 0]
     acts += [np.any(families["beams"]["paper"] != 0), np.any(families["rods"]["payout"] != 0)]
     acts += [np.any(families[name]["alpha"] != 0.0) for name in ("elements", "rods")]
