@@ -363,7 +363,7 @@ def test_a_turning_body_nutates(book):
 
 @pytest.mark.parametrize("turns", [False, True])
 def test_the_stiffness_is_the_derivative_of_all_forces(turns, rng):
-    """A free hub with a hinged beam and a clamped one, springs to a frame, a contact, a force that turns with the hub."""
+    """A free hub with a hinged beam and a clamped one, springs, a field, a contact, a force that turns with it."""
     soft, section = Material(young_modulus=1e5, poisson_ratio=0.3, density=900.0), Rectangle(thickness=0.05, width=0.08)
     system = System()
     system.add(parts.RigidBody(motion="free", mass=3.0, inertia=(0.2, 0.3, 0.4)), "hub")
