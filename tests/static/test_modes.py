@@ -363,7 +363,7 @@ def test_a_turning_body_nutates(book):
 
 @pytest.mark.parametrize("turns", [False, True])
 def test_the_stiffness_is_the_derivative_of_all_forces(turns, rng):
-    """A free hub with a hinged beam and a clamped one, springs, a field, a contact, a force that turns with the hub."""
+    """A free hub with a hinged beam and a clamped one, springs, a field, a contact, a force that turns with it."""
     soft, section = Material(young_modulus=1e5, poisson_ratio=0.3, density=900.0), Rectangle(thickness=0.05, width=0.08)
     system = System()
     system.add(parts.RigidBody(motion="free", mass=3.0, inertia=(0.2, 0.3, 0.4)), "hub")
@@ -376,14 +376,16 @@ def test_the_stiffness_is_the_derivative_of_all_forces(turns, rng):
     system.add(parts.RotationalSpring(body="hub", node="cable.root", stiffness=0.4, rest=0.3))
     system.add(parts.Joint(a=("hub", (0.0, 0.2, 0.0)), b="rib.root", type="clamp"))
     system.add(parts.Joint(a=("wheel", (0.3, 0.0, 0.0)), b="rib.tip", type="distance"))
+    system.add(parts.RigidBody(motion="driven", rate=0.7, position=(0.1, 0.2, 0.0)), "frame")
     for x, y in ((-1.0, 0.3), (0.2, -1.0), (1.0, 1.0)):
-        system.add(parts.Spring(a=(x, y, 0.4), b=("hub", (0.1 * x, 0.1 * y, 0.1)), stiffness=30.0, length=0.9))
-    system.add(parts.Spring(a=(1.0, 1.0, 0.5), b=("wheel", (0.1, 0.2, 0.0)), stiffness=5.0))
-    system.add(parts.DistributedTorque(part="cable", torque=0.05))
+        held, end = ("frame", (x - 0.1, y - 0.2, 0.4)), ("hub", (0.1 * x, 0.1 * y, 0.1))
+        system.add(parts.Spring(a=held, b=end, stiffness=30.0, length=0.9))
+    system.add(parts.Spring(a=("frame", (0.9, 0.8, 0.5)), b=("wheel", (0.1, 0.2, 0.0)), stiffness=5.0))
+    system.add(parts.DistributedTorque(part="cable", torque=0.05, centre=(0.1, 0.2, 0.0)))
     system.add(parts.Force(at=("hub", (0.1, 0.0, 0.2)), force=(0.3, 0.1, 0.2), frame="body"))
     system.add(parts.CylinderContact(body="hub", beams=["cable"], radius=0.3, centre=(0.9, -0.31, 0.0), stiffness=50.0))
     a = system.assemble()
-    spin = spin_of(a, (0.0, 0.0, 0.7), (0.1, 0.2, 0.0)) if turns else np.zeros(6)
+    spin = spin_of(a, "frame", None) if turns else np.zeros(6)
     n_q, y = int(a.model.info.nq), a.y.copy()
     y[:n_q] += 0.02 * rng.standard_normal(n_q)
     cable = a.model.beams["iq"][0]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
 from evolvent import InputError, System, parts
 from evolvent.solvers.static_work import spin_of
@@ -58,3 +60,27 @@ def test_what_is_the_same_about_the_axis_may_act(name: str) -> None:
 def test_what_is_not_is_refused_by_name(name: str) -> None:
     with pytest.raises(InputError, match=r"^'it' is not the same at every angle about the axis of the steady turn"):
         spin_of(turning(UNEVEN[name]).assemble(), SPIN, None)
+
+
+@pytest.mark.parametrize("base", ["ground", "table"])
+@pytest.mark.parametrize(("joint", "wanted"), [("clamp", []), ("revolute", [0.0]), ("cylindrical", [0.0, 0.0])])
+def test_a_hub_with_no_motion_but_along_the_axis(joint: str, wanted: list[float], base: str) -> None:
+    """Nothing that oscillates, and nothing at all: poles are real, or there are none."""
+    axis = {} if joint == "clamp" else {"axis": Z}
+    system = turning(parts.Joint(a=ORIGIN if base == "ground" else (base, ORIGIN), b="hub", type=joint, **axis))
+    for damped in (False, True):
+        found = system.modes(rotating=SPIN, damped=damped)
+        assert_allclose(found.pole, wanted, atol=1e-9)
+        assert found.to_dataset().sizes["mode"] == len(found.rows()) - 1 == len(wanted)
+    model = system.linearize(["hub.torque.z"], ["hub.rate.z"], rotating=SPIN)
+    assert_allclose(model.poles, 2 * wanted, atol=1e-9)
+
+
+def test_poles_that_are_all_real() -> None:
+    """Dampers above the critical: -c/2 -+ sqrt(c^2/4 - k), of a mass of 1 kg between springs of k = 4 and c = 10."""
+    system = System()
+    system.add(parts.Point(mass=1.0), "mass")
+    for axis in 5.0 * np.eye(3):
+        system.add(parts.Spring(a=tuple(axis), b="mass", stiffness=4.0, length=5.0, damping=10.0))
+    found = system.modes(damped=True)
+    assert_allclose(found.pole, np.repeat([-5.0 + np.sqrt(21.0), -5.0 - np.sqrt(21.0)], 3), rtol=1e-9)

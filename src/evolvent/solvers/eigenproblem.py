@@ -87,8 +87,7 @@ class Problem:
     ) -> None:  # fmt: skip
         self.where, self.strains = where, strains
         self.M, self.C, self.K, self.n = M.tocsc(), C.tocsc(), K.tocsc(), K.shape[0]
-        scale = abs(K).max(axis=1).toarray().ravel()
-        size = G.shape[0]
+        scale, size = abs(K).max(axis=1).toarray().ravel(), G.shape[0]
         norms = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel()) if size else np.zeros(0)
         typical = float(np.median(scale[scale > 0.0])) if np.any(scale) else 1.0
         self.typical = typical
@@ -96,9 +95,8 @@ class Problem:
         self.size = self.n - size
         m = M.diagonal()
         self.fastest = float(np.max(np.abs(K.diagonal()) / m)) or 1.0  # of free bodies alone any shift serves
-        off = abs(K - K.T)
-        bound = sparse.diags(1.0 / np.maximum(scale, 1e-300))
-        self.symmetric = C.nnz == 0 and (conservative or float((bound @ off).max()) <= SYMMETRIC)
+        off = sparse.diags(1.0 / np.maximum(scale, 1e-300)) @ abs(K - K.T)
+        self.symmetric = C.nnz == 0 and (conservative or float(off.max()) <= SYMMETRIC)
         if self.symmetric:
             self.K = (0.5 * (K + K.T)).tocsc()
         self.weight = weight
@@ -210,6 +208,8 @@ class Problem:
 
     def solve(self, count: int) -> tuple[Array, Array]:
         """Poles and shapes."""
+        if self.size == 0:
+            return np.zeros(0, dtype=complex), np.zeros((0, self.n))
         s2 = self.shift(min(count, self.size))
         if self.symmetric:
             return self.undamped(min(count, self.size), s2)
@@ -398,8 +398,8 @@ class Problem:
         lost = np.abs(pole) <= np.maximum(np.sqrt(self.noise(V)), ZERO * s)
         still, W = self._zeros(V[:, lost]) if int(np.sum(lost)) > self.still.shape[1] else self._zeros(V[:, :0])
         loose = int(np.sum(still))
-        keep = np.flatnonzero((pole.imag >= 0.0) & ~lost)
-        keep = keep[np.argsort(np.abs(pole[keep]), kind="stable")]
+        keep = np.argsort(np.abs(pole), kind="stable")
+        keep = keep[((pole.imag >= 0.0) & ~lost)[keep]]
         size = np.abs(pole[keep])
         slow = int(np.sum(size <= SLOW_POLE * s))
         while 0 < slow < keep.size and size[slow] - size[slow - 1] <= DISTINCT * size[slow]:
@@ -408,7 +408,7 @@ class Problem:
         if below > loose and (low := self.shift(min(below, self.size))) < 0.01 * s2:
             at_low, shape = self.general(min(below + 2, self.size), low)
             bound = math.sqrt(size[slow - 1] * size[slow]) if 0 < slow < keep.size else SLOW_POLE * s
-            at_low, shape = at_low[np.abs(at_low) <= bound], shape[np.abs(at_low) <= bound]
+            at_low, shape = (found[np.abs(at_low) <= bound] for found in (at_low, shape))
             rest = keep[size > bound]
             pole, V = np.concatenate([at_low, pole[rest]]), np.column_stack([shape.T, self._unit(V[:, rest])])
             return pole[:count], V[:, :count].T
@@ -494,6 +494,6 @@ class Problem:
                 mu, V = by_dense_algebra()
         keep = np.abs(mu) > 1e-13 * np.abs(mu).max()
         mu, V = mu[keep], V[:, keep]
-        pole = s + 1.0 / mu
+        pole = s + 1.0 / mu.astype(complex)  # LAPACK gives real numbers where all are
         own = self.momenta.T @ V[n:] * (s / np.where(np.abs(pole) > ZERO * s, pole, s))
         return pole, V[:n] + self.still @ own
