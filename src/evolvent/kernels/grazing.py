@@ -17,8 +17,9 @@ USED_FOR = "body_contacts"
 #: Parts in which the least gap is looked for, and steps of the golden section from there.
 _PARTS, _GOLDEN = 8, 30
 _SHORT = 0.5 * (3.0 - math.sqrt(5.0))
-#: Overlap, beside the way of a step, that counts; halvings by which a touch is found.
-_LEAST, _HALVINGS = 1e-9, 50
+#: Overlap, beside the way of a step and beside the distance of the middles, that counts; halvings by which a touch is
+#: found.
+_LEAST, _ROUND_OFF, _HALVINGS = 1e-9, 1e-14, 50
 #: Share of the energy of an impact that its first step may take.
 MOST_LOST = 1e-3
 
@@ -114,7 +115,8 @@ def until_deepest(h, y0, R0, x0, y1, R1, x1, model):
         bend = h * (math.sqrt(dot(v0, v0)) + math.sqrt(dot(v1, v1)))
         if gap0 + gap1 > way + bend:  # too far apart to touch in between
             continue
-        limit = min(-_LEAST * (way + bend), 2.0 * min(gap0, gap1))
+        distance = math.sqrt(dot(d0, d0)) + math.sqrt(dot(d1, d1)) + row.half_a + row.half_b + abs(row.radius)
+        limit = min(-_LEAST * (way + bend) - _ROUND_OFF * distance, 2.0 * min(gap0, gap1))
         least, at = min(gap0, gap1), 0
         for i in range(1, _PARTS):
             gap = _gap_at(i / _PARTS, h, d0, v0, e0, d1, v1, e1, row)
