@@ -186,7 +186,7 @@ def stretched(name: str) -> tuple[Assembly, int]:
 
 @pytest.mark.parametrize("name", STATES)
 def test_the_tangent_of_a_state_is_exact(name: str, rng: np.random.Generator) -> None:
-    """Of a straight thread, where the direction of what is paid out is that of the thread."""
+    """Of a straight thread; of others in `test_paid_out_aslant`."""
     assembly, _ = stretched(name)
     found, differences = tangent_columns(assembly, assembly.y, rng)
     assert np.abs(found - differences).max() < 1e-7 * np.abs(found).max()

@@ -64,7 +64,7 @@ class Thread(Part):
     segments : {"springs", "inextensible"}
         Springs, or segments of fixed length.
     stiffness, damping : float, N/m and N s/m
-        Of one segment (springs).
+        Of one segment (springs). The damper takes the rate of the elongation: at the spool all that is paid out counts.
     mesh : {"material", "moving"}
         Whether nodes are fixed to the material and leave the spool one by one, or all stand on the deployed length, in
         equal parts, and material flows through the mesh (springs). A moving mesh carries wound thread. It needs a

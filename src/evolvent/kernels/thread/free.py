@@ -20,7 +20,7 @@ from evolvent.kernels.thread.boundary import pull_slopes
 from evolvent.kernels.thread.end import TINY
 from evolvent.kernels.thread.moving_tangent import add_payout
 from evolvent.kernels.thread.spool import MOVING, paid_out, spool_direction, spool_pull, spool_torques
-from evolvent.kernels.thread.springs import damper_slope, paid_rates, segment_columns, segment_vector, turning_columns
+from evolvent.kernels.thread.springs import damper_slope, segment_columns, segment_vector, turning_columns
 from evolvent.model import MODEL, having
 
 USED_FOR = having("threads", drive=FREE_SPOOL)
@@ -127,27 +127,10 @@ def add_spool_tangent(t, y, h, c_mass, c_rate, along, p, model, matrix):
     elif s[p] > 0 and s[threads.size + p] == 0 and along != 0.0:
         r = threads[p].r
         tension_by_out, pull_by_length, pull_by_out = pull_slopes(h, along, p, model)
-        damped = _paid_slope(y, h, c_rate, rate, p, model)
+        damped = damper_slope(h, p, s[p] - 1, model) * threads[p].coiling * rate  # as the radius falls
         own -= (pull_by_out * r + damped) * r
         add_boundary(y, h, tension_by_out * r + damped, pull_by_length * r, p, model, matrix)
     add_entry(matrix, k, k, copies * own)
-
-
-@inlined
-def _paid_slope(y, h, c_rate, rate, p, model):
-    """What the damper of the segment at free spool p adds to the derivative of the tension by the angle, N.
-
-    Of a state: the length is paid out along the pay-out direction X, not along the segment, n: X . n r phi'.
-    """
-    threads, s = model.threads, model.switches
-    damper = damper_slope(h, p, s[p] - 1, model)
-    if damper == 0.0:
-        return 0.0
-    dx, dy, dz, _, _, _ = segment_vector(y, s, p, s[p] - 1, model)
-    length, X = math.sqrt(dx * dx + dy * dy + dz * dz), threads[p].X
-    along = (X[0] * dx + X[1] * dy + X[2] * dz) / length if length > TINY else 1.0
-    coiled = threads[p].coiling * rate if h == 0.0 else 0.0
-    return damper * (c_rate * threads[p].r * (1.0 - along) + coiled * along)
 
 
 @inlined
@@ -177,25 +160,21 @@ def add_boundary(y, h, tension, torque, p, model, matrix):
         add_entry(matrix, k, b + c, torque * along)
     damper = damper_slope(h, p, s[p] - 1, model)
     if damper != 0.0 and length > TINY:
-        _add_boundary_rates(y, h, -copies * threads[p].r * damper, (ex, ey, ez), length, p, model, matrix)
+        _add_boundary_rates(y, -copies * threads[p].r * damper, (ex, ey, ez), length, p, model, matrix)
 
 
 @inlined
-def _add_boundary_rates(y, h, factor, e, length, p, model, matrix):
+def _add_boundary_rates(y, factor, e, length, p, model, matrix):
     """Add factor times what a change of place alone changes in the rate of the segment at free spool p to its row."""
     s, k = model.switches, model.threads[p].spool_v - model.info.nq
     Ja, Jb, L = model.J[0], model.J[1], model.K12
     _, _, _, vx, vy, vz = segment_vector(y, s, p, s[p] - 1, model)
-    v = paid_rates(h, p, (vx, vy, vz), model)
-    rate = v[0] * e[0] + v[1] * e[1] + v[2] * e[2]
-    across = (
-        factor / length * (v[0] - rate * e[0]), factor / length * (v[1] - rate * e[1]),
-        factor / length * (v[2] - rate * e[2]),
-    )  # fmt: skip
+    rate, scale = vx * e[0] + vy * e[1] + vz * e[2], factor / length
+    across = (scale * (vx - rate * e[0]), scale * (vy - rate * e[1]), scale * (vz - rate * e[2]))
     a, n, b, m = segment_columns(p, s[p] - 1, s, model, Ja, Jb)
     _add_row(matrix, k, a, n, Ja, across, 1.0)
     _add_row(matrix, k, b, m, Jb, across, -1.0)
-    a, n, b, m = turning_columns(h, p, s[p] - 1, s, model, Ja, L)
+    a, n, b, m = turning_columns(p, s[p] - 1, s, model, Ja, L)
     along = (factor * e[0], factor * e[1], factor * e[2])
     _add_row(matrix, k, a, n, Ja, along, 1.0)
     _add_row(matrix, k, b, m, L, along, -1.0)

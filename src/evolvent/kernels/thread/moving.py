@@ -166,7 +166,7 @@ def add_elements(y, a, at, end, loaded, p, model):
             nodes[first].af[c] -= threads[p].tip_mass * a[at + c]
     for i in range(n):
         k = first + i
-        ex, ey, ez, scale, T, damped, rate, _ = segment_force(y, 0.0, s, p, i, model)
+        ex, ey, ez, scale, T, damped, rate = segment_force(y, 0.0, s, p, i, model)
         lost += damped * rate
         e, strain = (ex, ey, ez), nodes[k].length * n / length - 1.0
         taut = max(strain, 0.0) if threads[p].slack != 0 else strain

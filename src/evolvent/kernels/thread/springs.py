@@ -87,7 +87,12 @@ def segment_force(y, h, s, p, i, model):
     -------
     ex, ey, ez, scale : vector and factor of its direction
     tension, damped : N, tension and the damper's part of it
-    rate, stretch_rate : m/s, rates of the elongation and of the length (eq. 9: of length paid out along the segment)
+    rate : m/s, of the elongation, which is the length less the natural one: all that the spool pays out counts
+
+    Notes
+    -----
+    By eq. (9) of the heliogyro the length paid out would count as much as the segment lies along X. Its damper d would
+    then pull a segment that lags by an angle a, but does not stretch, with d v (1 - cos a).
     """
     threads, nodes, at_spool = model.threads, model.nodes, i == s[p] - 1
     k, rest, longer, boundary = threads[p].node + i, threads[p].element, 0.0, is_boundary(s, threads, p, i)
@@ -113,9 +118,7 @@ def segment_force(y, h, s, p, i, model):
     stretch_rate = (vx * ex + vy * ey + vz * ez) * scale
     if h != 0.0:
         stretch_rate = (nodes[k].length1 - nodes[k].length0) / h
-    rate = stretch_rate - length * threads[p].growth
-    if boundary:
-        rate -= longer * (threads[p].X[0] * ex + threads[p].X[1] * ey + threads[p].X[2] * ez)
+    rate = stretch_rate - longer - length * threads[p].growth
     extension = length - rest
     if h != 0.0 and threads[p].slack != 0:
         e0, e1 = nodes[k].extension0, nodes[k].extension1
@@ -135,7 +138,7 @@ def segment_force(y, h, s, p, i, model):
     if threads[p].slack != 0:
         elastic, damped = taut(elastic, damped)
     nodes[k].tension = elastic + damped
-    return ex, ey, ez, scale, elastic + damped, damped, rate, stretch_rate
+    return ex, ey, ez, scale, elastic + damped, damped, rate
 
 
 @inlined
@@ -198,7 +201,7 @@ def longest_step(y, s, model):
             continue
         for i in range(segment_count(s, threads, p)):
             rest, _ = natural_segment(s, threads, p, i)
-            _, _, _, _, tension, _, rate, _ = segment_force(y, 0.0, s, p, i, model)
+            _, _, _, _, tension, _, rate = segment_force(y, 0.0, s, p, i, model)
             extension = model.nodes[threads[p].node + i].length - rest
             if extension > 1e-9 * threads[p].segment and tension <= 0.0 and rate < 0.0:
                 found = min(found, extension / -rate)
@@ -227,22 +230,17 @@ def spring_thread(y, h, s, model, p, loaded, dy):
     for i in range(j):
         fx = fy = fz = 0.0
         if i < j - 1 or s[threads.size + p] == 0:
-            ex, ey, ez, scale, T, damped, rate, stretch_rate = segment_force(y, h, s, p, i, model)
+            ex, ey, ez, scale, T, damped, rate = segment_force(y, h, s, p, i, model)
             scale *= T
             fx, fy, fz = scale * ex, scale * ey, scale * ez
+            dissipated += damped * rate
             if i == j - 1:
-                released, longer = T - damped + threads[p].line_energy, threads[p].b[1]  # -dU/db
-                if threads[p].drive == FREE_SPOOL:
-                    dissipated += damped * (stretch_rate - longer)
-                else:  # what is left of the power at the spool once strain energy and dissipation are taken out
-                    dissipated += damped * rate
-                    driven = copies * (-released * longer - damped * (stretch_rate - rate))
+                if threads[p].drive != FREE_SPOOL:
+                    driven = -copies * (T + threads[p].line_energy) * threads[p].b[1]
                 d, pull = threads[p].d, copies * T
                 add_wrench(bodies[threads[p].body].F, d[0], d[1], d[2], pull * ex, pull * ey, pull * ez)
                 if threads[p].drive == FREE_SPOOL:  # which turns by `spool.spring_spools`
                     pull_spool(model, p, T + threads[p].line_energy)
-            else:
-                dissipated += damped * rate
         else:
             nodes[first + i].tension = 0.0
         if is_end(threads, p, i):
@@ -304,28 +302,15 @@ def segment_columns(p, i, s, model, Ja, Jb):
 
 
 @inlined
-def paid_rates(h, p, v, model):
-    """Rate v of a vector, three floats, less the length that thread p pays out along X; over a step that alone."""
-    threads, of_state = model.threads, 1.0 if h == 0.0 else 0.0
-    X, longer = threads[p].X, threads[p].b[1] if threads[p].kind != MOVING else 0.0
-    return of_state * v[0] - longer * X[0], of_state * v[1] - longer * X[1], of_state * v[2] - longer * X[2]
-
-
-@inlined
-def turning_columns(h, p, i, s, model, Ja, Jb):
-    """Columns of what turns of bodies change in the rates of both ends of segment i of thread p, as `segment_columns`.
-
-    That of the departure point is less the length paid out along the pay-out direction. Over a step of length h > 0 the
-    lengths make the rate, but for what is paid out.
-    """
+def turning_columns(p, i, s, model, Ja, Jb):
+    """Columns of what turns of bodies change in the rates of both ends of segment i of p, as `segment_columns`."""
     threads, bodies, own, a, n, b, m = model.threads, model.bodies, model.e[2], 0, 0, 0, 0
-    if h == 0.0 and is_end(threads, p, i):
+    if is_end(threads, p, i):
         v = model.nodes[threads[p].node].v
         a, n = marker_turning(model, threads[p].end, (0.0, 0.0, 0.0, v[0], v[1], v[2]), Ja)
     if i == s[p] - 1:
         k, Q, v = threads[p].body, threads[p].Q, bodies[threads[p].body].v
-        x, yy, z = paid_rates(h, p, (v[0] - Q[3], v[1] - Q[4], v[2] - Q[5]), model)
-        own[0], own[1], own[2] = turn_back(bodies[k].R, -x, -yy, -z)
+        own[0], own[1], own[2] = turn_back(bodies[k].R, Q[3] - v[0], Q[4] - v[1], Q[5] - v[2])
         b, m = side_columns(model, ON_BODY, k, -1, own, False, Jb)
     return a, n, b, m
 
@@ -334,15 +319,12 @@ def turning_columns(h, p, i, s, model, Ja, Jb):
 def damper_slope(h, p, i, model):
     """Derivative of the tension of segment i of thread p by a rate that its lengths do not make, N s/m.
 
-    It is 0 of a slack segment, and over a step of those that do not leave the spool.
+    It is 0 of a slack segment, and over a step of length h > 0, whose lengths make the rate.
     """
     threads = model.threads
-    leaves = is_boundary(model.switches, threads, p, i)
-    if h != 0.0 and not leaves:
+    if h != 0.0 or (threads[p].slack != 0 and model.nodes[threads[p].node + i].tension == 0.0):
         return 0.0
-    if threads[p].slack != 0 and model.nodes[threads[p].node + i].tension == 0.0:
-        return 0.0
-    return threads[p].damping * stiffness_factor(h, threads, p, leaves)
+    return threads[p].damping * stiffness_factor(h, threads, p, is_boundary(model.switches, threads, p, i))
 
 
 @indirect(void(VECTOR, REAL, REAL, REAL, _I, _I, MODEL, SPARSE))
@@ -364,7 +346,7 @@ def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
     length = math.sqrt(ex * ex + ey * ey + ez * ez)
     if h != 0.0:
         length = 0.5 * (nodes[k].length0 + nodes[k].length1)
-    n, across, v = (X[0], X[1], X[2]), 0.0, (vx, vy, vz)
+    n, across = (X[0], X[1], X[2]), 0.0
     if length > TINY:
         n, across = (ex / length, ey / length, ez / length), tension / length
     m = n
@@ -376,12 +358,10 @@ def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
     held, whole = is_end(threads, p, i), i == s[p] - 1
     damper = damper_slope(h, p, i, model) if length > TINY else 0.0
     if damper != 0.0:
-        if whole:
-            v = paid_rates(h, p, v, model)
-        rate = n[0] * v[0] + n[1] * v[1] + n[2] * v[2]
+        v, rate = (vx, vy, vz), n[0] * vx + n[1] * vy + n[2] * vz
         for r in range(3):
             for c in range(3):
-                K[r, c] += damper / length * n[r] * (v[c] - rate * m[c])
+                K[r, c] += damper / length * n[r] * (v[c] - rate * n[c])
                 K[r, c] -= damper * threads[p].growth * n[r] * n[c]
     if not (held or whole):
         outer = threads[p].iv + 3 * i - model.info.nq
@@ -399,7 +379,7 @@ def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
     add_product(matrix, b, nb, Jb, K, 0, 0, b, nb, Jb, copies)
     if damper != 0.0:
         write_axial(K, 0.0, damper, n)
-        _add_turned_rates(h, p, i, copies, a, na, b, nb, model, matrix)
+        _add_turned_rates(p, i, copies, a, na, b, nb, model, matrix)
     e = threads[p].end
     if held and model.markers[e].kind == MARKER_ON_BODY:
         body, local = model.markers[e].index, model.markers[e].local
@@ -410,7 +390,7 @@ def add_segment_tangent(y, h, along, tension, p, i, model, matrix):
 
 
 @inlined
-def _add_turned_rates(h, p, i, copies, a, na, b, nb, model, matrix):
+def _add_turned_rates(p, i, copies, a, na, b, nb, model, matrix):
     """Add what turns of bodies change in the damper of segment i of thread p, whose derivative by rates is in K12.
 
     Parameters
@@ -418,7 +398,7 @@ def _add_turned_rates(h, p, i, copies, a, na, b, nb, model, matrix):
     a, na, b, nb : of `segment_columns`, which are in J[0] and J[1]
     """
     K, Ja, Jb, L, M = model.K12, model.J[0], model.J[1], model.J[2], model.K24
-    c, nc, d, nd = turning_columns(h, p, i, model.switches, model, L, M)
+    c, nc, d, nd = turning_columns(p, i, model.switches, model, L, M)
     add_product(matrix, a, na, Ja, K, 0, 0, c, nc, L, 1.0)
     add_product(matrix, b, nb, Jb, K, 0, 0, c, nc, L, -copies)
     add_product(matrix, a, na, Ja, K, 0, 0, d, nd, M, -1.0)

@@ -33,6 +33,8 @@ Where the paper is in error, or silent:
 
 - (15) as printed takes the whole boundary force (7, 8) for F_y; that destroys the balance of angular momentum (the body
   would end at 5 rad/s). Only the terms that pull at Q act on the body, and so it is done here.
+- (8) with (9) counts the length paid out as much as the segment lies along x, so that its damper pulls a segment that
+  lags by an angle a, but does not stretch, with d v (1 - cos a). Here it takes the rate of the elongation of (7).
 - (18) leaves out L0. `body_rate_corrected` puts it right: W = I(start) W0 / I with
   I = J + N [rho ((L0 + l)^3 - L0^3) / 3 + m_k (L0 + l)^2], N the number of blades. Both take the blade as straight and
   radial.
