@@ -6,9 +6,11 @@ import math
 
 import numpy as np
 import pytest
+import scipy.linalg
 from numpy.testing import assert_allclose
 from scipy import sparse
 
+import evolvent
 from evolvent import InputError, System, parts
 from evolvent.elements import Circle
 from evolvent.solvers.eigenproblem import Problem
@@ -83,3 +85,17 @@ def test_a_motion_without_stiffness_that_strains_a_part_is_refused():
         )  # fmt: skip
         with pytest.raises(InputError, match="'boom' is lost in round-off"):
             problem.solve(2)
+
+
+def test_links_that_may_spin_about_themselves_have_zeros_beside_a_motion_that_grows():
+    """Andrews' mechanism: its links between two spherical joints spin freely, and its equilibrium is unstable."""
+    found = evolvent.load("andrews-mechanism").modes(count=4)
+    M, G = found.M.toarray(), found.G.toarray()
+    Z = scipy.linalg.null_space(G)
+    assert Z.shape[1] == 4
+    assert_allclose(found.pole[:3], 0.0, atol=0.0)
+    u = found.shape[3].real
+    assert found.pole[3].real > 0.0
+    spins = Z - np.outer(u, u @ M @ Z) / (u @ M @ u)  # what is left of all motions spins 3 links alone
+    moved = np.linalg.norm(spins.reshape(-1, 6, Z.shape[1])[:, :3], axis=(1, 2))
+    assert np.all(moved < 1e-6 * np.linalg.norm(spins))

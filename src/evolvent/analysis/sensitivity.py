@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
+from evolvent.analysis import variation
 from evolvent.analysis.closure import warning_of
 from evolvent.assembly.families import owner
 from evolvent.base import schema, units
@@ -64,7 +65,7 @@ class Key:
 
 
 def key_of(system: System, name: str) -> Key:
-    """A key of a part, or an entry of the gravity, by name.
+    """A key of a part, or of all that a name stands for (`variation.parts_of`), or an entry of the gravity, by name.
 
     Raises
     ------
@@ -72,9 +73,11 @@ def key_of(system: System, name: str) -> Key:
         For a key that is not there, or is no number with a unit.
     """
     words = name.removeprefix("parts.")
-    part = words.partition(".")[0]
-    if part in system.parts:
-        place, content = f"parts.{words}", {"parts": {part: system._written(part)}}
+    part, _, rest = words.partition(".")
+    named = variation.parts_of(system, words) if rest else []
+    if named:
+        part = named[0]
+        place, content = f"parts.{part}.{rest}", {"parts": {part: system._written(part)}}
         values: Any = {"parts": {part: system.parts[part].model_dump()}}
     elif part == "gravity":
         place, content, values = name, {}, {"gravity": system._gravity.tolist()}

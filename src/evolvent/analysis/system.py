@@ -183,7 +183,8 @@ class System:
         ----------
         values : mapping, key of a part -> value, also with a unit: ``{"hinge 1.stiffness": "2 N m/rad"}``; numbers
             select entries of lists (``"slew.profile.table.1.1"``). ``parts.`` may stand before, as in case files, and
-            keys of a case beside its parts work as well: ``gravity.2``, ``simulate.until``
+            keys of a case beside its parts work as well: ``gravity.2``, ``simulate.until``. ``"hinge.stiffness"`` is
+            that of ``"hinge 1"``, ``"hinge 2"`` and so on, where it is the same in all of them
 
         Raises
         ------
@@ -362,7 +363,8 @@ class System:
         Parameters
         ----------
         values : names of single numbers, as of `keep` of `simulate`: ``"hinge 1.latch_time"``, ``"hub.rate.z.last"``
-        keys : keys of parts that hold a number with a unit: ``"parts.hinge 1.stiffness"``, ``"panel 3.mass"``
+        keys : keys of parts that hold a number with a unit: ``"parts.hinge 1.stiffness"``, ``"panel 3.mass"``; one of
+            repeated parts, ``"hinge.stiffness"``, changes in all of them together
         until, every, fine, method, step, tolerance, spectral_radius, progress : as of `simulate`
         mode : {"forward", "adjoint"}
             Neighbours for each key, or one pass back through the run, which is faster for many keys and has fewer

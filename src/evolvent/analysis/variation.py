@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from evolvent import cases
-from evolvent.base.errors import InputError, nearest
+from evolvent.base.errors import InputError, counted, nearest
 from evolvent.parts.registry import read_parts
 
 if TYPE_CHECKING:
@@ -26,8 +27,10 @@ def with_values(system: System, values: Mapping[str, Any]) -> System:
     for key, value in values.items():
         words = str(key).removeprefix("parts.")
         name, _, rest = words.partition(".")
-        if name in system.parts and rest:
-            of_parts.setdefault(name, {})[rest] = value
+        named = parts_of(system, words) if rest else []
+        if named:
+            for one in named:
+                of_parts.setdefault(one, {})[rest] = value
         elif words == key and name in _OTHERS:
             others[key] = value
         else:
@@ -35,6 +38,39 @@ def with_values(system: System, values: Mapping[str, Any]) -> System:
     found = _with_others(system, others) if others else system.copy()
     for name, changes in of_parts.items():
         found._parts[name] = _changed(name, system.parts[name], changes)
+    return found
+
+
+def parts_of(system: System, words: str) -> list[str]:
+    """Names of the parts to which a key belongs: a part, or all 'hinge 1', 'hinge 2' where none is called 'hinge'.
+
+    Raises
+    ------
+    InputError
+        For a key of several parts that does not hold one number, text or switch that is the same in all of them: in a
+        case file it stands for the first of repeated parts, and the others follow from it.
+    """
+    name, _, rest = words.partition(".")
+    if name in system.parts:
+        return [name]
+    found = [one for one in system.parts if re.fullmatch(re.escape(name) + " [0-9]+", one)]
+    own = [_value(system.parts[one], rest) for one in found]
+    if not all(rest.partition(".")[0] in type(system.parts[one]).model_fields for one in found):
+        return found  # where it is refused by its name
+    if any(type(one) is not type(own[0]) or one != own[0] or not isinstance(one, str | int | float) for one in own):
+        listed = ", ".join(f"'{one}.{rest}'" for one in found[:3]) + (", ..." if len(found) > 3 else "")
+        raise InputError(
+            f"{words!r} is not one number that is the same in all of {counted(len(found), 'part', 'parts')} called "
+            f"{name!r} with a number behind; name them: {listed}"
+        )
+    return found
+
+
+def _value(part: Part, key: str) -> Any:
+    """What a part holds at a key; None for nothing, and for entries of lists."""
+    found: Any = {"kind": part.kind, **part.model_dump()}
+    for word in key.split("."):
+        found = found.get(word) if isinstance(found, Mapping) else None
     return found
 
 

@@ -294,9 +294,10 @@ def _write_bend(row, bodies, h, H):
     """Write H = dn/dp, of a step twice that by its end; returns e . H e where a state's place on a's axis can move."""
     n, (_, _, e, g) = row.n1, body_gaps.body_axes(row, bodies)
     on_a, on_b = abs(row.s1) < row.half_a, abs(row.t1) < row.half_b
-    bent, along = 1.0 / row.distance if row.surface != surfaces.PLANE and row.distance > 0.0 else 0.0, 0.0
+    bent, along = 0.0, 0.0
+    if row.surface != surfaces.PLANE and row.distance > 0.0:
+        bent = 1.0 / row.distance if h == 0.0 else 2.0 / (row.distance0 + row.distance)
     if h != 0.0:
-        bent *= 2.0 * row.distance / (row.distance0 + row.distance)
         along = 1.0 if on_a else 0.0
         if on_a and on_b:  # of two axes that cross the distance is one from a plane
             bent = 0.0

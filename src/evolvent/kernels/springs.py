@@ -23,6 +23,8 @@ from evolvent.model import MODEL, family_type
 
 USED_FOR = "springs"
 ON_BODY, ON_POINT = 0, 1
+#: Length beside the natural length below which a spring has no direction.
+NO_LINE = 1e-9
 
 
 @entry(VECTOR, family_type("markers"), family_type("points"), family_type("bodies"), types.int64)
@@ -156,6 +158,9 @@ def evaluate_spring(t, y, h, k, model):
     """
     springs = model.springs
     a, b, (length, nx, ny, nz, rate) = spring_ends(y, h, k, model)
+    if h == 0.0:
+        line = springs[k].line
+        line[0], line[1], line[2] = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     extension = length - springs[k].length
     elastic = damping = given = 0.0
     if length == 0.0:  # without a line there is no force
@@ -252,6 +257,40 @@ def evaluate_springs(t, y, model):
             springs[k].stored += lateral_energy(springs[k].axis, kl, b[0] - a[0], b[1] - a[1], b[2] - a[2])
         energy += springs[k].stored
     return energy
+
+
+@entry(REAL, types.int64, MODEL)
+@inlined
+def force_without_line(t, k, model):
+    """Force of spring k at zero length and at rest, N, which has no direction there."""
+    springs = model.springs
+    if springs[k].law == 0:
+        return -springs[k].stiffness * springs[k].length if springs[k].slack == 0 else 0.0
+    p = model.parameters[springs[k].first : springs[k].last]
+    return spring_law_at(springs[k].law)(-springs[k].length, 0.0, t, p)
+
+
+@indirect(void(REAL, types.boolean, MODEL))
+def note_lines(t, starts, model):
+    """Note at the state that was evaluated last, of a start or the end of a step, which springs have no line by now.
+
+    Notes
+    -----
+    The field `passed` becomes the first time at which a spring with a force at zero length has no length, or has turned
+    by more than a right angle within a step, as where its ends pass through one another; infinity before.
+    """
+    springs = model.springs
+    for k in range(springs.size):
+        e, e0 = springs[k].line, springs[k].line0
+        if starts:
+            springs[k].passed = math.inf
+            e0[0] = e0[1] = e0[2] = 0.0
+        small = NO_LINE * springs[k].length
+        turned = e[0] * e0[0] + e[1] * e0[1] + e[2] * e0[2] < 0.0
+        gone = e[0] * e[0] + e[1] * e[1] + e[2] * e[2] <= small * small
+        e0[0], e0[1], e0[2] = e[0], e[1], e[2]
+        if (turned or gone) and t < springs[k].passed and force_without_line(t, k, model) != 0.0:
+            springs[k].passed = t
 
 
 @indirect(void(REAL, VECTOR, REAL, REAL, MODEL, SPARSE))

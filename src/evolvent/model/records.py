@@ -64,13 +64,14 @@ RECORDS: dict[str, np.dtype] = {
     # without mass: a node of a beam, whose coordinates it has
     "points": _record("iq iv", "mass compliance", "f linear kinetic", f=_3, linear=_3),
     "markers": _record("kind index", "local", local=_3),
-    # slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; the others are in
+    # slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; line, line0: vector
+    # from a to b, of the last state and of the last step; passed: see `kernels.springs.note_lines`; the others are in
     # `RESULTS`, and lost: W, dissipated
     "springs": _record(
         "a b law first last slack",
         "stiffness damping length lateral_stiffness lateral_damping axis",
-        "length0 length1 end distance extension rate tension lateral stored lost",
-        axis=_3, end=_3, lateral=_3,
+        "length0 length1 end line line0 passed distance extension rate tension lateral stored lost",
+        axis=_3, end=_3, line=_3, line0=_3, lateral=_3,
     ),
     "links": _record("a b sense", "length drum axis zero", axis=_3, zero=_3),
     # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it

@@ -17,6 +17,8 @@ from evolvent.parts.contact import ContactLaw
 from evolvent.parts.shapes import Box, Capsule, ContactShape, Plane, SolidContactShape, Sphere
 
 Array = np.ndarray
+#: Distance of two centres beside the radius below which a contact has no normal.
+NO_NORMAL = 1e-12
 #: Share of the corners of a box that can touch at the same time, of the edges along a capsule, and of pairs of edges.
 _CORNERS, _ALONG, _CROSSINGS = 0.5, 0.5, 8.0 / 144.0
 #: Radius of the edges of a box that meet those of another one, if not given, of its smallest side.
@@ -210,6 +212,11 @@ def add_body_contacts(
                 f"{name!r} starts with its bodies {depth:.3g} m inside each other, "
                 f"{counted(depth / radius, 'radius', 'radii')}; move "
                 f"them apart, or allow it by `initial_overlap`, now {allowed:g}"
+            )
+        if b.kind not in (surfaces.PLANE, body_gaps.BOX) and depth >= (1.0 - NO_NORMAL) * (a.radius + b.radius) > 0.0:
+            raise InputError(
+                f"{name!r} starts with the centre or axis of one body on that of the other, where the force of the "
+                f"contact has no direction; move them apart"
             )
         builder.add(
             "body_contacts", a=a.body, b=b.body, first=first, surface=b.kind, place_a=a.place, axis_a=unit(a.axis),

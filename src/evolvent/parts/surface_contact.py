@@ -12,7 +12,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.kernels import contact_laws, surfaces
 from evolvent.parts.base import BeamNames, BodyName, unit
-from evolvent.parts.body_contact import Surface, add_body_contacts
+from evolvent.parts.body_contact import NO_NORMAL, Surface, add_body_contacts
 from evolvent.parts.contact import Contact
 
 #: Default of `sliding_damping`. Vibration of cables that slide round drums, else undamped, grows by 3 1/s at most
@@ -52,6 +52,11 @@ def add_surface(
             if off < -part.initial_overlap * radius and not beside:
                 raise InputError(
                     f"{beam!r} starts inside the {called} {name!r}: a point of it is {-off:.3g} m below its surface"
+                )
+            if surface != surfaces.PLANE and not beside and off <= (NO_NORMAL - 1.0) * radius:
+                raise InputError(
+                    f"{beam!r} starts with a point in the middle of the {called} {name!r}, where the force of the "
+                    f"contact has no direction; move it out"
                 )
             builder.add("contact_points", **fields)
     index = builder.add(

@@ -73,6 +73,7 @@ class Problem:
     strains : called with shapes (n, k) without stiffness; the first part that they strain, '' for none
     rigid : (n, r) float, orthonormal beside `weight`, motions in whose span all motions without stiffness are; None
         where they are not known
+    coarse : (n,) float, what adds to K where its round-off is judged; 0 if left out
 
     Notes
     -----
@@ -83,15 +84,14 @@ class Problem:
     def __init__(
         self, M: Any, C: Any, K: Any, G: Any, weight: Array, *, conservative: bool,
         where: Callable[[Array], str] = _somewhere, strains: Callable[[Array], str] = lambda V: "",
-        rigid: Array | None = None,
+        rigid: Array | None = None, coarse: Array | None = None,
     ) -> None:  # fmt: skip
         self.where, self.strains = where, strains
         self.M, self.C, self.K, self.n = M.tocsc(), C.tocsc(), K.tocsc(), K.shape[0]
         scale, size = abs(K).max(axis=1).toarray().ravel(), G.shape[0]
         norms = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel()) if size else np.zeros(0)
-        typical = float(np.median(scale[scale > 0.0])) if np.any(scale) else 1.0
-        self.typical = typical
-        self.G = sparse.diags(typical / norms) @ G if size else G
+        self.typical = float(np.median(scale[scale > 0.0])) if np.any(scale) else 1.0
+        self.G = sparse.diags(self.typical / norms) @ G if size else G
         self.size = self.n - size
         m = M.diagonal()
         self.fastest = float(np.max(np.abs(K.diagonal()) / m)) or 1.0  # of free bodies alone any shift serves
@@ -102,7 +102,7 @@ class Problem:
         self.weight = weight
         self.rng = np.random.default_rng(1)
         self.symmetric_part = self.K if self.symmetric else (0.5 * (self.K + self.K.T)).tocsc()
-        self.sizes = abs(self.K)
+        self.sizes = abs(self.K) if coarse is None else (abs(self.K) + sparse.diags(coarse)).tocsc()
         self.still = self.momenta = np.zeros((self.n, 0))
         if rigid is not None:
             self.still = self._without_stiffness(rigid)
@@ -493,7 +493,7 @@ class Problem:
                     raise InputError(_ROUND_OFF_LEFT.format(size=self.size, most=MOST_DENSE // 2)) from error
                 mu, V = by_dense_algebra()
         keep = np.abs(mu) > 1e-13 * np.abs(mu).max()
-        mu, V = mu[keep], V[:, keep]
-        pole = s + 1.0 / mu.astype(complex)  # LAPACK gives real numbers where all are
+        mu, V = mu[keep].astype(complex), V[:, keep].astype(complex)
+        pole = s + 1.0 / mu
         own = self.momenta.T @ V[n:] * (s / np.where(np.abs(pole) > ZERO * s, pole, s))
         return pole, V[:n] + self.still @ own

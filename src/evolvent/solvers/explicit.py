@@ -20,7 +20,7 @@ from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.flow.explicit_forces import end_frictions, measure_frictions
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import coordinate, rigid, thread
+from evolvent.kernels import coordinate, rigid, springs, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import normalise
 from evolvent.kernels.grazing import until_deepest
@@ -83,6 +83,8 @@ def start_up(model, work):
         return BUDGET
     work.loop.starts, work.loop.stale = 0, 1
     t = work.loop.time
+    if model.springs.size > 0:  # by the state at the start, whose balance has been looked at
+        springs.note_lines(t, True, model)
     if is_corrected(model):
         project(t, work.y, work.s, model)
     if model.coordinates.size > 0:
@@ -110,6 +112,8 @@ def end_step(target, corrected, model, work):
     for n in range(work.y.size):
         work.y[n] = work.y1[n]
     work.loop.time = target
+    if model.springs.size > 0:  # by the last stage, which is the end of the step, or close to it
+        springs.note_lines(target, False, model)
     changed = corrected and project(target, work.y, work.s, model) != 0
     if model.coordinates.size > 0:
         coordinate.note_turns(target, work.y, work.s, model)

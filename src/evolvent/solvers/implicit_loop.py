@@ -13,7 +13,17 @@ import math
 from numba import types
 
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.kernels import contact, coordinate, coordinate_laws, resistance, rigid, thread, turning, user_events
+from evolvent.kernels import (
+    contact,
+    coordinate,
+    coordinate_laws,
+    resistance,
+    rigid,
+    springs,
+    thread,
+    turning,
+    user_events,
+)
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.grazing import until_deepest, until_touch
 from evolvent.kernels.passing import note_places, passing
@@ -65,6 +75,8 @@ def begin(model, matrix, work):
         if status != DONE:
             return status
     fill_energies(loop.time, model, work)
+    if model.springs.size > 0:
+        springs.note_lines(loop.time, True, model)
     if turning.has_friction(model):
         turning.measure_rates(work.y, model)
         turning.keep_rates(model)
@@ -326,6 +338,8 @@ def accept_step(t1, t_end, h, model, work):
         work.rate[model.thrusters[k].iv - model.info.nq] = work.y[model.thrusters[k].iv]
     fill_forces(model, work)
     fill_energies(t_end, model, work)
+    if model.springs.size > 0:
+        springs.note_lines(t1, False, model)
     note_step(loop, fastest_rate(loop.fastest, h, work.dq, work.shares))
     loop.steady = loop.steady + 1 if abs(h - loop.last) <= 1e-9 * h else 0
     loop.last, loop.event_step, loop.turn_step, loop.whole, loop.extended = h, math.inf, math.inf, 0.0, 0

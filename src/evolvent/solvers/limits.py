@@ -25,7 +25,9 @@ def limitations(solution: Solution) -> list[str]:
     if not solution.t.size:
         return []
     return [
-        text for rule in (of_reduced_models, beyond_small, beyond_tension, beyond_green) if (text := rule(solution))
+        text
+        for rule in (of_reduced_models, beyond_small, beyond_tension, beyond_green, without_length)
+        if (text := rule(solution))
     ]
 
 
@@ -39,6 +41,12 @@ def of_reduced_models(solution: Solution) -> str:
     parts = solution.assembly.parts.items()
     own = {name: part.model.warning for name, part in parts if isinstance(part, ReducedBody)}
     return "; ".join(f"the model of {name!r} was made where {warning}" for name, warning in own.items() if warning)
+
+
+def without_length(solution: Solution) -> str:
+    """A sentence on springs that the motion has brought to length zero by the last state; '' for none."""
+    first, last = float(solution.t[0]), float(solution.t[-1])
+    return "; ".join(text for time, text in solution.passages if time <= last and (time > first or len(solution.t) > 1))
 
 
 def beyond_green(solution: Solution) -> str:

@@ -13,8 +13,9 @@ from evolvent.kernels import contact_laws
 from evolvent.kernels.blocks import BEAM, BODY, OWNERS, POSITION, THREAD, block_at, indices
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import balance as eb, explicit_events, ordering
-from evolvent.solvers.implicit_state import GAINED, NO_CONVERGENCE, NOT_FINITE, REDUNDANT
+from evolvent.solvers.implicit_state import GAINED, NO_CONVERGENCE, NOT_FINITE, REDUNDANT, SINGULAR
 from evolvent.solvers.laws import broken_law, large_law, states_energy, what_may_jump
+from evolvent.solvers.lines import without_normal
 from evolvent.solvers.pace import Stall
 from evolvent.solvers.rod_messages import bending_hint
 
@@ -74,6 +75,8 @@ def reason(code: int, run: Run) -> str:
             f"the equations are singular {when}: something has no mass, constraints have become redundant, or the step "
             f"leads too far; {smaller}, and check the last samples"
         )
+    if code in (NOT_FINITE, SINGULAR):
+        found = without_normal(assembly, when) or found
     far = far_from_origin(assembly, work.y0)
     if far:
         found = f"{found.split('; ')[0]}; {far}"

@@ -13,6 +13,7 @@ from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import EvolventError, InputError, RunFailed
 from evolvent.kernels import fields
+from evolvent.kernels.blocks import ROTATION, indices
 from evolvent.solvers.eigenproblem import Problem
 from evolvent.solvers.fixed_lengths import hold_segments, with_positions
 from evolvent.solvers.laws import law_failure
@@ -27,6 +28,8 @@ from evolvent.solvers.still_threads import freeze_spools
 from evolvent.solvers.subspaces import along_axes
 
 Array = np.ndarray
+#: Part of the stiffness of a body against rotation that counts about its other axes where round-off is judged.
+TURNED = 0.01
 
 
 def modes(
@@ -90,12 +93,24 @@ def modes(
     problem = Problem(
         M, C, K, G, work.balance.weight, conservative=families.has_symmetric_stiffness(work.model),
         where=naming.where, strains=naming.strains, rigid=naming.rigid(work.balance.weight),
+        coarse=of_turns(work.model, K),
     )  # fmt: skip
     pole, shape = problem.solve(count)
     if not np.iscomplexobj(shape):
         motions = rigid_motions(assembly, equilibrium.y[-1], np.zeros(3))
         shape = along_axes(-(pole**2).real, shape, M, motions)
     return Modes(pole=pole, shape=shape, equilibrium=equilibrium, assembly=assembly, M=M, G=G)
+
+
+def of_turns(model: Any, K: Any) -> Array:
+    """A part of the largest stiffness of a body or node against rotation, whose round-off is in that about every axis.
+
+    A link between two joints has nothing else in its spin: in the body's axes its entries of K are round-off alone.
+    """
+    at = indices(model.blocks[model.blocks["kind"] == ROTATION], "iv") - int(model.info.nq)
+    found = np.zeros(K.shape[0])
+    found[at] = TURNED * np.abs(K.diagonal())[at].max(axis=1, keepdims=True, initial=0.0)
+    return found
 
 
 class Where(NamedTuple):

@@ -11,6 +11,7 @@ import numpy as np
 from evolvent.base.errors import InputError
 from evolvent.compiled import codecache
 from evolvent.solvers.laws import law_failure
+from evolvent.solvers.lines import passages
 from evolvent.solvers.pace import Pace
 from evolvent.solvers.solution import Solution
 
@@ -83,7 +84,9 @@ class Run:
             status, message = "failed", f"{failure}; what was computed is kept"
         wall_time = clock.perf_counter() - began
         codecache.mark_warm(self.name)
-        return self.result(status, message, wall_time)
+        found = self.result(status, message, wall_time)
+        found.passages = passages(self.assembly)
+        return found
 
     def _loop(self, progress: Callable[[float], None] | None) -> Ending:
         """Call the compiled loop until it ends; returns how."""

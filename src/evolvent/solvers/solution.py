@@ -93,6 +93,7 @@ class Solution:
     reactions : reactions.Pending, what evaluates accelerations and reactions when they are first asked for; None where
         `kept` has them
     captures : captures.Capture of each latch that has locked in an implicit run of fixed steps
+    passages : of each spring that a motion has brought to length zero: the first time (s), and a sentence
     """
 
     assembly: Assembly
@@ -111,6 +112,7 @@ class Solution:
     path: Path | None = None
     reactions: Pending | None = None
     captures: tuple[Capture, ...] = ()
+    passages: tuple[tuple[float, str], ...] = ()
 
     @property
     def success(self) -> bool:
