@@ -48,7 +48,7 @@ _ROUND_OFF_LEFT = (
 )
 _STRAINED = (
     "a mode of {part!r} is lost in round-off: it strains that part, but its stiffness is below the round-off of the "
-    "stiffest directions; take fewer elements, a thicker section, or a Beam with the formulation 'cable'"
+    "stiffest directions; take fewer elements, a thicker section, a stiffer spring, or a Beam of formulation 'cable'"
 )
 _UNRESOLVED = (
     "mode {k}, which moves {where} most, is not resolved: its equations are off by {share:.1g} of their terms, since "
@@ -70,7 +70,7 @@ class Problem:
     weight : (n,) float, size of each coordinate that counts as 1
     conservative : bool, whether K is symmetric but for round-off
     where : called with a shape (n,) beside `weight`; where it moves most, for messages
-    strains : called with shapes (n, k) without stiffness; the first part that they strain, '' for none
+    strains : called with shapes (n, k) without stiffness, and what round-off may hide (k,); the part that they strain
     rigid : (n, r) float, orthonormal beside `weight`, motions in whose span all motions without stiffness are; None
         where they are not known
 
@@ -82,7 +82,7 @@ class Problem:
 
     def __init__(
         self, M: Any, C: Any, K: Any, G: Any, weight: Array, *, conservative: bool,
-        where: Callable[[Array], str] = _somewhere, strains: Callable[[Array], str] = lambda V: "",
+        where: Callable[[Array], str] = _somewhere, strains: Callable[[Array, Array], str] = lambda V, noise: "",
         rigid: Array | None = None,
     ) -> None:  # fmt: skip
         self.where, self.strains = where, strains
@@ -307,7 +307,7 @@ class Problem:
 
     def _check_zeros(self, V: Array) -> None:
         """Refuse motions without stiffness, (n, k), that strain a part: their stiffness is lost in round-off."""
-        part = self.strains(V) if V.shape[1] else ""
+        part = self.strains(V, self.noise(V, whole=True)) if V.shape[1] else ""
         if part:
             raise InputError(_STRAINED.format(part=part))
 
