@@ -406,7 +406,7 @@ class Problem:
             slow -= 1
         below = still.size + slow
         if below > loose and (low := self.shift(min(below, self.size))) < 0.01 * s2:
-            at_low, shape = self.general(min(below + 2, self.size), low)
+            at_low, shape = self.general(min(below, self.size), low)
             bound = math.sqrt(size[slow - 1] * size[slow]) if 0 < slow < keep.size else SLOW_POLE * s
             at_low, shape = (found[np.abs(at_low) <= bound] for found in (at_low, shape))
             rest = keep[size > bound]
@@ -430,8 +430,7 @@ class Problem:
     def _zeros(self, V: Array) -> tuple[Array, Array]:
         """Whether motions of the span of V and `still` have no stiffness but round-off, (k,) bool; shapes (n, k)."""
         W = self.still
-        for x in np.hstack([V.real, V.imag]).T:
-            size = math.sqrt(max(float(x @ (self.M @ x)), 0.0))
+        for x, size in zip(np.hstack([V.real, V.imag]).T, np.tile(np.sqrt(self._norms(V)), 2), strict=True):
             for _ in range(2):
                 x = x - W @ (W.T @ (self.M @ x))
             rest = math.sqrt(max(float(x @ (self.M @ x)), 0.0))
