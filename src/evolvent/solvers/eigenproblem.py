@@ -13,7 +13,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, eigsh, splu
 
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import facing
-from evolvent.solvers.subspaces import all_of, equal, regular_shift
+from evolvent.solvers.subspaces import all_of, orthonormal, regular_shift
 
 Array = np.ndarray
 
@@ -172,8 +172,7 @@ class Problem:
 
     def _products(self, V: Array) -> Array:
         """|v|^T |K| |v| : (k,)."""
-        size = np.abs(V)
-        return np.asarray(np.einsum("ij,ij->j", size, self.sizes @ size))
+        return np.asarray(np.einsum("ij,ij->j", np.abs(V), self.sizes @ np.abs(V)))
 
     def _norms(self, V: Array) -> Array:
         """v^H M v : (k,)."""
@@ -252,7 +251,7 @@ class Problem:
         self._check_zeros(V[:, squares == 0.0])
         self._check_residuals(inverse(self.M @ V) - V / (squares + s2), V, 1.0 / (squares + s2), squares == 0.0)
         pole = np.where(squares >= 0.0, 1j, 1.0) * np.sqrt(np.abs(squares))
-        V = self._orthonormal(squares, V)
+        V = orthonormal(squares, V / np.sqrt(self._norms(V)), self.M)
         return pole, (V * facing((V / self.weight[:, None]).T)).T
 
     def everything(self) -> tuple[Array, Array]:
@@ -318,14 +317,6 @@ class Problem:
         if not np.all(share <= UNRESOLVED):
             k = int(np.argmax(np.where(np.isfinite(share), share, np.inf)))
             raise InputError(_UNRESOLVED.format(k=k, where=self.where(V[:, k] / self.weight), share=share[k]))
-
-    def _orthonormal(self, squares: Array, V: Array) -> Array:
-        """V with V^T M V = 1; shapes of different frequency are orthogonal, to those of equal ones it is done here."""
-        V = V / np.sqrt(self._norms(V))
-        for first, last in equal(squares):
-            L = np.linalg.cholesky(V[:, first:last].T @ (self.M @ V[:, first:last]))
-            V[:, first:last] = scipy.linalg.solve_triangular(L, V[:, first:last].T, lower=True).T
-        return V
 
     def growing(self) -> Array | None:
         """Poles of the motions that grow, fastest first, those of a pair above the real axis; None where unknown.
@@ -396,7 +387,8 @@ class Problem:
         s = math.sqrt(s2)
         pole, V = self._nearest(count, s2)
         lost = np.abs(pole) <= np.maximum(np.sqrt(self.noise(V)), ZERO * s)
-        still, W = self._zeros(V[:, lost]) if int(np.sum(lost)) > self.still.shape[1] else self._zeros(V[:, :0])
+        some = V[:, lost if int(np.sum(lost)) > self.still.shape[1] else slice(0)]
+        still, W = self._zeros(some, (ZERO * s) ** 2)
         loose = int(np.sum(still))
         keep = np.argsort(np.abs(pole), kind="stable")
         keep = keep[((pole.imag >= 0.0) & ~lost)[keep]]
@@ -412,11 +404,11 @@ class Problem:
             rest = keep[size > bound]
             pole, V = np.concatenate([at_low, pole[rest]]), np.column_stack([shape.T, self._unit(V[:, rest])])
             return pole[:count], V[:, :count].T
-        if not np.all(still):
+        if not np.all(still) and self._drift_off(W[:, ~still], W[:, still], s2):
             where = self.where(W[:, int(np.argmin(still))] / self.weight)
             raise InputError(_UNRESOLVED.format(k=loose, where=where, share=ZERO))
         pole = np.concatenate([np.zeros(loose), pole[keep]])[:count]
-        V = np.column_stack([W, V[:, keep]])[:, :count]
+        V = np.column_stack([W[:, still], V[:, keep]])[:, :count]
         pole.imag[np.abs(pole.imag) <= 1e-9 * np.abs(pole)] = 0.0
         x, mu = np.vstack([V, V * (pole / s)]), 1.0 / (pole - s)
         self._check_residuals((self._apply(s2)(x) - mu * x)[: self.n], V, mu, pole == 0.0)
@@ -427,8 +419,15 @@ class Problem:
         V = V / np.sqrt(self._norms(V))
         return V * facing((V / self.weight[:, None]).T)
 
-    def _zeros(self, V: Array) -> tuple[Array, Array]:
-        """Whether motions of the span of V and `still` have no stiffness but round-off, (k,) bool; shapes (n, k)."""
+    def _drift_off(self, V: Array, still: Array, s2: float) -> bool:
+        """Whether the stiffness of one of V (n, k) is not balanced by forces of a drift along `still` (n, r)."""
+        solve = self.inverse(s2, math.sqrt(s2))
+        f, carried = solve(self.K @ V), solve(self.C @ still)
+        rest = f - carried @ np.linalg.lstsq(carried, f, rcond=1e-9)[0] if still.shape[1] else f
+        return bool(np.any(self._norms(rest) > DISTINCT**2 * self._norms(f)))
+
+    def _zeros(self, V: Array, least: float) -> tuple[Array, Array]:
+        """Whether motions of the span of V and `still` have no square but round-off or `least`, (k,) bool; shapes (n, k)."""
         W = self.still
         for x, size in zip(np.hstack([V.real, V.imag]).T, np.tile(np.sqrt(self._norms(V)), 2), strict=True):
             for _ in range(2):
@@ -439,7 +438,7 @@ class Problem:
         if not W.shape[1]:
             return np.zeros(0, dtype=bool), W
         squares, W = self._by_ritz(W)
-        return np.abs(squares) <= self.noise(W), W
+        return np.abs(squares) <= np.maximum(self.noise(W), least), W
 
     def _apply(self, s2: float) -> Callable[[Array], Array]:
         """(A - s)^-1 of x = [u, v/s], u' = v, by the shift s."""
