@@ -48,6 +48,44 @@ def test_modes_of_a_turning_wire_are_those_of_every_count(kind):
         assert found[0] < 1e-6
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [parts.Beam, parts.Rod])
+@pytest.mark.parametrize("spring", ["about the axis", "across a body", "by a motor"])
+def test_twist_on_a_weak_spring_is_right_or_refused(kind, spring):
+    """sqrt(k/J) of the polar moment of inertia; a spring that is below the round-off of bending is named."""
+    refused, arm = [], 0.05
+    for rate in (3.0, 0.05, 5e-4):
+        system = wire(kind, elements=10, radius=0.01, length=10.0, rate=0.1)
+        inertia = 7850.0 * math.pi * 0.01**4 / 2 * 10.0
+        if spring == "across a body":
+            turn = {"position": (10.5, 0.0, 0.0), "angular_velocity": (0.0, 0.0, 0.1), "velocity": (0.0, 1.05, 0.0)}
+            system.add(parts.RigidBody(mass=0.1, inertia=(1e-3, 1e-3, 1e-3), **turn), "body")
+            system.add(parts.Joint(a=("body", (0.0, 0.0, 0.0)), b="wire.tip", type="clamp"))
+            inertia += 1e-3
+            for side in (1.0, -1.0):
+                pull = parts.Spring(
+                    a=("hub", (10.5, side * arm, side)), b=("body", (0.0, side * arm, 0.0)), length=1.0,
+                    stiffness=0.5 * inertia * rate**2 / arm**2,
+                )  # fmt: skip
+                system.add(pull)
+        else:
+            k, zero = inertia * rate**2, {"zero": (0.0, 1.0, 0.0)} if kind is parts.Beam else {}
+            own = k if spring == "about the axis" else 0.0
+            hinge = parts.RotationalSpring(a="hub", b="wire.root", axis=(1.0, 0.0, 0.0), stiffness=own, **zero)
+            system.add(hinge, "spring")
+            if spring == "by a motor":
+                hold = {"constant": {"rate": 0.0, "angle": 0.0}}
+                system.add(parts.Motor(joint="spring", motion=hold, position_gain=k))
+        try:
+            found = system.modes(count=8, rotating="hub").frequency
+        except InputError as error:
+            refused.append((rate, str(error)))
+        else:
+            assert np.min(np.abs(found / rate - 1.0)) < 2e-3
+    assert refused
+    assert all(rate < 0.5 and "'spring" in text and "is lost in round-off" in text for rate, text in refused)
+
+
 def chain(squares: np.ndarray, gyroscopic: float) -> Problem:
     """Uncoupled oscillators, turned into one another at random, with a gyroscopic coupling of the two slowest."""
     n = squares.size
@@ -81,7 +119,7 @@ def test_a_motion_without_stiffness_that_strains_a_part_is_refused():
     for C in (sparse.csr_matrix((n, n)), 1e-3 * sparse.eye(n, format="csr")):
         problem = Problem(
             sparse.eye(n, format="csr"), C, K, none, np.ones(n), conservative=True,
-            strains=lambda V: "boom" if np.any(np.abs(V[0]) > 0.5) else "",
+            strains=lambda V, noise: "boom" if np.any(np.abs(V[0]) > 0.5) else "",
         )  # fmt: skip
         with pytest.raises(InputError, match="'boom' is lost in round-off"):
             problem.solve(2)

@@ -13,7 +13,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, eigsh, splu
 
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import facing
-from evolvent.solvers.subspaces import all_of, equal, regular_shift
+from evolvent.solvers.subspaces import all_of, orthonormal, regular_shift
 
 Array = np.ndarray
 
@@ -48,7 +48,7 @@ _ROUND_OFF_LEFT = (
 )
 _STRAINED = (
     "a mode of {part!r} is lost in round-off: it strains that part, but its stiffness is below the round-off of the "
-    "stiffest directions; take fewer elements, a thicker section, or a Beam with the formulation 'cable'"
+    "stiffest directions; take fewer elements, a thicker section, a stiffer spring, or a Beam of formulation 'cable'"
 )
 _UNRESOLVED = (
     "mode {k}, which moves {where} most, is not resolved: its equations are off by {share:.1g} of their terms, since "
@@ -70,7 +70,7 @@ class Problem:
     weight : (n,) float, size of each coordinate that counts as 1
     conservative : bool, whether K is symmetric but for round-off
     where : called with a shape (n,) beside `weight`; where it moves most, for messages
-    strains : called with shapes (n, k) without stiffness; the first part that they strain, '' for none
+    strains : called with shapes (n, k) without stiffness, and what round-off may hide (k,); the part that they strain
     rigid : (n, r) float, orthonormal beside `weight`, motions in whose span all motions without stiffness are; None
         where they are not known
     coarse : (n,) float, what adds to K where its round-off is judged; 0 if left out
@@ -83,7 +83,7 @@ class Problem:
 
     def __init__(
         self, M: Any, C: Any, K: Any, G: Any, weight: Array, *, conservative: bool,
-        where: Callable[[Array], str] = _somewhere, strains: Callable[[Array], str] = lambda V: "",
+        where: Callable[[Array], str] = _somewhere, strains: Callable[[Array, Array], str] = lambda V, noise: "",
         rigid: Array | None = None, coarse: Array | None = None,
     ) -> None:  # fmt: skip
         self.where, self.strains = where, strains
@@ -172,8 +172,7 @@ class Problem:
 
     def _products(self, V: Array) -> Array:
         """|v|^T |K| |v| : (k,)."""
-        size = np.abs(V)
-        return np.asarray(np.einsum("ij,ij->j", size, self.sizes @ size))
+        return np.asarray(np.einsum("ij,ij->j", np.abs(V), self.sizes @ np.abs(V)))
 
     def _norms(self, V: Array) -> Array:
         """v^H M v : (k,)."""
@@ -252,7 +251,7 @@ class Problem:
         self._check_zeros(V[:, squares == 0.0])
         self._check_residuals(inverse(self.M @ V) - V / (squares + s2), V, 1.0 / (squares + s2), squares == 0.0)
         pole = np.where(squares >= 0.0, 1j, 1.0) * np.sqrt(np.abs(squares))
-        V = self._orthonormal(squares, V)
+        V = orthonormal(squares, V / np.sqrt(self._norms(V)), self.M)
         return pole, (V * facing((V / self.weight[:, None]).T)).T
 
     def everything(self) -> tuple[Array, Array]:
@@ -307,7 +306,7 @@ class Problem:
 
     def _check_zeros(self, V: Array) -> None:
         """Refuse motions without stiffness, (n, k), that strain a part: their stiffness is lost in round-off."""
-        part = self.strains(V) if V.shape[1] else ""
+        part = self.strains(V, self.noise(V, whole=True)) if V.shape[1] else ""
         if part:
             raise InputError(_STRAINED.format(part=part))
 
@@ -318,14 +317,6 @@ class Problem:
         if not np.all(share <= UNRESOLVED):
             k = int(np.argmax(np.where(np.isfinite(share), share, np.inf)))
             raise InputError(_UNRESOLVED.format(k=k, where=self.where(V[:, k] / self.weight), share=share[k]))
-
-    def _orthonormal(self, squares: Array, V: Array) -> Array:
-        """V with V^T M V = 1; shapes of different frequency are orthogonal, to those of equal ones it is done here."""
-        V = V / np.sqrt(self._norms(V))
-        for first, last in equal(squares):
-            L = np.linalg.cholesky(V[:, first:last].T @ (self.M @ V[:, first:last]))
-            V[:, first:last] = scipy.linalg.solve_triangular(L, V[:, first:last].T, lower=True).T
-        return V
 
     def growing(self) -> Array | None:
         """Poles of the motions that grow, fastest first, those of a pair above the real axis; None where unknown.
@@ -396,7 +387,8 @@ class Problem:
         s = math.sqrt(s2)
         pole, V = self._nearest(count, s2)
         lost = np.abs(pole) <= np.maximum(np.sqrt(self.noise(V)), ZERO * s)
-        still, W = self._zeros(V[:, lost]) if int(np.sum(lost)) > self.still.shape[1] else self._zeros(V[:, :0])
+        some = V[:, lost if int(np.sum(lost)) > self.still.shape[1] else slice(0)]
+        still, W = self._zeros(some, (ZERO * s) ** 2)
         loose = int(np.sum(still))
         keep = np.argsort(np.abs(pole), kind="stable")
         keep = keep[((pole.imag >= 0.0) & ~lost)[keep]]
@@ -406,17 +398,17 @@ class Problem:
             slow -= 1
         below = still.size + slow
         if below > loose and (low := self.shift(min(below, self.size))) < 0.01 * s2:
-            at_low, shape = self.general(min(below + 2, self.size), low)
+            at_low, shape = self.general(min(below, self.size), low)
             bound = math.sqrt(size[slow - 1] * size[slow]) if 0 < slow < keep.size else SLOW_POLE * s
             at_low, shape = (found[np.abs(at_low) <= bound] for found in (at_low, shape))
             rest = keep[size > bound]
             pole, V = np.concatenate([at_low, pole[rest]]), np.column_stack([shape.T, self._unit(V[:, rest])])
             return pole[:count], V[:, :count].T
-        if not np.all(still):
+        if not np.all(still) and self._drift_off(W[:, ~still], W[:, still], s2):
             where = self.where(W[:, int(np.argmin(still))] / self.weight)
             raise InputError(_UNRESOLVED.format(k=loose, where=where, share=ZERO))
         pole = np.concatenate([np.zeros(loose), pole[keep]])[:count]
-        V = np.column_stack([W, V[:, keep]])[:, :count]
+        V = np.column_stack([W[:, still], V[:, keep]])[:, :count]
         pole.imag[np.abs(pole.imag) <= 1e-9 * np.abs(pole)] = 0.0
         x, mu = np.vstack([V, V * (pole / s)]), 1.0 / (pole - s)
         self._check_residuals((self._apply(s2)(x) - mu * x)[: self.n], V, mu, pole == 0.0)
@@ -427,11 +419,17 @@ class Problem:
         V = V / np.sqrt(self._norms(V))
         return V * facing((V / self.weight[:, None]).T)
 
-    def _zeros(self, V: Array) -> tuple[Array, Array]:
-        """Whether motions of the span of V and `still` have no stiffness but round-off, (k,) bool; shapes (n, k)."""
+    def _drift_off(self, V: Array, still: Array, s2: float) -> bool:
+        """Whether the stiffness of one of V (n, k) is not balanced by forces of a drift along `still` (n, r)."""
+        solve = self.inverse(s2, math.sqrt(s2))
+        f, carried = solve(self.K @ V), solve(self.C @ still)
+        rest = f - carried @ np.linalg.lstsq(carried, f, rcond=1e-9)[0] if still.shape[1] else f
+        return bool(np.any(self._norms(rest) > DISTINCT**2 * self._norms(f)))
+
+    def _zeros(self, V: Array, least: float) -> tuple[Array, Array]:
+        """Whether motions of the span of V and `still` have no square but round-off or `least`, (k,) bool; shapes (n, k)."""
         W = self.still
-        for x in np.hstack([V.real, V.imag]).T:
-            size = math.sqrt(max(float(x @ (self.M @ x)), 0.0))
+        for x, size in zip(np.hstack([V.real, V.imag]).T, np.tile(np.sqrt(self._norms(V)), 2), strict=True):
             for _ in range(2):
                 x = x - W @ (W.T @ (self.M @ x))
             rest = math.sqrt(max(float(x @ (self.M @ x)), 0.0))
@@ -440,7 +438,7 @@ class Problem:
         if not W.shape[1]:
             return np.zeros(0, dtype=bool), W
         squares, W = self._by_ritz(W)
-        return np.abs(squares) <= self.noise(W), W
+        return np.abs(squares) <= np.maximum(self.noise(W), least), W
 
     def _apply(self, s2: float) -> Callable[[Array], Array]:
         """(A - s)^-1 of x = [u, v/s], u' = v, by the shift s."""

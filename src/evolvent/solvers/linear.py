@@ -276,7 +276,7 @@ def linearize(
     assembly, equilibrium, work, (M, C, K, G) = at_equilibrium(assembly, where, damped=damped)
     known = linearized_points(assembly, equilibrium.y[-1])
     source = _Source(
-        structure=Structure(M, C, K, G, work.balance.weight, Naming(assembly, equilibrium.y[-1], M)),
+        structure=Structure(M, C, K, G, work.balance.weight, Naming(work, M)),
         inputs=channels("inputs", inputs, known, assembly, INPUTS),
         outputs=channels("outputs", outputs, known, assembly, OUTPUTS),
         points=known,

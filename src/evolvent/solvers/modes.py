@@ -82,14 +82,14 @@ def modes(
     and rotations. The objective damping of a cable's bending goes with the rate of the curvature's size, which has no
     linear part where a cable is straight. Motions without stiffness, which the joints leave to the parts as rigid
     bodies, are found first and given as frequency 0; so are frequencies below the round-off of the stiffness of their
-    own shape, unless they strain a beam or rod. Those, and modes whose equations are off by more than 1e-5, are
-    refused by the name of what moves.
+    own shape, unless they strain a beam, a rod or a spring. Those, and modes whose equations are off by more than 1e-5,
+    are refused by the name of what moves.
     """
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise InputError(f"count is {count!r}; it must be a whole number from 1")
     where = Where(equilibrium, y, time, rotating, centre)
     assembly, equilibrium, work, (M, C, K, G) = at_equilibrium(assembly, where, damped=damped)
-    naming = Naming(assembly, equilibrium.y[-1], M)
+    naming = Naming(work, M)
     problem = Problem(
         M, C, K, G, work.balance.weight, conservative=families.has_symmetric_stiffness(work.model),
         where=naming.where, strains=naming.strains, rigid=naming.rigid(work.balance.weight),

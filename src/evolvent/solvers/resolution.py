@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
-from evolvent.kernels.blocks import OWNERS, block_at
+from evolvent.kernels.blocks import OWNERS, block_at, displace
+from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.positions import moving, rigid_motions
+from evolvent.solvers.static_work import Work
 
 Array = np.ndarray
 
@@ -20,6 +21,11 @@ STRAINED = 1e-4
 INDEPENDENT = 1e-9
 #: Most motions among which those without stiffness are looked for.
 MOST = 600
+#: Part of the size of each coordinate by which states are displaced to see whether a spring resists; change of its
+#: length beside that, below which it is round-off and curvature.
+STEP, STRETCHED = 1e-3, 1e-5
+#: Length, and forces whose sum changes it, of what resists by a force of its own, in the records.
+SPRINGS = {"springs": ("extension", "tension"), "coordinates": ("angle", "torque", "applied")}
 
 
 class Naming:
@@ -27,13 +33,13 @@ class Naming:
 
     Parameters
     ----------
-    assembly : Assembly
-    y : (ny,) float, state about which motions are small
+    work : Work, about whose state motions are small
     M : (nv, nv) sparse, mass matrix
     """
 
-    def __init__(self, assembly: Assembly, y: Array, M: Any) -> None:
-        self.assembly, self.y, self.M = assembly, y, M
+    def __init__(self, work: Work, M: Any) -> None:
+        self.work, self.M = work, M
+        self.assembly, self.y = work.assembly, work.balance.y.copy()
 
     def where(self, shape: Array) -> str:
         """Name of the part to which the largest entry of a shape (nv,) belongs."""
@@ -67,12 +73,18 @@ class Naming:
             return None
         return np.hstack([*found, np.diag(weight)[:, others]])
 
-    def strains(self, V: Array) -> str:
-        """The first beam or rod that moves otherwise than a rigid body in one of the shapes V (nv, k), or ''.
+    def strains(self, V: Array, noise: Array) -> str:
+        """The first beam, rod or spring that is strained in one of the shapes V (nv, k) without stiffness, or ''.
+
+        Parameters
+        ----------
+        V : (nv, k) float
+        noise : (k,) float, rad2/s2, what round-off may hide of their stiffness
 
         Notes
         -----
-        Elements of beams and rods have stiffness against all other motions, whatever joints, springs and loads are.
+        Elements of beams and rods have stiffness against all but rigid motions, whatever joints, springs and loads are.
+        Springs count where round-off may hide what they add: otherwise something else has taken it away.
         """
         for name, at, motions in self._elastic():
             M, own = self.M[at, at], V[at]
@@ -80,4 +92,32 @@ class Naming:
             rest = own - R @ np.linalg.lstsq(R.T @ (M @ R), R.T @ (M @ own), rcond=1e-12)[0]
             if np.any(np.einsum("ij,ij->j", rest, M @ rest) > STRAINED * np.einsum("ij,ij->j", V, self.M @ V)):
                 return name
+        for v, hidden in zip(V.T, noise, strict=True):
+            name = self._hidden_spring(v, float(hidden))
+            if name:
+                return name
         return ""
+
+    def _hidden_spring(self, v: Array, noise: float) -> str:
+        """The first spring that resists a motion v (nv,) by less than `noise`, or ''."""
+        weight = self.work.balance.weight
+        step = STEP / float(np.max(np.abs(v) / weight))
+        ends = [self._springs(sign * step * v) for sign in (1.0, -1.0)]
+        self._springs(np.zeros(v.size))
+        for family, (x, force), (x_back, force_back) in zip(SPRINGS, *ends, strict=True):
+            dx, change = x - x_back, force - force_back
+            size = STEP * (np.max(weight) if family == "springs" else 1.0)
+            square = np.abs(dx * change) / (4.0 * step**2 * float(v @ (self.M @ v)))
+            moved = (np.abs(dx) > STRETCHED * size) & (np.abs(change) > 1e-9 * np.abs(force))
+            found = np.flatnonzero(moved & (square <= noise))
+            if found.size:
+                return owner(self.assembly, family, int(found[0]))
+        return ""
+
+    def _springs(self, d: Array) -> list[tuple[Array, Array]]:
+        """Lengths and forces of all springs where the state is displaced by d (nv,)."""
+        work, b = self.work, self.work.balance
+        displace(self.y, d, False, work.model, b.y)
+        eq.unbalance(work.time, work.step, 1.0, 1.0, work.model, b, b.r)
+        rows = ((getattr(work.model, name), fields) for name, fields in SPRINGS.items())
+        return [(row[x].copy(), sum(row[name] for name in forces)) for row, (x, *forces) in rows]

@@ -90,6 +90,15 @@ def equal(squares: Array) -> list[tuple[int, int]]:
     return found
 
 
+def orthonormal(squares: Array, V: Array, M: Any) -> Array:
+    """V (n, k) with V^T M V = 1, of shapes with u^T M u = 1, which are orthogonal where squares differ."""
+    V = V.copy()
+    for first, last in equal(squares):
+        L = np.linalg.cholesky(V[:, first:last].T @ (M @ V[:, first:last]))
+        V[:, first:last] = scipy.linalg.solve_triangular(L, V[:, first:last].T, lower=True).T
+    return V
+
+
 def along_axes(squares: Array, shape: Array, M: Any, r: Array) -> Array:
     """Real shapes (k, n), those of equal frequency turned so that each is excited by another rigid-body motion.
 
