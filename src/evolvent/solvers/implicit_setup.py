@@ -40,6 +40,10 @@ STRAIN_ROUND_OFF = 1e-14
 WORK_ROUND_OFF = 1e-14
 #: Times at which the rates of drives are looked at.
 SOUGHT = 101
+#: Sizes of a system from which the origin of the ground says nothing of it.
+GROUND_IS_FAR = 100.0
+#: Share of the distance from the origin below which steps cannot be measured, for the round-off of positions.
+KNOWN_TO = 1e-4
 #: What a joint may be off at the start, beside the size of the system and its speed.
 _FITS = 1e-6
 
@@ -80,8 +84,7 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     positions = blocks["kind"] == POSITION
     placed = assembly.y[indices(blocks[positions & (blocks["family"] != THREAD)], "iq")]
     lengths = [(n * l0, 0.0, 0.0) for n, l0 in zip(model.threads["n"], model.threads["segment"], strict=True)]
-    spread = np.ptp(np.concatenate([model.bodies["x"], placed, np.reshape(lengths, (-1, 3))]), axis=0)
-    length = float(np.linalg.norm(spread)) or 1.0
+    length = _extent(np.concatenate([model.bodies["x"], placed, np.reshape(lengths, (-1, 3))]))
     weight[indices(blocks[positions], "iv") - n_q] = length
     weight[blocks["iv"][blocks["family"] == REDUCED] - n_q] = length
     for tape in model.tapes:
@@ -97,6 +100,13 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     for row in model.threads[model.threads["drive"] == FREE]:
         weight[int(row["spool_v"]) - n_q] = length / row["radius"]
     return weight, float(np.exp(np.mean(np.log(masses)))) if masses.size else 1.0
+
+
+def _extent(places: np.ndarray) -> float:
+    """Size of a system by the places of its bodies, of which the first is the ground: without it where it is far, m."""
+    together, own = (float(np.linalg.norm(np.ptp(found, axis=0))) for found in (places, places[1:]))
+    own = own or 1.0
+    return (together or 1.0) if together <= GROUND_IS_FAR * own else max(own, KNOWN_TO * together)
 
 
 def error_sizes(model: mdl.Model, weight: np.ndarray) -> np.ndarray:
