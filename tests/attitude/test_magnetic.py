@@ -91,7 +91,7 @@ def test_a_law_of_the_attitude_is_refused_where_there_is_none() -> None:
     system = System()
     system.add(parts.Beam(length=1.0, section=section, material=material, elements=2), "boom")
     system.add(parts.Torque(at="boom.tip", law=magnetic, parameters=(M, B)), "turn")
-    with pytest.raises(InputError, match=r"turn\.law is 'magnetic', a law under @evolvent\.torque_law, which is for"):
+    with pytest.raises(InputError, match=r"turn\.law is 'magnetic', a law under @evolvent\.torque_law; it must be"):
         system.assemble()
     with pytest.raises(InputError, match=r"cannot be compiled as \(t, x, R, w, parameters\) -> \(Tx, Ty, Tz\)"):
 

@@ -116,6 +116,8 @@ ENDS: dict[str, Callable[[Any, Records], Iterator[End]]] = {
 }
 #: Families whose records act through those of others.
 OF_OTHERS = ("gear_coordinates", "bearings")
+#: Families that act within one body: what holds its axis takes their torque across that, but nothing is tied to it.
+WITHIN_ITS_BODY = ("wheels",)
 #: Families whose records act at times: `outside` of a record is 1 where an end of it is no free body.
 AT_TIMES = ("joints", "contact_surfaces", "body_contacts")
 #: Families that may be in an isolated system beside those of `ENDS`, and what belongs to others or to other methods; of
@@ -168,9 +170,10 @@ def mark_outside(families: dict[str, Array], info: Any) -> None:
             tied |= families[name]["points"] == 1
         if name in AT_TIMES:
             families[name]["outside"] = tied
-        elif name not in OF_OTHERS:
+        elif name not in (*OF_OTHERS, *WITHIN_ITS_BODY):
             info["outside"] |= np.any(tied)
-    acts: list[Any] = [families[name].size > 0 for name in mdl.RECORDS if name not in WITHIN and name not in ENDS]
+    acts: list[Any] = [np.any(ties(name)) for name in WITHIN_ITS_BODY]
+    acts += [families[name].size > 0 for name in mdl.RECORDS if name not in WITHIN and name not in ENDS]
     acts += [np.any(families["bodies"]["motion"] == rigid.SPIN), families["threads"].size > 0]
     acts += [np.any(families["beams"]["paper"] != 0), np.any(families["rods"]["payout"] != 0)]
     acts += [np.any(families[name]["alpha"] != 0.0) for name in ("elements", "rods")]
