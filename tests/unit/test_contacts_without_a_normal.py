@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from evolvent import InputError, System, elements, parts
+import evolvent
+from evolvent import EvolventError, InputError, System, elements, parts
 
 DEEP = {"stiffness": 1e3, "law": "conservative", "exponent": 1.0, "initial_overlap": 10.0}
 
@@ -46,3 +47,10 @@ def test_a_beam_in_the_middle_of_a_sphere_is_refused() -> None:
     )  # fmt: skip
     with pytest.raises(InputError, match="'rod' starts with a point in the middle of the sphere 'touch'"):
         system.assemble()
+
+
+def test_an_equilibrium_on_crossing_edges_of_flush_boxes_is_refused() -> None:
+    """A folded stack: edges of panels that are flush cross in one plane, where round-off had been the direction."""
+    for solve in (System.equilibrium, System.modes):
+        with pytest.raises(EvolventError, match=r"'stack \d' is \S+ m deep, where its force of .* has no direction"):
+            solve(evolvent.load("z-fold"))

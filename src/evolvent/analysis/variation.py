@@ -68,7 +68,7 @@ def parts_of(system: System, words: str) -> list[str]:
 
 def _value(part: Part, key: str) -> Any:
     """What a part holds at a key; None for nothing, and for entries of lists."""
-    found: Any = {"kind": part.kind, **part.model_dump()}
+    found: Any = part.model_dump()
     for word in key.split("."):
         found = found.get(word) if isinstance(found, Mapping) else None
     return found

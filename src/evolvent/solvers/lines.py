@@ -11,6 +11,8 @@ from evolvent.assembly.families import owner
 from evolvent.kernels import body_gaps, springs, surfaces
 from evolvent.model import Model
 
+#: Distance beside the radius below which the normal of a contact that presses jumps.
+NEAR = 1e-7
 #: What helps where a spring has no line.
 _INSTEAD = "set `slack` if it only pulls, stop its ends before (a contact), or use a law without force there"
 
@@ -50,5 +52,27 @@ def without_normal(assembly: Assembly, when: str) -> str:
             return (
                 f"{owner(assembly, 'body_contacts', k)!r} has the centre or axis of one body on that of the other "
                 f"{when}, where its force has no direction; use a greater `stiffness`, or move them apart"
+            )
+    return ""
+
+
+def on_edges(assembly: Assembly, model: Model) -> str:
+    """A sentence on the first contact that presses in a state where its normal jumps; '' for none.
+
+    Notes
+    -----
+    At a centre or axis, where a point lies on an edge of the core of a box, which is the box less its rounding, and
+    where edges cross in one plane, as of boxes that are flush: round-off alone has a direction there.
+    """
+    for k, row in enumerate(model.body_contacts):
+        small = NEAR * float(row["radius"])
+        if row["surface"] == surfaces.PLANE or not row["force"] > 0.0 or abs(row["distance"]) > small:
+            continue
+        place = np.abs([row["u1"], row["v1"], row["w1"]])
+        if row["surface"] != body_gaps.BOX or np.sum(place >= row["sides"] - small) > 1:
+            return (
+                f"{owner(assembly, 'body_contacts', k)!r} is {-row['gap1']:.3g} m deep, where its force of "
+                f"{row['force']:.3g} N has no direction: this is no equilibrium; use a greater `stiffness`, of boxes "
+                f"also a greater `rounding`"
             )
     return ""

@@ -17,7 +17,7 @@ from evolvent.kernels.resistance import AT_END
 from evolvent.parts.checks import number, positive
 from evolvent.solvers.fixed_lengths import given_positions
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
-from evolvent.solvers.lines import without_line
+from evolvent.solvers.lines import on_edges, without_line
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.static_search import FIRST_STEP, Search
 from evolvent.solvers.static_work import Work, spin_of
@@ -120,7 +120,8 @@ def solve_static(
     codecache.mark_warm("statics")
     found = search.solution(wall_time, compile_time)
     beyond = _beyond_its_end(assembly, work) if found.success else ""
-    beyond = beyond or (without_line(assembly, work.model, work.time, found.y[-1]) if found.success else "")
+    if found.success and not beyond:
+        beyond = without_line(assembly, work.model, work.time, found.y[-1]) or on_edges(assembly, work.model)
     if beyond:
         found.status, found.message = "failed", beyond
     if work.redundancy is not None:
