@@ -364,12 +364,13 @@ class SystemDefinition:
                 found[name] = settings[name]
         return found
 
-    def modes(self, case: Any, *, count: int | None = None) -> ModalResults:
+    def modes(self, case: Any, *, count: int | None = None, mesh_error: bool = False) -> ModalResults:
         """The slowest modes of a case about its equilibrium, by its keys `equilibrium` and `modes` where it has them.
 
         Parameters
         ----------
         count : int, in place of the case's own
+        mesh_error : bool, as of `System.modes`
 
         Raises
         ------
@@ -382,15 +383,18 @@ class SystemDefinition:
             options |= {"count": section.count, "damped": section.damped}
         if count is not None:
             options["count"] = count
-        found: ModalResults = self.build(case).modes(**options)
+        found: ModalResults = self.build(case).modes(mesh_error=mesh_error, **options)
         return found
 
-    def equilibrium(self, case: Any, progress: Callable[[float], None] | None = None) -> xr.DataTree:
+    def equilibrium(
+        self, case: Any, progress: Callable[[float], None] | None = None, *, mesh_error: bool = False
+    ) -> xr.DataTree:
         """The equilibrium of a case under its loads, whatever its status, by its key `equilibrium` where it has one.
 
         Parameters
         ----------
         progress : called with the load factor reached
+        mesh_error : bool, as of `System.equilibrium`
 
         Raises
         ------
@@ -403,7 +407,7 @@ class SystemDefinition:
             options["load_steps"] = section.load_steps
         found: Any
         try:
-            found = self.build(case).equilibrium(progress=progress, **options)
+            found = self.build(case).equilibrium(progress=progress, mesh_error=mesh_error, **options)
         except RunFailed as error:
             found = error.run
             if found is None:

@@ -8,23 +8,53 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from evolvent.analysis.mesh_error import MeshError
 from evolvent.base import files
 from evolvent.solvers.modal import NOTHING, Modes
 from evolvent.solvers.sampled import empty
 from evolvent.solvers.solution import Solution
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from evolvent.results.motion import Motion
 
 
 @dataclasses.dataclass(frozen=True)
 class ModalResults(Modes):
-    """`evolvent.solvers.modal.Modes` with what shows them."""
+    """`evolvent.solvers.modal.Modes` with what shows them.
+
+    Attributes
+    ----------
+    mesh : MeshError of the frequencies (`frequency_hz`), where it is asked for
+    """
+
+    mesh: MeshError | None = None
 
     @classmethod
     def of(cls, found: Modes) -> Self:
         """The same modes."""
         return cls(**{field.name: getattr(found, field.name) for field in dataclasses.fields(found)})
+
+    def table(self) -> str:
+        """As of `Modes`, then a line a mode with the error of the mesh, where it is asked for."""
+        if self.mesh is None:
+            return super().table()
+        heads = (("mode", "extrapolated", "mesh error"), ("", "Hz", "%"))
+        lines = [super().table(), *(f"{a:>4}  {b:>12}  {c:>10}" for a, b, c in heads)]
+        for k, (value, relative) in enumerate(zip(*self.mesh, strict=True)):
+            lines.append(f"{k:>4}  {value:>12.6g}  {100.0 * relative:>10.2g}")
+        return "\n".join(lines)
+
+    def to_dataset(self) -> xr.Dataset:
+        """As of `Modes`, with extrapolated frequencies and the relative error of the mesh, where it is asked for."""
+        found = super().to_dataset()
+        if self.mesh is not None:
+            what = "frequency, extrapolated from n and 2 n elements"
+            found["frequency_extrapolated"] = ("mode", self.mesh.extrapolated, {"units": "Hz", "long_name": what})
+            what = "relative error of the frequency by the mesh"
+            found["mesh_error"] = ("mode", self.mesh.relative, {"units": "1", "long_name": what})
+        return found
 
     def rows(self) -> list[list[str]]:
         """A table for the screen: its head with units, then a row a mode; effective masses of real modes alone."""
@@ -32,12 +62,16 @@ class ModalResults(Modes):
         masses = None if np.iscomplexobj(self.shape) else self.effective_mass
         if masses is not None:
             head += [f"mass {a}, kg" for a in "xyz"] + [f"inertia {a}, kg m²" for a in "xyz"]
+        if self.mesh is not None:
+            head += ["extrapolated, Hz", "mesh error, %"]
         found = [head]
         for k in range(len(self.pole)):
             row = [str(k), f"{self.frequency_hz[k]:.5g}", f"{self.frequency[k]:.5g}", f"{self.damping_ratio[k]:.3g}"]
             if masses is not None:
                 least = NOTHING * self.total_mass
                 row += [f"{m if m > f else 0.0:.4g}" for m, f in zip(masses[k], least, strict=True)]
+            if self.mesh is not None:
+                row += [f"{self.mesh.extrapolated[k]:.5g}", f"{100.0 * self.mesh.relative[k]:.2g}"]
             found.append(row)
         return found
 

@@ -469,7 +469,7 @@ class System:
     def equilibrium(
         self, *, load_steps: int | Sequence[float] | None = None, arc_length: bool = False, time: float = 0.0,
         rotating: str | Sequence[float] | None = None, centre: Sequence[float] | None = None,
-        tolerance: float = 1e-10, progress: Callable[[float], None] | None = None,
+        tolerance: float = 1e-10, progress: Callable[[float], None] | None = None, mesh_error: bool = False,
     ) -> xr.DataTree:  # fmt: skip
         """Find the equilibrium under the loads, from the start.
 
@@ -477,6 +477,9 @@ class System:
         ----------
         load_steps, arc_length, time, rotating, centre, tolerance : as of `evolvent.solvers.static.solve_static`
         progress : called with the load factor reached
+        mesh_error : bool
+            Whether it is found once more with every element of beams, rods and threads in halves: what parts show has
+            then the attributes ``extrapolated`` (Richardson) and ``mesh_error``, the relative error by its length.
 
         Returns
         -------
@@ -503,17 +506,28 @@ class System:
         )  # fmt: skip
         if run.attrs["status"] == "failed":
             raise RunFailed(run.attrs["message"], run)
+        if mesh_error:
+            from evolvent.analysis import mesh_error as mesh
+
+            finer = mesh.refined(self).equilibrium(
+                load_steps=load_steps, arc_length=arc_length, time=time, rotating=rotating, centre=centre,
+                tolerance=tolerance, progress=progress,
+            )  # fmt: skip
+            mesh.note(run, finer)
         return run
 
     def modes(
         self, *, count: int = 10, damped: bool = False, time: float = 0.0,
-        rotating: str | Sequence[float] | None = None, centre: Sequence[float] | None = None,
+        rotating: str | Sequence[float] | None = None, centre: Sequence[float] | None = None, mesh_error: bool = False,
     ) -> Any:  # fmt: skip
         """Find the slowest modes about the equilibrium, with its stresses, loads and steady turn.
 
         Parameters
         ----------
         count, damped, time, rotating, centre : as of `evolvent.solvers.modes.modes`
+        mesh_error : bool
+            Whether they are found once more with every element of beams, rods and threads in halves, for an estimate
+            of the error of the mesh, ``modes.mesh``.
 
         Returns
         -------
@@ -531,8 +545,14 @@ class System:
         from evolvent.analysis.modal import ModalResults
         from evolvent.solvers.modes import modes
 
-        found = modes(self.assemble(), count=count, damped=damped, time=time, rotating=rotating, centre=centre)
-        return ModalResults.of(found)
+        given: Any = {"damped": damped, "time": time, "rotating": rotating, "centre": centre}
+        found = ModalResults.of(modes(self.assemble(), count=count, **given))
+        if mesh_error:
+            from evolvent.analysis import mesh_error as mesh
+
+            finer = modes(mesh.refined(self).assemble(), count=count + mesh.MORE, **given)
+            found = dataclasses.replace(found, mesh=mesh.of_modes(found, finer))
+        return found
 
     def linearize(
         self, inputs: Sequence[str], outputs: Sequence[str], *, modes: int | None = None, method: str = "modal",

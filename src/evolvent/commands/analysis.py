@@ -28,20 +28,29 @@ def _check_targets(output: str | None, figures: str | None, case: str) -> None:
         files.check_writable_folder(figures)
 
 
+mesh_errors = click.option(
+    "--mesh-error", is_flag=True, help="Estimate the error of the mesh, by another solution with elements in halves."
+)
+
+
 @click.command()
 @click.argument("case", metavar="CASE|FILE")
 @shared.assignments
 @click.option("--count", type=click.IntRange(min=1), help="How many modes.  [default: the case's modes.count, or 10]")
+@mesh_errors
 @click.option("-o", "--output", multiple=True, callback=once, metavar="MODES.NC", help="Keep the modes as NetCDF.")
 @click.option("--figures", multiple=True, callback=once, metavar="DIR", help="Folder for an animation of every mode.")
-def modes(case: str, assignments: tuple[str, ...], count: int | None, output: str | None, figures: str | None) -> None:
+def modes(
+    case: str, assignments: tuple[str, ...], count: int | None, mesh_error: bool, output: str | None,
+    figures: str | None,
+) -> None:  # fmt: skip
     """Find the slowest modes of a CASE about its equilibrium.
 
     Prints frequencies (Hz), damping ratios and effective masses.
     """
     _check_targets(output, figures, case)
     loaded, definition = _loaded(case, assignments)
-    found = definition.modes(loaded, count=count)
+    found = definition.modes(loaded, count=count, mesh_error=mesh_error)
     echo(found.table())
     if output is not None:
         found.save(output)
@@ -56,19 +65,23 @@ def modes(case: str, assignments: tuple[str, ...], count: int | None, output: st
 @click.command()
 @click.argument("case", metavar="CASE|FILE")
 @shared.assignments
+@mesh_errors
 @click.option("-o", "--output", multiple=True, callback=once, metavar="RUN.NC", help="Keep the results as NetCDF.")
 @click.option(
     "--figures", multiple=True, callback=once, metavar="DIR", help="Folder for figures and a page of the shape."
 )
-def equilibrium(case: str, assignments: tuple[str, ...], output: str | None, figures: str | None) -> None:
+def equilibrium(
+    case: str, assignments: tuple[str, ...], mesh_error: bool, output: str | None, figures: str | None
+) -> None:
     """Find the equilibrium of a CASE under its loads, from its start."""
     from evolvent import results
+    from evolvent.analysis import mesh_error as mesh
     from evolvent.view import show
 
     _check_targets(output, figures, case)
     loaded, definition = _loaded(case, assignments)
-    found = definition.equilibrium(loaded)
-    rows = [("status", found.attrs["status"])] + [(n.label, n.value) for n in show.numbers(found)]
+    found = definition.equilibrium(loaded, mesh_error=mesh_error)
+    rows = [("status", found.attrs["status"])] + [(n.label, n.value) for n in show.numbers(found)] + mesh.lines(found)
     width = max(len(label) for label, _ in rows)
     for label, value in rows:
         echo(f"{label:<{width}}  {value}")

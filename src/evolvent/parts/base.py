@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -49,6 +49,24 @@ class Part(Section):
         """The part as plain values of a case file, with units: its kind, and what differs from the defaults."""
         given = self.model_dump(mode="json", exclude_defaults=True)
         return {"kind": type(self).model_fields["kind"].default, **given}
+
+    def with_keys(self, **keys: Any) -> Self:
+        """The part with other values of some keys."""
+        return type(self)(**({key: getattr(self, key) for key in self.model_fields_set} | keys))
+
+    def refined(self, name: str) -> Part:
+        """The part with twice as many elements, each of half the length; itself where it has none.
+
+        Parameters
+        ----------
+        name : str, of the part, for messages
+
+        Raises
+        ------
+        InputError
+            If a key holds what belongs to single nodes or elements.
+        """
+        return self
 
     def references(self) -> Iterator[str]:
         """Names of the parts that this one refers to, which must be written before it."""

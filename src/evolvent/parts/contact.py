@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from evolvent.assembly.builder import Builder
 from evolvent.base import units
+from evolvent.base.errors import InputError
 from evolvent.kernels import ancf, ancf_beams, contact_laws
 from evolvent.parts.applies import Applies, given
 from evolvent.parts.base import Part
@@ -105,6 +106,13 @@ class Contact(ContactLaw):
     """
 
     points: Annotated[int, units.Whole(least=1, most=1000)] = 2
+
+    def refined(self, name: str) -> Part:
+        """Refused: more elements have more contact points, and the stiffness is that of a point."""
+        raise InputError(
+            f"an estimate of the mesh error does not support {name!r}, whose stiffness is that of a contact point: "
+            f"elements of half the length have others; compare with a case of more elements"
+        )
 
     def contact_points(self, builder: Builder, beam: int) -> list[dict[str, Any]]:
         """Fields of the contact points of a beam, evenly spaced in each element, its second node included."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from evolvent.base.errors import InputError, counted
@@ -36,6 +39,18 @@ def check_grading(name: str, grading: float | tuple[float, ...], elements: int) 
             f"{name}.grading has {counted(len(grading), 'value')}; it must be one value, or {elements}, one for each "
             f"element"
         )
+
+
+def halved(part: Any, name: str, keys: Sequence[str]) -> dict[str, Any]:
+    """Keys of a beam or rod with every element in halves; `keys` hold values of every node, which are refused."""
+    given = next((key for key in keys if getattr(part, key) is not None), None)
+    if given is not None:
+        raise InputError(
+            f"{name}.{given} has values of every node, which elements of half the length do not have; for an estimate "
+            f"of the mesh error leave it out, or compare with a case of more elements"
+        )
+    found: dict[str, Any] = {"elements": 2 * part.elements}
+    return found if part.grading == 1.0 else found | {"grading": tuple(np.repeat(part.lengths, 2) / part.length)}
 
 
 def check_inertia(name: str, inertia: SectionInertia, section: CrossSection, material: Material | None) -> None:

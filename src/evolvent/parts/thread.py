@@ -166,6 +166,13 @@ class Thread(Part):
     width: units.Length | None = None
     thickness: units.LengthOrZero = 0.0
 
+    def refined(self, name: str) -> Thread:
+        """The thread with every segment in halves, of the same stiffness and damping of a length."""
+        keys: dict[str, Any] = {"nodes": 2 * self.nodes}
+        if self.segments == "springs":
+            keys |= {"stiffness": 2.0 * self.stiffness, "damping": 2.0 * self.damping}
+        return self.with_keys(**keys)
+
     def write(self, builder: Builder, name: str) -> None:
         """Write the thread into the families `threads` and `nodes`."""
         reel = builder.specs.get(self.reel)

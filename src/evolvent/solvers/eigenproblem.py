@@ -427,7 +427,7 @@ class Problem:
         return bool(np.any(self._norms(rest) > DISTINCT**2 * self._norms(f)))
 
     def _zeros(self, V: Array, least: float) -> tuple[Array, Array]:
-        """Whether motions of the span of V and `still` have no square but round-off or `least`, (k,) bool; shapes."""
+        """Whether motions in the span of V and `still` have squares of at most round-off or `least`: (k,); shapes."""
         W = self.still
         for x, size in zip(np.hstack([V.real, V.imag]).T, np.tile(np.sqrt(self._norms(V)), 2), strict=True):
             for _ in range(2):

@@ -87,10 +87,10 @@ class WireBooms(SystemDefinition):
             ),
         }
 
-    def modes(self, case: Any, *, count: int | None = None) -> ModalResults:
+    def modes(self, case: Any, *, count: int | None = None, mesh_error: bool = False) -> ModalResults:
         """The slowest modes of the spacecraft with the booms at their final lengths, about its steady spin."""
         system, spin = deployed(case)
-        found: ModalResults = system.modes(count=count or 14, rotating=(0.0, 0.0, spin))
+        found: ModalResults = system.modes(count=count or 14, rotating=(0.0, 0.0, spin), mesh_error=mesh_error)
         return found
 
     def closed_form(self, case: Any, time: np.ndarray) -> dict[str, tuple[np.ndarray, str]]:
