@@ -109,14 +109,16 @@ def _extent(places: np.ndarray) -> float:
     return (together or 1.0) if together <= GROUND_IS_FAR * own else max(own, KNOWN_TO * together)
 
 
-def error_sizes(model: mdl.Model, weight: np.ndarray) -> np.ndarray:
+def error_sizes(model: mdl.Model, weight: np.ndarray, *, conserves: bool) -> np.ndarray:
     """What counts as 1 in the error of a step: `weight`, and without limit turns of rods' sections across their axes.
 
     Those follow the slope of the axis but for shear, whose waves are far faster than bending and carry next to no
     energy: after a sudden load they would rule the steps of a thin rod. The slope is held by the positions of nodes.
+    That is so of a method that `conserves` the energy of what it does not resolve; others may gain from it.
     """
     found = weight.copy()
-    found[_section_turns(model)] = np.inf
+    if conserves:
+        found[_section_turns(model)] = np.inf
     return found
 
 
@@ -129,7 +131,7 @@ def _section_turns(model: mdl.Model) -> np.ndarray:
     return np.concatenate([first + 4, first + 5])  # the first axis is that of the rod
 
 
-def shares(model: mdl.Model, weight: np.ndarray) -> np.ndarray:
+def shares(model: mdl.Model, weight: np.ndarray, *, conserves: bool) -> np.ndarray:
     """Share of each rate in the mean square of the rates: (nv,) float, 1/m2 or 1, 0 of what has no inertia.
 
     The rates beside `weight` are averaged by their inertias, the diagonal of the mass matrix, as in the kinetic energy.
@@ -137,7 +139,8 @@ def shares(model: mdl.Model, weight: np.ndarray) -> np.ndarray:
     """
     inertia, own = np.zeros(weight.size), np.arange(3) < model.blocks["count"][:, None]
     inertia[indices(model.blocks, "iv")[own] - int(model.info.nq)] = model.blocks["inertia"][own]
-    inertia[_section_turns(model)] = 0.0
+    if conserves:
+        inertia[_section_turns(model)] = 0.0
     total = float(inertia @ weight**2)
     return inertia / total if total > 0.0 else inertia
 
@@ -312,8 +315,8 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         **{name: np.zeros(n_j) for name in ("la0", "la1", "gaps")},
         x=np.zeros(n_v + n_j),
         weight=weight,
-        error_weight=error_sizes(model, weight),
-        shares=shares(model, weight),
+        error_weight=error_sizes(model, weight, conserves=bool(midpoint)),
+        shares=shares(model, weight, conserves=bool(midpoint)),
         energies=np.zeros(3),
         forces=np.zeros((2, out.forces.shape[1])),
         ends=np.zeros((evaluated, 2, assembly.y.size)),
