@@ -119,7 +119,7 @@ def test_a_motion_without_stiffness_that_strains_a_part_is_refused():
     for C in (sparse.csr_matrix((n, n)), 1e-3 * sparse.eye(n, format="csr")):
         problem = Problem(
             sparse.eye(n, format="csr"), C, K, none, np.ones(n), conservative=True,
-            strains=lambda V, noise: "boom" if np.any(np.abs(V[0]) > 0.5) else "",
+            strains=lambda V, noise, lost: "boom" if np.any(np.abs(V[0]) > 0.5) else "",
         )  # fmt: skip
         with pytest.raises(InputError, match="'boom' is lost in round-off"):
             problem.solve(2)

@@ -35,6 +35,8 @@ DISTINCT = 1e-3
 CLEANED = 1e-10
 #: Singular values, beside the largest, of motions that constraints allow.
 INDEPENDENT = 1e-9
+#: Round-off, beside the slowest square that is none, below which what strains a part has balanced its stiffness.
+CANCELLED = 1e-6
 #: Residual of a mode beside its share of the shifted inverse, from which it is refused.
 UNRESOLVED = 1e-5
 #: Real part, beside the modulus, from which a pole grows; what round-off adds to eigenvalues of the shifted inverse,
@@ -70,7 +72,7 @@ class Problem:
     weight : (n,) float, size of each coordinate that counts as 1
     conservative : bool, whether K is symmetric but for round-off
     where : called with a shape (n,) beside `weight`; where it moves most, for messages
-    strains : called with shapes (n, k) without stiffness, and what round-off may hide (k,); the part that they strain
+    strains : of shapes (n, k) without stiffness, what round-off may hide, and whether slow modes: the part strained
     rigid : (n, r) float, orthonormal beside `weight`, motions in whose span all motions without stiffness are; None
         where they are not known
     coarse : (n,) float, what adds to K where its round-off is judged; 0 if left out
@@ -83,7 +85,7 @@ class Problem:
 
     def __init__(
         self, M: Any, C: Any, K: Any, G: Any, weight: Array, *, conservative: bool,
-        where: Callable[[Array], str] = _somewhere, strains: Callable[[Array, Array], str] = lambda V, noise: "",
+        where: Callable[[Array], str] = _somewhere, strains: Callable[[Array, Array, Array], str] = lambda *_: "",
         rigid: Array | None = None, coarse: Array | None = None,
     ) -> None:  # fmt: skip
         self.where, self.strains = where, strains
@@ -213,7 +215,7 @@ class Problem:
         if self.symmetric:
             return self.undamped(min(count, self.size), s2)
         pole, shape = self.general(count, s2)
-        self._check_zeros(shape[pole == 0.0].real.T)
+        self._check_zeros(shape[pole == 0.0].real.T, np.abs(pole) ** 2)
         return pole, shape
 
     def undamped(self, count: int, s2: float) -> tuple[Array, Array]:
@@ -246,9 +248,9 @@ class Problem:
                     raise InputError(_ROUND_OFF_LEFT.format(size=self.size, most=MOST_DENSE)) from error
                 mu, V = by_dense_algebra()
         squares, V = self._checked(1.0 / mu - s2, V, s2)
+        self._check_zeros(V[:, squares == 0.0], squares)
         order = np.argsort(squares, kind="stable")[:count]
         squares, V = squares[order], V[:, order]
-        self._check_zeros(V[:, squares == 0.0])
         self._check_residuals(inverse(self.M @ V) - V / (squares + s2), V, 1.0 / (squares + s2), squares == 0.0)
         pole = np.where(squares >= 0.0, 1j, 1.0) * np.sqrt(np.abs(squares))
         V = orthonormal(squares, V / np.sqrt(self._norms(V)), self.M)
@@ -279,10 +281,9 @@ class Problem:
             squares[~near], w = scipy.linalg.eigh(0.5 * (K + K.T))
             V[:, ~near] = rest @ w
         squares, V = self._checked(squares, V, s2)
+        self._check_zeros(V[:, squares == 0.0], squares)
         order = np.argsort(squares, kind="stable")
-        squares, V = squares[order], V[:, order]
-        self._check_zeros(V[:, squares == 0.0])
-        return squares, V
+        return squares[order], V[:, order]
 
     def _checked(self, squares: Array, V: Array, s2: float) -> tuple[Array, Array]:
         """Squares from the inverse with shift s2, and shapes; far below it by Rayleigh and Ritz; 0 for round-off.
@@ -304,9 +305,10 @@ class Problem:
         squares, v = scipy.linalg.eigh(0.5 * (K + K.T), 0.5 * (M + M.T))
         return squares, V @ v
 
-    def _check_zeros(self, V: Array) -> None:
+    def _check_zeros(self, V: Array, squares: Array) -> None:
         """Refuse motions without stiffness, (n, k), that strain a part: their stiffness is lost in round-off."""
-        part = self.strains(V, self.noise(V, whole=True)) if V.shape[1] else ""
+        noise, others = self.noise(V, whole=True), np.abs(squares[squares != 0.0])
+        part = self.strains(V, noise, noise >= CANCELLED * np.min(others, initial=np.inf if others.size else 0.0))
         if part:
             raise InputError(_STRAINED.format(part=part))
 

@@ -73,13 +73,14 @@ class Naming:
             return None
         return np.hstack([*found, np.diag(weight)[:, others]])
 
-    def strains(self, V: Array, noise: Array) -> str:
+    def strains(self, V: Array, noise: Array, lost: Array) -> str:
         """The first beam, rod or spring that is strained in one of the shapes V (nv, k) without stiffness, or ''.
 
         Parameters
         ----------
         V : (nv, k) float
         noise : (k,) float, rad2/s2, what round-off may hide of their stiffness
+        lost : (k,) bool, whether that may be a slow mode of a beam or rod; otherwise the load is a critical one
 
         Notes
         -----
@@ -87,10 +88,10 @@ class Naming:
         Springs count where round-off may hide what they add: otherwise something else has taken it away.
         """
         for name, at, motions in self._elastic():
-            M, own = self.M[at, at], V[at]
+            M, own = self.M[at, at], V[at][:, lost]
             R = motions / np.maximum(np.sqrt(np.einsum("ij,ij->j", motions, M @ motions)), 1e-300)
             rest = own - R @ np.linalg.lstsq(R.T @ (M @ R), R.T @ (M @ own), rcond=1e-12)[0]
-            if np.any(np.einsum("ij,ij->j", rest, M @ rest) > STRAINED * np.einsum("ij,ij->j", V, self.M @ V)):
+            if np.any(np.einsum("ij,ij->j", rest, M @ rest) > STRAINED * np.einsum("ij,ij->j", V, self.M @ V)[lost]):
                 return name
         for v, hidden in zip(V.T, noise, strict=True):
             name = self._hidden_spring(v, float(hidden))
