@@ -91,7 +91,8 @@ def reeled(drive, load=None) -> System:
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=0.004, rate=6.0), "hub")
     system.add(parts.Reel(body="hub", centre=(0.05, 0.0, 0.0), radius=0.01, drive=drive), "reel")
-    system.add(parts.Thread(reel="reel", length=2.0, line_density=7e-4, nodes=3, stiffness=1e3), "blade")
+    blade = {"length": 2.0, "line_density": 7e-4, "nodes": 3, "stiffness": 1e3, "boundary_segment": "constant"}
+    system.add(parts.Thread(reel="reel", **blade), "blade")
     if load is not None:
         system.add(parts.LawLoad(thread="blade", law=load[0], parameters=load[1:]), "wind")
     return system

@@ -36,9 +36,10 @@ CLEANED = 1e-10
 #: Singular values, beside the largest, of motions that constraints allow.
 INDEPENDENT = 1e-9
 #: Round-off, beside the slowest square that is none, below which what strains a part has balanced its stiffness.
-CANCELLED = 1e-6
-#: Residual of a mode beside its share of the shifted inverse, from which it is refused.
-UNRESOLVED = 1e-5
+CANCELLED = 1e-4
+#: Residual of a mode beside its share of the shifted inverse, from which it is refused. Of symmetric matrices the error
+#: of the square is of second order in it.
+UNRESOLVED = 1e-4
 #: Real part, beside the modulus, from which a pole grows; what round-off adds to eigenvalues of the shifted inverse,
 #: beside its size; number of slowest motions that are examined where all are too many.
 GROWS, SPLIT, LOOKED_AT = 1e-6, 1e-13, 20

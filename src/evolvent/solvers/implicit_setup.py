@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 
 import numpy as np
@@ -188,9 +189,12 @@ def paid_out_energy(assembly: Assembly, start: float, end: float) -> float:
 
 
 def _fastest(model: mdl.Model, row: np.void, times: np.ndarray) -> float:
-    """Largest rate of the drive of a row at some times."""
-    own = model.parameters[row["first"] : row["last"]]
-    return max(abs(drive(int(row["drive"]), own, int(row["law"]), float(t))[1]) for t in times)
+    """Largest rate of the drive of a row at some times; where a user's law has none the run fails when it is there."""
+    own, fastest = model.parameters[row["first"] : row["last"]], 0.0
+    for t in times:
+        with contextlib.suppress(Exception):
+            fastest = max(fastest, abs(drive(int(row["drive"]), own, int(row["law"]), float(t))[1]))
+    return fastest
 
 
 def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:

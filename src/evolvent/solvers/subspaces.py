@@ -36,7 +36,7 @@ def all_of(find: Callable[[], tuple[Array, Array]], M: Any = None) -> tuple[Arra
     for _ in range(8):
         added = False
         for value, x in zip(*(lambda e: (e[0], e[1].T))(find()), strict=True):
-            near = 1e-6 if M is not None else 1e-3  # double poles of one vector are split by round-off
+            near = 1e-2 if M is not None else 1e-3  # what round-off splits; other vectors have own directions
             same, rest = vectors[:, np.abs(values - value) <= near * np.abs(value)], x
             if M is None:
                 if same.shape[1]:
