@@ -352,6 +352,8 @@ def reeled(drive: Any, *, gravity: Any = ORIGIN, length: float, **thread: Any) -
     found = System(gravity=gravity)
     found.add(parts.RigidBody(motion="driven"), "hub")
     found.add(parts.Reel(body="hub", centre=(0.0, 0.0, -0.1), radius=0.1, drive=drive), "reel")
+    if "stiffness" in thread:
+        thread = {"boundary_segment": "constant"} | thread
     found.add(parts.Thread(reel="reel", length=length, line_density=0.1, tip_mass=0.5, **thread), "thread")
     return found
 

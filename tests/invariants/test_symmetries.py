@@ -157,6 +157,8 @@ def test_copies_are_threads(segments: str, wound_mass: str) -> None:
             f"reel-{k}",
         )
         given = {"length": L, "line_density": RHO, "tip_mass": TIP, "damping": 1e-3}
+        if segments == "springs":
+            given["boundary_segment"] = "constant"  # as the heliogyro has it
         system.add(parts.Thread(reel=f"reel-{k}", segments=segments, wound_mass=wound_mass, **given))
     method, options = ("rk4", {"step": 1e-4}) if segments == "springs" else ("dopri5", OPTIONS)
     two = run(system.assemble(), TIMES, method, **options)

@@ -21,7 +21,7 @@ def hoist(drive: parts.DriveKind | dict, zero: list[str], **line: object) -> Sys
     system = System(gravity=(0.0, 0.0, -G), settings={"until": "4 s", "every": "0.05 s"}, sections={"margin": margin})
     reel = parts.Reel(body="ground", radius=RADIUS, drive=drive, payout_axis=(0, 0, -1), spool_axis=(0, 1, 0))
     system.add(reel, "reel")
-    line_ = {"line_density": 1e-6, "nodes": 4, "stiffness": 1e4, "damping": 20.0}
+    line_ = {"line_density": 1e-6, "nodes": 4, "stiffness": 1e4, "damping": 20.0, "boundary_segment": "constant"}
     system.add(parts.Thread(reel="reel", length=2.0, tip_mass=MASS, **line_), "line")
     return system
 

@@ -105,7 +105,14 @@ def hanging(drive: object) -> System:
     )
     system.add(reel, "reel")
     thread = parts.Thread(
-        reel="reel", length=1.0, line_density=0.1, tip_mass=0.2, nodes=5, stiffness=400.0, damping=2.0
+        reel="reel",
+        length=1.0,
+        line_density=0.1,
+        tip_mass=0.2,
+        nodes=5,
+        stiffness=400.0,
+        damping=2.0,
+        boundary_segment="constant",
     )
     system.add(thread, "thread")
     return system

@@ -49,7 +49,7 @@ def swinging(*, nodes: int, stiffness: float, damping: float = 0.0, slack: bool 
     system.add(
         parts.Thread(
             reel="reel", length=1.0, line_density=0.1, tip_mass=0.5, nodes=nodes, stiffness=stiffness, damping=damping,
-            slack=slack, direction=(0.6, 0.0, 0.8),
+            slack=slack, direction=(0.6, 0.0, 0.8), boundary_segment="constant",
         ),
         "thread",
     )  # fmt: skip
@@ -132,7 +132,7 @@ def craft(motion: str, *, thickness: float = 0.0, slack: bool = False, end: bool
     system.add(
         parts.Thread(
             reel="reel", length=2.0, line_density=0.1, nodes=8, stiffness=2000.0, wound_mass="carried",
-            thickness=thickness, slack=slack, **more,
+            thickness=thickness, slack=slack, boundary_segment="constant", **more,
         ),
         "tether",
     )  # fmt: skip

@@ -294,7 +294,14 @@ def slow_tape(rate: float, length: float) -> System:
     )
     system.add(
         parts.Thread(
-            reel="reel", length=length, line_density=6e-3, nodes=7, stiffness=1.5e4, damping=0.15, thickness=3e-4
+            reel="reel",
+            length=length,
+            line_density=6e-3,
+            nodes=7,
+            stiffness=1.5e4,
+            damping=0.15,
+            thickness=3e-4,
+            boundary_segment="constant",
         ),
         "tape",
     )

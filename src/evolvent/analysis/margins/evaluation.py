@@ -85,7 +85,7 @@ class AtRest:
                 lines.refuse_unstated(found.coordinate, _given(found), self.standard)
             moving.append(found)
         names = [*(table.coordinate.name for table in self.tables), *self.reels]
-        remarks = [*self._remarks(), *(limitations(solution) if solution is not None else [])]
+        remarks += limitations(solution) if solution is not None else []
         return MarginResults(
             self.label, self.standard, self.keys, names, still, moving, ends, remarks, title=title, case=case,
         )  # fmt: skip
