@@ -148,7 +148,7 @@ def test_a_tumbling_body_keeps_energy_and_momenta(path: str, step: float) -> Non
     """Under energy-momentum without dissipation, whatever the step: two beams on a spring, that tumble."""
     system = System()
     system.add(parts.ReducedBody(file=path, angular_velocity=(0.1, -0.2, 0.3), velocity=(0.0, -0.1, 0.0)), "a")
-    system.add(parts.ReducedBody(file=path, position=(LENGTH, 0.0, 0.0), velocity=(0.0, 0.5, 0.3)), "b")
+    system.add(parts.ReducedBody(file=path, position=(LENGTH + 0.1, 0.0, 0.0), velocity=(0.0, 0.5, 0.3)), "b")
     spring = parts.Spring(a="a.tip", b="b.root", stiffness=30.0, length=0.3)
     system.add(spring, "spring")
     run = system.simulate(until=20.0 * step, every=step, method="energy-momentum", step=step, spectral_radius=1.0)

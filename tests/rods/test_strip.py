@@ -100,7 +100,8 @@ def test_twist_by_a_driven_root_pitch(book: Book) -> None:
         horn = parts.RigidBody(mass=1e-3, inertia=(1e-9, 1e-9, 1e-9), angular_velocity=SPIN)
         system.add(horn, "horn")
         system.add(strip(elements), "strip")
-        system.add(parts.Joint(a=(0, 0, 0), b="horn", type="revolute", axis=(1, 0, 0)), "pitch")
+        system.add(parts.RigidBody(motion="driven", rate=SPIN[2]), "base")
+        system.add(parts.Joint(a=("base", (0, 0, 0)), b="horn", type="revolute", axis=(1, 0, 0)), "pitch")
         hinge = parts.Joint(a="horn", b="strip.root", type="universal", axis=(0, 1, 0), axis_b=(0, 0, 1))
         system.add(hinge, "hinge")
         outputs = ["strip.root.rotation.x", "strip.tip.rotation.x"]

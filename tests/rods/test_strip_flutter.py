@@ -33,7 +33,8 @@ def mirror(p: float, edgewise: float, damping: float) -> System:
         normal=(0, 0, 1), angular_velocity=(0, 0, 1.0), stiffness_damping=damping,
     )  # fmt: skip
     system.add(rod, "strip")
-    system.add(parts.Joint(a=(0, 0, 0), b="strip.root", type="revolute", axis=(0, 1, 0)), "flap")
+    system.add(parts.RigidBody(motion="driven", rate=1.0), "base")
+    system.add(parts.Joint(a=("base", (0, 0, 0)), b="strip.root", type="revolute", axis=(0, 1, 0)), "flap")
     if p > 0.0:
         system.add(parts.RadiationPressure(rod="strip", pressure=0.5 * p / CHORD), "light")
     return system

@@ -71,7 +71,7 @@ class Spring(Part):
             raise InputError(f"{name}.a and {name}.b are the same point, {self.a!r}; give two points")
         a, b = (builder.marker(getattr(self, key), f"{name}.{key}", nodes=True) for key in ("a", "b"))
         apart = builder.marker_state(b)[0] - builder.marker_state(a)[0]
-        if self.length and self.stiffness > 0.0 and not np.any(apart):
+        if self.length and self.stiffness > 0.0 and not self.slack and not np.any(apart):
             raise InputError(
                 f"{name}.a and {name}.b are at the same place at the start, where the force of the spring, "
                 f"{self.stiffness * self.length:.6g} N, has no direction; move one of them, or give {name}.length 0"
