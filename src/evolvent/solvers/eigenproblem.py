@@ -332,7 +332,7 @@ class Problem:
         count, limit = min(LOOKED_AT, self.size), DENSE if self.C.nnz == 0 else DENSE // 2
         s2 = self.shift(count)
         if self.size > limit:
-            pole, _ = self.general(count, s2)
+            pole, _ = self.general(count, s2, checked=False)
             split = np.zeros(pole.size)
         elif self.C.nnz == 0:
             Z = self.free()
@@ -349,7 +349,7 @@ class Problem:
             pole = np.sqrt(-squares.astype(complex))
             pole[pole.real < 0.0] *= -1.0
         else:
-            pole, _ = self.general(2 * self.size, s2)
+            pole, _ = self.general(2 * self.size, s2, checked=False)
             split = np.sqrt(SPLIT * (1.0 + np.abs(pole) / math.sqrt(s2)))
         found = pole[(pole.imag >= 0.0) & (pole.real > (GROWS + split) * np.abs(pole))]
         if self.size > limit and not found.size:
@@ -379,8 +379,10 @@ class Problem:
         Q, _ = np.linalg.qr(self.G.toarray().T, mode="complete")
         return Q[:, self.G.shape[0] :]
 
-    def general(self, count: int, s2: float) -> tuple[Array, Array]:
+    def general(self, count: int, s2: float, *, checked: bool = True) -> tuple[Array, Array]:
         """Poles and shapes (count, n), slowest first, of pairs of poles one; s2: about the square of the last one.
+
+        Those that are not resolved are refused where they are `checked`.
 
         Notes
         -----
@@ -401,20 +403,21 @@ class Problem:
             slow -= 1
         below = still.size + slow
         if below > loose and (low := self.shift(min(below, self.size))) < 0.01 * s2:
-            at_low, shape = self.general(min(below, self.size), low)
+            at_low, shape = self.general(min(below, self.size), low, checked=checked)
             bound = math.sqrt(size[slow - 1] * size[slow]) if 0 < slow < keep.size else SLOW_POLE * s
             at_low, shape = (found[np.abs(at_low) <= bound] for found in (at_low, shape))
             rest = keep[size > bound]
             pole, V = np.concatenate([at_low, pole[rest]]), np.column_stack([shape.T, self._unit(V[:, rest])])
             return pole[:count], V[:, :count].T
-        if not np.all(still) and self._drift_off(W[:, ~still], W[:, still], s2):
+        if checked and not np.all(still) and self._drift_off(W[:, ~still], W[:, still], s2):
             where = self.where(W[:, int(np.argmin(still))] / self.weight)
             raise InputError(_UNRESOLVED.format(k=loose, where=where, share=ZERO))
         pole = np.concatenate([np.zeros(loose), pole[keep]])[:count]
         V = np.column_stack([W[:, still], V[:, keep]])[:, :count]
         pole.imag[np.abs(pole.imag) <= 1e-9 * np.abs(pole)] = 0.0
         x, mu = np.vstack([V, V * (pole / s)]), 1.0 / (pole - s)
-        self._check_residuals((self._apply(s2)(x) - mu * x)[: self.n], V, mu, pole == 0.0)
+        if checked:
+            self._check_residuals((self._apply(s2)(x) - mu * x)[: self.n], V, mu, pole == 0.0)
         return pole, self._unit(V).T
 
     def _unit(self, V: Array) -> Array:
