@@ -7,8 +7,8 @@ step over a turn is taken again, as one that ends at the turn, where the rate is
 nothing starts again. A bristle that sticks all along has the same force by both ways, and shortens no step.
 
 Rates are those of states, `measure_rates`, at both ends of a step, and between them as of a constant acceleration. A
-turn does not count where the forces by both ways differ by less than `NEAR` of the limit. Spools and wheels, whose
-friction has no bristle, turn where their rates change sign.
+turn does not count where the forces by both ways differ by less than `NEAR` of the limit. Wheels, whose friction has no
+bristle, turn where their rates change sign; free spools are held by switches (`kernels.thread`).
 """
 
 import math
@@ -24,8 +24,6 @@ from evolvent.model import FRICTION_FORCE, MODEL
 
 #: Part of the limit of a friction by which the force at the end of a step may be off by a turn within it.
 NEAR = 0.02
-#: Part of the rate of a spool at the start of a step below which it stands at its end.
-STANDS = 1e-4
 #: Part of a step within which nothing turns back.
 NO_TURN = 1.0
 
@@ -33,12 +31,12 @@ NO_TURN = 1.0
 @inlined
 def has_friction(model):
     """Whether a model may have dry friction, in compiled code."""
-    return model.info.rubbed >= 0 or model.bearings.size + model.wheels.size + model.info.brakes > 0
+    return model.info.rubbed >= 0 or model.bearings.size + model.wheels.size > 0
 
 
 def USED_FOR(model):  # noqa: N802
     """Dry friction."""
-    return model.info.rubbed >= 0 or model.bearings.size + model.wheels.size + model.info.brakes > 0
+    return model.info.rubbed >= 0 or model.bearings.size + model.wheels.size > 0
 
 
 # ------------------------------------------------------------------------------------------------ rates
@@ -221,8 +219,4 @@ def until_turn(y0, y, h, model):
         if model.wheels[k].friction > 0.0:
             at = model.wheels[k].iv
             part = min(part, _until_reversal(y0[at], y[at], model.wheels[k].slip))
-    for p in range(model.threads.size):
-        if model.threads[p].spool_switch >= 0:
-            at = model.threads[p].spool_v
-            part = min(part, _until_reversal(y0[at], y[at], STANDS * abs(y0[at])))
     return part
