@@ -301,7 +301,6 @@ def slow_tape(rate: float, length: float) -> System:
             stiffness=1.5e4,
             damping=0.15,
             thickness=3e-4,
-            boundary_segment="constant",
         ),
         "tape",
     )
