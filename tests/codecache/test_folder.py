@@ -177,7 +177,7 @@ def test_a_command_goes_on_with_another_folder(tmp_path):
 
 @posix_only
 def test_a_folder_that_cannot_be_written_to_is_read(tmp_path, monkeypatch, home, capsys):
-    """It holds functions already; what is compiled anew goes into the next folder."""
+    """It holds functions already; what is compiled afterwards goes into the next folder."""
     own = tmp_path / "mine" / folder.folder_name()
     own.mkdir(parents=True, mode=0o700)
     monkeypatch.setenv(VARIABLE, str(own.parent))

@@ -100,7 +100,7 @@ def chain(squares: np.ndarray, gyroscopic: float) -> Problem:
 @pytest.mark.parametrize("gyroscopic", [0.0, 0.3])
 @pytest.mark.parametrize("n", [20, 400])
 def test_slow_modes_beside_fast_ones(n, gyroscopic):
-    """Squares from 1 to 1e8: what the shift of many modes leaves of the slowest ones is mended."""
+    """Squares from 1 to 1e8: what the shift of many modes leaves of the slowest ones is corrected."""
     squares = np.geomspace(1.0, 1e8, n)
     problem = chain(squares, gyroscopic)
     a, b = squares[:2]

@@ -1,7 +1,7 @@
 """Contacts that a step touches and leaves again: how deep two bodies overlap between its ends.
 
 A place of body a is seen in the axes of body b, where it lies on the cubic that has its places and rates at both ends
-of the step; directions of a lie on straight lines between those at the ends. The gap along this way is looked at in
+of the step; directions of a lie on straight lines between those at the ends. The gap along this way is evaluated in
 eight parts, and where it is least by the golden section. A step is too long where bodies overlap in it by more than
 twice what they do at its ends.
 """

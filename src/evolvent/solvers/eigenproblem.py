@@ -27,7 +27,7 @@ ZERO = 1e-6
 ROUND_OFF = 5e-14
 #: Squares of frequencies above so many times the shift are found without it.
 FAR = 1e8
-#: Modes below this part of the shift (poles, of its root) are found anew: by Rayleigh and Ritz, by a lower shift.
+#: Modes below this part of the shift (poles, of its root) are computed again: by Rayleigh and Ritz, by a lower shift.
 SLOW_SQUARE, SLOW_POLE = 1e-6, 1e-4
 #: Part of a shape, by the norm of the mass matrix, by which it must differ from others to count as another one.
 DISTINCT = 1e-3

@@ -1,4 +1,4 @@
-"""Events that rise within a step: where their values are looked at, and between which places the first one rises.
+"""Events that rise within a step: where their values are evaluated, and between which places the first one rises.
 
 The values at the ends of a step do not show an event that rises and falls again in it. So they are evaluated in its
 middle and at its quarters. In a half of the step, the parabola through its ends and its middle gives the values in

@@ -83,7 +83,7 @@ def start_up(model, work):
         return BUDGET
     work.loop.starts, work.loop.stale = 0, 1
     t = work.loop.time
-    if model.springs.size > 0:  # by the state at the start, whose balance has been looked at
+    if model.springs.size > 0:  # by the state at the start, whose balance has been checked
         springs.note_lines(t, True, model)
     if is_corrected(model):
         project(t, work.y, work.s, model)

@@ -39,7 +39,7 @@ ROUND_OFF_STRAIN = 1e-10
 STRAIN_ROUND_OFF = 1e-14
 #: Part of the energies and works that a run handles which is round-off.
 WORK_ROUND_OFF = 1e-14
-#: Times at which the rates of drives are looked at.
+#: Times at which the rates of drives are evaluated.
 SOUGHT = 101
 #: Sizes of a system from which the origin of the ground says nothing of it.
 GROUND_IS_FAR = 100.0

@@ -70,9 +70,8 @@ class AtRest:
             lines.refuse_unstated(table.coordinate, given, self.standard)
         ends, remarks = [], self._remarks()
         if solution is not None and self.mechanism is not None:
-            both = zip(self.tables, moving, strict=True)
+            both = list(zip(self.tables, moving, strict=True))
             stay = [table.coordinate for table, motion in both if motion is None and self._starts(table, solution)]
-            both = zip(self.tables, moving, strict=True)
             ends = [
                 latches.of_solution(self.mechanism, table, motion, solution, held=table.coordinate in stay)
                 for table, motion in both
