@@ -165,7 +165,7 @@ def _evaluation(given: Description, source: files.Signals) -> Evaluation:
         else:
             evaluation = pendulum.evaluate(own_given, found, own)
     except InputError as error:
-        raise InputError(f"{error}; {quiet}" if quiet else str(error)) from None
+        raise InputError("; ".join([str(error), *([quiet] if quiet else []), *found.clipped])) from None
     return dataclasses.replace(evaluation, warnings=(quiet, *evaluation.warnings)) if quiet else evaluation
 
 

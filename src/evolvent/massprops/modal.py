@@ -9,6 +9,7 @@ import numpy as np
 from evolvent.base.errors import InputError
 from evolvent.massprops.description import Signalling
 from evolvent.massprops.identification import Modes, identify
+from evolvent.massprops.identification.clipping import clipped
 from evolvent.massprops.identification.noise_density import density
 from evolvent.massprops.identification.orders import WHITE, whiteness
 from evolvent.massprops.identification.signals import read_signal
@@ -48,6 +49,7 @@ class Modal:
     shape_covariance : (m, c, c), widened
     warnings : sentences
     hum : indices of modes that mains hum explains
+    clipped : those of the warnings that tell of sensors that were clipped before a filter
     """
 
     reading: Reading
@@ -60,6 +62,7 @@ class Modal:
     shape_covariance: np.ndarray
     warnings: tuple[str, ...]
     hum: tuple[int, ...] = ()
+    clipped: tuple[str, ...] = ()
 
     @property
     def frequency_std(self) -> np.ndarray:
@@ -100,6 +103,8 @@ def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Moda
     found = modes.mode_shapes()
     widened = np.outer(widening, widening)
     hum, steady = _steady(modes, reading, widening)
+    signal = read_signal(reading.data, time=reading.time, names=reading.names, noise=reading.noise)
+    cut = tuple(clipped(modes, signal))
     return Modal(
         reading=reading,
         modes=modes,
@@ -109,8 +114,9 @@ def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Moda
         frequency_covariance=modes.natural_frequency_covariance * widened,
         shapes=found.real,
         shape_covariance=found.shape_covariance * np.diag(widened)[:, None, None],
-        warnings=(*_identification_warnings(modes, widening, p, reading), *_edge(modes, reading), *steady),
+        warnings=(*_identification_warnings(modes, widening, p, reading), *_edge(modes, reading), *steady, *cut),
         hum=hum,
+        clipped=cut,
     )
 
 
@@ -211,7 +217,9 @@ def _steady(modes: Modes, reading: Reading, widening: np.ndarray) -> tuple[tuple
                 break
         else:
             if modes.decay_rate[k] + 2.0 * std[k] < STEADY * modes.decay_rate[strongest]:
-                texts.append(f"{name} does not decay as the others do: hum or a drive, perhaps seen through too few samples")
+                texts.append(
+                    f"{name} does not decay as the others do: hum or a drive, perhaps seen through too few samples"
+                )
     return tuple(hum), texts
 
 
