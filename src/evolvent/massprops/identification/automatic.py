@@ -57,8 +57,8 @@ def identify(
     noise : standard deviation of the sensors' noise, one number or (c,), in the units of `data`; estimated unless given
     band : (low, high) rad/s; only modes inside are fitted. What lies outside stays in the residual: see its warnings.
     detrend : "constant" (an offset is fitted to each sensor) or "linear" (an offset and a drift)
-    decay : law by which the strongest mode decays: "viscous", "dry" (friction), "quadratic" (drag), "mixed" (all three), or
-        "auto": chosen by the data, wherever exponential modes may be parts of one swing. With VARPRO alone.
+    decay : law by which the strongest mode decays: "viscous", "dry" (friction), "quadratic" (drag), "mixed" (all
+        three), or "auto": chosen by the data, wherever exponential modes may be parts of one swing. With VARPRO alone.
     swing : what is known of the strongest mode before, such as how a pendulum is turned back
 
     Returns
