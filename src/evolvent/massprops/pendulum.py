@@ -183,7 +183,7 @@ def _amplitude_warnings(given: Pendulum, modal: Modal, followed: Swing | None) -
     if stated is None:
         seen = math.isfinite(followed.component.reach.factor) or followed.amplitude > 2.0 * followed.amplitude_std
         return [] if seen else [
-            "the signals are no angles, and the rate of the swing does not show its amplitude: u holds for one of up to "
+            "the signals are no angles, and the rate of the swing does not show its amplitude: u holds up to "
             f"{math.degrees(2.0 * followed.amplitude_std):.2g} deg; give stand.amplitude to reduce it"
         ]  # fmt: skip
     mean = followed.amplitude * float(followed.component.envelope(modal.modes.time).mean())
