@@ -11,7 +11,7 @@ import numpy as np
 from evolvent.base import units
 from evolvent.base.errors import InputError, nearest
 from evolvent.massprops import description as schema
-from evolvent.massprops.identification.signals import check_rate, check_times
+from evolvent.massprops.identification.times import check_rate, check_times
 from evolvent.massprops.signals import Signals
 from evolvent.massprops.uncertain import parts_of
 

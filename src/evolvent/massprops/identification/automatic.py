@@ -45,9 +45,9 @@ def identify(
     data : (N,) or (N, c) array, or mapping from names of sensors to (N,) arrays
         One column a sensor, in any units; NaN where a sample is missing.
     rate : Hz, samples a second; or
-    time : (N,) s, evenly spaced
-    method : "varpro" (maximum likelihood, the only one that gives uncertainties and takes missing samples), "esprit",
-        "matrix_pencil", "tls_prony" or "prony"
+    time : (N,) s, rising; the fit is at these times, even or not
+    method : "varpro" (maximum likelihood, the only one that gives uncertainties and takes missing samples and uneven
+        times), "esprit", "matrix_pencil", "tls_prony" or "prony"
     order : number of modes; found from the data unless given, or where it is "auto"
     highest_order : the largest order to try where none is given; 10 unless given
     names : c names of sensors, for messages
@@ -63,7 +63,7 @@ def identify(
     Raises
     ------
     InputError
-        One sentence, for data that hold no answer: lengths that differ, uneven times, a rate below twice the band's
+        One sentence, for data that hold no answer: lengths that differ, times that do not rise, a rate below twice the band's
         upper end, a sensor that is empty, constant, clipped, complex or the copy of another, an order that the samples
         do not allow, a fit that does not converge or whose equations are singular, no mode above the noise.
 
