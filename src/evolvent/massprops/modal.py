@@ -11,6 +11,7 @@ from evolvent.massprops.description import Signalling
 from evolvent.massprops.identification import Modes, identify
 from evolvent.massprops.identification.orders import WHITE, whiteness
 from evolvent.massprops.identification.signals import power, read_signal
+from evolvent.massprops.identification.swings import Kind
 from evolvent.massprops.recordings import Reading
 
 #: Lines of the residual's spectrum on each side of a mode that show the noise there.
@@ -66,8 +67,8 @@ class Modal:
         return bool(np.all(np.isfinite(self.frequency_covariance)))
 
 
-def find(reading: Reading, given: Signalling) -> Modal:
-    """Identify the modes of a recording.
+def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Modal:
+    """Identify the modes of a recording; `swing` is what the stand says of the strongest.
 
     Raises
     ------
@@ -85,6 +86,8 @@ def find(reading: Reading, given: Signalling) -> Modal:
             noise=reading.noise,
             band=chosen.band,
             detrend=chosen.detrend,
+            decay=chosen.decay,
+            swing=swing,
         )
     except InputError as error:
         raise InputError(f"{error}{_drift(reading) if chosen.detrend == 'constant' else ''}") from None

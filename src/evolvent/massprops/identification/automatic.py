@@ -14,6 +14,7 @@ from evolvent.massprops.identification.modes import Modes
 from evolvent.massprops.identification.orders import search
 from evolvent.massprops.identification.signals import Sampling, read_signal
 from evolvent.massprops.identification.subspace import esprit, matrix_pencil
+from evolvent.massprops.identification.swings import DECAY, Kind, refine
 from evolvent.massprops.identification.variable_projection import varpro
 
 METHODS: dict[str, Callable[..., Modes]] = {
@@ -37,6 +38,8 @@ def identify(
     noise: Any = None,
     band: Sequence[float] | None = None,
     detrend: str = "constant",
+    decay: str = "auto",
+    swing: Kind | None = None,
 ) -> Modes:
     """Frequencies, decay rates, amplitudes and phases of the modes in free vibrations, with their uncertainties.
 
@@ -54,6 +57,9 @@ def identify(
     noise : standard deviation of the sensors' noise, one number or (c,), in the units of `data`; estimated unless given
     band : (low, high) rad/s; only modes inside are fitted. What lies outside stays in the residual: see its warnings.
     detrend : "constant" (an offset is fitted to each sensor) or "linear" (an offset and a drift)
+    decay : law by which the strongest mode decays: "viscous", "dry" (friction), "quadratic" (drag), "mixed" (all three), or
+        "auto": chosen by the data, wherever exponential modes may be parts of one swing. With VARPRO alone.
+    swing : what is known of the strongest mode before, such as how a pendulum is turned back
 
     Returns
     -------
@@ -81,6 +87,10 @@ def identify(
     """
     if method not in METHODS:
         raise InputError(f"method is {method!r}; {nearest(str(method), METHODS)}")
+    if decay not in DECAY:
+        raise InputError(f"decay is {decay!r}; {nearest(str(decay), DECAY)}")
+    if decay != "auto" and method != "varpro":
+        raise InputError(f"decay is {decay!r}, which varpro alone fits; method is {method!r}")
     if isinstance(order, str):
         if order != "auto":
             raise InputError(f"order is {order!r}; it must be a whole number of modes, 1 or more, or 'auto'")
@@ -92,13 +102,16 @@ def identify(
         raise InputError(f"highest_order is {highest_order!r}; it must be a whole number, 1 or more")
     try:
         if order is not None:
-            return METHODS[method](data, order, **options)
+            modes = METHODS[method](data, order, **options)
+            known = decay != "auto" or swing is not None
+            return refine(modes, read_signal(data, **options), swing, decay) if known and method == "varpro" else modes
         modes, criteria = search(read_signal(data, **options), highest_order)
         if modes is None:
             raise InputError("no mode is above the noise; give the order if there must be one")
         if method != "varpro":
             modes = METHODS[method](data, modes.order, **options)
-        return replace(modes, criteria=criteria)
+        modes = replace(modes, criteria=criteria)
+        return refine(modes, read_signal(data, **options), swing, decay) if method == "varpro" else modes
     except np.linalg.LinAlgError as error:
         asked = f"{order} modes" if order is not None else "the modes"
         raise InputError(
