@@ -205,7 +205,8 @@ class _Choice:
         one, forced = self.source.columns[k], what == "signals.rate"
         if forced and one.rate is not None:
             self._agree(rate, one.rate, "its own rate")
-        start, notes = one.start, ()
+        start = one.start
+        notes: tuple[str, ...] = ()
         if near is not None and self._rises(near):
             other, own = self.source.columns[near], self._own_rate(near)
             unit = _unit(other)

@@ -88,33 +88,33 @@ def _sets(raw: bytes) -> Iterator[_Set]:
     place = 0
     while begin := _END.search(raw, place):
         start = begin.end() + 1
-        line = raw[start : _line_end(raw, start)]
+        below = _line_end(raw, start) + 1
+        line = raw[start : below - 1]
         if match := _BINARY.match(line):
-            numbers = tuple(map(int, match[1].split()))
-            lines = numbers[2] if len(numbers) > 2 and numbers[2] else _HEAD
-            at, head = _line_end(raw, start) + 1, []
-            for _ in range(min(lines, 100)):
-                end = _line_end(raw, at)
-                head.append(raw[at:end].decode("latin-1"))
-                at = end + 1
-            size = numbers[3] if len(numbers) > 3 else 0
+            numbers = tuple(map(int, match[1].split())) or (1,)
+            lines, size = (numbers[2], numbers[3]) if len(numbers) > 3 else (_HEAD, 0)
+            head, at = _lines(raw, below, lines or _HEAD)
             end = _CLOSE.search(raw, at + size)
-            yield _Set(58, head, raw[at : end.start() if end else len(raw)], numbers or (1,))
+            yield _Set(58, head, raw[at : end.start() if end else len(raw)], numbers)
         else:
             end = _END.search(raw, start)
-            text = raw[start : end.start() if end else len(raw)]
+            last = end.start() if end else len(raw)
             kind = line.split()[:1]
-            rest = text.partition(b"\n")[2]
-            head = rest.split(b"\n", _HEAD)
-            yield _Set(
-                int(kind[0]) if kind and kind[0].isdigit() else 0,
-                [one.decode("latin-1").rstrip("\r") for one in head[:_HEAD]],
-                head[_HEAD] if len(head) > _HEAD else b"",
-                (),
-            )
+            head, at = _lines(raw, below, _HEAD)
+            yield _Set(int(kind[0]) if kind and kind[0].isdigit() else 0, head, raw[at:last], ())
         if end is None:
             return
         place = end.end()
+
+
+def _lines(raw: bytes, start: int, count: int) -> tuple[list[str], int]:
+    """Lines from an address on, and the address behind them."""
+    found = []
+    for _ in range(min(count, 100)):
+        end = _line_end(raw, start)
+        found.append(raw[start:end].decode("latin-1").rstrip("\r"))
+        start = end + 1
+    return found, start
 
 
 def _line_end(raw: bytes, start: int) -> int:
