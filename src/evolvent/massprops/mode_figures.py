@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent.massprops.identification import Modes
-from evolvent.massprops.identification.times import read_times
+from evolvent.massprops.times import read_times
 from evolvent.results.figures import Figure, Line, Panel, stacked
 from evolvent.view import show
 

@@ -10,7 +10,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from evolvent.base.errors import InputError, nearest
-from evolvent.massprops.identification.times import Times, cells, check_rate, read_times
+from evolvent.massprops.times import Times, cells, check_rate, read_times
 
 Array = np.ndarray
 
@@ -134,8 +134,8 @@ def read_signal(
     Raises
     ------
     InputError
-        Lengths that differ, times that do not rise or are absurdly far apart, a rate below twice the band's upper end, a
-        sensor that is empty, constant or clipped, infinite, complex or huge values.
+        Lengths that differ, times that do not rise or are absurdly far apart, a rate below twice the band's upper end,
+        a sensor that is empty, constant or clipped, infinite, complex or huge values.
     """
     values, found = _read_data(data)
     length, sensors = values.shape
@@ -161,6 +161,12 @@ def read_signal(
         even=times.even,
         steady=times.steady,
     )
+
+
+def refuse_uneven(signal: Signal, method: str) -> None:
+    """Refuse uneven times for a method that needs even ones."""
+    if not signal.even:
+        raise InputError(f"the time is not even, but {method} needs even times; varpro fits at any times")
 
 
 def _read_data(data: Any) -> tuple[Array, Sequence[str] | None]:

@@ -26,6 +26,7 @@ from evolvent.massprops.identification.signals import (
     noise_and_highest_frequency,
     power,
     read_signal,
+    refuse_uneven,
 )
 
 #: With a stride, the fastest mode turns at most so much from row to row, in half turns.
@@ -257,10 +258,9 @@ def check_poles(signal: Signal, order: int, poles: Array, method: str) -> Array:
 
 
 def complete_signal(method: str, data: Any, order: int, sampling: Sampling) -> tuple[Signal, int]:
-    """The signal and the order that a `method` takes; refused for uneven times, missing samples or too high an order."""
+    """The signal and the order that a `method` takes; refused for uneven times, missing samples, too high an order."""
     signal = read_signal(data, **sampling)
-    if not signal.even:
-        raise InputError(f"the time is not even, but {method} needs even times; varpro and identify fit at any times")
+    refuse_uneven(signal, method)
     if not signal.present.all():
         worst = int(np.argmin(signal.counts))
         raise InputError(

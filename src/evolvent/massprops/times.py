@@ -106,6 +106,29 @@ def read_times(times: Array) -> Times:
     return Times(t, step, origin, place, False, steady, (*notes, *_gaps(place, times, step), *scattered))
 
 
+def instead_of(times: Array, rate: float, whose: str, what: str) -> tuple[str, ...]:
+    """A sentence where a rate, Hz, stands for times (N,), s, that it does not explain.
+
+    Parameters
+    ----------
+    whose : of the times, such as "the column 't'"
+    what : the rate, such as "signals.rate"
+    """
+    found = read_times(times)
+    row = np.arange(len(times))
+    off = found.time - row / rate
+    most = float(np.ptp(off)) / 2.0
+    if most <= UNEVEN * found.step:
+        return ()
+    part = max(1, len(times) // 4)
+    error = float(np.abs((off[part:] - off[:-part]) * rate / part).max())
+    why = "".join(f"; {note}" for note in found.notes)
+    return (
+        f"{what}, {rate:.6g} Hz, stands for the times of {whose}, which differ from it by up to {most:.3g} s: "
+        f"frequencies may be off by {100.0 * error:.2g} %; leave it out to use these times{why}",
+    )
+
+
 def cells(time: Array, step: float) -> Array:
     """(N,) int, cells of an even grid from 0 that times are nearest to; several may be in one."""
     return np.rint(time / step).astype(int)
@@ -367,8 +390,8 @@ def _deviation(t: Array, place: Array, resolution: float) -> tuple[Array | None,
         few = max(1, len(parts) // 16)
         rate = np.diff(mean[::few]) / (np.diff(centre[::few]) * step)
         found.append(
-            f"the clock wanders: the times deviate from even ones by up to {np.abs(slow).max():.3g} s, and the sampling "
-            f"rate by {100.0 * np.abs(rate).max():.2g} % of its mean of {1.0 / step:.6g} a second"
+            f"the clock wanders: the times deviate from even ones by up to {np.abs(slow).max():.3g} s, and the "
+            f"sampling rate by {100.0 * np.abs(rate).max():.2g} % of its mean of {1.0 / step:.6g} a second"
         )
     fast = off - slow
     rms, most = float(np.sqrt(np.mean(fast**2))), float(np.abs(fast).max())
