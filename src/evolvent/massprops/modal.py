@@ -184,12 +184,12 @@ def _widening(reading: Reading, modes: Modes) -> tuple[float, np.ndarray]:
     In noise of the spectral density S a frequency's variance is S(frequency) over the mean of S times that in white
     noise of the same power, for S is smooth over the width of a line.
     """
-    signal = read_signal(reading.data, time=reading.time, names=reading.names, noise=reading.noise)
+    signal = read_signal(modes.data, time=modes.time, names=reading.names, noise=reading.noise)
     p = whiteness(signal, modes.residual, modes.noise)
     if p >= WHITE:
         return p, np.ones(modes.order)
-    lines = power(modes.residual) / (signal.counts * modes.noise**2)
-    step = 2.0 * np.pi / (len(modes.time) * signal.step)
+    lines = power(modes.residual, signal.cells) / (signal.counts * modes.noise**2)
+    step = 2.0 * np.pi / (signal.extent * signal.step)
     weight = (modes.amplitude / modes.noise) ** 2
     factors = []
     for k, w in enumerate(modes.frequency):

@@ -10,12 +10,33 @@ import numpy as np
 
 from evolvent.base import units as texts
 from evolvent.base.errors import InputError
-from evolvent.massprops.signals.recording import Words, distinct
+from evolvent.massprops.signals.recording import distinct
 
 _MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--")
 _NUMBER = re.compile(r"[-+]?(\d+([.,]\d*)?|[.,]\d+)([eEdD][-+]?\d+)?")
 #: Lines that may stand before the numbers, and lines from one on by which the separator is judged.
 _PREAMBLE, _FOLLOWING = 200, 20
+
+
+class Words(NamedTuple):
+    """A column that is no signal, since at least half of its cells are no numbers.
+
+    Attributes
+    ----------
+    words, rows : int, cells that hold words, and all
+    numbers : int, cells that hold a number
+    line : int, in the file, of the first word
+    first : str, that word
+    """
+
+    words: int
+    rows: int
+    numbers: int
+    line: int
+    first: str
+
+    def __str__(self) -> str:
+        return f"{self.words} of its {self.rows} cells are words, the first in line {self.line}: {self.first!r}"
 
 
 def read_text(raw: bytes, name: str) -> tuple[dict[str, np.ndarray], dict[str, str], None, dict[str, Words]]:
