@@ -72,12 +72,13 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     if len(set(names)) < len(names):
         raise InputError(f"signals.sensors have the names {', '.join(names)}; they must be different")
     data = np.column_stack([source.column(k + 1) for k in places])
-    if base.times is None:
+    notes += [note for note in source.notes if note not in notes]  # reading of a column adds to them
+    if base.time is None:
         assert base.rate is not None
         check_rate(base.rate, "signals.rate" if given.rate else f"the rate that {source.path!r} states")
         time = base.start + np.arange(len(data)) / base.rate
     else:
-        time, data, filled = _even(base.factor * source.column(base.times + 1), data)
+        time, data, filled = _even(base.time, data)
         if filled:
             notes.append(f"{filled} rows that are missing in the file are gaps")
     time, data = _cut(time, data, given, notes)
