@@ -20,6 +20,7 @@ from evolvent.base.tables import distinct
 from evolvent.massprops.signals import hdf5, tdms, text, trees, uff
 from evolvent.massprops.signals.recording import Column, Signals, column
 
+_HDF5 = b"\x89HDF\r\n\x1a\n"
 FORMATS = "CSV, TSV, TDMS, UFF 58, MAT, HDF5, WAV, and runs of evolvent"
 
 
@@ -98,11 +99,11 @@ def _reader(raw: bytes, name: str) -> tuple[str, Callable[[str, bytes], Content]
         return "TDMS", _tdms
     if raw.startswith((b"RIFF", b"RIFX")) and raw[8:12] == b"WAVE":
         return "WAV", _wav
-    if raw.startswith(b"\x89HDF\r\n\x1a\n"):
+    if raw.startswith(_HDF5):
         return ("run" if name.endswith(".nc") else "HDF5"), _hdf5
-    if raw.startswith(b"MATLAB 7.3"):
+    if _is_mat_7_3(raw):
         return "MAT", _hdf5
-    if raw.startswith(b"MATLAB 5") or name.lower().endswith(".mat"):
+    if raw.startswith(b"MATLAB") or name.lower().endswith(".mat"):
         return "MAT", _mat
     if uff.begins(raw):
         return "UFF 58", _uff
@@ -110,6 +111,11 @@ def _reader(raw: bytes, name: str) -> tuple[str, Callable[[str, bytes], Content]
     if foreign and not raw.startswith((b"\xff\xfe", b"\xfe\xff")):  # those begin a text in UTF-16
         raise InputError(f"cannot read {name!r}: it is none of {FORMATS}")
     return "CSV", _text
+
+
+def _is_mat_7_3(raw: bytes) -> bool:
+    """Whether a file is HDF5 behind the head of MATLAB."""
+    return raw.startswith(b"MATLAB") and raw[512:520] == _HDF5
 
 
 def _text(name: str, raw: bytes) -> Content:
@@ -156,7 +162,7 @@ def _mat_4(raw: bytes) -> dict[tuple[str, ...], np.ndarray | tuple[str, ...]]:
 
 
 def _hdf5(name: str, raw: bytes) -> Content:
-    tree = hdf5.read(raw, name, of_matlab=raw.startswith(b"MATLAB 7.3"))
+    tree = hdf5.read(raw, name, of_matlab=_is_mat_7_3(raw))
     return Content(*trees.columns(tree, name))
 
 

@@ -24,24 +24,26 @@ def read(raw: bytes, name: str) -> tuple[list[Column], dict[str, str], list[str]
     """
     table = tables.read(raw, name)
     clock = tables.time_of(table)
+    stamped = clock is not None and clock in table.stamps and table.rate is None
+    times = table.names[clock] if stamped and clock is not None else ""
     found: list[Column] = []
     left: dict[str, str] = {}
     for k, own in enumerate(table.names):
-        stated = {"rate": table.rate, "start": table.start, "times": _times_of(table, k, clock), "path": table.heads[k]}
         if k == clock or k in table.stamps:
-            found.append(_time(table, k))
-        elif table.is_empty(k + 1):
-            left[own] = "no cell holds anything"
-        elif table.is_numeric(k + 1):
-            samples = functools.partial(table.numbers, k + 1)
-            found.append(Column(own, table.rows, samples, table.units[k], **stated))  # type: ignore[arg-type]
-        else:
-            why = _words(table, k)
-            if not why:
-                left[own] = "no cell holds a number"
+            one = _time(table, k)
+            if k == clock or one.unit != "s" or np.ptp(one.samples()) > 0.0:
+                found.append(one)
             else:
-                refuse = functools.partial(_refuse, table, k, why)
-                found.append(Column(own, table.rows, refuse, table.units[k], **stated))  # type: ignore[arg-type]
+                left[own] = "it holds dates"
+            continue
+        why = "" if table.is_numeric(k + 1) else _words(table, k)
+        if why.startswith("no cell"):
+            left[own] = why
+        else:
+            samples = functools.partial(_refuse if why else _numbers, table, k, why)
+            found.append(
+                Column(own, table.rows, samples, table.units[k], table.rate, table.start, times, table.heads[k])
+            )
     if not found or (left and all(one.name in _clocks(table, clock) for one in found)):
         raise InputError(f"cannot read {name!r}: no column of it holds numbers")
     return found, left, table.notes
@@ -49,20 +51,6 @@ def read(raw: bytes, name: str) -> tuple[list[Column], dict[str, str], list[str]
 
 def _clocks(table: tables.Table, clock: int | None) -> list[str]:
     return [table.names[k] for k in {*table.stamps, *(() if clock is None else (clock,))}]
-
-
-def _times_of(table: tables.Table, place: int, clock: int | None) -> str:
-    """The column that holds the times of another one where no name is guessed; '' else.
-
-    It is that of dates and clocks, and of several with equal heads the one before.
-    """
-    if clock is None or table.rate is not None:
-        return ""
-    same = [k for k, head in enumerate(table.heads) if head == table.heads[clock]]
-    before = [k for k in same if k < place]
-    if clock in table.stamps or (len(same) > 1 and before):
-        return table.names[before[-1] if before else clock]
-    return ""
 
 
 def _time(table: tables.Table, place: int) -> Column:
@@ -83,22 +71,26 @@ def _seconds(table: tables.Table, place: int) -> np.ndarray:
 
 
 def _words(table: tables.Table, place: int) -> str:
-    """What a column holds in place of numbers; '' where no cell is one."""
+    """What a column holds in place of numbers; '' where its numbers are at fault."""
+    if table.is_empty(place + 1):
+        return "no cell holds anything"
     cells = table.words(place + 1)
-    wrong = [k for k, cell in enumerate(cells) if not is_number(cell) and not is_missing(cell)]
     if not any(map(is_number, cells)):
-        return ""
+        return "no cell holds a number"
+    wrong = [k for k, cell in enumerate(cells) if not is_number(cell) and not is_missing(cell)]
     if not wrong:
-        return "its numbers cannot be told"
+        return ""
     return (
         f"{len(wrong)} of its {len(cells)} cells are words, the first in line {table.line(wrong[0])}: "
         f"{cells[wrong[0]][:40]!r}"
     )
 
 
+def _numbers(table: tables.Table, place: int, why: str) -> np.ndarray:
+    return table.numbers(place + 1)
+
+
 def _refuse(table: tables.Table, place: int, why: str) -> np.ndarray:
-    if "words" not in why:
-        return table.numbers(place + 1)
     raise InputError(
         f"the column {table.names[place]!r} of {table.path!r} is no signal: {why}; correct it, or name the columns "
         "that are signals under signals.sensors"

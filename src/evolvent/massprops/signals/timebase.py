@@ -163,13 +163,25 @@ class _Choice:
         one = self.source.columns[k]
         own = [t for t in self.times if self.source.columns[t].size == one.size and t != k]
 
-        def nearness(t: int) -> tuple[int, int, int]:
+        def nearness(t: int) -> tuple[int, int]:
             other = self.source.columns[t]
             shared = next((n for n in range(len(one.group), 0, -1) if one.group[:n] == other.group[:n]), 0)
-            alike = self._name(t).endswith(self._name(k)) or self._name(t).startswith(self._name(k))
-            return (-shared, -int(alike), own.index(t))
+            return (-shared, own.index(t))
 
-        return min(own, key=nearness, default=None)
+        best = min(own, key=nearness, default=None)
+        alike = [t for t in own if best is not None and self._kind(t) == self._kind(best)]
+        if len(alike) < 2:
+            return best
+        digits = re.findall(r"\d+", _last(one))
+        numbered = [t for t in alike if digits and re.findall(r"\d+", _last(self.source.columns[t])) == digits]
+        between = any(n not in self.times for n in range(min(alike), max(alike)))
+        before = [t for t in sorted(alike) if t < k] if between else []
+        return (*numbered, *before[-1:], best)[0]
+
+    def _kind(self, k: int) -> tuple[tuple[str, ...], str]:
+        """What columns of times have in common that belong to others each: their group, and their name without numbers."""
+        one = self.source.columns[k]
+        return one.group, re.sub(r"\d+", "", _last(one))
 
     def _base(self, k: int) -> Base:
         """The times of one column."""
@@ -221,7 +233,9 @@ class _Choice:
                 if fits:
                     unit, factor = next(iter(fits.items()))
                     notes = (f"the column {other.name!r} states no unit; by {what} it is in {unit}",)
-            if abs(own / factor / rate - 1.0) <= RATE:
+            if not unit and forced and self._counts(near):
+                notes = (f"the column {other.name!r} counts samples: signals.rate was taken",)
+            elif abs(own / factor / rate - 1.0) <= RATE:
                 start = float(self.samples(near + 1)[0]) * factor
             elif forced:
                 self._agree(rate, own / factor, f"the column {other.name!r}")
@@ -328,7 +342,7 @@ class _Choice:
 
 def _last(one: Column) -> str:
     """The name of a column without those of its groups."""
-    return (one.path or one.name)[sum(len(name) + 1 for name in one.group) :] if one.group else one.name
+    return (one.path or one.name)[sum(len(name) + 1 for name in one.group) :]
 
 
 def _unit(one: Column) -> str:
