@@ -69,6 +69,12 @@ _TAILS_OF_TIME = frozenset(["s", "ms", "us", "ns", "sec", "secs", "seconds", "ms
 _NAMES_OF_TIME = frozenset(["t", "time", "zeit", "temps", "tiempo", "timestamp", "elapsed", "uptime"])
 
 
+#: A head whose unit stands before the number of the run: "Time (s) Run #1".
+_RUN = re.compile(
+    r"([^\s(\[][^(\[]{0,60}?) ?[(\[]([^()\[\]]{1,30})[)\]] ?((?:run|trial|set|series|channel|ch) ?#?\d{1,4})", re.I
+)
+
+
 def head_and_unit(head: str) -> tuple[str, str]:
     """Name and unit of the head of a column: "angle [deg]" and "angle (deg)" -> "angle", "deg".
 
@@ -84,6 +90,9 @@ def head_and_unit(head: str) -> tuple[str, str]:
         for sign in (" in", " /", ","):
             name = name.removesuffix(sign).rstrip() if name != sign.strip() else name
         return name, unit
+    run = _RUN.fullmatch(text)
+    if run and is_unit(run[2].strip()):
+        return f"{run[1]} {run[3]}", run[2].strip()
     for sign in (" / ", " in ", ", "):
         name, _, unit = (part.strip() for part in text.rpartition(sign))
         if name and is_unit(unit):
