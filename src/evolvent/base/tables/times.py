@@ -119,7 +119,7 @@ def _counted(table: Table, place: int, values: np.ndarray) -> Times:
             f"the time steps back in line {table.line(row)}, from {values[known[back[0]]]:.9g} to {values[row]:.9g}"
         )
     _check_fine(table, name, offset[known])
-    is_epoch = abs(first * factor) >= _EPOCH[0] or factor == stamps.DAY
+    is_epoch = _EPOCH[0] <= first * factor < _EPOCH[1] or factor == stamps.DAY
     if is_epoch:
         notes.append(f"the times count from the first row, which has {_cell(table, place, int(known[0]))}")
     return Times(offset * factor, 0.0 if is_epoch else first * factor, tuple(notes))
