@@ -15,6 +15,7 @@ from evolvent.base.units.parsing import (
     base_exponents as base_exponents,
     head_and_unit as head_and_unit,
     is_list as is_list,
+    is_unit as is_unit,
     known as known,
     parse as parse,
     split as split,
