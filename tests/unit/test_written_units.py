@@ -78,8 +78,9 @@ def test_spellings(wanted: str, size: float) -> None:
 @pytest.mark.parametrize(
     ("text", "found"),
     [("g", "g_0"), ("mg", "mg_0"), ("mV/g", "mV/g_0"), ("Nm", "N m"), ("in-lb", "in lbf"), ("lb in^2", "lb in^2"),
-     ("mils", "thou"), ('"', "in"), ("px", "pixel"), ("dps", "deg/s"), ("µε", "um/m"), ("°C", "degC"), ("mm", "mm"),
-     ("nm", "nm"), ("1", "1"), ("-", ""), ("[-]", ""), ("", ""), ("none", ""), ("%", "percent"), ("kg", "kg")],
+     ("mils", "thou"), ('"', "in"), ("pixels", "px"), ("dps", "deg/s"), ("µε", "um/m"), ("°C", "degC"), ("mm", "mm"),
+     ("nm", "nm"), ("1", "1"), ("-", ""), ("[-]", ""), ("", ""), ("none", ""), ("%", "percent"), ("kg", "kg"),
+     ("m / s ** 2", "m/s^2"), ("V / ( m / s^2 )", "V/( m/s^2 )")],
 )  # fmt: skip
 def test_a_recording_of_any_quantity(text: str, found: str) -> None:
     assert file_unit(text) == found

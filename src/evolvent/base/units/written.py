@@ -23,7 +23,7 @@ _SYMBOLS = {
     "deg": "m u", "ohm": "m k M", "C": "p n u m", "F": "p n u", "H": "n u m", "bar": "m u", "g_0": "n u m", "turn": "m",
     "gauss": "m u k", "psi": "k", "min": "", "h": "", "in": "u", "ft": "", "yd": "", "lbf": "k m", "ozf": "", "kgf": "",
     "slug": "", "rpm": "k", "degC": "", "degF": "", "arcmin": "", "arcsec": "m u", "dB": "", "ppm": "", "count": "k",
-    "pixel": "", "dyn": "", "kip": "", "torr": "", "mmHg": "", "atm": "", "gon": "m", "t": "", "Gal": "m",
+    "px": "", "dyn": "", "kip": "", "torr": "", "mmHg": "", "atm": "", "gon": "m", "t": "", "Gal": "m",
 }  # fmt: skip
 #: Names, in small letters, of one meaning or of several; "!" stands behind the one that a recording means: nobody
 #: records a mass in grams that swings. The s of a plural may follow.
@@ -44,7 +44,7 @@ _NAMES = {
     "mps": "m/s", "ips": "in/s", "fps": "ft/s", "kph": "km/h", "kmh": "km/h", "mph": "mile/h", "kt": "knot",
     "cc": "cm^3", "ton": "t ton", "tonne": "t",
     "%": "percent", "pct": "percent", "prozent": "percent", "cnt": "count", "ct": "count", "digit": "count",
-    "lsb": "count", "adc": "count", "bit": "count", "tick": "count", "px": "pixel", "pix": "pixel", "strain": "m/m",
+    "lsb": "count", "adc": "count", "bit": "count", "tick": "count", "pixel": "px", "pix": "px", "strain": "m/m",
     "ustrain": "um/m", "microstrain": "um/m", "ue": "um/m", "psig": "psi", "psia": "psi", "barg": "bar", "bara": "bar",
 }  # fmt: skip
 #: What a word is taken for in a hint alone.
@@ -101,7 +101,7 @@ def _read(text: str, wanted: str | None) -> str:
         return ""
     if plain in COMMON.get(wanted or "", {}):
         return plain
-    found = _candidates(plain, any_of=wanted is None)
+    found = candidates(plain, any_of=wanted is None)
     if not found:
         hint = meant(plain, wanted) if wanted else f"; {nearest(plain, _COMMON)}"
         raise UnitError(f"{cut(text)!r} is not a known unit{hint}")
@@ -145,12 +145,18 @@ def _refused(text: str, unit: str, wanted: str) -> str:
 
 def meant(given: str, wanted: str) -> str:
     """The end of a sentence on a text that is no unit of the wanted kind: the spelling that may be meant, or ''."""
-    found = _candidates(given, any_of=False, loose=True) if given.isprintable() else []
+    found = candidates(given, any_of=False, loose=True) if given.isprintable() else []
     return next((f"; did you mean {one!r}?" for one in found if one != given and _fits(one, wanted)), "")
 
 
-def _candidates(text: str, *, any_of: bool, loose: bool = False) -> list[str]:
-    """The units that a text may stand for, in the spelling of case files."""
+def candidates(text: str, *, any_of: bool = True, loose: bool = False) -> list[str]:
+    """The units that a text may stand for, in the spelling of case files.
+
+    Parameters
+    ----------
+    any_of : bool, whether a recording of any quantity is meant, where `g` is no mass
+    loose : bool, whether for a hint: other cases of letters and masses for forces as well
+    """
     choices = _choices(_plain(text), any_of, loose) if len(text) <= _LONGEST else []
     tried = itertools.islice(itertools.product(*choices), _MOST_TRIED) if choices else ()
     joined = dict.fromkeys(re.sub(r"\s*([ /])\s*", r"\1", "".join(one).strip()) for one in tried)
@@ -173,6 +179,7 @@ def _plain(text: str) -> str:
     if re.fullmatch(r"(a|arb)\. ?(u|units?)\.?|arb|au", text.lower()):
         return "count"
     text = re.sub(r"\s+(?:per|pro)\s+", "/", text, flags=re.IGNORECASE)
+    text = re.sub(r"\s*([/^])\s*", r"\1", text)
     text = re.sub(r"([A-Za-z]+)\s+squared", r"\1^2", text)
     text = re.sub(r"(?<=[A-Za-z])[- ](force|g)\b", r"\1", text, flags=re.IGNORECASE) if "force" in text else text
     text = re.sub(r"\bmilli-?g\b", "mg_0", text)
