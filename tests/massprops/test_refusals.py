@@ -179,10 +179,10 @@ def test_columns_and_units(knock: str, tmp_path: pathlib.Path) -> None:
     refused("column is 'sensor1', which .* did you mean 'sensor 1'", knock, {"signals.sensors.0.column": "sensor1"})
     refused("column is 9, but .* has 5 columns", knock, {"signals.sensors.0.column": 9})
     refused("names the column 'sensor 2' twice", knock, {"signals.sensors.0.column": "sensor 2"})
-    refused("states the unit m, but signals.sensors.0.unit is mm", knock, {"signals.sensors.0.unit": "mm"})
+    refused("signals.sensors.0.unit: 'mn' may be MN or mN; write one of them", knock, {"signals.sensors.0.unit": "mn"})
     bare = rig.write_csv(tmp_path / "b.csv", *rig.knock(), unit="")
     refused("states the unit of 'sensor 1'; give signals.unit or signals.sensors.0.unit", bare)
-    refused("the unit is 'metre per secnd', not a known unit", bare, {"signals.unit": "metre per secnd"})
+    refused("signals.unit: 'metre per secnd' is not a known unit", bare, {"signals.unit": "metre per secnd"})
     mixed = {"signals.unit": "m", "signals.sensors.2.unit": "V"}
     refused("sensor 3 is in V, sensor 1 in m; they must be of one kind", bare, mixed)
     refused("sensitivity is 'much'; it must be a reading", knock, {"signals.sensors.0.sensitivity": "much"})

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from evolvent.base.errors import InputError, counted
 from evolvent.base.tables.layout import Kinds, is_comment, kinds, split
 
-#: Lines from the beginning of which every cell is looked at.
-_CLOSELY = 20_000
+#: Characters from the beginning of which every cell is looked at.
+_CLOSELY = 1_000_000
 #: Rows at the beginning of a run by which the kinds of its columns are judged.
 _JUDGED = 60
 #: Lines between rows that are none, for each row, above which a text is no table.
@@ -32,6 +32,7 @@ class Block:
     short, others, heads : places of rows with fewer cells, of lines that are none, and of heads that stand again
     long : place of the first row with too many cells, or -1
     counts : whether the first cells are the numbers of the rows
+    named : cells of the line above the first row, a head
     """
 
     rows: list[int]
@@ -43,6 +44,7 @@ class Block:
     heads: list[int] = dataclasses.field(default_factory=list)
     long: int = -1
     counts: bool = False
+    named: int = 0
 
     def fits(self, row: Kinds) -> bool:
         """Whether a line has as many cells as the rows, but for empty ones at the end."""
@@ -89,13 +91,15 @@ class _Blocks:
         self.found: list[Block] = []
         self.seen: set[str] = set()  # lines above the current run
         self.waiting: list[tuple[int, Kinds]] = []  # lines since its last row
+        self.named = 0  # cells of the line above it
 
     def find(self, begin: int) -> list[Block]:
         """All runs."""
-        quick = self.separator not in ("", " ")
+        quick, read = self.separator not in ("", " "), 0
         for place in range(begin, len(self.lines)):
             line = self.lines[place]
-            if place >= begin + _CLOSELY and quick and self.found and not self.waiting and '"' not in line:
+            read += len(line)
+            if read > _CLOSELY and quick and self.found and not self.waiting and '"' not in line:
                 block = self.found[-1]
                 if line[:1] in _BEGINNINGS and block.least <= line.count(self.separator) + 1 <= block.width:
                     block.rows.append(place)
@@ -115,6 +119,7 @@ class _Blocks:
                 self._begin(place, row)
             else:
                 self.seen.add(self.lines[place].strip())
+                self.named = row.least
             return
         block = self.found[-1]
         again = self.lines[place].strip() in self.seen and ("w" in row.letters or not row.is_row)
@@ -139,8 +144,10 @@ class _Blocks:
         self.seen |= {self.lines[k].strip() for k, _ in self.waiting}
         if self.found and len(self.found[-1].rows) < _JUDGED:
             self.seen |= {self.lines[k].strip() for k in self.found[-1].rows}
+        if self.waiting:
+            self.named = 0 if self.waiting[-1][1].is_row else self.waiting[-1][1].least
         self.waiting = []
-        self.found.append(Block([], row.width, row.least))
+        self.found.append(Block([], row.width, row.least, named=self.named))
         self.found[-1].add(place, row)
 
     def _originbehind(self) -> None:
@@ -169,8 +176,11 @@ class _Blocks:
                 block.heads.append(place)
             elif not row.is_row:
                 block.others.append(place)
-            elif row.least > block.width:
+            elif row.least > max(block.width, block.named):
                 block.long = place if block.long < 0 else block.long
+            elif row.least > block.width:
+                block.rows.append(place)
+                block.width = row.width
             else:
                 block.short.append(place)
                 block.rows.append(place)
@@ -194,8 +204,7 @@ def _trim(block: Block) -> None:
     k = 0
     while k < min(len(letters) - 1, len(letters) // 2):
         words = [c for c, one in enumerate(letters[k]) if one == "w" and usual[c] & {"n", "t"} and "w" not in usual[c]]
-        values = sum(letter in "nt" for letter in letters[k])
-        if not words or (len(words) < values and words[0] != 0):
+        if not words or words[0] != 0:
             break
         k += 1
     del block.rows[:k]

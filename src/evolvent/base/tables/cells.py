@@ -8,6 +8,8 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from evolvent.base.units.parsing import is_unit
+
 #: Cells that hold no value, in small letters.
 MISSING = frozenset((
     "", "nan", "+nan", "-nan", "na", "n/a", "n.a.", "null", "none", "nil", "-", "--", "---", "#n/a", "#na", "#nv",
@@ -27,6 +29,8 @@ def _form(decimal: str, other: str) -> re.Pattern[str]:
 
 #: Forms of numbers by their decimal sign. A zero begins no group, and a number with an exponent has none.
 _FORMS = {".": _form(".", ","), ",": _form(",", ".")}
+#: A number and a unit behind it, in cells up to a length.
+_QUANTITY, _LONGEST = re.compile(r"([^A-Za-z%\u00b0\u00b5\u03bc]*[\d.]) ?([A-Za-z%\u00b0\u00b5\u03bc]\S{0,9})"), 30
 #: Plain whole numbers, which any decimal sign fits.
 _WHOLE = re.compile(r"[+-]? ?\d+")
 #: Least size and number of different whole numbers below 1000 that show that larger ones are grouped.
@@ -45,13 +49,22 @@ def is_missing(cell: str) -> bool:
 
 def is_number(cell: str) -> bool:
     """Whether a cell is a number, whatever its decimal sign."""
-    cell = plain(cell)
+    try:
+        return not math.isnan(float(cell)) and "_" not in cell
+    except ValueError:
+        cell = plain(cell)
     return any(form.fullmatch(cell) for form in _FORMS.values()) or cell.lower() in _INFINITE
 
 
+def quantity(cell: str) -> tuple[str, str] | None:
+    """Number and unit of a cell that holds both, "0.05 sec"; None of others."""
+    found = _QUANTITY.fullmatch(cell) if len(cell) <= _LONGEST else None
+    return (found[1], found[2]) if found and is_number(found[1]) and is_unit(found[2]) else None
+
+
 def is_grouped(cell: str, decimal: str) -> bool:
-    """Whether a number holds a sign that groups its digits."""
-    return bool(re.search(rf"\d[{'.' if decimal == ',' else ','}' ]\d", plain(cell)))
+    """Whether a cell is a number whose digits a point or a comma groups."""
+    return bool(re.search(r"\d\.\d" if decimal == "," else r"\d,\d", cell)) and is_number(cell)
 
 
 def readings(cells: Iterable[str]) -> str:
@@ -76,10 +89,10 @@ def readings(cells: Iterable[str]) -> str:
                 return ""
             continue
         found = own
+        if len(found) == 1:
+            break
         grouped = grouped or next((sign for sign in ".," if sign in cell), "")
         zeros |= cell.endswith("0")
-        if len(found) == 1 and not grouped:
-            break
     if found == ".," and grouped:
         if long_plain:  # whole numbers above 999 are not grouped here: the sign is decimal
             return grouped
@@ -115,32 +128,29 @@ def number(cell: str, decimal: str) -> float:
 
 def floats(cells: Sequence[str], decimal: str) -> tuple[np.ndarray, int]:
     """Values of cells, and the place of the first that is no number, or -1."""
-    try:
-        if decimal == ".":
-            values = np.array(list(map(float, cells)))
-            if not any("_" in cell for cell in cells):
-                return values, -1
-        elif not any("." in cell for cell in cells):
-            return np.array([float(cell.replace(",", ".")) for cell in cells]), -1
-    except ValueError:
-        pass
-    values = np.full(len(cells), np.nan)
-    wrong = -1
+    fast = values(cells, decimal)
+    if fast is not None:
+        return fast, -1
+    found, wrong = np.full(len(cells), np.nan), -1
     for k, cell in enumerate(cells):
         try:
-            values[k] = number(cell, decimal)
+            found[k] = number(cell, decimal)
         except ValueError:
             wrong = k if wrong < 0 else wrong
-    return values, wrong
+    return found, wrong
 
 
-def points(cells: Sequence[str]) -> tuple[np.ndarray, bool]:
-    """Values of cells with decimal points, some of them empty; and whether a cell is something else."""
+def values(cells: Sequence[str], decimal: str) -> np.ndarray | None:
+    """Values of cells without groups, NaN where one is empty; None where one is something else."""
+    if decimal == ",":
+        if any("." in cell for cell in cells):
+            return None
+        cells = [cell.replace(",", ".") for cell in cells]
     try:
-        values = np.array(list(map(float, cells)))
+        found = np.array(list(map(float, cells)))
     except ValueError:
         try:
-            values = np.array([math.nan if is_missing(cell.strip()) else float(cell) for cell in cells])
+            found = np.array([math.nan if is_missing(cell.strip()) else float(cell) for cell in cells])
         except ValueError:
-            return np.empty(0), True
-    return values, any("_" in cell for cell in cells)
+            return None
+    return None if any("_" in cell for cell in cells) else found

@@ -25,6 +25,10 @@ _RATE = re.compile(
 )
 
 
+#: Start and step in the head of an oscilloscope: "t0 = -1.5s, tInc = 0.05".
+_STEP = re.compile(r"t0 ?= ?([-+.\deE]+) ?s?, ?tInc ?= ?([-+.\deE]+) ?s?", re.IGNORECASE)
+
+
 class Head(NamedTuple):
     """Heads of columns as they stand, their names and units; rate in Hz and time of the first row in s, if stated."""
 
@@ -77,6 +81,7 @@ def _above(lines: Sequence[str], separator: str, block: Block) -> list[list[str]
         cells = split(line, separator)
         if not found and not _fits(cells, block):  # names may be parted by another sign than the numbers
             others = [split(line, sign) for sign in SEPARATORS if sign != separator]
+            others.append(re.split(r"\s{2,}", line.strip()) if len(line) <= _LONGEST else [])
             cells = next((other for other in others if len(other) == block.width > 1), cells)
         if _fits(cells, block) and any(cells):
             found.append(cells)
@@ -104,13 +109,15 @@ def _names(above: list[list[str]], block: Block) -> Head:
     if not rows:
         return Head([""] * width, distinct([""] * width), [""] * width)
     place = _place_of_names(rows)
-    heads = _aligned(rows[place], block)
+    notes: list[str] = []
+    heads = _aligned(rows[place], block, notes)
     parted = [texts.head_and_unit(head) for head in heads]
     if _is_iso(heads):
         parted = [(head.split("/")[0].strip(), head.split("/", 1)[1].strip()) if head else ("", "") for head in heads]
-    marks = next((_aligned(rows[k], block) for k in range(place) if _is_units(rows[k], rows[place])), [""] * width)
+    marks = next((_aligned(rows[k], block, []) for k in range(place) if _is_units(rows[k], rows[place])), [""] * width)
     units = [unit or mark.strip("[](){} ") for (_, unit), mark in zip(parted, marks, strict=True)]
-    return Head(heads, distinct(name for name, _ in parted), ["" if unit in ("-", "--") else unit for unit in units])
+    units = ["" if unit in ("-", "--") else unit for unit in units]
+    return Head(heads, distinct(name for name, _ in parted), units, notes=tuple(notes))
 
 
 def _place_of_names(rows: list[list[str]]) -> int:
@@ -142,11 +149,13 @@ def _is_units(row: list[str], names: list[str]) -> bool:
         return True
     if times and any(k < len(row) and row[k] for k in times):
         return False
+    if row[0] and names[0].lower() in words.AXES and words.is_unit_of_time(row[0]):
+        return True
     known = [cell in ("-", "--", "1", "%") or texts.is_unit(cell.strip("[](){} ")) for cell in cells]
     return 2 * sum(known) >= len(known)
 
 
-def _aligned(cells: list[str], block: Block) -> list[str]:
+def _aligned(cells: list[str], block: Block, notes: list[str]) -> list[str]:
     """Cells of a head, one for each column: a column of row numbers at the beginning may have none."""
     cells = list(cells)
     while len(cells) > block.width and not cells[-1]:
@@ -159,6 +168,8 @@ def _aligned(cells: list[str], block: Block) -> list[str]:
             cells = ["", *cells]
         else:
             cells += [""] * lacking
+            if not last <= {"", "e"} and lacking == 1:
+                notes.append(f"the head names {block.width - 1} of {block.width} columns; the last has no name")
     return cells[: block.width]
 
 
@@ -174,6 +185,15 @@ def _is_iso(heads: list[str]) -> bool:
 
 def _instrument(above: list[list[str]], found: Head, block: Block) -> Head | None:
     """The step that the head of an oscilloscope states in columns "Start" and "Increment"."""
+    stated = _STEP.fullmatch(", ".join(cell for cell in found.heads if "=" in cell)) if found.heads else None
+    if stated:
+        heads = ["" if "=" in head else head for head in found.heads]
+        try:
+            start, increment = float(stated[1]), float(stated[2])
+        except ValueError:
+            return None
+        names = distinct(texts.head_and_unit(head)[0] for head in heads)
+        return found._replace(heads=heads, names=names, rate=1.0 / increment, start=start) if increment > 0.0 else None
     for k, row in enumerate(above):
         low = [cell.lower() for cell in row]
         if k and "start" in low and "increment" in low:

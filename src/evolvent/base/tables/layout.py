@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import collections
+import contextlib
 import csv
 import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from evolvent.base.errors import InputError
-from evolvent.base.tables.cells import is_missing, is_number
+from evolvent.base.tables.cells import is_missing, is_number, quantity
 
 #: What may separate cells; the first of those that do equally well is taken. A blank stands for any white space.
 SEPARATORS = ("\t", ";", "|", ",", " ")
-#: Lines by which the separator is judged: those at the beginning, and as many in the middle.
-_JUDGED = 300
+#: Lines by which the separator is judged, and most characters of them: at the beginning, and as many in the middle.
+_JUDGED, _CHARACTERS = 300, 200_000
 #: Most lines that one quoted cell may reach over.
 _LONGEST_CELL = 20
 #: Times and dates: 10:00, 10:00:00.5, 28.11.2026, 2026-11-28T10:00:00.5+01:00, 11/28/2026 10:00 PM.
 _DATE = r"(?:\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.](?:\d{1,2}|[A-Za-z]{3})[-/.]\d{2}(?:\d{2})?)\.?"
 _CLOCK = r"\d{1,4}:\d{1,2}(?::\d{1,2})?(?:[.,:]\d+)?(?: ?[AaPp]\.?[Mm]\.?)?"
-STAMP = re.compile(rf"(?:{_DATE}|{_CLOCK}|{_DATE}(?:[ T_]| - |, ?) ?{_CLOCK}) ?(?:Z|UTC|GMT|[+-]\d\d:?\d\d)?")
+_ZONE = r" ?(?:Z|UTC|GMT|[+-]\d\d:?\d\d)?"
+STAMP = re.compile(
+    rf"(?:\d{{8}}T\d{{6}}(?:[.,]\d+)?|{_DATE}|(?:-?\d+ days? )?{_CLOCK}|{_DATE}(?:[ T_]| - |, ?) ?{_CLOCK}){_ZONE}"
+)
 _COMMENT = re.compile(r"\s*(?:#|%|//|!|;)")
 _SEP_LINE = re.compile(r"\"?sep=(.)\"?\s*", re.IGNORECASE)
 
@@ -99,7 +103,13 @@ def _quoted(line: str, separator: str) -> list[str]:
 
 def rows_of(lines: Sequence[str], separator: str) -> list[list[str]]:
     """Cells of many lines."""
-    if separator in ("", " ") or any('"' in line for line in lines):
+    if separator in ("", " "):
+        return [split(line, separator) for line in lines]
+    if any('"' in line for line in lines):
+        with contextlib.suppress(csv.Error):
+            found = list(csv.reader(lines, delimiter=separator, skipinitialspace=True))
+            if len(found) == len(lines):
+                return found
         return [split(line, separator) for line in lines]
     return [line.split(separator) for line in lines]
 
@@ -108,7 +118,9 @@ def kind(cell: str) -> str:
     """What a cell holds: 'n' a number, 't' a time or date, 'e' nothing, 'w' a word."""
     if is_number(cell):
         return "n"
-    return "e" if is_missing(cell) else "t" if STAMP.fullmatch(cell) else "w"
+    if is_missing(cell):
+        return "e"
+    return "t" if STAMP.fullmatch(cell) else "n" if quantity(cell) else "w"
 
 
 def is_comment(line: str, separator: str) -> bool:
@@ -148,7 +160,7 @@ def separator_of(lines: Sequence[str]) -> str:
         if stated:
             return stated[1]
     middle = max(len(lines) // 2, _JUDGED)
-    judged = [line for line in (*lines[:_JUDGED], *lines[middle : middle + _JUDGED]) if line.strip()]
+    judged = _some(lines[:_JUDGED]) + _some(lines[middle : middle + _JUDGED])
     best, found = (False, 0.0), ""
     for separator in SEPARATORS:
         rows = [row for row in (kinds(line, separator) for line in judged) if row.is_row]
@@ -161,4 +173,17 @@ def separator_of(lines: Sequence[str]) -> str:
         score = (width > 1, round(whole + 0.5 * (half - whole), 6))
         if score[0] > best[0] or (score[0] == best[0] and score[1] > 1.02 * best[1]):
             best, found = score, separator if width > 1 else ""
+    return found
+
+
+def _some(lines: Sequence[str]) -> list[str]:
+    """Lines that are not empty, up to a number of characters."""
+    found: list[str] = []
+    read = 0
+    for line in lines:
+        if line.strip():
+            found.append(line)
+        read += len(line)
+        if read > _CHARACTERS:
+            break
     return found

@@ -6,9 +6,9 @@ import re
 from collections.abc import Sequence
 
 from evolvent.base.errors import InputError, counted
-from evolvent.base.tables import labview, oscilloscope
+from evolvent.base.tables import labview, oscilloscope, serial
 from evolvent.base.tables.blocks import Block, block_of
-from evolvent.base.tables.cells import is_missing
+from evolvent.base.tables.cells import is_missing, quantity
 from evolvent.base.tables.heads import Head, head_of
 from evolvent.base.tables.layout import decoded, lines_of, separator_of, split
 from evolvent.base.tables.table import Table
@@ -34,13 +34,26 @@ def read(raw: bytes, path: str) -> Table:
     """
     text = decoded(raw, path)
     lines, numbers = lines_of(text)
+    lines, stamps = serial.unstamped(lines)
+    labelled = serial.unlabelled(lines)
+    if labelled is not None:
+        lines, numbers, stamps = labelled, [1, *numbers], ["", *stamps] if stamps else []
     separator = separator_of(lines)
+    if stamps:
+        lines = serial.stamped(lines, stamps, separator)
+        separator = separator or "\t"
     found = labview.sections(lines, separator, path) if labview.is_lvm(lines) else None
     if found is None:
-        separator = _without_decimal_commas(lines, numbers, separator, path)
         block, tables = block_of(lines, separator, path)
+        if separator == "," and _is_decimal_comma(lines, numbers, block, path):
+            separator = ""
+            block, tables = block_of(lines, separator, path)
         head = head_of(lines, separator, block)
-        head = oscilloscope.beside(lines, separator, block) or head
+        signals = oscilloscope.beside(lines, separator, block)
+        if signals is not None:
+            head, lines = signals.head, [separator.join(split(line, separator)[signals.first :]) for line in lines]
+            block.width -= signals.first
+            block.letters = [row[signals.first :] for row in block.letters]
     else:
         block, head, tables = *found, 1
     notes = [*head.notes, *_notes(block, lines, numbers, tables)]
@@ -53,26 +66,41 @@ def read(raw: bytes, path: str) -> Table:
     if len(rows) < 2 and not any(head.heads):
         raise InputError(f"cannot read {path!r}: it is no table of numbers of two lines or more")
     first = block.letters[: max(1, len(block.letters) // 2)]
-    stamps = [c for c in range(block.width) if {row[c : c + 1] for row in first} in ({"t"}, {"t", "e"})]
-    return Table(path, head, [lines[k] for k in rows], [numbers[k] for k in rows], separator, block.width, stamps)
+    clocks = [c for c in range(block.width) if {row[c : c + 1] for row in first} in ({"t"}, {"t", "e"})]
+    own = [lines[k] for k in rows]
+    marks = _units_in_cells(own, separator, len(head.units))
+    head = head._replace(units=[unit or marks.get(c, "") for c, unit in enumerate(head.units)])
+    return Table(path, head, own, [numbers[k] for k in rows], separator, block.width, clocks, marks)
 
 
-def _without_decimal_commas(lines: Sequence[str], numbers: Sequence[int], separator: str, path: str) -> str:
-    """The separator; refused where commas part cells and are decimal signs as well."""
-    if separator != ",":
-        return separator
-    block, _ = block_of(lines, separator, path)
-    rows = [split(lines[k], separator) for k in block.rows[:_JUDGED]]
-    if any('"' in lines[k] for k in block.rows[:_JUDGED]):
-        return separator
-    if not all(is_missing(cell) or re.fullmatch(r"[-+\u2212]?\d+", cell) for row in rows for cell in row):
-        return separator
-    head = head_of(lines, separator, block)
+def _units_in_cells(lines: Sequence[str], separator: str, count: int) -> dict[int, str]:
+    """Units that stand behind the numbers of a column in every cell."""
+    rows = [split(line, separator) for line in lines[:_JUDGED]]
+    if not any(quantity(cell) for cell in rows[0]):
+        return {}
+    marks = {}
+    for c in range(count):
+        found = [quantity(row[c]) for row in rows if c < len(row) and not is_missing(row[c])]
+        units = {one[1] if one else "" for one in found}
+        if len(units) == 1 and units != {""}:
+            marks[c] = units.pop()
+    return marks
+
+
+def _is_decimal_comma(lines: Sequence[str], numbers: Sequence[int], block: Block, path: str) -> bool:
+    """Whether the commas of a table are decimal signs of its only column; refused where they part cells as well."""
+    judged = [lines[k] for k in block.rows[:_JUDGED]]
+    rows = [split(line, ",") for line in judged]
+    if any('"' in line for line in judged) or not all(
+        is_missing(cell) or re.fullmatch(r"[-+\u2212]?\d+", cell) for row in rows for cell in row
+    ):
+        return False
+    head = head_of(lines, ",", block)
     named = len([one for one in head.heads if one])
     zeros = sum(len(cell) > 1 and cell[0] == "0" for row in rows for cell in row[1:])
     above = [lines[k] for k in range(block.rows[0]) if lines[k].strip()]
     if block.width == 2 and ((above and named < 2 and "," not in above[-1]) or zeros):
-        return ""
+        return True
     if (named and named < block.width - 1) or (named != block.width and zeros > len(rows) // 10):
         names = f"the head names {counted(named, 'column')}, " if named else ""
         raise InputError(
@@ -80,7 +108,7 @@ def _without_decimal_commas(lines: Sequence[str], numbers: Sequence[int], separa
             "the cells and seem to be decimal signs as well, so that the cells cannot be told apart; write it with "
             "semicolons between the cells"
         )
-    return separator
+    return False
 
 
 def _notes(block: Block, lines: Sequence[str], numbers: Sequence[int], tables: int) -> list[str]:

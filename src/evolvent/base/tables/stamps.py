@@ -14,10 +14,12 @@ from evolvent.base.tables.cells import is_missing
 DAY = 86400.0
 #: A date, a time of day, or both; and the offset from universal time.
 _STAMP = re.compile(
-    r"(?:(?P<date>[\w.]+?[-/. ][\w]+[-/. ]\w+?)\.?)?"
+    r"(?:(?P<count>-?\d{1,5}) days? )?(?:(?P<date>[\w.]+?[-/. ][\w]+[-/. ]\w+?)\.?)?"
     r"(?:(?(date)(?: - |, ?|[T_ ]) ?)(?P<clock>\d{1,4}:\d{1,2}(?::\d{1,2})?(?:[.,:]\d+)?)(?P<half> ?[AaPp]\.?[Mm]\.?)?"
     r" ?(?P<zone>Z|UTC|GMT|[+-]\d\d:?\d\d)?)?"
 )
+#: A stamp without signs between its numbers, 20261128T100000.5.
+_BASIC = re.compile(r"(\d{4})(\d\d)(\d\d)T(\d\d)(\d\d)(\d\d.*)")
 _DATE = re.compile(r"(\d{4}|\d{1,2})[-/. ](\d{1,2}|[^\W\d_]{3,9})[-/. ](\d{4}|\d{1,2})")
 _CLOCK = re.compile(r"(\d{1,4}):(\d{1,2})(?::(\d{1,2}))?(?:([.,:])(\d+))?")
 _MONTHS = {
@@ -55,6 +57,8 @@ def cells_of(texts: Sequence[str]) -> Cells:
     forms: set[str] = set()
     half = has_date = has_clock = False
     for k, text in enumerate(texts):
+        basic = _BASIC.fullmatch(text)
+        text = "{}-{}-{}T{}:{}:{}".format(*basic.groups()) if basic else text
         found = _STAMP.fullmatch(text)
         if found is None or not (found["date"] or found["clock"]):
             if is_missing(text):
@@ -77,6 +81,7 @@ def cells_of(texts: Sequence[str]) -> Cells:
             if found["zone"] and found["zone"][0] in "+-":
                 hours, minutes = int(found["zone"][1:3]), int(found["zone"][-2:])
                 value -= (60.0 * hours + minutes) * (60.0 if found["zone"][0] == "+" else -60.0)
+            value += DAY * int(found["count"] or 0)
             clock[k], has_clock = value, True
             forms.add(form)
     return Cells(days if has_date else {}, clock if has_clock else None, frozenset(forms), half, -1)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from evolvent.base.tables.heads import Head
 from evolvent.base.tables.layout import rows_of
 
 #: Rows that are parted into cells at a time.
-_CHUNK = 16_384
+_CHUNK, _FIRST = 16_384, 1000
 
 
 class Table:
@@ -41,6 +41,7 @@ class Table:
         separator: str,
         width: int,
         stamps: Sequence[int] = (),
+        marks: Mapping[int, str] = MappingProxyType({}),
     ) -> None:
         self.path, self.rows = path, len(lines)
         self.heads = tuple(visible(one).strip() for one in head.heads)
@@ -49,11 +50,12 @@ class Table:
         self.rate, self.start = head.rate, head.start
         self.notes: list[str] = list(head.notes)
         self._lines, self._numbers, self._separator, self._width = lines, numbers, separator, width
-        self._stated = head.decimal
+        self._stated, self._marks = head.decimal, marks
         self.stamps = tuple(place for place in stamps if place < len(self.names))
         self._parsed: dict[int, np.ndarray] = {}
         self._clean: list[np.ndarray | None] | None = None
-        self._with_sign: list[bool] = []
+        self._usual = "."
+        self._signs: dict[int, bool] = {}
         self._decimals: dict[int, str] = {}
 
     def index(self, column: str | int, key: str = "column") -> int:
@@ -83,7 +85,10 @@ class Table:
     def words(self, column: str | int) -> list[str]:
         """Cells of a column as they stand."""
         place = self.index(column)
-        return [row[place].strip() for row in self._cells()]
+        found: list[str] = []
+        for begin in range(0, len(self._lines), _CHUNK):
+            found += [row[place].strip() for row in self._rows(self._lines[begin : begin + _CHUNK])]
+        return found
 
     def numbers(self, column: str | int) -> np.ndarray:
         """(rows,) values of a column, NaN where a cell is empty, "NaN", "NA" or "-".
@@ -96,7 +101,7 @@ class Table:
         place = self.index(column)
         if place not in self._parsed:
             values = self._fast()[place]
-            if values is None or not self._has_points(place):
+            if values is None or not self._is_sure(place):
                 values = self._slow(place)
             values.flags.writeable = False
             self._parsed[place] = values
@@ -109,6 +114,13 @@ class Table:
         except InputError:
             return False
 
+    def is_counter(self, column: str | int) -> bool:
+        """Whether a column numbers the rows: whole numbers, each by one above that of the row before."""
+        values = self._fast()[self.index(column)]
+        return (
+            values is not None and len(values) > 1 and bool(np.all(np.diff(values) == 1.0) and values[0] % 1.0 == 0.0)
+        )
+
     def is_empty(self, column: str | int) -> bool:
         """Whether no cell of a column holds anything."""
         values = self._fast()[self.index(column)]
@@ -118,52 +130,88 @@ class Table:
 
     def cell(self, column: str | int, row: int) -> str:
         """One cell as it stands."""
-        return self._padded(rows_of([self._lines[row]], self._separator)[0])[self.index(column)].strip()
+        return self._rows([self._lines[row]])[0][self.index(column)].strip()
 
     # -------------------------------------------------------------------------------------------- parsing
 
-    def _padded(self, row: list[str]) -> list[str]:
-        return row if len(row) >= self._width else row + [""] * (self._width - len(row))
-
-    def _chunks(self) -> Iterator[list[list[str]]]:
-        lines = iter(self._lines)
-        while chunk := list(itertools.islice(lines, _CHUNK)):
-            yield [self._padded(row) for row in rows_of(chunk, self._separator)]
-
-    def _cells(self) -> Iterator[list[str]]:
-        return itertools.chain.from_iterable(self._chunks())
+    def _rows(self, lines: Sequence[str]) -> list[list[str]]:
+        """Cells of lines, as many of each."""
+        rows = rows_of(lines, self._separator)
+        return [row if len(row) >= self._width else row + [""] * (self._width - len(row)) for row in rows]
 
     def _fast(self) -> list[np.ndarray | None]:
-        """Columns of numbers with decimal points; None of others, which are read cell by cell."""
+        """Columns of numbers with the usual decimal sign of the file; None of others, which are read cell by cell."""
         if self._clean is None:
+            self._usual = self._stated or self._first_sign()
             parts: list[list[np.ndarray] | None] = [[] for _ in self.names]
-            self._with_sign = [False] * len(self.names)
-            for chunk in self._chunks():
-                for place, column in enumerate(itertools.islice(zip(*chunk, strict=True), len(self.names))):
-                    self._with_sign[place] = self._with_sign[place] or any("." in cell for cell in column)
-                    known = parts[place]
+            whole: list[int] = []  # columns without empty cells, so far
+            begin = 0
+            while begin < len(self._lines):
+                chunk = self._lines[begin : begin + (_CHUNK if begin else _FIRST)]
+                begin += len(chunk)
+                found = self._loaded(chunk, [k for k in whole if parts[k] is not None])
+                left = [k for k, known in enumerate(parts) if known is not None and k not in found]
+                if left:
+                    columns = list(zip(*self._rows(chunk), strict=False))
+                    found |= {k: numbers_of.values(columns[k], self._usual) for k in left}
+                for k, values in found.items():
+                    known = parts[k]
                     if known is not None:
-                        values, wrong = numbers_of.points(column)
-                        parts[place] = None if wrong else [*known, values]
+                        parts[k] = None if values is None else [*known, values]
+                if begin == len(chunk):
+                    whole = [k for k, known in enumerate(parts) if known and not np.isnan(known[0]).any()]
             self._clean = [None if known is None else np.concatenate(known) for known in parts]
         return self._clean
 
-    def _has_points(self, place: int) -> bool:
-        """Whether a column that reads with decimal points cannot be meant otherwise: its points group no thousands."""
+    def _first_sign(self) -> str:
+        """The decimal sign that is tried first."""
+        lines = self._lines[:_FIRST]
+        return (
+            "," if self._separator != "," and any("," in x for x in lines) and not any("." in x for x in lines) else "."
+        )
+
+    def _loaded(self, lines: Sequence[str], places: list[int]) -> dict[int, np.ndarray | None]:
+        """Columns of numbers alone, read at once; none of them where one holds something else."""
+        if not places or not self._separator:
+            return {}
+        if self._usual == ",":
+            if any("." in line for line in lines):
+                return {}
+            lines = [line.replace(",", ".") for line in lines]
+        delimiter = None if self._separator == " " else self._separator
+        try:
+            found = np.loadtxt(lines, comments=None, delimiter=delimiter, quotechar='"', usecols=places, ndmin=2)
+        except ValueError:
+            return {}
+        return dict(zip(places, found.T.copy(), strict=True)) if len(found) == len(lines) else {}
+
+    def _has_sign(self, place: int) -> bool:
+        """Whether a column that is read at once holds the decimal sign."""
+        if place not in self._signs:
+            values = self._fast()[place]
+            assert values is not None
+            known = values[np.isfinite(values)]
+            self._signs[place] = bool(np.any(known != np.round(known))) or any(
+                self._usual in cell for cell in self.words(place + 1)
+            )
+        return self._signs[place]
+
+    def _is_sure(self, place: int) -> bool:
+        """Whether a column that is read at once can mean nothing else: its signs group no thousands."""
         values = self._fast()[place]
         if values is None:
             return False
-        if self._separator == "," or not self._with_sign[place]:
+        if self._usual == self._stated or (self._separator == "," and self._usual == "."):
             return True
         known = values[np.isfinite(values)]
         below = (np.abs(known) < 1.0) & (known != 0.0)
         with np.errstate(over="ignore", invalid="ignore"):
             finer = np.abs(known * 1e3 - np.round(known * 1e3)) > 1e-6 * np.maximum(1.0, np.abs(known) * 1e-3)
-        return bool(np.any(below | finer))
+        return bool(np.any(below | finer)) or not self._has_sign(place)
 
     def _slow(self, place: int) -> np.ndarray:
         """A column by its own texts."""
-        texts = self.words(place + 1)
+        texts = self._texts(place)
         decimal = self._decimal(place, texts)
         values, wrong = numbers_of.floats(texts, decimal)
         if wrong >= 0:
@@ -178,14 +226,16 @@ class Table:
                 f"cannot read {self.path!r}: line {self.line(wrong)} holds {text[:40]!r} in column "
                 f"{self.names[place]!r}, where a number must be"
             )
-        if decimal != "." or self._separator == ",":
-            group = next((cell for cell in texts if numbers_of.is_grouped(cell, decimal)), "")
-        else:
-            group = next((cell for cell in texts if "," in cell), "")
-        if group and numbers_of.is_number(group):
+        group = next((cell for cell in texts if numbers_of.is_grouped(cell, decimal)), "")
+        if group:
             shown = f"{numbers_of.number(group, decimal):.12g}"
             self._note(f"the cells of {self.names[place]!r} are grouped by thousands: {group!r} is {shown}")
         return values
+
+    def _texts(self, place: int) -> list[str]:
+        """Cells of a column without the unit that stands behind each."""
+        texts, mark = self.words(place + 1), self._marks.get(place, "")
+        return [cell.removesuffix(mark).rstrip() for cell in texts] if mark else texts
 
     def _note(self, sentence: str) -> None:
         if sentence not in self.notes:
@@ -194,7 +244,7 @@ class Table:
     def _own_decimal(self, place: int, texts: Sequence[str] | None = None) -> str:
         """The decimal signs that a column may have by its own cells: see `cells.readings`."""
         if place not in self._decimals:
-            texts = self.words(place + 1) if texts is None else texts
+            texts = self._texts(place) if texts is None else texts
             self._decimals[place] = numbers_of.readings(texts)
         return self._decimals[place]
 
@@ -224,8 +274,8 @@ class Table:
 
     def _vote(self, place: int) -> str:
         """The decimal sign that a column shows, or ''."""
-        if self._has_points(place):
-            return "." if self._with_sign[place] else ""
-        texts = self.words(place + 1)
+        if self._is_sure(place):
+            return self._usual if self._has_sign(place) else ""
+        texts = self._texts(place)
         found = self._own_decimal(place, texts)
         return found if len(found) == 1 and numbers_of.has_sign(texts) else ""

@@ -52,12 +52,24 @@ def time_of(table: Table) -> int | None:
         return bool(steps.size) and bool(np.all(steps > 0.0))
 
     found = words.find_time(table.names, table.units, rises)
-    if found is not None and table.is_empty(found + 1):
-        others = [k for k in words.time_columns(table.names, table.units) if not table.is_empty(k + 1)]
-        found = others[0] if others else None
+    if found is not None and not _varies(table, found):
+        others = [k for k in words.time_columns(table.names, table.units) if _varies(table, k)]
+        found = others[0] if others else None if table.is_empty(found + 1) else found
     if found is None and len(table.stamps) == 1:
         return table.stamps[0]
+    if found is not None and table.rate is not None and found not in table.stamps and not rises(found):
+        return None  # segments that begin at 0 each
     return found
+
+
+def _varies(table: Table, place: int) -> bool:
+    """Whether a column holds different values: one that does not is a start or a step."""
+    try:
+        values = table.numbers(place + 1)
+    except InputError:
+        return True
+    known = values[np.isfinite(values)]
+    return bool(known.size) and (table.rows == 1 or bool(np.any(known != known[0])))
 
 
 def seconds(table: Table, column: str | int | Sequence[str | int]) -> Times:
@@ -107,7 +119,9 @@ def _counted(table: Table, place: int, values: np.ndarray) -> Times:
             f"the time steps back in line {table.line(row)}, from {values[known[back[0]]]:.9g} to {values[row]:.9g}"
         )
     _check_fine(table, name, offset[known])
-    is_epoch = abs(first * factor) >= _EPOCH[0] or factor == stamps.DAY
+    is_epoch = _EPOCH[0] <= first * factor < _EPOCH[1] or factor == stamps.DAY
+    if is_epoch:
+        notes.append(f"the times count from the first row, which has {_cell(table, place, int(known[0]))}")
     return Times(offset * factor, 0.0 if is_epoch else first * factor, tuple(notes))
 
 
@@ -213,12 +227,11 @@ def _stamped(table: Table, places: list[int]) -> Times:
         found.append((place, cells))
     clock = next(((place, cells) for place, cells in found if cells.clock is not None), None)
     date = next((cells for _, cells in found if cells.days), None)
-    if date is None and clock is not None:
-        beside = words.find_date(table.names)
-        if beside is not None and beside not in places:
-            texts = table.words(beside + 1)
-            cells = stamps.cells_of(texts)
-            date = cells if cells.wrong < 0 and cells.days and cells.clock is None else None
+    beside = words.find_date(table.names) if date is None and clock is not None else None
+    if beside is not None:
+        cells = stamps.cells_of(table.words(beside + 1))
+        date = cells if cells.wrong < 0 and cells.days and cells.clock is None else None
+        beside = None if date is None else beside
     place = clock[0] if clock else found[0][0]
     name = table.names[place]
     notes: list[str] = []
@@ -231,7 +244,14 @@ def _stamped(table: Table, places: list[int]) -> Times:
     if back.size:
         notes.append(f"the time steps back in line {table.line(int(known[back[0] + 1]))}")
     _check_fine(table, name, offset[known])
-    return Times(offset - offset[known[0]], 0.0, tuple(notes))
+    row = int(known[0])
+    shown = " ".join(_cell(table, k, row) for k in ([] if beside is None else [beside]) + places)
+    notes.append(f"the times count from the first row, which has {shown}")
+    return Times(offset - offset[row], 0.0, tuple(notes))
+
+
+def _cell(table: Table, place: int, row: int) -> str:
+    return table.cell(place + 1, row)
 
 
 def _read(table: Table, place: int) -> stamps.Cells:

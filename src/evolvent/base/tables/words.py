@@ -11,6 +11,7 @@ from evolvent.base import units as texts
 TIME_NAMES = (
     "time", "t", "zeit", "temps", "tiempo", "tempo", "tid", "tijd", "czas", "čas", "aika", "время", "时间", "時間",
     "timestamp", "elapsed", "uhrzeit", "messzeit", "zeitstempel", "datetime", "clock", "x_value", "millis", "micros",
+    "laufzeit", "prüfzeit", "versuchszeit", "testzeit", "gesamtzeit",
     "seconds", "milliseconds", "microseconds", "sekunden", "millisekunden", "epoch", "utc",
 )  # fmt: skip
 #: Words for a date, which a column of clock times may stand beside.
@@ -19,8 +20,11 @@ DATE_NAMES = ("date", "datum", "fecha", "дата", "日期")
 _BESIDE = frozenset((
     "run", "latest", "series", "data", "set", "elapsed", "relative", "rel", "abs", "absolute", "system", "device",
     "local", "gmt", "since", "start", "sample", "stamp", "recorded", "measured", "measurement", "from", "of", "the",
-    "in", "and", "date", "datum", "unix", "epoch", "channel", "relativ", "x", "trial", "axis",
+    "in", "and", "date", "datum", "unix", "epoch", "channel", "ch", "relativ", "trial", "axis", "test", "total",
+    "running", "scan", "log", "recording", "default", "rate", "seit", "beginn", "received",
 ))  # fmt: skip
+#: Names of an axis, which is that of the time where its unit says so.
+AXES = ("x", "x-axis", "x axis", "x_axis", "abscissa", "source", "trace_x")
 #: Names of what the time's column itself is counted in.
 _OWN_UNITS = {"millis": "ms", "milliseconds": "ms", "millisekunden": "ms", "micros": "us", "microseconds": "us",
               "seconds": "s", "sekunden": "s"}  # fmt: skip
@@ -75,10 +79,11 @@ def _split(name: str) -> list[str]:
     low = re.sub(r"\s*\(\d+\)$", "", low)
     if low == "x_value":
         return [low]
-    return [word for word in re.split(r"[\W\d_]+", low) if word]
+    low = re.sub(r"\b(run|trial|set|series|channel|ch)[ _#]*\d+", r"\1", low)
+    return [word for word in re.split(r"[\W_]+", low) if word and not word.isdigit()]
 
 
-def _is_name(name: str) -> bool:
+def is_time(name: str) -> bool:
     """Whether a name is one of the time: a word for it, and none beside that it would be another quantity with."""
     if name.strip() in ("T", "Ts", "TS"):
         return False
@@ -92,7 +97,7 @@ def time_columns(names: Sequence[str], units: Sequence[str]) -> list[int]:
     return [
         k
         for k, (name, unit) in enumerate(zip(names, units, strict=True))
-        if _is_name(name) and (not unit or is_unit_of_time(unit) or is_form(unit))
+        if is_time(name) and (not unit or is_unit_of_time(unit) or is_form(unit))
     ]
 
 
@@ -111,6 +116,9 @@ def find_time(names: Sequence[str], units: Sequence[str], rises: Callable[[int],
     if found:
         stated = [k for k in found if units[k] and not is_form(units[k])]
         return (stated or found)[0]
+    axes = [k for k, name in enumerate(names) if name.lower() in AXES and is_unit_of_time(units[k])]
+    if axes:
+        return axes[0]
     if "T" in names and not {"Ts", "TS", "ts"} & set(names):
         place = list(names).index("T")
         if (not units[place] or is_unit_of_time(units[place])) and rises is not None and rises(place):

@@ -33,6 +33,7 @@ from evolvent.base.units.quantities import (
     unit_of as unit_of,
     units_as_written as units_as_written,
 )
+from evolvent.base.units.written import factor as factor, file_unit as file_unit
 
 _LENGTH: dict[str, Any] = {"what": "a length", "unit": "m", "example": "5 m"}
 _TIME: dict[str, Any] = {"what": "a time", "unit": "s", "example": "2.5 s"}

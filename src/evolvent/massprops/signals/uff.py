@@ -112,9 +112,16 @@ def _lines(raw: bytes, start: int, count: int) -> tuple[list[str], int]:
     found = []
     for _ in range(min(count, 100)):
         end = _line_end(raw, start)
-        found.append(raw[start:end].decode("latin-1").rstrip("\r"))
+        found.append(_decoded(raw[start:end]).rstrip("\r"))
         start = end + 1
     return found, start
+
+
+def _decoded(line: bytes) -> str:
+    try:
+        return line.decode("utf-8")
+    except UnicodeDecodeError:
+        return line.decode("latin-1")
 
 
 def _line_end(raw: bytes, start: int) -> int:
