@@ -64,7 +64,7 @@ def read(raw: bytes, name: str) -> tuple[Leaves, dict[str, str]]:
                 try:
                     pieces.append(machine.decompress(raw[at : min(at + _SLICE, last)]))
                 except zlib.error:
-                    break
+                    raise InputError(f"cannot read {name!r}: its array {reader.count + 1} is damaged") from None
                 declared += len(pieces[-1])
                 check_declared(declared, len(raw), name)
                 if machine.eof:
@@ -116,7 +116,7 @@ class _Reader:
             parts.append((own, element[first:last], element[first - 8 : last] if own == _MATRIX else b""))
             self.count += 1
             if not path and len(parts) == 3:
-                self.title = parts[2][1][:80].decode("latin-1")
+                self.title = parts[2][1][:80].decode("utf-8" if parts[2][0] == 16 else "latin-1", "replace")
         if place < end or len(parts) < 3 or parts[0][0] != 6 or len(parts[0][1]) != 8:
             raise _Damaged
         flags = int.from_bytes(parts[0][1][:4], self.order)
@@ -126,7 +126,7 @@ class _Reader:
             what = f"an object of the class {words[2]!r}" if class_ == _OPAQUE and len(words) > 2 else "a function"
             self.others[".".join(path) or (words or ["?"])[0]] = what
             return
-        if [own for own, _, _ in parts[1:3]] != [5, 1]:
+        if parts[1][0] not in (5, 6) or parts[2][0] not in _TEXTS:
             raise _Damaged
         shape = self._shape(parts[1][1])
         path = path or (self.title,)
@@ -172,7 +172,7 @@ class _Reader:
         coding = _TEXTS[own]
         if coding in ("utf-16", "utf-32"):
             coding += "-le" if self.order == "little" else "-be"
-        text = data.decode(coding)
+        text = data.decode(coding, "replace")
         rows = shape[0]
         return tuple(text[k::rows].rstrip(" \0") for k in range(rows))
 

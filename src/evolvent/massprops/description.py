@@ -36,7 +36,7 @@ class Sensor(Section):
     name: str | None = Field(None, description="in tables and figures; the column's unless given")
     point: Point | None = Field(None, description="its position on the body; not needed for a pendulum")
     direction: Annotated[Any, DirectionKey()] = Field("vertical", description="along which it is positive, level axes")
-    unit: str | None = Field(None, description="of the column, where file and signals.unit state none: mm, V, px, ...")
+    unit: str | None = Field(None, description="of the column: mm, V, px, ...; it overrules what the file states")
     sensitivity: Annotated[str, TextKey("a reading per quantity, such as '0.5 V/mm +- 0.2 %'")] | None = Field(
         None, description="the column is divided by it; a standard uncertainty may follow +-"
     )

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import re
 from typing import Any
 
 import numpy as np
 
 from evolvent.base import units
-from evolvent.base.errors import InputError, nearest
+from evolvent.base.errors import InputError
 from evolvent.massprops import description as schema
 from evolvent.massprops.signals import Signals, timebase
 from evolvent.massprops.times import check_rate, check_times, read_times
 from evolvent.massprops.uncertain import parts_of
 
-#: Words for the unit of a picture's points, which the units library does not take as it is.
-_PIXELS = ("px", "pixel", "pixels")
 #: Largest share of missing samples.
 MOST_MISSING = 0.5
 
@@ -73,14 +70,16 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     if len(set(names)) < len(names):
         raise InputError(f"signals.sensors have the names {', '.join(names)}; they must be different")
     data = np.column_stack([source.column(k + 1) for k in places])
-    if base.times is None:
+    notes += [note for note in source.notes if note not in notes]  # reading of a column adds to them
+    if base.time is None:
         assert base.rate is not None
         check_rate(base.rate, "signals.rate" if given.rate else f"the rate that {source.path!r} states")
         time = base.start + np.arange(len(data)) / base.rate
     else:
-        time, data = _at_times(base.factor * source.column(base.times + 1), data, given, notes)
+        time, data = _at_times(base.time, data, given, notes)
     time, data = _cut(time, data, given, notes)
     found = [converted(s, source.units[c], given, k) for k, (s, c) in enumerate(zip(sensors, places, strict=True))]
+    notes += [item.note for item in found if item.note]
     unit = found[0].unit
     factors = [item.factor * _ratio(item.unit, unit, names[k], names[0]) for k, item in enumerate(found)]
     data = data * np.array(factors)
@@ -183,30 +182,36 @@ class _Converted:
     unit: str
     std: float
     noise: float | None
+    note: str = ""
 
 
 def converted(sensor: schema.Sensor, found: str, given: schema.Signals, k: int) -> _Converted:
     """How the column of a sensor becomes a quantity; `found` : its unit by the file, '' where it states none."""
     key = f"signals.sensors.{k}"
-    unit = sensor.unit or found or given.unit
-    if sensor.unit and found:
-        _ratio(found, sensor.unit, f"the file's column {sensor.column!r}", f"{key}.unit", same=True)
+    note = ""
+    if sensor.unit:
+        unit = _unit(sensor.unit, f"{key}.unit")
+        if not _same(found, unit):
+            note = f"{sensor.column!r} is taken in {unit}, by {key}.unit, not in {found} as the file states"
+    else:
+        unit = _unit(found, f"the unit of the column {sensor.column!r}", f"; {key}.unit overrules the file")
+    if not unit and given.unit:
+        unit = _unit(given.unit, "signals.unit")
     if not unit:
         raise InputError(
             f"{key}: neither the file nor the description states the unit of {sensor.column!r}; "
             f"give signals.unit or {key}.unit, such as mm, m/s^2, V or px"
         )
-    _check_unit(unit, f"{key}.unit" if sensor.unit else "the unit")
     noise = None
     if sensor.noise is not None:
         noise = _value(sensor.noise, unit, f"{key}.noise", "0.1 " + unit)
         if noise <= 0.0:
             raise InputError(f"{key}.noise is {sensor.noise!r}; it must be above 0, or left out to be estimated")
     if sensor.sensitivity is None:
-        return _Converted(1.0, unit, 0.0, noise)
+        return _Converted(1.0, unit, 0.0, noise, note)
     value, std, per = _sensitivity(sensor.sensitivity, f"{key}.sensitivity")
     if not per:
-        return _Converted(1.0 / value, unit, std, noise)
+        return _Converted(1.0 / value, unit, std, noise, note)
     read = units.known(unit)
     factor = (1.0 / value * (read / units.known(per))).to_reduced_units()
     numerator = units.known(per.split("/")[0].strip() or "1")
@@ -216,7 +221,7 @@ def converted(sensor: schema.Sensor, found: str, given: schema.Signals, k: int) 
             f"{key}.sensitivity is {sensor.sensitivity!r}; the column {sensor.column!r} is in {unit}, so it must be in "
             f"{unit} per quantity, such as {unit}/mm"
         )
-    return _Converted(float(factor.magnitude), f"{factor.units:~}" or "1", std, noise)
+    return _Converted(float(factor.magnitude), f"{factor.units:~}" or "1", std, noise, note)
 
 
 def _sensitivity(text: str, key: str) -> tuple[float, float, str]:
@@ -227,8 +232,7 @@ def _sensitivity(text: str, key: str) -> tuple[float, float, str]:
     if match is None or len(tail) > 1 or float(match[1]) == 0.0:
         raise InputError(wrong)
     value, unit = float(match[1]), match[2].strip()
-    if unit:
-        _check_unit(unit, key)
+    unit = _unit(unit, key) if unit else ""
     if not tail:
         return value, 0.0, unit
     percent = tail[0].rstrip().endswith("%")
@@ -240,39 +244,37 @@ def _sensitivity(text: str, key: str) -> tuple[float, float, str]:
 
 
 def _value(text: str, unit: str, key: str, example: str) -> float:
-    if unit in _PIXELS:
-        text, unit = re.sub(r"(px|pixels?)$", "", text.strip()), ""
+    match = units.split(text)
     try:
+        if match and match[2]:
+            return float(match[1]) * units.factor(match[2], unit)
         return units.parse(text, unit)
     except units.UnitError as error:
         raise InputError(f"{key} is {text!r}; it must be a value such as {example!r}; {error}") from None
 
 
-def _check_unit(unit: str, key: str) -> None:
-    if unit in _PIXELS:
-        return
+def _unit(text: str, key: str, more: str = "") -> str:
+    """A unit in the spelling of case files; `key` names where it stands."""
     try:
-        units.known(unit)
-    except units.UnitError:
-        guess = nearest(unit, ("m", "mm", "um", "m/s", "m/s^2", "mm/s", "rad", "deg", "rad/s", "V", "mV", "g_0", "px"))
-        raise InputError(f"{key} is {unit!r}, not a known unit; {guess}") from None
+        return units.file_unit(text)
+    except units.UnitError as error:
+        raise InputError(f"{key}: {error}{more}") from None
 
 
-def _ratio(unit: str, wanted: str, one: str, other: str, *, same: bool = False) -> float:
-    """Factor from `unit` to `wanted`; refused where they are of different kinds, or with `same` not equal."""
-    if unit == wanted or (unit in _PIXELS and wanted in _PIXELS):
-        return 1.0
+def _same(found: str, unit: str) -> bool:
+    """Whether a file states the unit that it is read in, or none."""
     try:
-        ratio = units.parse(f"1 {unit}", wanted)
+        return not units.file_unit(found) or units.factor(found, unit) == 1.0
     except units.UnitError:
-        ratio = np.nan
-    if np.isnan(ratio) or (same and abs(ratio - 1.0) > 1e-12):
-        raise InputError(
-            f"{one} is in {unit}, {other} in {wanted}; they must be of one kind"
-            if not same
-            else f"{one} states the unit {unit}, but {other} is {wanted}; leave one of them out"
-        )
-    return float(ratio)
+        return False
+
+
+def _ratio(unit: str, wanted: str, one: str, other: str) -> float:
+    """Factor from `unit` to `wanted`; refused where they are of different kinds."""
+    try:
+        return 1.0 if unit == wanted else units.factor(unit, wanted)
+    except units.UnitError:
+        raise InputError(f"{one} is in {unit}, {other} in {wanted}; they must be of one kind") from None
 
 
 def _noise(converted: list[_Converted], factors: list[float], names: tuple[str, ...]) -> np.ndarray | None:

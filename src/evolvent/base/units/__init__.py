@@ -15,6 +15,7 @@ from evolvent.base.units.parsing import (
     base_exponents as base_exponents,
     head_and_unit as head_and_unit,
     is_list as is_list,
+    is_unit as is_unit,
     known as known,
     parse as parse,
     split as split,
@@ -32,6 +33,7 @@ from evolvent.base.units.quantities import (
     unit_of as unit_of,
     units_as_written as units_as_written,
 )
+from evolvent.base.units.written import factor as factor, file_unit as file_unit
 
 _LENGTH: dict[str, Any] = {"what": "a length", "unit": "m", "example": "5 m"}
 _TIME: dict[str, Any] = {"what": "a time", "unit": "s", "example": "2.5 s"}

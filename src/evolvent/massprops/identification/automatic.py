@@ -72,8 +72,8 @@ def identify(
     ------
     InputError
         One sentence, for data that hold no answer: lengths that differ, times that do not rise, a rate below twice the
-        band's upper end, a sensor that is empty, constant, clipped, complex or the copy of another, an order that the samples
-        do not allow, a fit that does not converge or whose equations are singular, no mode above the noise.
+        band's upper end, a sensor that is empty, constant, clipped, complex or the copy of another, an order that the
+        samples do not allow, a fit that does not converge or whose equations are singular, no mode above the noise.
 
     Examples
     --------

@@ -192,7 +192,7 @@ def _sensors(given: OnSprings, planned: Planned) -> tuple[Array, Array]:
         if sensor.unit or given.signals.unit or sensor.sensitivity:
             found = converted(sensor, "", given.signals, k)
             try:
-                length = units.parse(f"1 {found.unit}", "m")
+                length = units.factor(found.unit, "m")
             except units.UnitError:
                 raise InputError(f"{key} reads {found.unit}; a plan takes sensors of displacement") from None
             own = None if found.noise is None else found.noise * abs(found.factor) * length

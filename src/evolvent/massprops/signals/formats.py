@@ -3,28 +3,33 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 import hashlib
 import io
 import os
 import re
 import warnings
-from collections.abc import Callable, Iterable
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from evolvent.base import mat_file, safe_open
 from evolvent.base.errors import EvolventError, InputError, visible
-from evolvent.massprops.signals import hdf5, tdms, trees, uff
-from evolvent.massprops.signals.recording import Column, Signals, column, distinct
-from evolvent.massprops.signals.text import Words, read_text
+from evolvent.base.tables import distinct
+from evolvent.massprops.signals import hdf5, tdms, text, trees, uff
+from evolvent.massprops.signals.recording import Column, Signals, column
 
+_HDF5 = b"\x89HDF\r\n\x1a\n"
 FORMATS = "CSV, TSV, TDMS, UFF 58, MAT, HDF5, WAV, and runs of evolvent"
 
 
-#: Columns of a file, and names of what else it holds -> why that is no column.
-Content = tuple[list[Column], dict[str, str]]
+class Content(NamedTuple):
+    """Columns of a file, names of what else it holds -> why that is no column, and notes on all of it."""
+
+    columns: list[Column]
+    left: Mapping[str, str] = MappingProxyType({})
+    notes: Sequence[str] = ()
 
 
 def read(path: str | os.PathLike[str], variables: Iterable[str] = ()) -> Signals:
@@ -49,7 +54,7 @@ def read(path: str | os.PathLike[str], variables: Iterable[str] = ()) -> Signals
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            columns, left = _run(name, variables) if format_ == "run" else reader(name, raw)
+            content = _run(name, variables) if format_ == "run" else reader(name, raw)
     except EvolventError:
         raise
     except ImportError as error:
@@ -58,10 +63,10 @@ def read(path: str | os.PathLike[str], variables: Iterable[str] = ()) -> Signals
         ) from None
     except Exception:  # noqa: BLE001  (the libraries raise many kinds of errors on a damaged file)
         raise InputError(f"cannot read {name!r}: it begins like a {format_} file, but is damaged") from None
-    columns = [one for one in columns if one.size]
+    columns = [one for one in content.columns if one.size]
     names = distinct(visible(one.name) for one in columns)
     if not names:
-        others = "".join(f"; {key!r} is none: {why}" for key, why in list(left.items())[:1])
+        others = "".join(f"; {key!r} is none: {why}" for key, why in list(content.left.items())[:1])
         raise InputError(f"cannot read {name!r}: this {format_} file holds no signal{others}")
     for one in columns:
         if one.rate is not None and not 0.0 < one.rate < np.inf:
@@ -75,7 +80,8 @@ def read(path: str | os.PathLike[str], variables: Iterable[str] = ()) -> Signals
         path=name,
         format=format_,
         sha256=hashlib.sha256(raw).hexdigest(),
-        left_out={visible(key): visible(why) for key, why in left.items()},
+        notes=content.notes,
+        left_out={visible(key): visible(why) for key, why in content.left.items()},
     )
 
 
@@ -93,11 +99,11 @@ def _reader(raw: bytes, name: str) -> tuple[str, Callable[[str, bytes], Content]
         return "TDMS", _tdms
     if raw.startswith((b"RIFF", b"RIFX")) and raw[8:12] == b"WAVE":
         return "WAV", _wav
-    if raw.startswith(b"\x89HDF\r\n\x1a\n"):
+    if raw.startswith(_HDF5):
         return ("run" if name.endswith(".nc") else "HDF5"), _hdf5
-    if raw.startswith(b"MATLAB 7.3"):
+    if _is_mat_7_3(raw):
         return "MAT", _hdf5
-    if raw.startswith(b"MATLAB 5") or name.lower().endswith(".mat"):
+    if raw.startswith(b"MATLAB") or name.lower().endswith(".mat"):
         return "MAT", _mat
     if uff.begins(raw):
         return "UFF 58", _uff
@@ -107,31 +113,21 @@ def _reader(raw: bytes, name: str) -> tuple[str, Callable[[str, bytes], Content]
     return "CSV", _text
 
 
+def _is_mat_7_3(raw: bytes) -> bool:
+    """Whether a file is HDF5 behind the head of MATLAB."""
+    return raw.startswith(b"MATLAB") and raw[512:520] == _HDF5
+
+
 def _text(name: str, raw: bytes) -> Content:
-    columns, units, _, words = read_text(raw, name)
-    left = {}
-    found = [column(key, values, units[key]) for key, values in columns.items()]
-    for key, one in words.items():
-        if one.numbers:
-            found.append(Column(key, one.rows, functools.partial(_refuse, name, key, one), units[key]))
-        else:
-            left[key] = "no cell holds a number"
-    return found, left
-
-
-def _refuse(name: str, key: str, words: Words) -> np.ndarray:
-    raise InputError(
-        f"the column {key!r} of {name!r} is no signal: {words}; correct it, or name the columns that are signals under "
-        "signals.sensors"
-    )
+    return Content(*text.read(raw, name))
 
 
 def _tdms(name: str, raw: bytes) -> Content:
-    return tdms.read(raw)
+    return Content(*tdms.read(raw))
 
 
 def _uff(name: str, raw: bytes) -> Content:
-    return uff.read(raw, name)
+    return Content(*uff.read(raw, name))
 
 
 def _wav(name: str, raw: bytes) -> Content:
@@ -147,7 +143,7 @@ def _wav(name: str, raw: bytes) -> Content:
     if data.dtype.kind in "iu":
         values /= 128.0 if data.dtype.kind == "u" else -float(np.iinfo(data.dtype).min)
     notes = ("the samples of a WAV file are parts of full scale",)
-    return [column(f"channel {c + 1}", x, rate=float(rate), notes=notes) for c, x in enumerate(values.T)], {}
+    return Content([column(f"channel {c + 1}", x, rate=float(rate), notes=notes) for c, x in enumerate(values.T)])
 
 
 def _mat(name: str, raw: bytes) -> Content:
@@ -155,7 +151,7 @@ def _mat(name: str, raw: bytes) -> Content:
         leaves, others = mat_file.read(raw, name)
     else:
         leaves, others = _mat_4(raw), {}
-    return trees.columns(trees.Tree(leaves, others, {}, "."), name)
+    return Content(*trees.columns(trees.Tree(leaves, others, {}, "."), name))
 
 
 def _mat_4(raw: bytes) -> dict[tuple[str, ...], np.ndarray | tuple[str, ...]]:
@@ -166,8 +162,8 @@ def _mat_4(raw: bytes) -> dict[tuple[str, ...], np.ndarray | tuple[str, ...]]:
 
 
 def _hdf5(name: str, raw: bytes) -> Content:
-    tree = hdf5.read(raw, name, of_matlab=raw.startswith(b"MATLAB 7.3"))
-    return trees.columns(tree, name)
+    tree = hdf5.read(raw, name, of_matlab=_is_mat_7_3(raw))
+    return Content(*trees.columns(tree, name))
 
 
 def _run(name: str, wanted: Iterable[str]) -> Content:
@@ -198,7 +194,7 @@ def _run(name: str, wanted: Iterable[str]) -> Content:
             f"{name!r} is a run of {run.attrs['system']}, which has no sensors; name the variables that they read with "
             f"--variables or in signals.sensors, such as {_example(run)}"
         )
-    return [column(key, x, units[key], times="" if key == "time" else "time") for key, x in columns.items()], {}
+    return Content([column(key, x, units[key], times="" if key == "time" else "time") for key, x in columns.items()])
 
 
 def _example(run: Any) -> str:

@@ -2,33 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from evolvent.base.errors import InputError, counted, nearest, visible
 
-#: What is said of times without a unit.
-NO_UNIT = "the time states no unit: taken in s"
 #: Names that a sentence lists at most.
 _LISTED = 8
-
-
-def distinct(names: Iterable[str]) -> list[str]:
-    """Names, a number behind those that stand twice, and behind "column" in place of an empty one."""
-    taken: set[str] = set()
-    last: dict[str, int] = {}
-    found: list[str] = []
-    for name in names:
-        name = name.strip() or f"column {len(found) + 1}"
-        fresh = name
-        while fresh in taken:
-            last[name] = last.get(name, 1) + 1
-            fresh = f"{name} ({last[name]})"
-        taken.add(fresh)
-        found.append(fresh)
-    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +60,7 @@ class Signals:
     format : "CSV", "TDMS", "UFF 58", "MAT", "HDF5", "WAV" or "run"
     sha256 : of the file's bytes, hexadecimal
     left_out : names that the file has beside these -> why they are no columns of numbers
+    notes : sentences on the file, to which reading of a column may add
     """
 
     columns: tuple[Column, ...]
@@ -85,6 +68,7 @@ class Signals:
     format: str
     sha256: str
     left_out: Mapping[str, str] = field(default_factory=dict)
+    notes: Sequence[str] = ()
 
     @classmethod
     def of(

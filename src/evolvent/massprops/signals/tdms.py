@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base import units
-from evolvent.massprops.signals.recording import Column, distinct
+from evolvent.base.tables import distinct, words
+from evolvent.massprops.signals.recording import Column
 
 #: Properties that hold a channel's unit, and names that say nothing.
 _UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit", "units")
@@ -61,24 +61,17 @@ def _own_name(channel: Any) -> str:
 def _frequency(channel: Any) -> str:
     """Why a channel is no function of time, '' where nothing says so."""
     unit = _step_unit(channel)
-    return f"it is a function in steps of {unit}, not of time" if unit and _seconds(unit) is None else ""
+    return f"it is a function in steps of {unit}, not of time" if unit and words.factor(unit) is None else ""
 
 
 def _step_unit(channel: Any) -> str:
     return str(channel.properties.get("wf_xunit_string", "")).strip()
 
 
-def _seconds(unit: str) -> float | None:
-    try:
-        return units.parse(f"1 {unit or 's'}", "s")
-    except units.UnitError:
-        return None
-
-
 def _column(name: str, channel: Any, first: Any, notes: tuple[str, ...]) -> Column:
     """A channel of numbers; `first` : the earliest start of all channels."""
     properties = channel.properties
-    factor = _seconds(_step_unit(channel)) or 1.0
+    factor = words.factor(_step_unit(channel)) or 1.0
     step = float(properties.get("wf_increment") or 0.0) * factor
     start = float(properties.get("wf_start_offset") or 0.0) * factor
     if "wf_start_time" in properties:

@@ -6,16 +6,16 @@ import dataclasses
 import functools
 import re
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from evolvent.base import units
+from evolvent.base import tables, units
 from evolvent.base.errors import InputError, counted
-from evolvent.massprops.signals.recording import NO_UNIT, Column, Signals
+from evolvent.base.tables import words
+from evolvent.massprops.signals.recording import Column, Signals
 from evolvent.massprops.times import instead_of
 
-#: Names that a column of times goes by.
-TIMES = ("time", "t", "zeit", "temps", "tiempo", "время")
 #: Names of columns that count samples or cycles.
 _COUNTERS = (
     "sample",
@@ -39,12 +39,11 @@ RATE = 1e-3
 FEWEST = 8
 #: Units that a time without one may have, in s.
 _OTHER_UNITS = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
-_NAME_AND_UNIT = re.compile(r"(.*[^\W_])(?:_|\s*/\s*|\s+in\s+)(s|sec|ms|us|ns|min|h)", re.IGNORECASE)
 #: Columns that a sentence names at most.
 _LISTED = 6
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclasses.dataclass(frozen=True, eq=False)
 class Base:
     """Columns of one time base.
 
@@ -53,23 +52,22 @@ class Base:
     columns : indices of the columns
     rate : Hz, None where the times of a column stand for it
     start : s, the file's time of the first sample, where a rate stands
-    times : index of the column of times, None where a rate stands
-    factor : of these times, to be in s
+    time : (N,) s, the times of a column, None where a rate stands
+    times : index of that column
     notes : sentences on what was taken, and on what was left out
     """
 
     columns: tuple[int, ...]
     rate: float | None
-    start: float
-    times: int | None
-    factor: float
-    notes: tuple[str, ...]
+    start: float = 0.0
+    time: np.ndarray | None = None
+    times: int | None = None
+    notes: tuple[str, ...] = ()
 
 
 def is_named_time(name: str) -> bool:
     """Whether a column's name says that it holds times."""
-    words = re.split(r"[\W_\d]+", _NAME_AND_UNIT.sub(r"\1", name.strip()).lower())
-    return any(word in TIMES and (len(word) > 1 or len(words) <= 2) for word in words)
+    return bool(tables.time_columns([units.head_and_unit(name)[0]], [""]))
 
 
 def choose(
@@ -99,7 +97,7 @@ def times(source: Signals) -> tuple[int, ...]:
 
 def in_seconds(source: Signals, k: int) -> np.ndarray:
     """Times of a column, s; of one whose unit is no unit of time as they are."""
-    return source.column(k + 1) * (seconds(_unit(source.columns[k])) or 1.0)
+    return source.column(k + 1) * (words.factor(_unit(source.columns[k])) or 1.0)
 
 
 class _Choice:
@@ -111,29 +109,39 @@ class _Choice:
         stated = {one.times for one in source.columns if one.times}
         self.stated = {k for k, one in enumerate(source.columns) if one.name in stated}
         named = [k for k in range(len(source.columns)) if k not in self.stated and self._is_time(k)]
-        self.times = sorted({*self.stated, *named}, key=self._strength)
+        self.times = sorted({*self.stated, *named}, key=self._order)
 
     # -------------------------------------------------------------------------------------------- times
 
     def _name(self, k: int) -> str:
         return self.source.columns[k].name
 
-    def _strength(self, k: int) -> tuple[int, int]:
-        lowered = self._name(k).rpartition("/")[2].rpartition(".")[2].lower()
-        return (TIMES.index(lowered) if lowered in TIMES else len(TIMES), k)
+    def _order(self, k: int) -> tuple[bool, bool, bool, int]:
+        """The column of times that the file states first, then those with the name of a time, and with a unit."""
+        one = self.source.columns[k]
+        return (k not in self.stated, not is_named_time(_last(one)), not _unit(one), k)
 
     def _is_time(self, k: int) -> bool:
-        """Whether a column holds times, by its name or unit; where the file states a rate, only where it rises."""
+        """Whether a column holds times: by its name, or where it rises evenly by its unit or a part of its name."""
         one = self.source.columns[k]
+        name, unit = _last(one), _unit(one)
         if k == self.given:
             return True
-        if one.name.lower() in TIMES and one.rate is None and self.rate is None:
-            return one.unit == "" or seconds(one.unit) is not None
-        unit = _unit(one)
-        named = is_named_time(one.name) and (unit == "" or seconds(unit) is not None)
-        if not (named or (unit and seconds(unit))) or not self._rises(k):
+        if unit and words.factor(unit) is None and not words.is_form(unit):
             return False
-        return bool(unit) or len(one.name) > 1 or self._is_even(k)
+        named = is_named_time(name)
+        if named and one.rate is None and self.rate is None:
+            return True
+        if not self._rises(k):
+            return False
+        if named:
+            return bool(unit) or len(name) > 1 or self._is_even(k)
+        if name == "T" and self.rate is None and one.rate is None:
+            return (
+                tables.find_time([_last(other) for other in self.source.columns], self.source.units, self._rises) == k
+            )
+        parts = re.split(r"[\W\d_]+", name.lower())
+        return (bool(unit) or any(part in tables.TIME_NAMES for part in parts)) and self._is_even(k)
 
     def _is_even(self, k: int) -> bool:
         """Whether a column rises by about the same at each sample, as no temperature T does."""
@@ -157,13 +165,25 @@ class _Choice:
         one = self.source.columns[k]
         own = [t for t in self.times if self.source.columns[t].size == one.size and t != k]
 
-        def nearness(t: int) -> tuple[int, int, int]:
+        def nearness(t: int) -> tuple[int, int]:
             other = self.source.columns[t]
             shared = next((n for n in range(len(one.group), 0, -1) if one.group[:n] == other.group[:n]), 0)
-            alike = self._name(t).endswith(self._name(k)) or self._name(t).startswith(self._name(k))
-            return (-shared, -int(alike), own.index(t))
+            return (-shared, own.index(t))
 
-        return min(own, key=nearness, default=None)
+        best = min(own, key=nearness, default=None)
+        alike = [t for t in own if best is not None and self._kind(t) == self._kind(best)]
+        if len(alike) < 2:
+            return best
+        digits = re.findall(r"\d+", _last(one))
+        numbered = [t for t in alike if digits and re.findall(r"\d+", _last(self.source.columns[t])) == digits]
+        between = any(n not in self.times for n in range(min(alike), max(alike)))
+        before = [t for t in sorted(alike) if t < k] if between else []
+        return (*numbered, *before[-1:], best)[0]
+
+    def _kind(self, k: int) -> tuple[tuple[str, ...], str]:
+        """What columns of times that belong to others each have in common: group, and name without numbers."""
+        one = self.source.columns[k]
+        return one.group, re.sub(r"\d+", "", _last(one))
 
     def _base(self, k: int) -> Base:
         """The times of one column."""
@@ -192,15 +212,12 @@ class _Choice:
                 f"{one.name!r} of {self.source.path!r} has {one.size} times for {size} samples of {self._name(k)!r}; "
                 "give signals.rate, or the column of its times as signals.time"
             )
-        unit = _unit(one)
-        factor = seconds(unit)
-        if factor is None:
-            raise InputError(f"the column {one.name!r} has the unit {unit!r}; a time is in s, ms, min")
-        notes = () if unit else (NO_UNIT,)
-        if rate is not None and self._rises(times) and abs(self._own_rate(times) / factor / rate - 1.0) > RATE:
-            own = self._own_rate(times) / factor
+        found = tables.seconds(_Vector(self.source.path, one, self.samples(times + 1)).as_table(), 1)
+        time, notes = found.start + found.seconds, (*one.notes, *found.notes)
+        own = (size - 1) / float(time[-1] - time[0]) if time[-1] > time[0] else 0.0
+        if rate is not None and own and abs(own / rate - 1.0) > RATE:
             notes = (*notes, f"the file states a rate of {rate:.6g} Hz, its column {one.name!r} has {own:.6g} Hz")
-        return Base((k,), None, 0.0, times, factor, notes)
+        return Base((k,), None, time=time, times=times, notes=notes)
 
     def _by_rate(self, k: int, rate: float, near: int | None, what: str) -> Base:
         """Samples at even times; the file's own rate and times, where it has them, must agree."""
@@ -212,13 +229,15 @@ class _Choice:
         if near is not None and self._rises(near):
             other, own = self.source.columns[near], self._own_rate(near)
             unit = _unit(other)
-            factor = seconds(unit) or 1.0
+            factor = words.factor(unit) or 1.0
             if not unit and abs(own / rate - 1.0) > RATE:
                 fits = {u: f for u, f in _OTHER_UNITS.items() if abs(own / f / rate - 1.0) <= RATE}
                 if fits:
                     unit, factor = next(iter(fits.items()))
                     notes = (f"the column {other.name!r} states no unit; by {what} it is in {unit}",)
-            if abs(own / factor / rate - 1.0) <= RATE:
+            if not unit and forced and self._counts(near):
+                notes = (f"the column {other.name!r} counts samples: signals.rate was taken",)
+            elif abs(own / factor / rate - 1.0) <= RATE:
                 start = float(self.samples(near + 1)[0]) * factor
                 notes = (*notes, *self.unexplained(near, factor, rate, what))
             elif forced:
@@ -228,7 +247,7 @@ class _Choice:
                     f"{self.source.path!r} states a rate of {rate:.6g} Hz, but by its column {other.name!r} it has "
                     f"{own / factor:.6g} Hz; give signals.rate, or signals.time"
                 )
-        return Base((k,), rate, start, None, 1.0, notes)
+        return Base((k,), rate, start, notes=notes)
 
     def _unexplained(self, times: int, factor: float, rate: float, what: str) -> tuple[str, ...]:
         return instead_of(factor * self.samples(times + 1), rate, f"the column {self._name(times)!r}", what)
@@ -314,10 +333,7 @@ class _Choice:
         if one.rate is not None and other.rate is not None:
             same = abs(one.rate / other.rate - 1.0) <= 1e-9
             return same and abs(one.start - other.start) * one.rate <= 1e-3
-        assert one.times is not None
-        assert other.times is not None
-        first, second = (base.factor * self.samples(base.times + 1) for base in (one, other) if base.times is not None)
-        return one.times == other.times or bool(np.array_equal(first, second))
+        return np.array_equal(one.time, other.time, equal_nan=True)  # type: ignore[arg-type]
 
     def _told(self, base: Base) -> str:
         names = [self._name(k) for k in base.columns]
@@ -330,15 +346,45 @@ class _Choice:
         return f"{listed} at {base.rate:.6g} Hz{start} with {size} samples"
 
 
+def _last(one: Column) -> str:
+    """The name of a column without those of its groups."""
+    return (one.path or one.name)[sum(len(name) + 1 for name in one.group) :]
+
+
 def _unit(one: Column) -> str:
     """Unit of a column of times: that which the file states, or behind its name, as in time_ms."""
-    match = _NAME_AND_UNIT.fullmatch(one.name)
-    return one.unit or (match[2].lower() if match and is_named_time(match[1]) else "")
+    return one.unit or units.head_and_unit(_last(one))[1] or words.own_unit(_last(one))
 
 
-def seconds(unit: str) -> float | None:
-    """What times in a unit are multiplied by; None where it is no unit of time."""
-    try:
-        return units.parse(f"1 {unit or 's'}", "s")
-    except units.UnitError:
-        return None
+@dataclasses.dataclass(frozen=True, eq=False)
+class _Vector:
+    """A column of any file as what `tables.seconds` takes."""
+
+    path: str
+    column: Column
+    values: np.ndarray
+    stamps: tuple[int, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return (self.column.name,)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        return (_unit(self.column),)
+
+    def index(self, column: Any) -> int:
+        return 0
+
+    def numbers(self, column: Any) -> np.ndarray:
+        return self.values
+
+    def words(self, column: Any) -> list[str]:
+        return [repr(float(value)) for value in self.values]
+
+    def line(self, row: int) -> int:
+        return row + 1
+
+    def as_table(self) -> Any:
+        """Itself, typed as a table."""
+        return self

@@ -12,8 +12,9 @@ import numpy as np
 
 from evolvent.base import units
 from evolvent.base.errors import InputError
-from evolvent.massprops.signals.recording import Column, column, distinct
-from evolvent.massprops.signals.timebase import is_named_time, seconds
+from evolvent.base.tables import distinct, words
+from evolvent.massprops.signals.recording import Column, column
+from evolvent.massprops.signals.timebase import is_named_time
 
 Path = tuple[str, ...]
 
@@ -131,7 +132,7 @@ class _Reading:
         found = {}
         for axis, scale in self.tree.scales.get(path, {}).items():
             unit = _text(self.tree.leaves.get((*scale, "units"))).partition(" since ")[0]
-            if is_named_time(scale[-1]) or (unit and seconds(unit) is not None):
+            if is_named_time(scale[-1]) or (unit and words.factor(unit) is not None):
                 found[axis] = scale
         return found
 

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base import units
 from evolvent.base.errors import InputError, visible
-from evolvent.massprops.signals.recording import NO_UNIT, Column, column, distinct
+from evolvent.base.tables import NO_UNIT, distinct, words
+from evolvent.massprops.signals.recording import Column, column
 
 #: A line that begins or ends a data set.
 _END = re.compile(rb"^[ \t]*-1[ \t\r]*$", re.MULTILINE)
@@ -112,9 +112,16 @@ def _lines(raw: bytes, start: int, count: int) -> tuple[list[str], int]:
     found = []
     for _ in range(min(count, 100)):
         end = _line_end(raw, start)
-        found.append(raw[start:end].decode("latin-1").rstrip("\r"))
+        found.append(_decoded(raw[start:end]).rstrip("\r"))
         start = end + 1
     return found, start
+
+
+def _decoded(line: bytes) -> str:
+    try:
+        return line.decode("utf-8")
+    except UnicodeDecodeError:
+        return line.decode("latin-1")
 
 
 def _line_end(raw: bytes, start: int) -> int:
@@ -218,11 +225,9 @@ def _second(kind: int, unit: str) -> tuple[str, float, tuple[str, ...]]:
     """Why an abscissa is no time, or its unit in s; and a note where the file leaves it open."""
     if kind == _FREQUENCY:
         return "it is a function of frequency, not of time", 1.0, ()
-    for word in (unit, unit.lower()):
-        try:
-            return "", units.parse(f"1 {word}", "s") if word else 1.0, () if word else (NO_UNIT,)
-        except units.UnitError:
-            continue
+    factor = words.factor(unit) or words.factor(unit.lower())
+    if factor is not None or not unit:
+        return "", factor or 1.0, () if unit else (NO_UNIT,)
     if kind == _TIME:
         return "", 1.0, (f"the time has the unit {visible(unit)!r}, which is unknown: taken in s",)
     return f"its abscissa is in {unit!r}, which is no time", 1.0, ()
