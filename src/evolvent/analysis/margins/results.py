@@ -296,7 +296,8 @@ class MarginResults:
         import xarray as xr
 
         root = xr.Dataset(attrs={
-            "title": self.title or "margins by evolvent", "source": f"evolvent {__version__}", "factors": self.label, "revision": self.standard.revision,
+            "title": self.title or "margins by evolvent", "source": f"evolvent {__version__}",
+            "factors": self.label, "revision": self.standard.revision,
             "others": self.keys.others, "case": self.case, "least_margin": self.least,
         })  # fmt: skip
         tree = {"/": root}
