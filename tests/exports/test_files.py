@@ -30,7 +30,7 @@ def motion(run):
 
 
 def grid(path):
-    """Arrays of a .vtp file by name: after the first underscore, each with its header and compressed by zlib, in order."""
+    """Arrays of a .vtp file by name: after the first underscore, each with a header and compressed by zlib."""
     head, _, rest = path.read_bytes().partition(b"<AppendedData")
     data = rest.partition(b"_")[2]
     root = ElementTree.fromstring(head.decode() + "</VTKFile>")

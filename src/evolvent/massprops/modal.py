@@ -9,13 +9,12 @@ import numpy as np
 from evolvent.base.errors import InputError
 from evolvent.massprops.description import Signalling
 from evolvent.massprops.identification import Modes, identify
+from evolvent.massprops.identification.noise_density import density
 from evolvent.massprops.identification.orders import WHITE, whiteness
-from evolvent.massprops.identification.signals import power, read_signal
+from evolvent.massprops.identification.signals import read_signal
 from evolvent.massprops.identification.swings import Kind
 from evolvent.massprops.recordings import Reading
 
-#: Lines of the residual's spectrum on each side of a mode that show the noise there.
-NEAR = 12
 #: A mode this near to half the sampling rate may be a faster one seen through too few samples.
 EDGE = 0.9
 #: Share of a signal's square in a straight line above which it drifts.
@@ -188,15 +187,9 @@ def _widening(reading: Reading, modes: Modes) -> tuple[float, np.ndarray]:
     p = whiteness(signal, modes.residual, modes.noise)
     if p >= WHITE:
         return p, np.ones(modes.order)
-    lines = power(modes.residual, signal.cells) / (signal.counts * modes.noise**2)
-    step = 2.0 * np.pi / (signal.extent * signal.step)
     weight = (modes.amplitude / modes.noise) ** 2
-    factors = []
-    for k, w in enumerate(modes.frequency):
-        place = round(float(w) / step)
-        near = lines[max(1, place - NEAR) : place + NEAR + 1].mean(axis=0)
-        factors.append(np.sqrt(max(1.0, float(weight[k] @ near) / float(weight[k].sum()))))
-    return p, np.array(factors)
+    near = (weight * density(modes, signal)).sum(axis=1) / weight.sum(axis=1)
+    return p, np.sqrt(np.maximum(near, 1.0))
 
 
 def refuse_rate(expected: float, rate: float, what: str) -> None:
