@@ -11,6 +11,7 @@ from evolvent.massprops.description import Signalling
 from evolvent.massprops.identification import Modes, identify
 from evolvent.massprops.identification.orders import WHITE, whiteness
 from evolvent.massprops.identification.signals import power, read_signal
+from evolvent.massprops.identification.swings import Kind
 from evolvent.massprops.recordings import Reading
 
 #: Lines of the residual's spectrum on each side of a mode that show the noise there.
@@ -66,8 +67,8 @@ class Modal:
         return bool(np.all(np.isfinite(self.frequency_covariance)))
 
 
-def find(reading: Reading, given: Signalling) -> Modal:
-    """Identify the modes of a recording.
+def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Modal:
+    """Identify the modes of a recording; `swing` is what the stand says of the strongest.
 
     Raises
     ------
@@ -85,6 +86,8 @@ def find(reading: Reading, given: Signalling) -> Modal:
             noise=reading.noise,
             band=chosen.band,
             detrend=chosen.detrend,
+            decay=chosen.decay,
+            swing=swing,
         )
     except InputError as error:
         raise InputError(f"{error}{_drift(reading) if chosen.detrend == 'constant' else ''}") from None
@@ -181,12 +184,12 @@ def _widening(reading: Reading, modes: Modes) -> tuple[float, np.ndarray]:
     In noise of the spectral density S a frequency's variance is S(frequency) over the mean of S times that in white
     noise of the same power, for S is smooth over the width of a line.
     """
-    signal = read_signal(reading.data, time=reading.time, names=reading.names, noise=reading.noise)
+    signal = read_signal(modes.data, time=modes.time, names=reading.names, noise=reading.noise)
     p = whiteness(signal, modes.residual, modes.noise)
     if p >= WHITE:
         return p, np.ones(modes.order)
-    lines = power(modes.residual) / (signal.counts * modes.noise**2)
-    step = 2.0 * np.pi / (len(modes.time) * signal.step)
+    lines = power(modes.residual, signal.cells) / (signal.counts * modes.noise**2)
+    step = 2.0 * np.pi / (signal.extent * signal.step)
     weight = (modes.amplitude / modes.noise) ** 2
     factors = []
     for k, w in enumerate(modes.frequency):

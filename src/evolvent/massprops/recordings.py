@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from typing import Any
 
 import numpy as np
@@ -10,12 +11,12 @@ import numpy as np
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.massprops import description as schema
-from evolvent.massprops.identification.signals import check_rate, check_times
 from evolvent.massprops.signals import Signals, timebase
+from evolvent.massprops.times import check_rate, check_times, read_times
 from evolvent.massprops.uncertain import parts_of
 
-#: Largest share of missing samples, and distance of a time from the even grid in steps.
-MOST_MISSING, UNEVEN = 0.5, 0.01
+#: Largest share of missing samples.
+MOST_MISSING = 0.5
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -45,10 +46,10 @@ class Reading:
     sensitivity_std: np.ndarray
     notes: tuple[str, ...]
 
-    @property
+    @functools.cached_property
     def rate(self) -> float:
         """Samples a second, Hz."""
-        return (len(self.time) - 1) / float(self.time[-1])
+        return 1.0 / read_times(self.time).step
 
 
 def read(source: Signals, given: schema.Signals) -> Reading:
@@ -57,8 +58,8 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     Raises
     ------
     InputError
-        Columns that are not there, no time, no unit, units of different kinds, uneven times, an empty range, gaps that
-        are not wanted or too large.
+        Columns that are not there, no time, no unit, units of different kinds, times that do not rise, an empty range,
+        gaps that are not wanted or too large.
     """
     named = [(sensor.column, f"signals.sensors.{k}.column") for k, sensor in enumerate(given.sensors)]
     base = timebase.choose(source, named, time=given.time, rate=given.rate)
@@ -75,9 +76,7 @@ def read(source: Signals, given: schema.Signals) -> Reading:
         check_rate(base.rate, "signals.rate" if given.rate else f"the rate that {source.path!r} states")
         time = base.start + np.arange(len(data)) / base.rate
     else:
-        time, data, filled = _even(base.time, data)
-        if filled:
-            notes.append(f"{filled} rows that are missing in the file are gaps")
+        time, data = _at_times(base.time, data, given, notes)
     time, data = _cut(time, data, given, notes)
     found = [converted(s, source.units[c], given, k) for k, (s, c) in enumerate(zip(sensors, places, strict=True))]
     notes += [item.note for item in found if item.note]
@@ -113,28 +112,27 @@ def _left_out(source: Signals) -> list[str]:
 # ------------------------------------------------------------------------------------------------ time
 
 
-def _even(time: np.ndarray, data: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
-    """Samples on an even grid, with empty rows where rows are missing; and their number."""
+def _at_times(
+    time: np.ndarray, data: np.ndarray, given: schema.Signals, notes: list[str]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Samples at their times; where these are on an even grid, with empty rows where rows are missing."""
     if len(time) < 3:
         raise InputError(f"the file has {len(time)} samples; at least 8 are needed")
-    check_times(time)
-    steps = np.diff(time)
-    step = float(np.median(steps))
-    count = np.round(steps / step)
-    if np.all(count <= 1):
-        return time, data, 0  # evenness is checked by the identification
-    place = np.concatenate([[0.0], np.cumsum(np.maximum(count, 1.0))])
-    step = float(time[-1] - time[0]) / float(place[-1])
-    off = np.abs(time - time[0] - step * place) / step
-    if off.max() > 50.0 * UNEVEN or place[-1] > 100 * len(time):
-        worst = int(np.argmax(off))
-        raise InputError(
-            f"the time is not even: sample {worst + 1} at {time[worst]:.9g} s is off the grid of {step:.6g} s"
-        )
-    rows = place.astype(int)
-    whole = np.full((rows[-1] + 1, data.shape[1]), np.nan)
-    whole[rows] = data
-    return time[0] + step * np.arange(len(whole)), whole, len(whole) - len(rows)
+    found = read_times(time)
+    notes += found.notes
+    rows = int(found.place[-1]) + 1
+    lost = rows - len(time)
+    if lost > 0 and given.gaps == "refuse":
+        raise InputError(f"the file lacks {lost} of {rows} rows, and signals.gaps is 'refuse'")
+    if lost > MOST_MISSING * rows:
+        raise InputError(f"the file lacks {lost} of {rows} rows, more than half: {notes[-1]}; choose another range")
+    if found.even and not found.notes:
+        return time, data
+    if not found.grid or lost == 0:
+        return found.origin + found.time, data
+    whole = np.full((rows, data.shape[1]), np.nan)
+    whole[found.place] = data
+    return found.origin + found.step * np.arange(rows), whole
 
 
 def _cut(time: np.ndarray, data: np.ndarray, given: schema.Signals, notes: list[str]) -> tuple[np.ndarray, np.ndarray]:

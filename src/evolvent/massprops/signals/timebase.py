@@ -14,6 +14,7 @@ from evolvent.base import tables, units
 from evolvent.base.errors import InputError, counted
 from evolvent.base.tables import words
 from evolvent.massprops.signals.recording import Column, Signals
+from evolvent.massprops.times import instead_of
 
 #: Names of columns that count samples or cycles.
 _COUNTERS = (
@@ -104,6 +105,7 @@ class _Choice:
         self.source, self.rate = source, rate
         self.given = None if time is None else source.index(time, "signals.time")
         self.samples = functools.cache(source.column)
+        self.unexplained = functools.cache(self._unexplained)
         stated = {one.times for one in source.columns if one.times}
         self.stated = {k for k, one in enumerate(source.columns) if one.name in stated}
         named = [k for k in range(len(source.columns)) if k not in self.stated and self._is_time(k)]
@@ -179,7 +181,7 @@ class _Choice:
         return (*numbered, *before[-1:], best)[0]
 
     def _kind(self, k: int) -> tuple[tuple[str, ...], str]:
-        """What columns of times have in common that belong to others each: their group, and their name without numbers."""
+        """What columns of times that belong to others each have in common: group, and name without numbers."""
         one = self.source.columns[k]
         return one.group, re.sub(r"\d+", "", _last(one))
 
@@ -237,6 +239,7 @@ class _Choice:
                 notes = (f"the column {other.name!r} counts samples: signals.rate was taken",)
             elif abs(own / factor / rate - 1.0) <= RATE:
                 start = float(self.samples(near + 1)[0]) * factor
+                notes = (*notes, *self.unexplained(near, factor, rate, what))
             elif forced:
                 self._agree(rate, own / factor, f"the column {other.name!r}")
             elif unit or len(other.name) > 1:
@@ -245,6 +248,9 @@ class _Choice:
                     f"{own / factor:.6g} Hz; give signals.rate, or signals.time"
                 )
         return Base((k,), rate, start, notes=notes)
+
+    def _unexplained(self, times: int, factor: float, rate: float, what: str) -> tuple[str, ...]:
+        return instead_of(factor * self.samples(times + 1), rate, f"the column {self._name(times)!r}", what)
 
     def _agree(self, rate: float, own: float, what: str) -> None:
         if abs(own / rate - 1.0) > RATE:
