@@ -145,9 +145,9 @@ def _factor(table: Table, place: int, values: np.ndarray, notes: list[str]) -> f
                 f"the column {name!r} of {table.path!r} has the unit {unit!r}; a time is in s, ms, us or min"
             )
         return factor
-    own = words.own_unit(name)
-    if own:
-        return words.UNITS[own]
+    own = words.own_factor(name)
+    if own is not None:
+        return own
     first, last = float(values[0]), float(values[-1])
     step = float(np.median(np.diff(values))) if len(values) > 1 else 0.0
     for factor, symbol in _EPOCH_UNITS.items():
