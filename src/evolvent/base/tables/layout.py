@@ -142,8 +142,8 @@ class Kinds(NamedTuple):
 
     @property
     def least(self) -> int:
-        """Number of cells without the empty ones at its end."""
-        return len(self.letters.rstrip("e"))
+        """Number of cells without the empty ones at its end, and of a row without the words there: remarks."""
+        return len(self.letters.rstrip("ew" if self.is_row else "e"))
 
 
 def kinds(line: str, separator: str) -> Kinds:
