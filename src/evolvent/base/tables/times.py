@@ -147,7 +147,7 @@ def _factor(table: Table, place: int, values: np.ndarray, notes: list[str]) -> f
                 f"the column {name!r} of {table.path!r} has the unit {unit!r}; a time is in s, ms, us or min"
             )
         return factor
-    own = words.own_factor(name)
+    own = words.factor(words.own_unit(name))
     if own is not None:
         return own
     first, last = float(values[0]), float(values[-1])

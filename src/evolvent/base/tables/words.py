@@ -26,9 +26,9 @@ _BESIDE = frozenset((
 ))  # fmt: skip
 #: Names of an axis, which is that of the time where its unit says so.
 AXES = ("x", "x-axis", "x axis", "x_axis", "abscissa", "source", "trace_x")
-#: Names of a time that say what it is counted in: s.
-_OWN_UNITS = {"millis": 1e-3, "milliseconds": 1e-3, "millisekunden": 1e-3, "micros": 1e-6, "microseconds": 1e-6,
-              "seconds": 1.0, "sekunden": 1.0}  # fmt: skip
+#: Names of a time that say what it is counted in.
+_OWN_UNITS = {"millis": "ms", "milliseconds": "ms", "millisekunden": "ms", "micros": "us", "microseconds": "us",
+              "seconds": "s", "sekunden": "s"}  # fmt: skip
 #: Longest name and form that is looked at.
 _LONGEST = 60
 #: Forms that a unit of stamps may be stated in, which says nothing of their size.
@@ -54,9 +54,9 @@ def is_form(unit: str) -> bool:
     return len(unit) <= _LONGEST and bool(_FORMS_OF_STAMPS.fullmatch(unit.strip().lower()))
 
 
-def own_factor(name: str) -> float | None:
-    """Seconds in the unit that a name of the time is itself, such as `millis`; None of other names."""
-    return next((_OWN_UNITS[word] for word in _split(name) if word in _OWN_UNITS), None)
+def own_unit(name: str) -> str:
+    """The unit that a name of the time is itself, such as `millis`; '' of other names."""
+    return next((_OWN_UNITS[word] for word in _split(name) if word in _OWN_UNITS), "")
 
 
 def _split(name: str) -> list[str]:
