@@ -19,13 +19,14 @@ _JUDGED = 200
 _SHOWN = 40
 
 
-def read(raw: bytes, path: str) -> Table:
+def read(raw: bytes, path: str, *, whole: bool = False) -> Table:
     """The table in a text file.
 
     Parameters
     ----------
     raw : the bytes of the file
     path : its name, for messages
+    whole : whether lines within or behind the table that are no rows are refused, not noted: every row counts
 
     Raises
     ------
@@ -57,6 +58,8 @@ def read(raw: bytes, path: str) -> Table:
     else:
         block, head, tables = *found, 1
     notes = [*head.notes, *_notes(block, lines, numbers, tables)]
+    if whole and (block.others or tables > 1):
+        raise InputError(f"cannot read {path!r}: {_notes(block, lines, numbers, tables)[0]}")
     if block.long >= 0:
         raise InputError(
             f"cannot read {path!r}: line {numbers[block.long]} has more cells than the {block.width} of the others"
