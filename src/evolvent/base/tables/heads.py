@@ -82,6 +82,7 @@ def _above(lines: Sequence[str], separator: str, block: Block) -> list[list[str]
         if not found and not _fits(cells, block):  # names may be parted by another sign than the numbers
             others = [split(line, sign) for sign in SEPARATORS if sign != separator]
             others.append(re.split(r"\s{2,}", line.strip()) if len(line) <= _LONGEST else [])
+            others = [other for other in others if not any(cell[:1] in ("(", "[") for cell in other)]  # of "force (N)"
             cells = next((other for other in others if len(other) == block.width > 1), cells)
         if _fits(cells, block) and any(cells):
             found.append(cells)
