@@ -63,6 +63,8 @@ BAD = {
     ),
     "axes": (["export", "RUN", "--to", "vtk", "--axes", "bodi"], "--axes is 'bodi'; did you mean 'body'?"),
     "axes of tables": (["export", "RUN", "--to", "csv", "--axes", "body"], "--axes is for vtk, gif, mp4"),
+    "decimal sign": (["export", "RUN", "--to", "csv", "--decimal", ";"], "--decimal is ';'; it must be '.' or ','"),
+    "decimal sign of no table": (["export", "RUN", "--to", "mat", "--decimal", ","], "--decimal is for csv; --to mat"),
     "too large": (["export", "RUN", "--to", "gif", "--speed", "1e-3"], "may take up to"),
     "report missing": (["report", "none.nc"], "cannot read 'none.nc'"),
     "report of text": (["report", "text.nc"], "not a NetCDF file"),

@@ -31,6 +31,7 @@ _AXES = ("inertial", "body")
 )
 @click.option("--speed", type=float, metavar="X", help="Playback speed; 1 is real time (gif, mp4, html).")
 @click.option("--axes", metavar="|".join(_AXES), help="Axes of positions (vtk, gif, mp4).")
+@click.option("--decimal", metavar=".|,", help="Decimal sign; columns are separated by ; where it is a comma (csv).")
 @click.option("--clearance", is_flag=True, help="Show bodies that interfere in red (gif, mp4, html); needs coal.")
 @click.option("--large", is_flag=True, help="Write even more than 200 MB.")
 def export(
@@ -40,6 +41,7 @@ def export(
     frames: int | None,
     speed: float | None,
     axes: Any,
+    decimal: Any,
     clearance: bool,
     large: bool,
 ) -> None:
@@ -64,6 +66,10 @@ def export(
         raise InputError(f"--axes is {axes!r}; {nearest(axes, _AXES)}")
     if axes is not None and kind not in _TURNING:
         raise InputError(f"--axes is for {', '.join(_TURNING)}; --to {kind} has none")
+    if decimal is not None and decimal not in (".", ","):
+        raise InputError(f"--decimal is {decimal!r}; it must be '.' or ','")
+    if decimal is not None and kind != "csv":
+        raise InputError(f"--decimal is for csv; --to {kind} has none")
     if clearance and kind not in _MOVING:
         raise InputError(f"--clearance is for {', '.join(_MOVING)}; --to {kind} has no colours")
     from evolvent import results
@@ -76,7 +82,7 @@ def export(
     struck = found.ev.clearance() if clearance else None
     with showing_progress():
         progress.report(f"writing {kind}")
-        request = Request(frames=frames, speed=speed, axes=axes, large=large, clearance=struck)
+        request = Request(frames=frames, speed=speed, axes=axes, large=large, decimal=decimal or ".", clearance=struck)
         written = writer(kind)(found, target, request)
     echo(f"{kind}: {written}")
     _print_label(found)
