@@ -105,6 +105,11 @@ class Component:
         return self.rates is not None
 
     @property
+    def is_exponential(self) -> bool:
+        """Whether it decays as a linear mode does."""
+        return self.law == (True, False, False) and self.restoring.linear and not self.free_cube
+
+    @property
     def fixed_gain(self) -> bool:
         """Whether its reference sensor reads its angle."""
         return bool(self.is_swing and self.free_square and np.isfinite(self.reach.factor))
