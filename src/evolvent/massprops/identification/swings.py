@@ -35,6 +35,8 @@ _WORDS = ("viscous damping", "dry friction", "quadratic drag")
 DECISIVE = 10.0
 #: Share of a group's amplitude below which a mode may be a part of it, at odd harmonics, or nearer than these lines.
 WEAK, HARMONICS, SIDE = 0.15, (3, 5, 7, 9), 10.0
+#: Share of the strongest amplitude below which a swing is not looked at.
+SMALL = 1e-3
 #: Share of a swing's amplitude below which a mode near it does not speak for another law of decay.
 FAINT = 1e-5
 #: Share of the strongest swing in the squares of all amplitudes above which what is left is its own.
@@ -147,7 +149,9 @@ def groups(modes: Modes, signal: Signal) -> list[list[int]]:
     return sorted(found, key=lambda group: -float(weight[group].sum()))
 
 
-def refine(modes: Modes, signal: Signal, kind: Kind | None = None, decay: str = "auto") -> Modes:
+def refine(
+    modes: Modes, signal: Signal, kind: Kind | None = None, decay: str = "auto", *, fixed: bool = False
+) -> Modes:
     """The same record with swings in place of groups of exponential modes, where they describe it better.
 
     Parameters
@@ -156,6 +160,7 @@ def refine(modes: Modes, signal: Signal, kind: Kind | None = None, decay: str = 
     signal : Signal
     kind : of the strongest swing
     decay : one of `DECAY`; its law
+    fixed : whether the number of modes is given: then only the strongest becomes a swing, where it is known to be one
     """
     given = kind or Kind()
     main = [one for one in groups(modes, signal) if not _is_avoided(modes, one, given.avoid)]
@@ -168,11 +173,11 @@ def refine(modes: Modes, signal: Signal, kind: Kind | None = None, decay: str = 
     best: Found | None = None
     for place, group in enumerate(main):
         first = place == 0
-        if not (set(group) <= set(poles) and ((first and asked) or _suspicious(modes, group, signal))):
+        if not (set(group) <= set(poles) and ((first and asked) or (not fixed and _suspicious(modes, group, signal)))):
             continue
         own = given if first else Kind(given.restoring and model.LINEAR, derivative=given.derivative)
         trials: list[tuple[_Choice, set[int]]] = []
-        for parts, begun in _parts(modes, group, signal):
+        for parts, begun in [({*group}, {*group})] if fixed else _parts(modes, group, signal):
             start = _start(modes, sorted(begun), signal, own)
             if start is None:
                 continue
@@ -192,7 +197,7 @@ def refine(modes: Modes, signal: Signal, kind: Kind | None = None, decay: str = 
         poles = dict(zip([k for k in poles if k not in parts], [one for one in now if not one.is_swing], strict=True))
     if best is None or all(one.is_exponential for one in swings):
         return replace(modes, warnings=(*modes.warnings, *_near(modes, signal)))
-    return _modes(_with_lines(best, signal), spreads, signal, modes, linear)
+    return _modes(best if fixed else _with_lines(best, signal), spreads, signal, modes, linear)
 
 
 def _is_avoided(modes: Modes, group: Iterable[int], avoid: float) -> bool:
@@ -208,6 +213,8 @@ def _share(modes: Modes, parts: Iterable[int]) -> float:
 def _suspicious(modes: Modes, group: list[int], signal: Signal) -> bool:
     """Whether a group of exponential modes may be one swing, or leaves something of it."""
     strength = np.sqrt((modes.amplitude**2).sum(axis=1))
+    if strength[group].max() < SMALL * strength.max():
+        return False
     parts = [k for k in _parts(modes, group, signal)[0][0] if strength[k] > FAINT * strength[group].max()]
     near = [k for k in parts if modes.frequency[k] < 2.0 * modes.frequency[group[0]]]
     if len(near) > 1:
@@ -364,6 +371,7 @@ def _best_law(
     The spread is that of Bayesian model averaging, with weights exp(-BIC / 2).
     """
     mean = float(np.clip(start.envelope(signal.time).mean(), 0.05, 1.0))
+    others = [replace(one, held=True) for one in others]  # until the law is found
     begun = _followed(start, others, signal, noise)
     found: list[Found] = []
     for sinusoidal in (False, True)[: 1 + start.restoring.linear]:
@@ -382,7 +390,9 @@ def _best_law(
     good = [one for one in found if one.converged and _plausible(one)]
     weight = np.exp(-0.5 * (np.array([one.bic(signal) for one in good]) - best.bic(signal)))
     away = np.array([natural(one) - natural(best) for one in good])
-    return _Choice(best, float(weight @ away**2 / weight.sum()))
+    freed = [replace(one, held=False) for one in best.solution.components]
+    last = model.fit(tuple(freed), signal, best.noise) if others else best
+    return _Choice(_least([last, best], signal) or best, float(weight @ away**2 / weight.sum()))
 
 
 def natural(found: Found) -> float:
