@@ -13,8 +13,8 @@ from evolvent.assembly import expressions
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Section
+from evolvent.base.tables import distinct
 from evolvent.massprops import signals
-from evolvent.massprops.signals.recording import distinct
 from evolvent.parts.base import PointReferences, Reference
 from security import mutations
 
@@ -79,7 +79,7 @@ def test_yaml_of_many_values_is_read() -> None:
         assert len(cases.parse_yaml(f"a: [{'1,' * 100_000}]", "text")["a"]) == 100_000
 
 
-@pytest.mark.parametrize("tail", ["x", "", "-1", "\r\n" * 10])
+@pytest.mark.parametrize("tail", ["x", "", "-1 x", "\r\n" * 10])
 def test_a_file_that_begins_like_uff(tail: str, tmp_path: pathlib.Path) -> None:
     path = tmp_path / "a.uff"
     path.write_bytes(b"    -1" + b"\n" * 100_000 + tail.encode())

@@ -12,7 +12,7 @@ MEANT = {
     "N m": {
         "Nm": "N m", "mNm": "mN m", "kNm": "kN m", "Nmm": "N mm", "Ncm": "N cm", "cNm": "cN m", "N-m": "N m",
         "nm": "N m", "NM": "N m", "in-lbf": "in lbf", "in-lb": "in lbf", "ft-lb": "ft lbf", "oz-in": "ozf in",
-        "ozin": "ozf in", "kg-cm": "kgf cm", "Newton-meter": "newton meter",
+        "ozin": "ozf in", "kg-cm": "kgf cm", "Newton-meter": "N m", "Newton metres": "N m",
     },
     "N m s/rad": {"Nms/rad": "N m s/rad", "Nms": "N m s", "Nm/(rad/s)": "N m/(rad/s)", "mNms/rad": "mN m s/rad"},
     "N m/rad": {"Nm/rad": "N m/rad", "Nm/deg": "N m/deg", "in lb/rad": "in lbf/rad", "lbf-in/rad": "lbf in/rad"},
@@ -22,8 +22,10 @@ MEANT = {
     "N/m": {"N/M": "N/m", "lb/in": "lbf/in"},
     "Pa": {"MPA": "MPa", "Gpa": "GPa", "kg/cm2": "kgf/cm^2"},
     "m": {"M": "m", "MM": "mm", "KM": "km"},
-    "rad/s": {"RPM": "rpm", "rev/min": "turn/min"},
-    "N": {"KN": "kN", "lbs": "lbf", "kg": "kgf"},
+    "rad/s": {"RPM": "rpm", "rev/min": "turn/min", "dps": "deg/s"},
+    "m/s^2": {"g": "g_0", "G": "g_0", "mg": "mg_0"},
+    "V": {"Volts": "V", "mVolts": "mV"},
+    "N": {"Newtons": "N", "KN": "kN", "lbs": "lbf", "kg": "kgf"},
 }  # fmt: skip
 
 

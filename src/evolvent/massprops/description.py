@@ -36,7 +36,7 @@ class Sensor(Section):
     name: str | None = Field(None, description="in tables and figures; the column's unless given")
     point: Point | None = Field(None, description="its position on the body; not needed for a pendulum")
     direction: Annotated[Any, DirectionKey()] = Field("vertical", description="along which it is positive, level axes")
-    unit: str | None = Field(None, description="of the column, where file and signals.unit state none: mm, V, px, ...")
+    unit: str | None = Field(None, description="of the column: mm, V, px, ...; it overrules what the file states")
     sensitivity: Annotated[str, TextKey("a reading per quantity, such as '0.5 V/mm +- 0.2 %'")] | None = Field(
         None, description="the column is divided by it; a standard uncertainty may follow +-"
     )
@@ -250,8 +250,8 @@ class Identification(Section):
     detrend: Literal["constant", "linear"] = Field("constant", description="an offset of each sensor, or also a drift")
     decay: Literal["auto", "viscous", "dry", "quadratic", "mixed"] = Field(
         "auto",
-        description="law by which the strongest mode decays: viscous damping, dry friction, quadratic drag, or all three; "
-        "auto: as the signal shows",
+        description="law by which the strongest mode decays: viscous damping, dry friction, quadratic drag, or all "
+        "three; auto: as the signal shows",
     )
     shapes: bool = Field(True, description="whether mode shapes are used in addition to the frequencies (springs)")
     model: Literal["full", "vertical"] = Field(

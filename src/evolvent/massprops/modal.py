@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 
+from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.massprops.description import Signalling
 from evolvent.massprops.identification import Modes, identify
@@ -13,7 +14,8 @@ from evolvent.massprops.identification.clipping import clipped
 from evolvent.massprops.identification.noise_density import density
 from evolvent.massprops.identification.orders import WHITE, whiteness
 from evolvent.massprops.identification.signals import read_signal
-from evolvent.massprops.identification.swings import Kind
+from evolvent.massprops.identification.swing_model import LINEAR as LINEAR
+from evolvent.massprops.identification.swings import Kind as Kind
 from evolvent.massprops.recordings import Reading
 
 #: A mode this near to half the sampling rate may be a faster one seen through too few samples.
@@ -75,6 +77,22 @@ class Modal:
         return bool(np.all(np.isfinite(self.frequency_covariance)))
 
 
+#: Units of what sensors read of a swing, by the number of derivatives: angles, and lengths.
+_ANGLES, _LENGTHS = ("rad", "rad/s", "rad/s^2"), ("m", "m/s", "m/s^2")
+
+
+def derivative(unit: str) -> tuple[int, float]:
+    """How often a motion is differentiated that sensors read in a unit, and its size in rad, rad/s, rad/s^2 or nan."""
+    for wanted in (_ANGLES, _LENGTHS):
+        for n, one in enumerate(wanted):
+            try:
+                ratio = units.parse(f"1 {unit}", one)
+            except units.UnitError:
+                continue
+            return n, ratio if wanted is _ANGLES else np.nan
+    return 0, np.nan
+
+
 def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Modal:
     """Identify the modes of a recording; `swing` is what the stand says of the strongest.
 
@@ -95,7 +113,7 @@ def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Moda
             band=chosen.band,
             detrend=chosen.detrend,
             decay=chosen.decay,
-            swing=swing,
+            swing=swing or Kind(derivative=derivative(reading.unit)[0]),
         )
     except InputError as error:
         raise InputError(f"{error}{_drift(reading) if chosen.detrend == 'constant' else ''}") from None
@@ -211,8 +229,8 @@ def _steady(modes: Modes, reading: Reading, widening: np.ndarray) -> tuple[tuple
             if abs(seen - own) < near + WANDER * mains / MAINS[0]:
                 hum.append(k)
                 texts.append(
-                    f"{name} does not decay and lies where mains hum of {mains:g} Hz appears at {reading.rate:.6g} samples "
-                    "a second: it is no free vibration"
+                    f"{name} does not decay and lies where mains hum of {mains:g} Hz appears at {reading.rate:.6g} "
+                    "samples a second: it is no free vibration"
                 )
                 break
         else:
@@ -231,7 +249,7 @@ def _widening(reading: Reading, modes: Modes) -> tuple[float, np.ndarray]:
     In noise of the spectral density S a frequency's variance is S(frequency) over the mean of S times that in white
     noise of the same power, for S is smooth over the width of a line.
     """
-    signal = read_signal(reading.data, time=reading.time, names=reading.names, noise=reading.noise)
+    signal = read_signal(modes.data, time=modes.time, names=reading.names, noise=reading.noise)
     p = whiteness(signal, modes.residual, modes.noise)
     if p >= WHITE:
         return p, np.ones(modes.order)

@@ -8,14 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.massprops.description import Bifilar, CompoundPendulum, OnPivot, Pendulum, TorsionWire, Trifilar
 from evolvent.massprops.estimates import Evaluation, Output, Share
 from evolvent.massprops.identification.swing_model import PENDULUM, Reach, Restoring
 from evolvent.massprops.identification.swings import Kind, Swing
 from evolvent.massprops.inertia import pendulums
-from evolvent.massprops.modal import Modal, refuse_rate
+from evolvent.massprops.modal import Modal, derivative, refuse_rate
 from evolvent.massprops.rounding import shown
 from evolvent.massprops.uncertain import Uncertain
 
@@ -28,14 +27,17 @@ _UNITS = {"mass": "kg", "inertia": "kg m²", "gravity": "m/s²", "stiffness": "N
 _STAND_KEYS = ("stiffness", "radius", "top_radius", "length", "distance", "amplitude", "wire_stiffness", "gravity")
 
 
-#: Units of what sensors read of a swing, by the number of derivatives: angles, and lengths.
-_ANGLES, _LENGTHS = ("rad", "rad/s", "rad/s^2"), ("m", "m/s", "m/s^2")
 #: Difference of a stated amplitude from that of the signals, of the latter, that is reported.
 _AMPLITUDE = 0.05
 
 
-def swing(given: Pendulum, unit: str) -> Kind:
-    """What the stand says of the swing, where sensors read it in `unit`.
+def swing(given: Pendulum, unit: str, rate: float) -> Kind:
+    """What the stand says of the swing, where sensors read it in `unit` at the rate, Hz.
+
+    Raises
+    ------
+    InputError
+        A body without mass on wires, a rate too low for its sway.
 
     Notes
     -----
@@ -45,18 +47,13 @@ def swing(given: Pendulum, unit: str) -> Kind:
     stand = given.stand
     if isinstance(stand, (Bifilar, Trifilar)) and given.body.mass is None:
         raise InputError(f"body.mass is missing; on {stand.kind} wires the weight turns the body back")
-    derivative, factor = 0, math.nan
-    for angles, one_unit in [(True, u) for u in _ANGLES] + [(False, u) for u in _LENGTHS]:
-        try:
-            ratio = units.parse(f"1 {unit}", one_unit)
-        except units.UnitError:
-            continue
-        derivative, factor = (_ANGLES if angles else _LENGTHS).index(one_unit), ratio if angles else math.nan
-        break
+    order, factor = derivative(unit)
     stated = getattr(stand, "amplitude", None)
     reach = Reach(factor, abs(stated.value) if stated else math.nan, stated.std if stated else math.nan)
     avoid = _sway(given)
-    kind = Kind(PENDULUM, reach, derivative, math.nan if avoid is None else avoid)
+    if avoid is not None:
+        refuse_rate(avoid, rate, "the body's sway sqrt(g / H)")
+    kind = Kind(PENDULUM, reach, order, math.nan if avoid is None else avoid)
     if isinstance(stand, CompoundPendulum):
         return kind
     if not isinstance(stand, (Bifilar, Trifilar)):
@@ -83,13 +80,10 @@ def evaluate(given: Pendulum, modal: Modal, own: Sequence[str] = ()) -> Evaluati
     Raises
     ------
     InputError
-        A body without mass on wires, a rate too low for its sway, no mode or several that may be the torsion, a swing
-        faster than that of a point mass, a moment that is not above 0.
+        No mode or several that may be the torsion, a swing faster than that of a point mass, a moment that is not
+        above 0.
     """
-    sway = _sway(given)
-    if sway is not None:
-        refuse_rate(sway, modal.reading.rate, "the body's sway sqrt(g / H)")
-    k, why = _rotation(given, modal, sway)
+    k, why = _rotation(given, modal, _sway(given))
     followed = _followed(modal, k)
     inputs = [i for i in _inputs(given) if followed is None or i.key != "stand.amplitude"]
     at = {i.key: i.value for i in inputs}
@@ -177,13 +171,17 @@ def _amplitude_warnings(given: Pendulum, modal: Modal, followed: Swing | None) -
             "the swing was not followed through its amplitudes, and stand.amplitude is not given: it is taken as small"
         ]
     if stated is None:
-        return []
+        seen = math.isfinite(followed.component.reach.factor) or followed.amplitude > 2.0 * followed.amplitude_std
+        return [] if seen else [
+            "the signals are no angles, and the rate of the swing does not show its amplitude: u holds up to "
+            f"{math.degrees(2.0 * followed.amplitude_std):.2g} deg; give stand.amplitude to reduce it"
+        ]  # fmt: skip
     mean = followed.amplitude * float(followed.component.envelope(modal.modes.time).mean())
     if abs(mean - abs(stated.value)) <= max(3.0 * math.hypot(stated.std, followed.amplitude_std), _AMPLITUDE * mean):
         return []
     return [
-        f"stand.amplitude is {math.degrees(stated.value):.3g} deg, but the signals show {math.degrees(mean):.3g} deg in the "
-        "mean: that of the signals is used"
+        f"stand.amplitude is {math.degrees(stated.value):.3g} deg, but the signals show {math.degrees(mean):.3g} deg "
+        "in the mean: that of the signals is used"
     ]
 
 

@@ -3,26 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
-import re
+import functools
 from typing import Any
 
 import numpy as np
 
 from evolvent.base import units
-from evolvent.base.errors import InputError, nearest
+from evolvent.base.errors import InputError
 from evolvent.massprops import description as schema
-from evolvent.massprops.identification.signals import check_rate, check_times
-from evolvent.massprops.signals import Signals
+from evolvent.massprops.signals import Signals, timebase
+from evolvent.massprops.times import check_rate, read_times
 from evolvent.massprops.uncertain import parts_of
 
-#: Names that a column of times goes by.
-_TIMES = ("time", "t", "zeit", "temps", "tiempo", "время")
-#: Words for the unit of a picture's points, which the units library does not take as it is.
-_PIXELS = ("px", "pixel", "pixels")
-#: Largest share of missing samples, and distance of a time from the even grid in steps.
-MOST_MISSING, UNEVEN = 0.5, 0.01
-#: Relative difference of a stated rate from the file's own that is refused.
-RATE = 1e-3
+#: Largest share of missing samples.
+MOST_MISSING = 0.5
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -52,10 +46,10 @@ class Reading:
     sensitivity_std: np.ndarray
     notes: tuple[str, ...]
 
-    @property
+    @functools.cached_property
     def rate(self) -> float:
         """Samples a second, Hz."""
-        return (len(self.time) - 1) / float(self.time[-1])
+        return 1.0 / read_times(self.time).step
 
 
 def read(source: Signals, given: schema.Signals) -> Reading:
@@ -64,33 +58,28 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     Raises
     ------
     InputError
-        Columns that are not there, no time, no unit, units of different kinds, uneven times, an empty range, gaps that
-        are not wanted or too large.
+        Columns that are not there, no time, no unit, units of different kinds, times that do not rise, an empty range,
+        gaps that are not wanted or too large.
     """
-    notes = [] if given.sensors else _words(source)
-    time, clock = _time(source, given)
-    sensors = given.sensors or tuple(schema.Sensor(column=name) for k, name in enumerate(source.names) if k != clock)
-    if not sensors:
-        raise InputError(
-            f"{source.path!r} holds no column of numbers but the time, {source.names[0]!r}; at least one must be a "
-            "signal"
-        )
-    places = [source.index(s.column, f"signals.sensors.{k}.column") for k, s in enumerate(sensors)]
+    named = [(sensor.column, f"signals.sensors.{k}.column") for k, sensor in enumerate(given.sensors)]
+    base = timebase.choose(source, named, time=given.time, rate=given.rate)
+    notes = [*([] if given.sensors else _left_out(source)), *base.notes]
+    places = base.columns
+    sensors = given.sensors or tuple(schema.Sensor(column=source.names[k]) for k in places)
     names = tuple(s.name or source.names[c] for s, c in zip(sensors, places, strict=True))
     if len(set(names)) < len(names):
         raise InputError(f"signals.sensors have the names {', '.join(names)}; they must be different")
-    data = source.data[:, places]
-    if time is None:
-        rate = given.rate or source.rate
-        assert rate is not None
-        check_rate(rate, "signals.rate" if given.rate else f"the rate that {source.path!r} states")
-        time = np.arange(len(data)) / rate
+    data = np.column_stack([source.column(k + 1) for k in places])
+    notes += [note for note in source.notes if note not in notes]  # reading of a column adds to them
+    if base.time is None:
+        assert base.rate is not None
+        check_rate(base.rate, "signals.rate" if given.rate else f"the rate that {source.path!r} states")
+        time = base.start + np.arange(len(data)) / base.rate
     else:
-        time, data, filled = _even(time, data)
-        if filled:
-            notes.append(f"{filled} rows that are missing in the file are gaps")
+        time, data = _at_times(base.time, data, given, notes)
     time, data = _cut(time, data, given, notes)
     found = [converted(s, source.units[c], given, k) for k, (s, c) in enumerate(zip(sensors, places, strict=True))]
+    notes += [item.note for item in found if item.note]
     unit = found[0].unit
     factors = [item.factor * _ratio(item.unit, unit, names[k], names[0]) for k, item in enumerate(found)]
     data = data * np.array(factors)
@@ -98,7 +87,7 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     _gaps(data, names, given, notes)
     start = float(time[0])
     time = (time - start) * given.clock.value
-    check_times(time)
+    read_times(time)
     return Reading(
         source=source,
         names=names,
@@ -112,93 +101,38 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     )
 
 
-def _words(source: Signals) -> list[str]:
-    """A sentence on the columns that are left out, since they hold words alone; refused where they hold numbers too."""
-    for name, found in source.left_out.items():
-        if found.numbers:
-            raise InputError(
-                f"the column {name!r} of {source.path!r} is no signal: {found}; correct it, or name the columns that "
-                f"are signals under signals.sensors"
-            )
-    names = ", ".join(repr(name) for name in source.left_out)
-    return [f"{names} {'is' if len(source.left_out) == 1 else 'are'} left out: no cell holds a number"] if names else []
+def _left_out(source: Signals) -> list[str]:
+    """Sentences on what of a file is no column of numbers."""
+    names: dict[str, list[str]] = {}
+    for name, why in source.left_out.items():
+        names.setdefault(why, []).append(repr(name))
+    return [f"{', '.join(own)} {'is' if len(own) == 1 else 'are'} left out: {why}" for why, own in names.items()]
 
 
 # ------------------------------------------------------------------------------------------------ time
 
 
-def _time(source: Signals, given: schema.Signals) -> tuple[np.ndarray | None, int | None]:
-    """Times in s, None where a rate stands for them; and the index of their column."""
-    if given.rate is not None:
-        lowered = [name.lower() for name in source.names]
-        place = next((lowered.index(t) for t in _TIMES if t in lowered), None)
-        _same_rate(source, place, given.rate)
-        return None, place
-    if given.time is not None:
-        place = source.index(given.time, "signals.time")
-    else:
-        lowered = [name.lower() for name in source.names]
-        found = [lowered.index(t) for t in _TIMES if t in lowered]
-        if not found and source.rate is not None:
-            return None, None
-        if not found:
-            raise InputError(
-                f"{source.path!r} states neither times nor a rate; give signals.rate, such as 50 Hz, or signals.time, "
-                f"one of its columns {', '.join(source.names)}"
-            )
-        place = found[0]
-    unit = source.units[place] or "s"
-    try:
-        factor = units.parse(f"1 {unit}", "s")
-    except units.UnitError:
-        raise InputError(f"the column {source.names[place]!r} has the unit {unit!r}; a time is in s, ms, min") from None
-    return source.data[:, place] * factor, place
-
-
-def _same_rate(source: Signals, place: int | None, rate: float) -> None:
-    """Refuse a rate that is not the file's own; a time column that is none, or in a unit unknown, says nothing."""
-    own, what = source.rate, "its own rate"
-    if place is not None:
-        time = source.data[:, place]
-        try:
-            factor = units.parse(f"1 {source.units[place] or 's'}", "s")
-        except units.UnitError:
-            return
-        steps = np.diff(time)
-        if not (steps.size and np.all(np.isfinite(steps)) and np.all(steps > 0.0)):
-            return
-        own, what = steps.size / float((time[-1] - time[0]) * factor), f"the column {source.names[place]!r}"
-        if not source.units[place] and any(abs(own * other / rate - 1.0) < RATE for other in (1e3, 1e6, 60.0)):
-            return  # a time in ms, us or min
-    if own is not None and abs(own / rate - 1.0) > RATE:
-        raise InputError(
-            f"signals.rate is {rate:.6g} Hz, but by {what} {source.path!r} has {own:.6g} Hz; leave signals.rate out, "
-            "or correct the file's clock by signals.clock"
-        )
-
-
-def _even(time: np.ndarray, data: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
-    """Samples on an even grid, with empty rows where rows are missing; and their number."""
+def _at_times(
+    time: np.ndarray, data: np.ndarray, given: schema.Signals, notes: list[str]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Samples at their times; where these are on an even grid, with empty rows where rows are missing."""
     if len(time) < 3:
         raise InputError(f"the file has {len(time)} samples; at least 8 are needed")
-    check_times(time)
-    steps = np.diff(time)
-    step = float(np.median(steps))
-    count = np.round(steps / step)
-    if np.all(count <= 1):
-        return time, data, 0  # evenness is checked by the identification
-    place = np.concatenate([[0.0], np.cumsum(np.maximum(count, 1.0))])
-    step = float(time[-1] - time[0]) / float(place[-1])
-    off = np.abs(time - time[0] - step * place) / step
-    if off.max() > 50.0 * UNEVEN or place[-1] > 100 * len(time):
-        worst = int(np.argmax(off))
-        raise InputError(
-            f"the time is not even: sample {worst + 1} at {time[worst]:.9g} s is off the grid of {step:.6g} s"
-        )
-    rows = place.astype(int)
-    whole = np.full((rows[-1] + 1, data.shape[1]), np.nan)
-    whole[rows] = data
-    return time[0] + step * np.arange(len(whole)), whole, len(whole) - len(rows)
+    found = read_times(time)
+    notes += found.notes
+    rows = int(found.place[-1]) + 1
+    lost = rows - len(time)
+    if lost > 0 and given.gaps == "refuse":
+        raise InputError(f"the file lacks {lost} of {rows} rows, and signals.gaps is 'refuse'")
+    if lost > MOST_MISSING * rows:
+        raise InputError(f"the file lacks {lost} of {rows} rows, more than half; choose another range")
+    if found.even or found.unsure:  # as stated: the modes take into account what the rounding leaves open
+        return time, data
+    if not found.grid:
+        return found.origin + found.time, data
+    whole = np.full((rows, data.shape[1]), np.nan)
+    whole[found.place] = data
+    return found.origin + found.step * np.arange(rows), whole
 
 
 def _cut(time: np.ndarray, data: np.ndarray, given: schema.Signals, notes: list[str]) -> tuple[np.ndarray, np.ndarray]:
@@ -248,30 +182,36 @@ class _Converted:
     unit: str
     std: float
     noise: float | None
+    note: str = ""
 
 
 def converted(sensor: schema.Sensor, found: str, given: schema.Signals, k: int) -> _Converted:
     """How the column of a sensor becomes a quantity; `found` : its unit by the file, '' where it states none."""
     key = f"signals.sensors.{k}"
-    unit = sensor.unit or found or given.unit
-    if sensor.unit and found:
-        _ratio(found, sensor.unit, f"the file's column {sensor.column!r}", f"{key}.unit", same=True)
+    note = ""
+    if sensor.unit:
+        unit = _unit(sensor.unit, f"{key}.unit")
+        if not _same(found, unit):
+            note = f"{sensor.column!r} is taken in {unit}, by {key}.unit, not in {found} as the file states"
+    else:
+        unit = _unit(found, f"the unit of the column {sensor.column!r}", f"; {key}.unit overrules the file")
+    if not unit and given.unit:
+        unit = _unit(given.unit, "signals.unit")
     if not unit:
         raise InputError(
             f"{key}: neither the file nor the description states the unit of {sensor.column!r}; "
             f"give signals.unit or {key}.unit, such as mm, m/s^2, V or px"
         )
-    _check_unit(unit, f"{key}.unit" if sensor.unit else "the unit")
     noise = None
     if sensor.noise is not None:
         noise = _value(sensor.noise, unit, f"{key}.noise", "0.1 " + unit)
         if noise <= 0.0:
             raise InputError(f"{key}.noise is {sensor.noise!r}; it must be above 0, or left out to be estimated")
     if sensor.sensitivity is None:
-        return _Converted(1.0, unit, 0.0, noise)
+        return _Converted(1.0, unit, 0.0, noise, note)
     value, std, per = _sensitivity(sensor.sensitivity, f"{key}.sensitivity")
     if not per:
-        return _Converted(1.0 / value, unit, std, noise)
+        return _Converted(1.0 / value, unit, std, noise, note)
     read = units.known(unit)
     factor = (1.0 / value * (read / units.known(per))).to_reduced_units()
     numerator = units.known(per.split("/")[0].strip() or "1")
@@ -281,7 +221,7 @@ def converted(sensor: schema.Sensor, found: str, given: schema.Signals, k: int) 
             f"{key}.sensitivity is {sensor.sensitivity!r}; the column {sensor.column!r} is in {unit}, so it must be in "
             f"{unit} per quantity, such as {unit}/mm"
         )
-    return _Converted(float(factor.magnitude), f"{factor.units:~}" or "1", std, noise)
+    return _Converted(float(factor.magnitude), f"{factor.units:~}" or "1", std, noise, note)
 
 
 def _sensitivity(text: str, key: str) -> tuple[float, float, str]:
@@ -292,8 +232,7 @@ def _sensitivity(text: str, key: str) -> tuple[float, float, str]:
     if match is None or len(tail) > 1 or float(match[1]) == 0.0:
         raise InputError(wrong)
     value, unit = float(match[1]), match[2].strip()
-    if unit:
-        _check_unit(unit, key)
+    unit = _unit(unit, key) if unit else ""
     if not tail:
         return value, 0.0, unit
     percent = tail[0].rstrip().endswith("%")
@@ -305,39 +244,37 @@ def _sensitivity(text: str, key: str) -> tuple[float, float, str]:
 
 
 def _value(text: str, unit: str, key: str, example: str) -> float:
-    if unit in _PIXELS:
-        text, unit = re.sub(r"(px|pixels?)$", "", text.strip()), ""
+    match = units.split(text)
     try:
+        if match and match[2]:
+            return float(match[1]) * units.factor(match[2], unit)
         return units.parse(text, unit)
     except units.UnitError as error:
         raise InputError(f"{key} is {text!r}; it must be a value such as {example!r}; {error}") from None
 
 
-def _check_unit(unit: str, key: str) -> None:
-    if unit in _PIXELS:
-        return
+def _unit(text: str, key: str, more: str = "") -> str:
+    """A unit in the spelling of case files; `key` names where it stands."""
     try:
-        units.known(unit)
-    except units.UnitError:
-        guess = nearest(unit, ("m", "mm", "um", "m/s", "m/s^2", "mm/s", "rad", "deg", "rad/s", "V", "mV", "g_0", "px"))
-        raise InputError(f"{key} is {unit!r}, not a known unit; {guess}") from None
+        return units.file_unit(text)
+    except units.UnitError as error:
+        raise InputError(f"{key}: {error}{more}") from None
 
 
-def _ratio(unit: str, wanted: str, one: str, other: str, *, same: bool = False) -> float:
-    """Factor from `unit` to `wanted`; refused where they are of different kinds, or with `same` not equal."""
-    if unit == wanted or (unit in _PIXELS and wanted in _PIXELS):
-        return 1.0
+def _same(found: str, unit: str) -> bool:
+    """Whether a file states the unit that it is read in, or none."""
     try:
-        ratio = units.parse(f"1 {unit}", wanted)
+        return not units.file_unit(found) or units.factor(found, unit) == 1.0
     except units.UnitError:
-        ratio = np.nan
-    if np.isnan(ratio) or (same and abs(ratio - 1.0) > 1e-12):
-        raise InputError(
-            f"{one} is in {unit}, {other} in {wanted}; they must be of one kind"
-            if not same
-            else f"{one} states the unit {unit}, but {other} is {wanted}; leave one of them out"
-        )
-    return float(ratio)
+        return False
+
+
+def _ratio(unit: str, wanted: str, one: str, other: str) -> float:
+    """Factor from `unit` to `wanted`; refused where they are of different kinds."""
+    try:
+        return 1.0 if unit == wanted else units.factor(unit, wanted)
+    except units.UnitError:
+        raise InputError(f"{one} is in {unit}, {other} in {wanted}; they must be of one kind") from None
 
 
 def _noise(converted: list[_Converted], factors: list[float], names: tuple[str, ...]) -> np.ndarray | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
+from evolvent.base.units.heads import head_and_unit as head_and_unit, is_unit as is_unit
 from evolvent.base.units.orientation import Orientation as Orientation, Turned as Turned
 from evolvent.base.units.parsing import (
     COMMON as COMMON,
@@ -13,7 +14,6 @@ from evolvent.base.units.parsing import (
     Measured as Measured,
     UnitError as UnitError,
     base_exponents as base_exponents,
-    head_and_unit as head_and_unit,
     is_list as is_list,
     known as known,
     parse as parse,
@@ -32,6 +32,7 @@ from evolvent.base.units.quantities import (
     unit_of as unit_of,
     units_as_written as units_as_written,
 )
+from evolvent.base.units.written import factor as factor, file_unit as file_unit
 
 _LENGTH: dict[str, Any] = {"what": "a length", "unit": "m", "example": "5 m"}
 _TIME: dict[str, Any] = {"what": "a time", "unit": "s", "example": "2.5 s"}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 import numbers
 import re
@@ -56,19 +55,6 @@ COMMON: dict[str, dict[str, float]] = {
     "K/m": {"K/m": 1.0},
     "1/m": {"1/m": 1.0},
 }
-
-
-def head_and_unit(head: str) -> tuple[str, str]:
-    """Name and unit of the head of a column: "angle [deg]" and "angle (deg)" -> "angle", "deg".
-
-    A head without a unit, or of a unit alone, is a name.
-    """
-    text = head.strip()
-    start = max(text.rfind("["), text.rfind("("))
-    name, unit = text[:start].rstrip(), text[start + 1 : -1].strip()
-    if start < 0 or text[-1] not in ")]" or not name or any(sign in unit for sign in ")]"):
-        return text, ""
-    return name, unit
 
 
 #: SI unit -> units in which people go on reading a value that was written in them.
@@ -129,7 +115,9 @@ def to_float(value: numbers.Real) -> float:
 
 @functools.cache
 def _registry() -> Any:
-    return startup.load("pint").UnitRegistry()
+    found = startup.load("pint").UnitRegistry()
+    found._units["px"] = found._units["pixel"]  # the library has it as a length, 1/96 in
+    return found
 
 
 def parse(text: str, unit: str) -> float:
@@ -161,67 +149,21 @@ def parse(text: str, unit: str) -> float:
         raise UnitError(f"{given!r} is a unit of something else, or not of SI")
     if unit.startswith("rad") and re.search(r"hertz|Hz\b", given):
         raise UnitError("hertz does not say whether it counts turns or radians")
+    if unit == "Hz" and re.search(r"rpm|(?<![A-Za-z])(rad|deg|turn|rev)", given):
+        raise UnitError(f"{cut(given)!r} is a unit of something else; a frequency is in Hz or 1/s")
     exponents = re.sub(r"(?<=[A-Za-z])(-?[2-6])(?![\w.])", r"^\1", given)  # "kg m2" and "m/s2" as well
     try:
         return float(_registry().Quantity(value, known(exponents)).to(known(unit)).magnitude)
     except startup.load("pint").DimensionalityError:
-        raise UnitError(f"{_cut(given)!r} is a unit of something else{_meant(exponents, unit)}") from None
+        raise UnitError(f"{cut(given)!r} is a unit of something else{_meant(exponents, unit)}") from None
     except Exception:  # noqa: BLE001  (the units library raises many kinds of errors on what it cannot read)
-        raise UnitError(f"{_cut(given)!r} is not a known unit{_meant(exponents, unit)}") from None
-
-
-#: Symbols of units that are looked for in what is no unit of the wanted kind, with these prefixes and without.
-_PREFIXED = {
-    "": "N m g s Pa J W Hz K rad A V", "m": "N m g s rad", "c": "m N", "d": "m", "k": "N m g Pa W Hz", "u": "N m",
-    "M": "Pa N", "G": "Pa",
-}  # fmt: skip
-_PLAIN = "deg min h rpm turn in ft psi ksi lbf lb ozf oz kgf slug degC newton meter metre second"
-#: What is written for another unit: a mass for a force, a revolution for a turn.
-_OTHERS = {"rev": "turn", "lb": "lbf", "lbs": "lbf", "oz": "ozf", "kg": "kgf"}
-#: Most spellings that are tried.
-_MOST_TRIED = 400
-
-
-@functools.cache
-def _symbols() -> dict[str, list[str]]:
-    """Symbols by their small letters."""
-    found: dict[str, list[str]] = {}
-    for prefix, symbols in (*_PREFIXED.items(), ("", _PLAIN)):
-        for symbol in symbols.split():
-            found.setdefault((prefix + symbol).lower(), []).append(prefix + symbol)
-    return found
-
-
-def _spellings(word: str, most: int = 3) -> list[str]:
-    """A word as symbols of units with blanks between them, that with its own letters first: "Nm" -> "N m", "nm"."""
-    found = [word] if any(word in symbols for symbols in _symbols().values()) else []
-    found += [symbol for symbol in _symbols().get(word.lower(), []) if symbol != word]
-    found += [_OTHERS[word.lower()]] if word.lower() in _OTHERS else []
-    if most > 1:
-        for k in range(1, len(word)):
-            for first in _symbols().get(word[:k].lower(), []):
-                found += [f"{_OTHERS.get(first, first)} {rest}" for rest in _spellings(word[k:], most - 1)]
-                found += [f"{first} {rest}" for rest in _spellings(word[k:], most - 1)]
-    own = word.replace(" ", "")
-    return sorted(dict.fromkeys(found), key=lambda one: (one.replace(" ", "") != own, one.count(" "), -one.find(" ")))
+        raise UnitError(f"{cut(given)!r} is not a known unit{_meant(exponents, unit)}") from None
 
 
 def _meant(given: str, unit: str) -> str:
-    """The end of a sentence on a text that is no unit of the wanted kind: the spelling that may be meant, or ''."""
-    if len(given) > _LONGEST_UNIT or not given.isprintable():
-        return ""
-    words = re.split(r"([A-Za-z\u00b5]+)", re.sub(r"(?<=[A-Za-z\d])\s*[-.*\u00b7\u22c5]\s*(?=[A-Za-z])", " ", given))
-    choices = [_spellings(word) if k % 2 else [word] for k, word in enumerate(words)]
-    wanted = known(unit or "1").dimensionality
-    for tried in itertools.islice(itertools.product(*choices), _MOST_TRIED):
-        text = "".join(tried)
-        try:
-            fits = known(text).dimensionality == wanted
-        except UnitError:
-            continue
-        if fits and text != given:
-            return f"; did you mean {text!r}?"
-    return ""
+    from evolvent.base.units import written
+
+    return written.meant(given, unit)
 
 
 def known(unit: str) -> Any:
@@ -238,10 +180,11 @@ def known(unit: str) -> Any:
             return _registry().parse_units(unit)
     except Exception:  # noqa: BLE001  (see `parse`)
         pass
-    raise UnitError(f"{_cut(unit)!r} is not a known unit")
+    raise UnitError(f"{cut(unit)!r} is not a known unit")
 
 
-def _cut(text: str) -> str:
+def cut(text: str) -> str:
+    """A text, the beginning alone of one that is longer than a unit."""
     return text if len(text) <= _LONGEST_UNIT else f"{text[:40]}..."
 
 

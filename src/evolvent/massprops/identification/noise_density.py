@@ -19,9 +19,9 @@ def density(modes: Modes, signal: Signal) -> Array:
     The mean of 2 `NEAR` + 1 lines of the residual's spectrum. What a fit has taken off is added: a mode takes its two
     parameters of each sensor and its share of two common ones, or 1 + 1/c lines.
     """
-    count, sensors = len(modes.time), len(modes.names)
-    lines = power(modes.residual) / (signal.counts * modes.noise**2)
-    step = 2.0 * np.pi / (count * signal.step)
+    sensors = len(modes.names)
+    lines = power(modes.residual, signal.cells) / (signal.counts * modes.noise**2)
+    step = 2.0 * np.pi / (signal.extent * signal.step)
     found = np.empty((modes.order, sensors))
     places = np.round(modes.frequency / step).astype(int)
     for k, place in enumerate(places):

@@ -11,6 +11,6 @@ r"""Recorded signals from files: CSV and TSV, TDMS, UFF 58, MAT, HDF5, WAV, and 
 """
 
 from evolvent.massprops.signals.formats import read
-from evolvent.massprops.signals.recording import Signals
+from evolvent.massprops.signals.recording import Column, Signals
 
-__all__ = ["Signals", "read"]
+__all__ = ["Column", "Signals", "read"]
