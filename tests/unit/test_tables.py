@@ -123,7 +123,7 @@ DIALECTS: dict[str, tuple[str | bytes, tuple[str, str, str]]] = {
         "time s,left s", "time,left"), ("s", "s", "mm")),
     "Tektronix": (tektronix(), ("s", "V", "")),
     "Tektronix, names": (
-        text("Model,DPO4034\nHorizontal Units,s\nSample Interval,0.05\nVertical Units,V,mV\nLabel,,\nTIME,left,right\n"),
+        text("Model,DPO4034\nHorizontal Units,s\nSample Interval,0.05\nVertical Units,V,mV\nTIME,left,right\n"),
         ("s", "V", "mV"),
     ),
     "Rigol": (text("X,left,right,\nSecond,Volt,Volt,\n", tail=","), ("Second", "Volt", "Volt")),
