@@ -93,6 +93,12 @@ def distinct(names: Iterable[str]) -> list[str]:
     return found
 
 
+def _whole(cells: Sequence[str]) -> bool:
+    """Whether no unit in brackets has been parted from its name, as in "force (N)"."""
+    bracketed = [cell[:1] in ("(", "[") for cell in cells]
+    return all(bracketed) or not any(bracketed)
+
+
 def _above(lines: Sequence[str], separator: str, block: Block) -> list[list[str]]:
     """Cells of the lines above the rows that may be heads, the nearest first."""
     found: list[list[str]] = []
@@ -106,6 +112,7 @@ def _above(lines: Sequence[str], separator: str, block: Block) -> list[list[str]
         if not found and (separator == " " or not _fits(cells, block)):  # names may be parted otherwise than numbers
             others = [split(line, sign) for sign in SEPARATORS if sign not in (separator, " ")]
             others += [re.split(r"\s{2,}", line.strip()) if len(line) <= _LONGEST else [], cells, line.split()]
+            others = [other for other in others if _whole(other)]
             cells = next((other for other in others if len(other) == block.width > 1), cells)
         if _fits(cells, block) and any(cells):
             found.append(cells)
