@@ -60,7 +60,7 @@ def record(name: str, body: Body, *, seed: int, noise: float = 2e-5, **stand: An
     x = modes.motion(t, modes.release((0.0, -80.0, 0.0), s.points[0]), s.points).T
     x = x + noise * np.random.default_rng(seed).standard_normal(x.shape)
     names = tuple(f"sensor {k}" for k in (1, 2, 3, 4))
-    return Signals(names=names, data=x, units=("m",) * 4, rate=40.0, path=name, format="test", sha256=f"{name}{seed}")
+    return Signals.of(names, x, ("m",) * 4, 40.0, path=name, sha256=f"{name}{seed}")
 
 
 def recordings(*, only: tuple[str, ...] = tuple(TURNS), seed: int = 1) -> list[Signals]:
@@ -287,7 +287,7 @@ def test_air_of_a_disc_is_taken_off(book: Book) -> None:
     x = modes.motion(t, modes.release((0.0, -1.0, 0.0), s.points[0]), s.points).T
     x = x + 1e-6 * np.random.default_rng(1).standard_normal(x.shape)
     names = tuple(f"sensor {k}" for k in (1, 2, 3, 4))
-    signals = Signals(names=names, data=x, units=("m",) * 4, rate=40.0, path="a", format="test", sha256="a")
+    signals = Signals.of(names, x, ("m",) * 4, 40.0, path="a", sha256="a")
     found, without = mass_properties(signals, content), mass_properties(signals, {**content, "air": None})
     taken = without.values - found.values
     expected = np.array([mass, moment, moment])

@@ -76,8 +76,8 @@ def test_gaps_that_are_too_large_or_unwanted(tmp_path: pathlib.Path) -> None:
 
 def test_times(tmp_path: pathlib.Path) -> None:
     t, x = rig.knock()
-    uneven = t + 0.003 * np.sin(t)
-    refused("time is not even: sample", rig.write_csv(tmp_path / "a.csv", uneven, x))
+    uneven = rig.write_csv(tmp_path / "a.csv", t + 0.003 * np.sin(t), x)
+    refused("the time is not even, but esprit needs even times", uneven, {"identification.method": "esprit"})
     back = t.copy()
     back[100] = back[98]
     refused("the time does not rise at sample 101", rig.write_csv(tmp_path / "b.csv", back, x))
@@ -93,7 +93,7 @@ def test_times(tmp_path: pathlib.Path) -> None:
     [
         (lambda t: 1e-300 * t, "2e-302 s apart, where 1e-12 s to .*check the unit of the time"),
         (lambda t: 1e300 * t, r"2e\+298 s apart, where 1e-12 s to"),
-        (lambda t: 1e300 + t, r"all 612 samples have the same time, 1e\+300 s"),
+        (lambda t: 1e300 + t, r"all 612 samples have the same time"),
         (lambda t: 0.0 * t, "all 612 samples have the same time, 0 s"),
         (lambda t: np.where(t == t[5], np.nan, t), "1 of 612 times are empty or not finite, the first at sample 6"),
         (lambda t: np.where(t == t[5], np.inf, t), "sample 6 of 'time' is infinite"),
@@ -112,7 +112,7 @@ def test_an_absurd_clock(knock: str) -> None:
 
 @pytest.mark.parametrize("rate", [0.0, 1e300, np.inf])
 def test_an_absurd_rate_of_a_file(rate: float) -> None:
-    source = Signals(("a",), np.sin(np.arange(100.0))[:, None], ("mm",), rate, "a.wav", "WAV", "")
+    source = Signals.of(("a",), np.sin(np.arange(100.0))[:, None], ("mm",), rate, path="a.wav")
     content = {"stand": {"kind": "torsion", "stiffness": 0.35}, "body": {}, "signals": {}}
     with pytest.raises(InputError, match=r"the rate that 'a.wav' states is .* between 1e-12 and 1e\+12"):
         mass_properties(source, content)
@@ -148,7 +148,7 @@ def test_a_column_that_is_mostly_words_is_named(tmp_path: pathlib.Path) -> None:
     what = "is no signal.*: 408 of its 612 cells are words, the first in line 3: 'over'"
     with pytest.raises(InputError, match=f"the column 'gauge' of .* {what}; correct it, or name the columns"):
         recordings.read(source, schema.Signals())
-    with pytest.raises(InputError, match=f"column is 'gauge', which {what}"):
+    with pytest.raises(InputError, match=f"the column 'gauge' of .* {what}"):
         recordings.read(source, named("sensor 1", "gauge"))
     assert recordings.read(source, named("sensor 1", "sensor 2")).notes == ()
 

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import functools
 import io
 import json
 import os
@@ -31,6 +32,7 @@ from evolvent.design import studies
 from evolvent.design.calibration import data as calibration_data
 from evolvent.design.studies import store
 from evolvent.massprops import description, signals, uncertain
+from evolvent.massprops.signals import timebase
 from security import mutations
 
 #: Mutations in all, and the first seed.
@@ -151,6 +153,9 @@ def recordings(folder: pathlib.Path) -> dict[str, bytes]:
         stream = io.BytesIO()
         scipy.io.savemat(stream, {"x": x, "fs": 50.0}, format=version, do_compression=compressed)
         found[f"{version}{compressed}.mat"] = stream.getvalue()
+    out = {"time": t, "signals": {"values": x, "label": "left"}, "names": np.array(["a", "b"], dtype=object)}
+    scipy.io.savemat(stream := io.BytesIO(), {"out": out})
+    found["struct.mat"] = stream.getvalue()
     with h5py.File(folder / "d.h5", "w") as file:
         file.create_dataset("left", data=x[:, 0], chunks=(20,), compression="gzip")
         file["right"] = x[:, 1]
@@ -198,11 +203,16 @@ def test_recordings(tmp_path: pathlib.Path) -> None:
         found, wrong = mutations.judged(lambda: signals.read(path))
         if found is None:
             return f"{name}: {wrong}" if wrong else ""
-        if found.data.shape[1] != len(found.names) or len(set(found.names)) != len(found.names):
-            return f"{name}: {len(found.names)} names of {found.data.shape[1]} columns"
-        if found.rate is not None and not 0.0 < found.rate < np.inf:
-            return f"{name}: a rate of {found.rate}"
-        return f"{name}: an infinite sample" if np.isinf(found.data).any() else ""
+        if len(set(found.names)) != len(found.names):
+            return f"{name}: columns of equal names"
+        if any(one.rate is not None and not 0.0 < one.rate < np.inf for one in found.columns):
+            return f"{name}: rates of {[one.rate for one in found.columns]}"
+        for column in found.names:
+            values, wrong = mutations.judged(functools.partial(found.column, column))
+            if wrong or (values is not None and (np.isinf(values).any() or values.ndim != 1)):
+                return f"{name}: {wrong or 'an infinite sample'}"
+        chosen, wrong = mutations.judged(functools.partial(timebase.choose, found, (), time=None, rate=None))
+        return f"{name}: {wrong}" if wrong and not chosen else ""
 
     check(0.23, one)
 

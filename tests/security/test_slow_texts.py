@@ -13,8 +13,8 @@ from evolvent.assembly import expressions
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Section
+from evolvent.base.tables import distinct
 from evolvent.massprops import signals
-from evolvent.massprops.signals.recording import distinct
 from evolvent.parts.base import PointReferences, Reference
 from security import mutations
 

@@ -13,9 +13,8 @@ import operator
 import os
 import pathlib
 import stat
-import zlib
 from collections.abc import Iterator, Mapping
-from typing import Any, BinaryIO, Literal
+from typing import Any, BinaryIO
 
 from evolvent.base.errors import InputError, counted, reason_of
 
@@ -33,14 +32,8 @@ LARGEST_TEXT = 5_000_000
 _MOST_OBJECTS, _DEEPEST = 100_000, 32
 #: Texts of an attribute that are read without a look at their lengths, each of which may be that of the file.
 _FEW_TEXTS = 64
-#: Kind of the compressed elements of a MAT file, classes of arrays that are not plain numbers, and bytes of one number
-#: of the other kinds of elements.
-_COMPRESSED, _MAT_OTHERS = 15, (1, 2, 3, 4, 5, 16, 17, 18)
-_MAT_WIDTHS = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8}
 #: Bytes that are read at a time beyond the size that the system states.
 _BLOCK = 1 << 20
-#: Bytes that are decompressed at a time, which may become a thousand times as many.
-_SLICE = 1 << 15
 #: Filters of HDF5 that the library has itself: deflate, shuffle, Fletcher, szip, n-bit, scale-offset, LZF.
 _FILTERS = (1, 2, 3, 4, 5, 6, 32000)
 #: Codecs of Zarr arrays that read numbers and texts alone; a pickle is none of them.
@@ -313,79 +306,6 @@ def _varies(type_: Any) -> bool:
     if isinstance(type_, h5t.TypeArrayID):
         return _varies(type_.get_super())
     return isinstance(type_, h5t.TypeVlenID)
-
-
-# ------------------------------------------------------------------------------------------------ MAT
-
-
-def plain_mat(raw: bytes, name: str) -> tuple[bytes, list[str]]:
-    """A MAT file of version 5 with its whole arrays of numbers alone, decompressed; and names of all else.
-
-    SciPy's reader trusts sizes and kinds that a damaged file states, and may end the process with a fault.
-
-    Raises
-    ------
-    InputError
-        If an array is damaged, or the compressed ones would fill the memory.
-    """
-    if len(raw) < 128 or raw[126:128] not in (b"IM", b"MI"):
-        return raw, []
-    order: Literal["little", "big"] = "little" if raw[126:128] == b"IM" else "big"
-    place, declared, found, others = 128, 0, [raw[:128]], []
-    while place + 8 <= len(raw):
-        kind, first, last, _ = _mat_tag(raw, place, order)
-        element = raw[place:last]
-        if kind == _COMPRESSED:
-            machine, pieces = zlib.decompressobj(), []
-            for at in range(first, min(last, len(raw)), _SLICE):
-                try:
-                    pieces.append(machine.decompress(raw[at : min(at + _SLICE, last)]))
-                except zlib.error:
-                    break
-                declared += len(pieces[-1])
-                check_declared(declared, len(raw), name)
-                if machine.eof:
-                    break
-            element = b"".join(pieces)
-        title, is_whole = _mat_array(element, order)
-        if is_whole is None:
-            others.append(title)
-        elif is_whole:
-            found.append(element)
-        else:
-            raise InputError(f"cannot read {_short(name)}: its array {title!r} is damaged")
-        place = last
-    return b"".join(found), others
-
-
-def _mat_tag(raw: bytes, place: int, order: Literal["little", "big"]) -> tuple[int, int, int, int]:
-    """Kind of an element at an address, the first byte of its data, the one after its last, and the next element."""
-    kind, size = (int.from_bytes(raw[place + k : place + k + 4], order) for k in (0, 4))
-    if kind >> 16:  # up to four bytes stand in the tag itself
-        return kind & 0xFFFF, place + 4, place + 4 + (kind >> 16), place + 8
-    return kind, place + 8, place + 8 + size, place + 8 + size + -size % 8
-
-
-def _mat_array(element: bytes, order: Literal["little", "big"]) -> tuple[str, bool | None]:
-    """Name of an array, and whether its numbers are as many as its dimensions say; None of structs, cells and texts."""
-    kind, place, end, _ = _mat_tag(element, 0, order)
-    parts: list[tuple[int, bytes, bool]] = []
-    while place + 8 <= min(end, len(element)) and len(parts) < 5:
-        own, first, last, place = _mat_tag(element, place, order)
-        parts.append((own, element[first:last], last <= len(element)))
-    title = parts[2][1][:80].decode("latin-1") if len(parts) > 2 else "?"
-    if kind != 14 or end != len(element) or len(parts) < 3 or [own for own, _, _ in parts[:3]] != [6, 5, 1]:
-        return title, False
-    flags, sizes = int.from_bytes(parts[0][1][:4], order), parts[1][1]
-    shape = [int.from_bytes(sizes[k : k + 4], order, signed=True) for k in range(0, len(sizes), 4)]
-    count = math.prod(shape)
-    if flags & 0xFF in _MAT_OTHERS:
-        return title, None
-    is_numeric = 6 <= flags & 0xFF <= 15 and len(parts[0][1]) == 8 and len(sizes) % 4 == 0
-    wanted = 5 if flags & 0x800 else 4
-    if not is_numeric or not 2 <= len(shape) <= 8 or min(shape) < 0 or len(parts) != wanted or place != end:
-        return title, False
-    return title, all(whole and len(data) == count * _MAT_WIDTHS.get(own, -1) for own, data, whole in parts[3:])
 
 
 # ------------------------------------------------------------------------------------------------ Zarr

@@ -158,13 +158,19 @@ class SpringBody(Section):
         return tuple(k for k in PROPERTIES if (v := getattr(self, k)) is not None and v.unknown)
 
 
+_AMPLITUDE = (
+    "of the swing, its mean over the recording; needed only where the signals are no angles and their rate changes too "
+    "little to show it"
+)
+
+
 class _Wires(Section):
     """A body that turns about the vertical on parallel or leaning wires of equal length."""
 
     radius: uncertain.Length = Field(description="of the wires' ends at the body, from the axis")
     top_radius: uncertain.Length | None = Field(None, description="of their ends above; as radius unless given")
     length: uncertain.Length = Field(description="of the wires")
-    amplitude: uncertain.Turn = Field(Uncertain(0.0), description="of the swing; 0 means a small one")
+    amplitude: uncertain.Turn | None = Field(None, description=_AMPLITUDE)
     wire_stiffness: uncertain.TorsionOrZero = Field(Uncertain(0.0), description="torsional, of all wires together")
     gravity: uncertain.Gravity = Uncertain(9.80665)
 
@@ -193,7 +199,7 @@ class CompoundPendulum(Section):
 
     kind: Literal["compound"] = "compound"
     distance: uncertain.Length = Field(description="of the body's centre of mass from the axis of the pivot")
-    amplitude: uncertain.Turn = Field(Uncertain(0.0), description="of the swing; 0 means a small one")
+    amplitude: uncertain.Turn | None = Field(None, description=_AMPLITUDE)
     gravity: uncertain.Gravity = Uncertain(9.80665)
 
 
@@ -242,6 +248,11 @@ class Identification(Section):
         | None
     ) = Field(None, description="modes are looked for inside it")
     detrend: Literal["constant", "linear"] = Field("constant", description="an offset of each sensor, or also a drift")
+    decay: Literal["auto", "viscous", "dry", "quadratic", "mixed"] = Field(
+        "auto",
+        description="law by which the strongest mode decays: viscous damping, dry friction, quadratic drag, or all "
+        "three; auto: as the signal shows",
+    )
     shapes: bool = Field(True, description="whether mode shapes are used in addition to the frequencies (springs)")
     model: Literal["full", "vertical"] = Field(
         "full",

@@ -9,12 +9,12 @@ import numpy as np
 from evolvent.base.errors import InputError
 from evolvent.massprops.description import Signalling
 from evolvent.massprops.identification import Modes, identify
+from evolvent.massprops.identification.noise_density import density
 from evolvent.massprops.identification.orders import WHITE, whiteness
-from evolvent.massprops.identification.signals import power, read_signal
+from evolvent.massprops.identification.signals import read_signal
+from evolvent.massprops.identification.swings import Kind
 from evolvent.massprops.recordings import Reading
 
-#: Lines of the residual's spectrum on each side of a mode that show the noise there.
-NEAR = 12
 #: A mode this near to half the sampling rate may be a faster one seen through too few samples.
 EDGE = 0.9
 #: Share of a signal's square in a straight line above which it drifts.
@@ -66,8 +66,8 @@ class Modal:
         return bool(np.all(np.isfinite(self.frequency_covariance)))
 
 
-def find(reading: Reading, given: Signalling) -> Modal:
-    """Identify the modes of a recording.
+def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Modal:
+    """Identify the modes of a recording; `swing` is what the stand says of the strongest.
 
     Raises
     ------
@@ -85,6 +85,8 @@ def find(reading: Reading, given: Signalling) -> Modal:
             noise=reading.noise,
             band=chosen.band,
             detrend=chosen.detrend,
+            decay=chosen.decay,
+            swing=swing,
         )
     except InputError as error:
         raise InputError(f"{error}{_drift(reading) if chosen.detrend == 'constant' else ''}") from None
@@ -181,19 +183,13 @@ def _widening(reading: Reading, modes: Modes) -> tuple[float, np.ndarray]:
     In noise of the spectral density S a frequency's variance is S(frequency) over the mean of S times that in white
     noise of the same power, for S is smooth over the width of a line.
     """
-    signal = read_signal(reading.data, time=reading.time, names=reading.names, noise=reading.noise)
+    signal = read_signal(modes.data, time=modes.time, names=reading.names, noise=reading.noise)
     p = whiteness(signal, modes.residual, modes.noise)
     if p >= WHITE:
         return p, np.ones(modes.order)
-    lines = power(modes.residual) / (signal.counts * modes.noise**2)
-    step = 2.0 * np.pi / (len(modes.time) * signal.step)
     weight = (modes.amplitude / modes.noise) ** 2
-    factors = []
-    for k, w in enumerate(modes.frequency):
-        place = round(float(w) / step)
-        near = lines[max(1, place - NEAR) : place + NEAR + 1].mean(axis=0)
-        factors.append(np.sqrt(max(1.0, float(weight[k] @ near) / float(weight[k].sum()))))
-    return p, np.array(factors)
+    near = (weight * density(modes, signal)).sum(axis=1) / weight.sum(axis=1)
+    return p, np.sqrt(np.maximum(near, 1.0))
 
 
 def refuse_rate(expected: float, rate: float, what: str) -> None:

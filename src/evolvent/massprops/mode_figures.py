@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent.massprops.identification import Modes
+from evolvent.massprops.times import read_times
 from evolvent.results.figures import Figure, Line, Panel, stacked
 from evolvent.view import show
 
@@ -33,9 +34,19 @@ def figures(modes: Modes, unit: str) -> list[Figure]:
     titles = [f"{w:.5g} rad/s" for w in modes.frequency]
     return [
         signals(modes.time, modes.data, modes.fitted, modes.names, unit=unit),
-        spectra(modes.time, read, modes.names, modes.frequency, unit=unit),
+        spectra(*_even(modes, read), modes.names, modes.frequency, unit=unit),
         amplitudes(modes.names, modes.mode_shapes().real, titles, unit=unit),
     ]
+
+
+def _even(modes: Modes, read: Array) -> tuple[Array, Array]:
+    """Times and signals on an even grid: what the modes leave is interpolated, if the times are uneven."""
+    times = read_times(modes.time)
+    if times.even:
+        return modes.time, read
+    time = times.step * np.arange(int(modes.time[-1] / times.step) + 1)
+    left = [np.interp(time, modes.time, column) for column in (read - modes.fitted).T]
+    return time, modes.predict(time) + np.column_stack(left)
 
 
 def signals(time: Array, read: Array, fitted: Array | None, names: Sequence[str], *, unit: str) -> Figure:

@@ -8,9 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evolvent.base import units
 from evolvent.base.errors import InputError
-from evolvent.massprops.description import Bifilar, CompoundPendulum, OnPivot, Pendulum, Trifilar
+from evolvent.massprops.description import Bifilar, CompoundPendulum, OnPivot, Pendulum, TorsionWire, Trifilar
 from evolvent.massprops.estimates import Evaluation, Output, Share
+from evolvent.massprops.identification.swing_model import PENDULUM, Reach, Restoring
+from evolvent.massprops.identification.swings import Kind, Swing
 from evolvent.massprops.inertia import pendulums
 from evolvent.massprops.modal import Modal, refuse_rate
 from evolvent.massprops.rounding import shown
@@ -23,6 +26,55 @@ LEAST_SHARE, RIVAL = 0.05, 0.5
 _UNITS = {"mass": "kg", "inertia": "kg m²", "gravity": "m/s²", "stiffness": "N m/rad", "wire_stiffness": "N m/rad"}
 
 _STAND_KEYS = ("stiffness", "radius", "top_radius", "length", "distance", "amplitude", "wire_stiffness", "gravity")
+
+
+#: Units of what sensors read of a swing, by the number of derivatives: angles, and lengths.
+_ANGLES, _LENGTHS = ("rad", "rad/s", "rad/s^2"), ("m", "m/s", "m/s^2")
+#: Difference of a stated amplitude from that of the signals, of the latter, that is reported.
+_AMPLITUDE = 0.05
+
+
+def swing(given: Pendulum, unit: str, rate: float) -> Kind:
+    """What the stand says of the swing, where sensors read it in `unit` at the rate, Hz.
+
+    Raises
+    ------
+    InputError
+        A body without mass on wires, a rate too low for its sway.
+
+    Notes
+    -----
+    On wires that hang from R to r at the depth H(x) = sqrt(L^2 - R^2 - r^2 + 2 R r cos x) the body has the energy
+    (I + M H'^2) x'^2 / 2 - M g H + kappa x^2 / 2.
+    """
+    stand = given.stand
+    if isinstance(stand, (Bifilar, Trifilar)) and given.body.mass is None:
+        raise InputError(f"body.mass is missing; on {stand.kind} wires the weight turns the body back")
+    derivative, factor = 0, math.nan
+    for angles, one_unit in [(True, u) for u in _ANGLES] + [(False, u) for u in _LENGTHS]:
+        try:
+            ratio = units.parse(f"1 {unit}", one_unit)
+        except units.UnitError:
+            continue
+        derivative, factor = (_ANGLES if angles else _LENGTHS).index(one_unit), ratio if angles else math.nan
+        break
+    stated = getattr(stand, "amplitude", None)
+    reach = Reach(factor, abs(stated.value) if stated else math.nan, stated.std if stated else math.nan)
+    avoid = _sway(given)
+    if avoid is not None:
+        refuse_rate(avoid, rate, "the body's sway sqrt(g / H)")
+    kind = Kind(PENDULUM, reach, derivative, math.nan if avoid is None else avoid)
+    if isinstance(stand, CompoundPendulum):
+        return kind
+    if not isinstance(stand, (Bifilar, Trifilar)):
+        return kind._replace(restoring=Restoring())
+    r, R = stand.radius.value, (stand.top_radius or stand.radius).value
+    mass = (given.body.mass.value if given.body.mass else 0.0) + sum(t.mass.value for t in given.tare if t.mass)
+    square = stand.length.value**2 - r**2 - R**2
+    depth = math.sqrt(square + 2.0 * r * R)
+    weight, wire = mass * stand.gravity.value * r * R / depth, max(stand.wire_stiffness.value, 0.0)
+    total = weight + wire
+    return kind._replace(restoring=Restoring(weight / total, wire / total, r * R, square, mass / total))
 
 
 class _Input(NamedTuple):
@@ -38,17 +90,13 @@ def evaluate(given: Pendulum, modal: Modal, own: Sequence[str] = ()) -> Evaluati
     Raises
     ------
     InputError
-        A body without mass on wires, a rate too low for its sway, no mode or several that may be the torsion, a swing
-        faster than that of a point mass, a moment that is not above 0.
+        No mode or several that may be the torsion, a swing faster than that of a point mass, a moment that is not
+        above 0.
     """
-    if isinstance(given.stand, (Bifilar, Trifilar)) and given.body.mass is None:
-        raise InputError(f"body.mass is missing; on {given.stand.kind} wires the weight turns the body back")
-    inputs = _inputs(given)
+    k, why = _rotation(given, modal, _sway(given))
+    followed = _followed(modal, k)
+    inputs = [i for i in _inputs(given) if followed is None or i.key != "stand.amplitude"]
     at = {i.key: i.value for i in inputs}
-    sway = _sway(given)
-    if sway is not None:
-        refuse_rate(sway, modal.reading.rate, "the body's sway sqrt(g / H)")
-    k, why = _rotation(given, modal, sway)
     w, std = float(modal.frequency[k]), float(modal.frequency_std[k])
     _refuse_fast(given, w)
     values = _moments(given, {key: np.asarray(v) for key, v in at.items()}, np.asarray(w))
@@ -85,6 +133,7 @@ def evaluate(given: Pendulum, modal: Modal, own: Sequence[str] = ()) -> Evaluati
         covariance = np.atleast_2d(np.cov(draws, rowvar=False))
     others = tuple(f"mode {j + 1} (" for j in range(modal.modes.order) if j != k)
     warnings = [text for text in modal.warnings if not text.startswith(others)]
+    warnings += _amplitude_warnings(given, modal, followed)
     if modal.reading.time[-1] * w < 10.0 * math.pi:
         warnings.append(
             f"the {_mode(given)} is seen for {modal.reading.time[-1] * w / (2.0 * math.pi):.1f} periods only"
@@ -97,13 +146,53 @@ def evaluate(given: Pendulum, modal: Modal, own: Sequence[str] = ()) -> Evaluati
         covariance=covariance,
         shares=tuple(shares),
         why=why,
-        assumed=_assumed(given, inputs),
+        assumed=(*_assumed(given, inputs), *_reach(followed)),
         cannot=_CANNOT,
         model_frequency=np.array([np.nan]),
         agreement=np.array([np.nan]),
         draws=draws,
         warnings=tuple(warnings),
     )
+
+
+def _followed(modal: Modal, k: int) -> Swing | None:
+    """The swing of mode k whose frequency is that at zero amplitude; None where it was not fitted so."""
+    found = modal.modes.swings[k] if modal.modes.swings else None
+    return found if found is not None and found.follows_amplitude else None
+
+
+def _reach(followed: Swing | None) -> tuple[tuple[str, str], ...]:
+    if followed is None or not math.isfinite(followed.amplitude):
+        return ()
+    first, std = (math.degrees(x) for x in (followed.amplitude, followed.amplitude_std))
+    return (("amplitude", f"from the signals: {shown(first, std)} deg at first, {followed.last:.2g} of it at the end"),)
+
+
+def _amplitude_warnings(given: Pendulum, modal: Modal, followed: Swing | None) -> list[str]:
+    """What is to be said of the amplitude that was used."""
+    stand = given.stand
+    stated: Uncertain | None = getattr(stand, "amplitude", None)
+    if isinstance(stand, TorsionWire):
+        return []
+    if followed is None:
+        if stated is not None:
+            return []
+        return [
+            "the swing was not followed through its amplitudes, and stand.amplitude is not given: it is taken as small"
+        ]
+    if stated is None:
+        seen = math.isfinite(followed.component.reach.factor) or followed.amplitude > 2.0 * followed.amplitude_std
+        return [] if seen else [
+            "the signals are no angles, and the rate of the swing does not show its amplitude: u holds up to "
+            f"{math.degrees(2.0 * followed.amplitude_std):.2g} deg; give stand.amplitude to reduce it"
+        ]  # fmt: skip
+    mean = followed.amplitude * float(followed.component.envelope(modal.modes.time).mean())
+    if abs(mean - abs(stated.value)) <= max(3.0 * math.hypot(stated.std, followed.amplitude_std), _AMPLITUDE * mean):
+        return []
+    return [
+        f"stand.amplitude is {math.degrees(stated.value):.3g} deg, but the signals show {math.degrees(mean):.3g} deg "
+        "in the mean: that of the signals is used"
+    ]
 
 
 _CANNOT = (
@@ -154,7 +243,7 @@ def _moments(given: Pendulum, x: dict[str, np.ndarray], frequency: np.ndarray) -
     if isinstance(given.stand, CompoundPendulum):
         # of all that swings: its centre of mass, and from the moment about that the one about the pivot
         distance = (mass * x["stand.distance"] + lever) / hanging
-        amplitude, gravity = np.abs(x["stand.amplitude"]), x["stand.gravity"]
+        amplitude, gravity = np.abs(x.get("stand.amplitude", 0.0)), x["stand.gravity"]
         whole = pendulums.compound(w, mass=hanging, distance=distance, amplitude=amplitude, gravity=gravity)
         whole = whole + hanging * distance**2
     elif isinstance(given.stand, (Bifilar, Trifilar)):
@@ -164,7 +253,7 @@ def _moments(given: Pendulum, x: dict[str, np.ndarray], frequency: np.ndarray) -
             length=x["stand.length"],
             radius=x["stand.radius"],
             radius_above=x.get("stand.top_radius"),
-            amplitude=np.abs(x["stand.amplitude"]),
+            amplitude=np.abs(x.get("stand.amplitude", 0.0)),
             wire_stiffness=np.maximum(x["stand.wire_stiffness"], 0.0),
             gravity=x["stand.gravity"],
         )

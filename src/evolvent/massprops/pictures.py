@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.massprops.estimates import Evaluation, MassProperties
-from evolvent.massprops.identification.signals import power
+from evolvent.massprops.identification.signals import power, read_signal
 from evolvent.massprops.modal import Modal
 from evolvent.results.figures import WIDTH, axis_label
 from evolvent.view import pages
@@ -84,11 +84,13 @@ def spectrum(modal: Modal) -> pages.Picture:
     """Spectra of the signals and of the residual, over the level of white noise."""
     modes = modal.modes
     counts = np.sum(~np.isnan(modes.data), axis=0)
-    window = np.hanning(len(modes.time) + 2)[1:-1, None]
+    signal = read_signal(modes.data, time=modes.time)
+    window = np.hanning(signal.extent + 2)[1:-1, None]
+    window = window if signal.cells is None else window[signal.cells]
     mean = np.nanmean(modes.data, axis=0)
-    whole = power((modes.data - mean) * window) / (modes.noise**2 * np.sum(window**2))
-    left = power(modes.residual) / (modes.noise**2 * counts)
-    w = 2.0 * np.pi * np.arange(len(left)) / (len(modes.time) * modal.reading.time[-1] / (len(modes.time) - 1))
+    whole = power((modes.data - mean) * window, signal.cells) / (modes.noise**2 * np.sum(window**2))
+    left = power(modes.residual, signal.cells) / (modes.noise**2 * counts)
+    w = 2.0 * np.pi * np.arange(len(left)) / (signal.extent * signal.step)
     sheet = Sheet(1, 1, 2.3)
     axis = sheet.axes[0, 0]
     axis.semilogy(w[1:], np.maximum(whole.mean(axis=1), 1e-3)[1:], color="0.6", linewidth=0.8, label="signals")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from typing import Any
 
 import numpy as np
@@ -10,16 +11,12 @@ import numpy as np
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.massprops import description as schema
-from evolvent.massprops.identification.signals import check_rate, check_times
-from evolvent.massprops.signals import Signals
+from evolvent.massprops.signals import Signals, timebase
+from evolvent.massprops.times import check_rate, check_times, read_times
 from evolvent.massprops.uncertain import parts_of
 
-#: Names that a column of times goes by.
-_TIMES = ("time", "t", "zeit", "temps", "tiempo", "время")
-#: Largest share of missing samples, and distance of a time from the even grid in steps.
-MOST_MISSING, UNEVEN = 0.5, 0.01
-#: Relative difference of a stated rate from the file's own that is refused.
-RATE = 1e-3
+#: Largest share of missing samples.
+MOST_MISSING = 0.5
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -49,10 +46,10 @@ class Reading:
     sensitivity_std: np.ndarray
     notes: tuple[str, ...]
 
-    @property
+    @functools.cached_property
     def rate(self) -> float:
         """Samples a second, Hz."""
-        return (len(self.time) - 1) / float(self.time[-1])
+        return 1.0 / read_times(self.time).step
 
 
 def read(source: Signals, given: schema.Signals) -> Reading:
@@ -61,31 +58,25 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     Raises
     ------
     InputError
-        Columns that are not there, no time, no unit, units of different kinds, uneven times, an empty range, gaps that
-        are not wanted or too large.
+        Columns that are not there, no time, no unit, units of different kinds, times that do not rise, an empty range,
+        gaps that are not wanted or too large.
     """
-    notes = [] if given.sensors else _words(source)
-    time, clock = _time(source, given)
-    sensors = given.sensors or tuple(schema.Sensor(column=name) for k, name in enumerate(source.names) if k != clock)
-    if not sensors:
-        raise InputError(
-            f"{source.path!r} holds no column of numbers but the time, {source.names[0]!r}; at least one must be a "
-            "signal"
-        )
-    places = [source.index(s.column, f"signals.sensors.{k}.column") for k, s in enumerate(sensors)]
+    named = [(sensor.column, f"signals.sensors.{k}.column") for k, sensor in enumerate(given.sensors)]
+    base = timebase.choose(source, named, time=given.time, rate=given.rate)
+    notes = [*([] if given.sensors else _left_out(source)), *base.notes]
+    places = base.columns
+    sensors = given.sensors or tuple(schema.Sensor(column=source.names[k]) for k in places)
     names = tuple(s.name or source.names[c] for s, c in zip(sensors, places, strict=True))
     if len(set(names)) < len(names):
         raise InputError(f"signals.sensors have the names {', '.join(names)}; they must be different")
-    data = source.data[:, places]
-    if time is None:
-        rate = given.rate or source.rate
-        assert rate is not None
-        check_rate(rate, "signals.rate" if given.rate else f"the rate that {source.path!r} states")
-        time = np.arange(len(data)) / rate
+    data = np.column_stack([source.column(k + 1) for k in places])
+    notes += [note for note in source.notes if note not in notes]  # reading of a column adds to them
+    if base.time is None:
+        assert base.rate is not None
+        check_rate(base.rate, "signals.rate" if given.rate else f"the rate that {source.path!r} states")
+        time = base.start + np.arange(len(data)) / base.rate
     else:
-        time, data, filled = _even(time, data)
-        if filled:
-            notes.append(f"{filled} rows that are missing in the file are gaps")
+        time, data = _at_times(base.time, data, given, notes)
     time, data = _cut(time, data, given, notes)
     found = [converted(s, source.units[c], given, k) for k, (s, c) in enumerate(zip(sensors, places, strict=True))]
     notes += [item.note for item in found if item.note]
@@ -110,93 +101,38 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     )
 
 
-def _words(source: Signals) -> list[str]:
-    """A sentence on the columns that are left out, since they hold words alone; refused where they hold numbers too."""
-    for name, found in source.left_out.items():
-        if found.numbers:
-            raise InputError(
-                f"the column {name!r} of {source.path!r} is no signal: {found}; correct it, or name the columns that "
-                f"are signals under signals.sensors"
-            )
-    names = ", ".join(repr(name) for name in source.left_out)
-    return [f"{names} {'is' if len(source.left_out) == 1 else 'are'} left out: no cell holds a number"] if names else []
+def _left_out(source: Signals) -> list[str]:
+    """Sentences on what of a file is no column of numbers."""
+    names: dict[str, list[str]] = {}
+    for name, why in source.left_out.items():
+        names.setdefault(why, []).append(repr(name))
+    return [f"{', '.join(own)} {'is' if len(own) == 1 else 'are'} left out: {why}" for why, own in names.items()]
 
 
 # ------------------------------------------------------------------------------------------------ time
 
 
-def _time(source: Signals, given: schema.Signals) -> tuple[np.ndarray | None, int | None]:
-    """Times in s, None where a rate stands for them; and the index of their column."""
-    if given.rate is not None:
-        lowered = [name.lower() for name in source.names]
-        place = next((lowered.index(t) for t in _TIMES if t in lowered), None)
-        _same_rate(source, place, given.rate)
-        return None, place
-    if given.time is not None:
-        place = source.index(given.time, "signals.time")
-    else:
-        lowered = [name.lower() for name in source.names]
-        found = [lowered.index(t) for t in _TIMES if t in lowered]
-        if not found and source.rate is not None:
-            return None, None
-        if not found:
-            raise InputError(
-                f"{source.path!r} states neither times nor a rate; give signals.rate, such as 50 Hz, or signals.time, "
-                f"one of its columns {', '.join(source.names)}"
-            )
-        place = found[0]
-    unit = source.units[place] or "s"
-    try:
-        factor = units.parse(f"1 {unit}", "s")
-    except units.UnitError:
-        raise InputError(f"the column {source.names[place]!r} has the unit {unit!r}; a time is in s, ms, min") from None
-    return source.data[:, place] * factor, place
-
-
-def _same_rate(source: Signals, place: int | None, rate: float) -> None:
-    """Refuse a rate that is not the file's own; a time column that is none, or in a unit unknown, says nothing."""
-    own, what = source.rate, "its own rate"
-    if place is not None:
-        time = source.data[:, place]
-        try:
-            factor = units.parse(f"1 {source.units[place] or 's'}", "s")
-        except units.UnitError:
-            return
-        steps = np.diff(time)
-        if not (steps.size and np.all(np.isfinite(steps)) and np.all(steps > 0.0)):
-            return
-        own, what = steps.size / float((time[-1] - time[0]) * factor), f"the column {source.names[place]!r}"
-        if not source.units[place] and any(abs(own * other / rate - 1.0) < RATE for other in (1e3, 1e6, 60.0)):
-            return  # a time in ms, us or min
-    if own is not None and abs(own / rate - 1.0) > RATE:
-        raise InputError(
-            f"signals.rate is {rate:.6g} Hz, but by {what} {source.path!r} has {own:.6g} Hz; leave signals.rate out, "
-            "or correct the file's clock by signals.clock"
-        )
-
-
-def _even(time: np.ndarray, data: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
-    """Samples on an even grid, with empty rows where rows are missing; and their number."""
+def _at_times(
+    time: np.ndarray, data: np.ndarray, given: schema.Signals, notes: list[str]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Samples at their times; where these are on an even grid, with empty rows where rows are missing."""
     if len(time) < 3:
         raise InputError(f"the file has {len(time)} samples; at least 8 are needed")
-    check_times(time)
-    steps = np.diff(time)
-    step = float(np.median(steps))
-    count = np.round(steps / step)
-    if np.all(count <= 1):
-        return time, data, 0  # evenness is checked by the identification
-    place = np.concatenate([[0.0], np.cumsum(np.maximum(count, 1.0))])
-    step = float(time[-1] - time[0]) / float(place[-1])
-    off = np.abs(time - time[0] - step * place) / step
-    if off.max() > 50.0 * UNEVEN or place[-1] > 100 * len(time):
-        worst = int(np.argmax(off))
-        raise InputError(
-            f"the time is not even: sample {worst + 1} at {time[worst]:.9g} s is off the grid of {step:.6g} s"
-        )
-    rows = place.astype(int)
-    whole = np.full((rows[-1] + 1, data.shape[1]), np.nan)
-    whole[rows] = data
-    return time[0] + step * np.arange(len(whole)), whole, len(whole) - len(rows)
+    found = read_times(time)
+    notes += found.notes
+    rows = int(found.place[-1]) + 1
+    lost = rows - len(time)
+    if lost > 0 and given.gaps == "refuse":
+        raise InputError(f"the file lacks {lost} of {rows} rows, and signals.gaps is 'refuse'")
+    if lost > MOST_MISSING * rows:
+        raise InputError(f"the file lacks {lost} of {rows} rows, more than half: {notes[-1]}; choose another range")
+    if found.even and not found.notes:
+        return time, data
+    if not found.grid or lost == 0:
+        return found.origin + found.time, data
+    whole = np.full((rows, data.shape[1]), np.nan)
+    whole[found.place] = data
+    return found.origin + found.step * np.arange(rows), whole
 
 
 def _cut(time: np.ndarray, data: np.ndarray, given: schema.Signals, notes: list[str]) -> tuple[np.ndarray, np.ndarray]:

@@ -105,8 +105,11 @@ def attributes(
     laws : mapping, name -> name of the user's law that replaced it (a case cannot hold those)
     date : datetime.datetime, end of the run
     """
-    return {
+    moment = date.isoformat(timespec="seconds")
+    return netcdf.CONVENTIONS | {
         "title": f"evolvent run of {system}",
+        "source": f"evolvent {__version__}",
+        "history": f"{moment}: simulated by evolvent {__version__}",
         "system": system,
         "case": case,
         "version": __version__,
@@ -117,7 +120,7 @@ def attributes(
         "wall_time_s": float(solution.wall_time),
         "compile_time_s": float(solution.compile_time),
         "laws": json.dumps(dict(laws)),
-        "date": date.isoformat(timespec="seconds"),
+        "date": moment,
         "made_with": made_with(),
         "credibility": credibility(),
     }
@@ -408,6 +411,7 @@ def save(dataset: Any, path: str | os.PathLike[str]) -> None:
     """
     dataset = _listed(dataset)
     dataset = dataset.copy()
+    dataset.attrs = netcdf.CONVENTIONS | dataset.attrs
     dataset.attrs = dataset.attrs | {DIGEST: digest(dataset)}
     write_file(path, netcdf.image(dataset))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import copy
 import functools
 import pathlib
@@ -17,6 +18,7 @@ from nicegui import events, ui
 from evolvent.base import file_keys, units
 from evolvent.base.errors import EvolventError, InputError
 from evolvent.massprops import description, signals
+from evolvent.massprops.signals import timebase
 from evolvent.results.figures import Figure, Line, Panel
 from evolvent.studio import charts, form
 from evolvent.studio.context import Context
@@ -34,7 +36,6 @@ _SKIP = ("signals.sensors", "signals.time", "recordings", "stand.kind")
 _USES = {"sensor": "sensor", "time": "time", "": "left out"}
 #: What is asked of each sensor's column; the rest of the form's keys a description file may give.
 _ASKED = ("point", "direction", "unit", "sensitivity")
-_TIMES = ("time", "t")
 
 
 class MeasurePanel:
@@ -224,9 +225,9 @@ class MeasurePanel:
                     sensors[self._source.names[self._source.index(sensor["column"])]] = sensor
                 except InputError:
                     continue
-        columns = {}
+        columns, times = {}, timebase.times(self._source)
         for k, name in enumerate(self._source.names):
-            timed = name in (given.get("time"),) or name.lower() in _TIMES
+            timed = name in (given.get("time"),) or k in times
             own = sensors.get(name, {})
             use = "time" if timed else "sensor" if own or not sensors else ""
             texts = {key: form.text_of(own.get(key)) for key in _ASKED}
@@ -242,8 +243,9 @@ class MeasurePanel:
         if not self.state["columns"]:
             given |= {key: before[key] for key in ("sensors", "time") if key in before}
         sensors = []
+        found = [] if self._source is None else [self._source.names[k] for k in timebase.times(self._source)]
         for name, column in self.state["columns"].items():
-            if column["use"] == "time" and name.lower() not in _TIMES:
+            if column["use"] == "time" and name not in found:
                 given["time"] = name
             if column["use"] != "sensor":
                 continue
@@ -302,7 +304,8 @@ class MeasurePanel:
         with ui.element("div").classes("ev-titlebar"):
             ui.label(source.path.rpartition("/")[2]).classes("ev-h1")
             rate = f", {source.rate:g} Hz" if source.rate else ""
-            ui.label(f"{source.format}, {len(source.data)} samples{rate}").classes("ev-status")
+            size = max(one.size for one in source.columns)
+            ui.label(f"{source.format}, {size} samples{rate}").classes("ev-status")
         with ui.element("div").classes("ev-card").style("padding:8px"):
             self._chart = ChartElement(_signal_chart(source, self.state["columns"], self._rate()))
             self._chart.props('data-testid="signal-chart"')
@@ -439,13 +442,8 @@ def _signal_chart(source: signals.Signals, columns: Mapping[str, Any], rate: flo
     rate : float, Hz, that the description states, 0 for none
     """
     times = [k for k, name in enumerate(source.names) if columns.get(name, {}).get("use") == "time"]
-    rate = rate or source.rate or 0.0
-    if times:
-        time, x_label = source.data[:, times[0]] * _seconds(source.units[times[0]]), "time, s"
-    elif rate:
-        time, x_label = np.arange(len(source.data)) / rate, "time, s"
-    else:
-        time, x_label = np.arange(len(source.data), dtype=float), "sample (no sampling rate is given)"
+    has_time = bool(times or rate or source.rate)
+    x_label = "time, s" if has_time else "sample (no sampling rate is given)"
     drawn = [k for k in range(len(source.names)) if k not in times][:_DRAWN]
     found = [columns.get(source.names[k], {}).get("unit") or source.units[k] for k in drawn]
     common = found[0] if len(set(found)) == 1 else ""
@@ -453,15 +451,21 @@ def _signal_chart(source: signals.Signals, columns: Mapping[str, Any], rate: flo
         f"{source.names[k]} [{unit}]" if unit and not common else source.names[k]
         for k, unit in zip(drawn, found, strict=True)
     ]
-    lines = [Line(x=time, y=source.data[:, k], label=labels[n], color=n) for n, k in enumerate(drawn)]
+    lines = []
+    for n, k in enumerate(drawn):
+        with contextlib.suppress(InputError):  # of a column of words; it is said where it is used
+            x = _times_of(source, k, times, rate)
+            lines.append(Line(x=x, y=source.column(k + 1), label=labels[n], color=n))
     panel = Panel(x_label=x_label, y_label=f"reading, {common}" if common else "reading", lines=lines)
     made = charts.charts(Figure(name="signals", title="", panels=[panel]))[0]
     return charts.Chart(options=made.options, timed=False)
 
 
-def _seconds(unit: str) -> float:
-    """What times of a unit are multiplied by; 1 where it is no unit of time."""
-    try:
-        return units.parse(f"1 {unit or 's'}", "s")
-    except units.UnitError:
-        return 1.0
+def _times_of(source: signals.Signals, k: int, times: Sequence[int], rate: float) -> np.ndarray:
+    """Times of a column's samples, s; their numbers where nothing states them."""
+    one = source.columns[k]
+    own = next((t for t in times if source.columns[t].size == one.size), None)
+    if own is not None:
+        return timebase.in_seconds(source, own)
+    rate = rate or one.rate or 0.0
+    return one.start + np.arange(one.size) / rate if rate else np.arange(one.size, dtype=float)

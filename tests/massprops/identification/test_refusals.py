@@ -31,6 +31,7 @@ def ringing(length: int = 600, noise: float = 0.01) -> np.ndarray:
 
 
 X = ringing()
+UNEVEN = np.arange(600) + 0.1 * np.sin(np.arange(600))
 GAP = np.where(np.arange(600) == 7, np.nan, X)
 
 
@@ -68,7 +69,18 @@ GAP = np.where(np.arange(600) == 7, np.nan, X)
         (X, {"rate": None, "time": 1e-300 * np.arange(600)}, "1e-300 s apart, where 1e-12 s to"),
         (X, {"rate": None, "time": 1e300 * np.arange(600)}, r"1e\+300 s apart, where 1e-12 s to"),
         (X, {"rate": None, "time": 1e305 * (np.arange(600) - 300)}, r"1e\+305 s apart"),
-        (X, {"rate": None, "time": np.delete(np.arange(601), 300)}, "time is not even: sample"),
+        (
+            X,
+            {"rate": None, "time": np.where(np.arange(600) < 300, 0.0, 1e6) + np.arange(600)},
+            "sample 301 is 1e",
+        ),
+        (X, {"rate": None, "time": np.arange(600) % 400}, "at sample 401 .*the clock began anew there"),
+        (X, {"rate": None, "time": np.arange(600)[::-1]}, "it falls 599 times in all: sort"),
+        (X, {"rate": None, "time": np.sort(np.append(np.arange(599), 7))}, "1 of 600 samples have the time of the one"),
+        (X, {"rate": None, "time": UNEVEN, "method": "esprit"}, "the time is not even, but esprit needs even times"),
+        (X, {"rate": None, "time": UNEVEN, "order": 2, "method": "prony"}, "not even, but prony needs even times"),
+        (X, {"rate": None, "time": UNEVEN, "order": 2, "method": "tls_prony"}, "not even, but tls_prony needs"),
+        (X, {"rate": None, "time": UNEVEN, "order": 2, "method": "matrix_pencil"}, "not even, but matrix_pencil needs"),
         (X, {"band": (10.0, 200.0)}, "nothing above 157.08 rad/s .*sample at 63.662 Hz or more"),
         (X, {"band": (20.0, 10.0)}, "0 <= low < high"),
         (X, {"band": (40.0, 80.0)}, "no mode is above the noise"),

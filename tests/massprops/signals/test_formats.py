@@ -195,8 +195,10 @@ def test_files_that_are_cut_off_are_refused(
     with tdms.TdmsWriter(str(path)) as writer:
         writer.write_segment([tdms.ChannelObject("rig", f"{k}", samples[:, k]) for k in (1, 2)])
     path.write_bytes(path.read_bytes()[:-700])
-    with pytest.raises(InputError, match=r"unequal numbers of samples|is damaged"):
-        signals.read(path)
+    found = signals.read(path)
+    with pytest.raises(InputError, match=r"unequal numbers of samples \(1: 200, 2: \d+\)"):
+        found.data  # noqa: B018
+    assert "the file ends within a segment" in found.columns[0].notes[0]
     assert capfd.readouterr() == ("", "")
 
 
@@ -206,8 +208,8 @@ def test_a_rate_on_a_group_and_structs(tmp_path: pathlib.Path, samples: np.ndarr
         file["rig"].attrs["fs"] = RATE
     assert signals.read(tmp_path / "a.h5").rate == RATE
     scipy.io.savemat(tmp_path / "a.mat", {"s": {"x": samples, "fs": RATE}})
-    with pytest.raises(InputError, match="'s' is a struct or cell, which is not read; save its fields as arrays"):
-        signals.read(tmp_path / "a.mat")
+    assert signals.read(tmp_path / "a.mat").names == ("s.x 1", "s.x 2", "s.x 3")
+    assert signals.read(tmp_path / "a.mat").rate == RATE
 
 
 def test_names_parted_by_another_sign_than_the_numbers(tmp_path: pathlib.Path, samples: np.ndarray) -> None:
@@ -227,8 +229,9 @@ def test_missing_files_and_folders(tmp_path: pathlib.Path) -> None:
 def test_columns_of_unequal_length(tmp_path: pathlib.Path) -> None:
     with h5py.File(tmp_path / "a.h5", "w") as file:
         file["left"], file["right"] = np.arange(10.0), np.arange(9.0)
+    found = signals.read(tmp_path / "a.h5")
     with pytest.raises(InputError, match=r"unequal numbers of samples \(left: 10, right: 9\)"):
-        signals.read(tmp_path / "a.h5")
+        found.data  # noqa: B018
 
 
 def test_wrong_columns_are_told_with_the_nearest(tmp_path: pathlib.Path) -> None:

@@ -79,9 +79,9 @@ def _above(lines: Sequence[str], separator: str, block: Block) -> list[list[str]
         comment = is_comment(line, separator)
         line = _SIGN_OF_COMMENT.sub("", line, count=1) if comment else line
         cells = split(line, separator)
-        if not found and not _fits(cells, block):  # names may be parted by another sign than the numbers
-            others = [split(line, sign) for sign in SEPARATORS if sign != separator]
-            others.append(re.split(r"\s{2,}", line.strip()) if len(line) <= _LONGEST else [])
+        if not found and (separator == " " or not _fits(cells, block)):  # names may be parted otherwise than numbers
+            others = [split(line, sign) for sign in SEPARATORS if sign not in (separator, " ")]
+            others += [re.split(r"\s{2,}", line.strip()) if len(line) <= _LONGEST else [], cells, line.split()]
             others = [other for other in others if not any(cell[:1] in ("(", "[") for cell in other)]  # of "force (N)"
             cells = next((other for other in others if len(other) == block.width > 1), cells)
         if _fits(cells, block) and any(cells):

@@ -8,7 +8,7 @@ from evolvent.base import units as texts
 from evolvent.base.tables.blocks import Block, block_of
 from evolvent.base.tables.heads import Head, distinct, head_of
 from evolvent.base.tables.layout import split
-from evolvent.base.tables.stamps import clock_seconds
+from evolvent.base.tables.stamps import DAY, clock_seconds
 
 _END = "***end_of_header***"
 #: Largest difference of the steps of channels, and of a segment's start from the end of the one before, in steps.
@@ -95,9 +95,10 @@ def _joined(
             other.least <= block.width and block.least <= other.width and own.get("channels") == stated.get("channels")
         )
         rises = _first(lines, separator, other.rows[0]) > _first(lines, separator, block.rows[-1])
-        follows = (
-            None not in (first, begin, step) and abs(begin - first - count * step) <= _NEXT * step  # type: ignore[operator]
-        )
+        follows = False
+        if first is not None and begin is not None and step is not None:
+            late = (begin - first - count * step + 0.5 * DAY) % DAY - 0.5 * DAY
+            follows = abs(late) <= _NEXT * step
         if not same or not (rises or follows):
             note = (
                 f"the file has {len(found)} segments; those from number {k} on do not go on where the one before ends, "

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from evolvent.elements.dense import facing
 from evolvent.massprops.identification.signals import Array, Signal, basis, fit_linear, noise_of, split
+
+if TYPE_CHECKING:
+    from evolvent.massprops.identification.swings import Swing
 
 
 class OrderCriteria(NamedTuple):
@@ -58,15 +61,16 @@ class ModeShapes(NamedTuple):
 class Modes:
     """Modes of free vibration, by rising frequency, m modes at c sensors.
 
-    The model: x_c(t) = offset_c + drift_c t + sum_k amplitude_kc exp(-decay_rate_k t) cos(frequency_k t + phase_kc).
+    The model: x_c(t) = offset_c + drift_c t + sum_k amplitude_kc exp(-decay_rate_k t) cos(frequency_k t + phase_kc),
+    where mode k is no swing with another law of decay (`swings`).
 
     Attributes
     ----------
     method : name of the method
     order : m
     names : c names of sensors
-    frequency : (m,) rad/s, imaginary part of the pole
-    decay_rate : (m,) 1/s, minus the pole's real part
+    frequency : (m,) rad/s, imaginary part of the pole; of a swing for the amplitude zero, by its viscous damping alone
+    decay_rate : (m,) 1/s, minus the pole's real part; of a swing that by viscous damping alone
     amplitude, phase : (m, c) at the first sample, in the sensors' units; rad in (-pi, pi]
     offset, drift : (c,), drift in units a second, zero unless asked for
     covariance : (n, n), n = 2 m + 2 m c + c
@@ -79,6 +83,7 @@ class Modes:
     criteria : what was found for each order, None where the order was given
     warnings : sentences about what the data do not support
     iterations : steps that the fit took, 0 for methods that have none
+    swings : m entries, or none: how each mode swings, None where it decays exponentially at one frequency
     """
 
     method: str
@@ -99,6 +104,7 @@ class Modes:
     criteria: OrderCriteria | None = None
     warnings: tuple[str, ...] = ()
     iterations: int = 0
+    swings: tuple[Swing | None, ...] = ()
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -231,8 +237,11 @@ class Modes:
     def predict(self, time: Array) -> Array:
         """The fitted model (n, c) at other times, s from the first sample."""
         time = np.asarray(time, dtype=float)
-        modes = np.exp(np.multiply.outer(time, self.pole)) @ self.complex_amplitude
-        return np.asarray(modes.real + self.offset + np.multiply.outer(time, self.drift))
+        found = (np.exp(np.multiply.outer(time, self.pole))[:, :, None] * self.complex_amplitude).real
+        for k, swing in enumerate(self.swings):
+            if swing is not None:
+                found[:, k] = swing.predict(time, self.complex_amplitude[k])
+        return np.asarray(found.sum(axis=1) + self.offset + np.multiply.outer(time, self.drift))
 
     def __str__(self) -> str:
         lines = [f"{self.order} modes by {self.method} from {len(self.time)} samples of {len(self.names)} sensors"]
@@ -244,6 +253,9 @@ class Modes:
                 f"   {self.decay_rate[k]:.4g} ± {self.decay_rate_std[k]:.2g}"
                 f"   {self.damping_ratio[k]:.3g}   {self.amplitude[k, c]:.4g} ({self.names[c]})"
             )
+            swing = self.swings[k] if self.swings else None
+            if swing is not None:
+                lines.append(f"    one swing: {swing}")
         return "\n".join([*lines, *self.warnings])
 
 

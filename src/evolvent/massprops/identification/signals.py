@@ -4,37 +4,34 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypedDict
 
 import numpy as np
 
 from evolvent.base.errors import InputError, nearest
+from evolvent.massprops.times import Times, cells, check_rate, read_times
 
 Array = np.ndarray
 
 #: Degree of the polynomial that is fitted to each sensor beside the modes.
 DETREND = {"constant": 0, "linear": 1}
-#: Largest distance of a time from the even grid, in steps.
-UNEVEN = 0.01
 #: A sensor is called clipped where its extreme value is held so many samples in a row ...
 FLAT_RUN = 3
 #: ... and is taken so many times as often as the next value (a finely resolved sine: up to 2.4 times).
 FLAT_SHARE = 5
 #: Largest and least magnitude of a sensor's largest value; beyond, squares and their products leave the numbers.
 LARGEST, LEAST = 1e75, 1e-75
-#: Longest and shortest time between two samples, s; beyond, powers of times and rates leave the numbers.
-LONGEST_STEP, SHORTEST_STEP = 1e12, 1e-12
 
 
 @dataclass(frozen=True)
 class Signal:
-    """Samples of all sensors on an even grid of times.
+    """Samples of all sensors and their times.
 
     Attributes
     ----------
-    time : (N,) s, from 0
-    step : s
+    time : (N,) s, from 0, even or not
+    step : s, between samples that follow each other; on average where `time` is uneven
     data : (N, c), in the sensors' units, NaN where a sample is missing
     present : (N, c) bool
     names : c names of sensors
@@ -42,6 +39,8 @@ class Signal:
     band : (low, high) rad/s; modes are looked for inside
     noise : (c,) standard deviations that the user knows, or None
     origin : s, the user's time of the first sample
+    even : whether `time` is step times 0, 1, 2, ...
+    steady : (N,) s, the times without their scatter; None where they do not scatter
     """
 
     time: Array
@@ -53,6 +52,8 @@ class Signal:
     band: tuple[float, float]
     noise: Array | None
     origin: float
+    even: bool = True
+    steady: Array | None = None
 
     @functools.cached_property
     def groups(self) -> list[tuple[Any, Array]]:
@@ -73,17 +74,24 @@ class Signal:
         """(c,) the least noise that can be distinguished from rounding: 1e-13 of each sensor's largest value."""
         return np.asarray(1e-13 * np.nanmax(np.abs(self.data), axis=0))
 
+    @functools.cached_property
+    def cells(self) -> Array | None:
+        """(N,) int, the cells of an even grid that the samples are nearest to; None where the times are even."""
+        return None if self.even else cells(self.time, self.step)
+
+    @functools.cached_property
+    def extent(self) -> int:
+        """Number of cells of that grid from the first sample to the last."""
+        return len(self.time) if self.cells is None else int(self.cells[-1]) + 1
+
     def part(self, rows: slice) -> Signal:
         """The samples of some rows alone, with time from the first of them."""
         time = self.time[rows] - self.time[rows][0]
-        return Signal(
-            time, self.step, self.data[rows], self.present[rows], self.names, self.degree, self.band, self.noise, 0.0
-        )
+        return replace(self, time=time, data=self.data[rows], present=self.present[rows], origin=0.0, steady=None)
 
     def with_data(self, data: Array) -> Signal:
         """The same times with other samples, none missing."""
-        present = np.ones(data.shape, dtype=bool)
-        return Signal(self.time, self.step, data, present, self.names, self.degree, self.band, self.noise, self.origin)
+        return replace(self, data=data, present=np.ones(data.shape, dtype=bool))
 
 
 class Sampling(TypedDict, total=False):
@@ -113,7 +121,7 @@ def read_signal(
     ----------
     data : (N,) or (N, c) array, or mapping from names of sensors to (N,) arrays; NaN where a sample is missing
     rate : Hz, samples a second; or
-    time : (N,) s, evenly spaced
+    time : (N,) s, rising
     names : c names of sensors
     noise : standard deviation of the sensors' noise, one number or (c,), in the units of `data`
     band : (low, high) rad/s
@@ -126,8 +134,8 @@ def read_signal(
     Raises
     ------
     InputError
-        Lengths that differ, times that are uneven or absurdly far apart, a rate below twice the band's upper end, a
-        sensor that is empty, constant or clipped, infinite, complex or huge values.
+        Lengths that differ, times that do not rise or are absurdly far apart, a rate below twice the band's upper end,
+        a sensor that is empty, constant or clipped, infinite, complex or huge values.
     """
     values, found = _read_data(data)
     length, sensors = values.shape
@@ -136,21 +144,29 @@ def read_signal(
         raise InputError(f"data has {length} samples of {sensors} sensors; its shape must be (samples, sensors)")
     if length < 8:
         raise InputError(f"data has {length} samples; at least 8 are needed")
-    step, origin = _read_time(rate, time, length)
+    times = _read_time(rate, time, length)
     if detrend not in DETREND:
         raise InputError(f"detrend is {detrend!r}; {nearest(str(detrend), DETREND)}")
     _check_sensors(values, names)
     return Signal(
-        time=step * np.arange(length),
-        step=step,
+        time=times.time,
+        step=times.step,
         data=values,
         present=~np.isnan(values),
         names=names,
         degree=DETREND[detrend],
-        band=_read_band(band, step),
+        band=_read_band(band, times.step),
         noise=_read_noise(noise, sensors),
-        origin=origin,
+        origin=times.origin,
+        even=times.even,
+        steady=times.steady,
     )
+
+
+def refuse_uneven(signal: Signal, method: str) -> None:
+    """Refuse uneven times for a method that needs even ones."""
+    if not signal.even:
+        raise InputError(f"the time is not even, but {method} needs even times; varpro fits at any times")
 
 
 def _read_data(data: Any) -> tuple[Array, Sequence[str] | None]:
@@ -190,61 +206,19 @@ def _read_names(names: Sequence[str] | None, sensors: int) -> tuple[str, ...]:
     return tuple(str(name) for name in names)
 
 
-def _read_time(rate: float | None, time: Any, length: int) -> tuple[float, float]:
+def _read_time(rate: float | None, time: Any, length: int) -> Times:
     if (rate is None) == (time is None):
         raise InputError("give either rate (samples a second) or time (the samples' times), not both or neither")
     if rate is not None:
         if not (isinstance(rate, (int, float, np.number)) and np.isfinite(rate) and rate > 0.0):
             raise InputError(f"rate is {rate!r}; it must be a finite number of samples a second above 0")
         check_rate(float(rate), "rate")
-        return 1.0 / float(rate), 0.0
+        step, row = 1.0 / float(rate), np.arange(length)
+        return Times(step * row, step, 0.0, row, True, None, ())
     times = np.ravel(np.asarray(time, dtype=float))
     if times.size != length:
         raise InputError(f"time has {times.size} values and data {length} samples; they must be equal")
-    check_times(times)
-    step = (times[-1] - times[0]) / (length - 1)
-    off = np.abs(times - times[0] - step * np.arange(length)) / step
-    worst = int(np.argmax(off))
-    if off[worst] > UNEVEN:
-        raise InputError(
-            f"time is not even: sample {worst} at {times[worst]:.6g} s is {off[worst]:.2g} steps off the grid of "
-            f"{step:.6g} s; at most {UNEVEN} is allowed (put NaN in place of samples that are missing)"
-        )
-    return float(step), float(times[0])
-
-
-def check_rate(rate: float, what: str) -> None:
-    """Refuse a sampling rate, Hz, that is absurdly low or high; `what` begins the sentence."""
-    least, most = 1.0 / LONGEST_STEP, 1.0 / SHORTEST_STEP
-    if not 0.999 * least <= rate <= 1.001 * most:
-        raise InputError(f"{what} is {rate:.6g} samples a second; it must be between {least:g} and {most:g}")
-
-
-def check_times(times: Array) -> None:
-    """Refuse times (N,), s, that are not finite, do not rise, or are absurdly near or far apart."""
-    infinite = np.flatnonzero(~np.isfinite(times))
-    if infinite.size:
-        raise InputError(
-            f"{infinite.size} of {times.size} times are empty or not finite, the first at sample {infinite[0] + 1}; "
-            "time must be finite and rise"
-        )
-    with np.errstate(over="ignore"):
-        steps = np.diff(times)
-    longest, median = float(np.abs(steps).max()), float(np.median(np.abs(steps)))
-    if longest == 0.0:
-        raise InputError(f"all {times.size} samples have the same time, {times[0]:.9g} s; time must be finite and rise")
-    if longest > 1.001 * LONGEST_STEP or 0.0 < median < 0.999 * SHORTEST_STEP:
-        apart = longest if longest > 1.001 * LONGEST_STEP else median
-        raise InputError(
-            f"the times of samples are {apart:.3g} s apart, where {SHORTEST_STEP:g} s to {LONGEST_STEP:g} s are "
-            "allowed; check the unit of the time"
-        )
-    if np.any(steps <= 0.0):
-        row = int(np.argmax(steps <= 0.0)) + 1
-        raise InputError(
-            f"the time does not rise at sample {row + 1} ({times[row]:.9g} s after {times[row - 1]:.9g} s); "
-            "time must be finite and rise"
-        )
+    return read_times(times)
 
 
 def _read_band(band: Sequence[float] | None, step: float) -> tuple[float, float]:
@@ -339,14 +313,18 @@ def highest_order(signal: Signal) -> int:
 
 
 def exponentials(poles: Array, time: Array) -> Array:
-    """exp(poles t) : (N, m) complex, for evenly spaced `time` from 0.
+    """exp(poles t) : (N, m) complex, for `time` from 0.
 
-    exp(p t) = exp(p t_block) exp(p t_rest): a seventh of the time of an exponential a sample, 2 roundings off.
+    Of even times exp(p t) = exp(p t_block) exp(p t_rest): a seventh of the time of an exponential a sample, 2 roundings
+    off.
     """
     block = 32
-    start = np.exp(np.multiply.outer(time[::block], poles))
-    rest = np.exp(np.multiply.outer(time[:block], poles))
-    return np.asarray((start[:, np.newaxis] * rest).reshape(len(start) * len(rest), len(poles))[: len(time)])
+    first, rest = time[::block], time[:block]
+    even = (first[:, np.newaxis] + rest).ravel()[: len(time)]
+    if np.any(np.abs(time - even) > 4.0 * np.finfo(float).eps * even):
+        return np.asarray(np.exp(np.multiply.outer(time, poles)))
+    start, inner = np.exp(np.multiply.outer(first, poles)), np.exp(np.multiply.outer(rest, poles))
+    return np.asarray((start[:, np.newaxis] * inner).reshape(len(start) * len(inner), len(poles))[: len(time)])
 
 
 def basis(poles: Array, signal: Signal, *, slopes: bool = False) -> Array:
@@ -393,9 +371,17 @@ def noise_of(signal: Signal, squares: Array, m: int) -> Array:
     return np.maximum(np.sqrt(squares / free), signal.rounding)
 
 
-def power(data: Array) -> Array:
-    """(N // 2 + 1, c) squared magnitudes of the Fourier transform; samples that are missing count as 0."""
-    transform = np.fft.rfft(np.where(np.isnan(data), 0.0, data), axis=0)
+def power(data: Array, places: Array | None = None, *, padded: int = 1) -> Array:
+    """(n // 2 + 1, c) squared magnitudes of the Fourier transform, n the samples times `padded`.
+
+    Samples that are missing count as 0. Those of uneven times are put into the cells `places` (N,) of an even grid, see
+    `Signal.cells`: white noise has the same expectation at all lines there, too.
+    """
+    values = np.where(np.isnan(data), 0.0, data)
+    if places is not None:
+        samples, values = values, np.zeros((int(places[-1]) + 1, data.shape[1]))
+        np.add.at(values, places, samples)
+    transform = np.fft.rfft(values, n=padded * len(values), axis=0)
     return np.asarray(transform.real**2 + transform.imag**2)
 
 

@@ -8,6 +8,7 @@ span, and taking it off removes the offset without touching the modes.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, NamedTuple, Unpack
 
 import numpy as np
@@ -25,6 +26,7 @@ from evolvent.massprops.identification.signals import (
     noise_and_highest_frequency,
     power,
     read_signal,
+    refuse_uneven,
 )
 
 #: With a stride, the fastest mode turns at most so much from row to row, in half turns.
@@ -33,6 +35,8 @@ TURN = 0.85
 ROWS = 48
 #: Rows at most: the eigenvalue problem grows with their third power.
 MOST_ROWS = 128
+#: Between uneven samples a value is interpolated up to so many steps from one.
+FAR = 1.5
 
 
 class Subspace(NamedTuple):
@@ -111,10 +115,9 @@ def shift_poles(subspace: Subspace, order: int, step: float, *, total: bool) -> 
 
 def peak(signal: Signal, residual: Array) -> complex:
     """A pole at the highest line of the residual within the band, that decays by one over the record."""
-    padded = np.zeros((4 * len(residual), residual.shape[1]))
-    padded[: len(residual)] = np.nan_to_num(residual) / (np.nanstd(residual, axis=0) + signal.rounding)
-    lines = power(padded).sum(axis=1)
-    frequency = 2.0 * np.pi * np.arange(len(lines)) / (len(padded) * signal.step)
+    scaled = residual / (np.nanstd(residual, axis=0) + signal.rounding)
+    lines = power(scaled, signal.cells, padded=4).sum(axis=1)
+    frequency = 2.0 * np.pi * np.arange(len(lines)) / (4 * signal.extent * signal.step)
     span = signal.time[-1]
     low, high = max(signal.band[0], np.pi / span), min(signal.band[1], 0.999 * np.pi / signal.step)
     lines[(frequency < low) | (frequency > high)] = -1.0
@@ -153,11 +156,12 @@ class Starts:
     """Start poles for any order of one signal, from the few subspaces that its samples allow.
 
     Without gaps there is one. With gaps there are two: of the longest stretch without any, and of the whole record with
-    gaps filled, first by straight lines, then by what the first fit says.
+    gaps filled, first by straight lines, then by what the first fit says. Of uneven times the samples are interpolated:
+    the poles are starts, no more.
     """
 
     def __init__(self, signal: Signal) -> None:
-        self.signal = signal
+        self.signal = signal = signal if signal.even else interpolated(signal)
         self.gaps = not bool(signal.present.all())
         self.subspaces = [signal_subspace(longest_stretch(signal) if self.gaps else signal)]
         if self.gaps:
@@ -188,6 +192,19 @@ class Starts:
                     poles = strongest(self.signal, trial, order)
                     break
         return add_peaks(self.signal, poles, order)
+
+
+def interpolated(signal: Signal) -> Signal:
+    """The signal on an even grid, by straight lines between samples; missing where none is within a step or two."""
+    time = signal.step * np.arange(signal.extent)
+    data = np.full((len(time), signal.data.shape[1]), np.nan)
+    for c in range(data.shape[1]):
+        there = signal.time[signal.present[:, c]]
+        data[:, c] = np.interp(time, there, signal.data[signal.present[:, c], c])
+        after = np.clip(np.searchsorted(there, time), 1, len(there) - 1)
+        apart = np.minimum(np.abs(time - there[after - 1]), np.abs(time - there[after]))
+        data[apart > FAR * signal.step, c] = np.nan
+    return replace(signal, time=time, data=data, present=~np.isnan(data), even=True, steady=None)
 
 
 def strongest(signal: Signal, poles: Array, order: int) -> Array:
@@ -241,8 +258,9 @@ def check_poles(signal: Signal, order: int, poles: Array, method: str) -> Array:
 
 
 def complete_signal(method: str, data: Any, order: int, sampling: Sampling) -> tuple[Signal, int]:
-    """The signal and the order that a `method` takes; refused where a sample is missing or the order is too high."""
+    """The signal and the order that a `method` takes; refused for uneven times, missing samples, too high an order."""
     signal = read_signal(data, **sampling)
+    refuse_uneven(signal, method)
     if not signal.present.all():
         worst = int(np.argmin(signal.counts))
         raise InputError(

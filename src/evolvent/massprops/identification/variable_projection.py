@@ -179,7 +179,7 @@ def whiteness(signal: Signal, residual: Array, noise: Array, unknowns: int = 0) 
 
     shared = correlation(signal, residual, noise, unknowns)
     parts = components(residual, noise, shared)
-    lines = power(parts)[1:-1] / (signal.counts if shared is None else float(signal.counts.mean()))
+    lines = power(parts, signal.cells)[1:-1] / (signal.counts if shared is None else float(signal.counts.mean()))
     total = lines.sum(axis=1)
     tail = gammaincc(parts.shape[1], total.max())
     return float(-np.expm1(len(total) * np.log1p(-min(float(tail), 1.0 - 1e-16))))

@@ -252,9 +252,7 @@ def reading_of(task: Task, spring: int, rate: float, samples: int, rows: Sequenc
     wave = np.exp((-task.modes.decay_rate + 1j * task.modes.frequency)[:, None] * t)
     data = np.einsum("ms,mk->ks", _amplitude(task, spring)[:, at], wave).real
     names = tuple(f"sensor {k + 1}" for k in rows)
-    source = Signals(
-        names=names, data=data, units=("m",) * len(names), rate=rate, path="plan", format="plan", sha256=""
-    )
+    source = Signals.of(names, data, ("m",) * len(names), rate, path="plan", format="plan")
     return Reading(source, names, t, 0.0, data, "m", task.noise[at], task.sensitivity_std[at], ())
 
 

@@ -2,38 +2,34 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
-import importlib
 import io
-import logging
 import os
 import re
 import warnings
-from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base import safe_open
+from evolvent.base import mat_file, safe_open
 from evolvent.base.errors import EvolventError, InputError, visible
-from evolvent.massprops.signals.recording import Signals, Words, distinct
-from evolvent.massprops.signals.text import read_text
+from evolvent.base.tables import distinct
+from evolvent.massprops.signals import hdf5, tdms, text, trees, uff
+from evolvent.massprops.signals.recording import Column, Signals, column
 
-#: Scalars of a MAT or HDF5 file that are its sampling rate, Hz, or its step, s; letter case does not matter.
-RATES = ("rate", "fs", "sample_rate", "samplerate", "sampling_rate", "samplingrate", "sampling_frequency")
-STEPS = ("dt", "step", "time_step", "timestep")
+_HDF5 = b"\x89HDF\r\n\x1a\n"
 FORMATS = "CSV, TSV, TDMS, UFF 58, MAT, HDF5, WAV, and runs of evolvent"
 
 
 class Content(NamedTuple):
-    """Columns of a file: name -> samples, their units, the rate if the file states one, and columns of words."""
+    """Columns of a file, names of what else it holds -> why that is no column, and notes on all of it."""
 
-    columns: dict[str, np.ndarray]
-    units: dict[str, str]
-    rate: float | None
-    left_out: Mapping[str, Words] = MappingProxyType({})
+    columns: list[Column]
+    left: Mapping[str, str] = MappingProxyType({})
+    notes: Sequence[str] = ()
 
 
 def read(path: str | os.PathLike[str], variables: Iterable[str] = ()) -> Signals:
@@ -50,8 +46,7 @@ def read(path: str | os.PathLike[str], variables: Iterable[str] = ()) -> Signals
     Raises
     ------
     InputError
-        If the file is missing, empty, damaged or of another kind, if its columns have unequal lengths, or if the
-        library for its format is not installed.
+        If the file is missing, empty, damaged or of another kind, or if the library for its format is not installed.
     """
     name = os.fspath(path)
     raw = _bytes(name)
@@ -68,7 +63,31 @@ def read(path: str | os.PathLike[str], variables: Iterable[str] = ()) -> Signals
         ) from None
     except Exception:  # noqa: BLE001  (the libraries raise many kinds of errors on a damaged file)
         raise InputError(f"cannot read {name!r}: it begins like a {format_} file, but is damaged") from None
-    return _signals(content, name, format_, hashlib.sha256(raw).hexdigest())
+    columns = [one for one in content.columns if one.size]
+    names = distinct(visible(one.name) for one in columns)
+    if not names:
+        others = "".join(f"; {key!r} is none: {why}" for key, why in list(content.left.items())[:1])
+        raise InputError(f"cannot read {name!r}: this {format_} file holds no signal{others}")
+    for one in columns:
+        if one.rate is not None and not 0.0 < one.rate < np.inf:
+            raise InputError(f"cannot read {name!r}: it states a sampling rate of {one.rate:g} Hz; it must be positive")
+    new_names = dict(zip([one.name for one in columns], names, strict=True))
+    return Signals(
+        columns=tuple(
+            dataclasses.replace(one, name=n, unit=visible(one.unit).strip(), times=new_names.get(one.times, ""))
+            for one, n in zip(columns, names, strict=True)
+        ),
+        path=name,
+        format=format_,
+        sha256=hashlib.sha256(raw).hexdigest(),
+        notes=content.notes,
+        left_out={visible(key): visible(why) for key, why in content.left.items()},
+    )
+
+
+def is_text(raw: bytes, name: str) -> bool:
+    """Whether a file is a table in a text, by its first bytes."""
+    return _reader(raw, name)[0] == "CSV"
 
 
 def _bytes(name: str) -> bytes:
@@ -85,107 +104,35 @@ def _reader(raw: bytes, name: str) -> tuple[str, Callable[[str, bytes], Content]
         return "TDMS", _tdms
     if raw.startswith((b"RIFF", b"RIFX")) and raw[8:12] == b"WAVE":
         return "WAV", _wav
-    if raw.startswith(b"\x89HDF\r\n\x1a\n"):
+    if raw.startswith(_HDF5):
         return ("run" if name.endswith(".nc") else "HDF5"), _hdf5
-    if raw.startswith(b"MATLAB 7.3"):
+    if _is_mat_7_3(raw):
         return "MAT", _hdf5
-    if raw.startswith(b"MATLAB 5") or name.lower().endswith(".mat"):
+    if raw.startswith(b"MATLAB") or name.lower().endswith(".mat"):
         return "MAT", _mat
-    first, _, rest = raw[:4096].lstrip().partition(b"\n")
-    if first.strip() == b"-1" and rest[:1000].split(maxsplit=1)[:1] and rest.split(maxsplit=1)[0].isdigit():
+    if uff.begins(raw):
         return "UFF 58", _uff
     foreign = raw.startswith((b"PK\x03\x04", b"%PDF", b"\x1f\x8b", b"\x89PNG", b"CDF")) or b"\0" in raw[:4096]
     if foreign and not raw.startswith((b"\xff\xfe", b"\xfe\xff")):  # those begin a text in UTF-16
         raise InputError(f"cannot read {name!r}: it is none of {FORMATS}")
-    return "CSV", lambda path, content: Content(*read_text(content, path))
+    return "CSV", _text
 
 
-def _signals(content: Content, name: str, format_: str, digest: str) -> Signals:
-    """The result, its columns of equal length."""
-    columns = {key: np.asarray(value, dtype=float).ravel() for key, value in content.columns.items()}
-    columns = {key: value for key, value in columns.items() if value.size}
-    names = tuple(distinct(map(visible, columns)))
-    if not columns:
-        raise InputError(f"cannot read {name!r}: this {format_} file holds no signal")
-    lengths = {value.size for value in columns.values()}
-    if len(lengths) > 1:
-        listed = ", ".join(f"{key}: {value.size}" for key, value in list(columns.items())[:8])
-        raise InputError(f"cannot read {name!r}: its columns have unequal numbers of samples ({listed})")
-    for key, value in columns.items():
-        if np.isinf(value).any():
-            raise InputError(f"cannot read {name!r}: sample {np.argmax(np.isinf(value)) + 1} of {key!r} is infinite")
-    if content.rate is not None and not 0.0 < content.rate < np.inf:
-        raise InputError(f"cannot read {name!r}: it states a sampling rate of {content.rate:g} Hz; it must be positive")
-    return Signals(
-        names=names,
-        data=np.column_stack(list(columns.values())),
-        units=tuple(visible(content.units.get(key, "")).strip() for key in columns),
-        rate=content.rate,
-        path=name,
-        format=format_,
-        sha256=digest,
-        left_out={visible(key): found._replace(first=visible(found.first)) for key, found in content.left_out.items()},
-    )
+def _is_mat_7_3(raw: bytes) -> bool:
+    """Whether a file is HDF5 behind the head of MATLAB."""
+    return raw.startswith(b"MATLAB") and raw[512:520] == _HDF5
 
 
-def _one_rate(steps: Iterable[float], name: str) -> float | None:
-    """The rate of columns that each state a step, s; refused where they differ."""
-    known = [float(step) for step in steps if step and np.isfinite(step)]
-    if not known:
-        return None
-    if max(known) - min(known) > 1e-9 * max(map(abs, known)):
-        raise InputError(
-            f"cannot read {name!r}: its columns are sampled at different rates "
-            f"({1.0 / max(known):.6g} to {1.0 / min(known):.6g} Hz)"
-        )
-    return 1.0 / known[0]
+def _text(name: str, raw: bytes) -> Content:
+    return Content(*text.read(raw, name))
 
 
 def _tdms(name: str, raw: bytes) -> Content:
-    TdmsFile = importlib.import_module("nptdms").TdmsFile
-
-    before = logging.root.manager.disable
-    logging.disable(logging.CRITICAL)  # the library logs what is damaged beside raising it
-    try:
-        file = TdmsFile.read(io.BytesIO(raw))
-    finally:
-        logging.disable(before)
-    channels = [c for group in file.groups() for c in group.channels() if len(c) and c.dtype.kind in "biuf"]
-    count = Counter(c.name for c in channels)
-    names = distinct(c.name if count[c.name] == 1 else f"{c.group_name}/{c.name}" for c in channels)
-    return Content(
-        {n: c[:] for n, c in zip(names, channels, strict=True)},
-        {n: str(c.properties.get("unit_string", "")) for n, c in zip(names, channels, strict=True)},
-        _one_rate((c.properties.get("wf_increment", 0.0) for c in channels), name),
-    )
+    return Content(*tdms.read(raw))
 
 
 def _uff(name: str, raw: bytes) -> Content:
-    pyuff = importlib.import_module("pyuff")
-    file = pyuff.UFF(name)
-    sets = file.read_sets([k for k, kind in enumerate(file.get_set_types()) if kind == 58])
-    sets = sets if isinstance(sets, list) else [sets]
-    times = [s for s in sets if s.get("func_type") in (0, 1) and not np.iscomplexobj(s["data"])]
-    if sets and not times:
-        raise InputError(f"cannot read {name!r}: its data sets 58 are functions of frequency, not of time")
-    names = distinct(_uff_name(s) for s in times)
-    uneven = [s for s in times if not s.get("abscissa_spacing", 1)]
-    columns = {"time": np.asarray(times[0]["x"], dtype=float)} if uneven else {}
-    columns |= {n: np.asarray(s["data"], dtype=float) for n, s in zip(names, times, strict=True)}
-    units = {n: str(s.get("ordinate_axis_units_lab", "")) for n, s in zip(names, times, strict=True)}
-    units = {n: "" if unit.strip() == "NONE" else unit for n, unit in units.items()}
-    steps = [] if uneven else [s.get("abscissa_inc", 0.0) or s["x"][1] - s["x"][0] for s in times]
-    return Content(columns, units | ({"time": "s"} if uneven else {}), _one_rate(steps, name))
-
-
-def _uff_name(data_set: Mapping[str, Any]) -> str:
-    """Response node and direction, such as '3+Y'; else the first line of identification."""
-    direction = {1: "X", 2: "Y", 3: "Z", 4: "RX", 5: "RY", 6: "RZ"}
-    node, way = int(data_set.get("rsp_node", 0)), int(data_set.get("rsp_dir", 0))
-    if node and abs(way) in direction:
-        return f"{node}{'-' if way < 0 else '+'}{direction[abs(way)]}"
-    text = str(data_set.get("id1", "")).strip()
-    return "" if text == "NONE" else text
+    return Content(*uff.read(raw, name))
 
 
 def _wav(name: str, raw: bytes) -> Content:
@@ -200,77 +147,28 @@ def _wav(name: str, raw: bytes) -> Content:
         values -= 128.0
     if data.dtype.kind in "iu":
         values /= 128.0 if data.dtype.kind == "u" else -float(np.iinfo(data.dtype).min)
-    return Content({f"channel {c + 1}": values[:, c] for c in range(values.shape[1])}, {}, float(rate))
+    notes = ("the samples of a WAV file are parts of full scale",)
+    return Content([column(f"channel {c + 1}", x, rate=float(rate), notes=notes) for c, x in enumerate(values.T)])
 
 
 def _mat(name: str, raw: bytes) -> Content:
+    if mat_file.is_version_5(raw):
+        leaves, others = mat_file.read(raw, name)
+    else:
+        leaves, others = _mat_4(raw), {}
+    return Content(*trees.columns(trees.Tree(leaves, others, {}, "."), name))
+
+
+def _mat_4(raw: bytes) -> dict[tuple[str, ...], np.ndarray | tuple[str, ...]]:
     from scipy.io import loadmat
 
-    plain, others = safe_open.plain_mat(raw, name)
-    found = {key: value for key, value in loadmat(io.BytesIO(plain), squeeze_me=True).items() if key[:2] != "__"}
-    content = _arrays(found, {}, name)
-    if others and not content.columns:
-        raise InputError(
-            f"cannot read {name!r}: it holds no array of numbers, and {others[0]!r} is a struct or cell, which is not "
-            "read; save its fields as arrays of their own"
-        )
-    return content
+    found = {(key,): value for key, value in loadmat(io.BytesIO(raw)).items() if key[:2] != "__"}
+    return {key: tuple(map(str, value)) if value.dtype.kind == "U" else value for key, value in found.items()}
 
 
 def _hdf5(name: str, raw: bytes) -> Content:
-    import h5py
-
-    safe_open.check_hdf5(io.BytesIO(raw), name)
-    arrays: dict[str, Any] = {}
-    units: dict[str, str] = {}
-    with h5py.File(io.BytesIO(raw), "r") as file:
-        transposed = raw.startswith(b"MATLAB 7.3")
-
-        def visit(key: str, item: Any) -> None:
-            if isinstance(item, h5py.Group):
-                rates(item)
-            if not isinstance(item, h5py.Dataset) or key.startswith("#") or item.dtype.kind not in "biuf":
-                return
-            value = np.asarray(item[()])
-            arrays[key] = np.squeeze(value.T if transposed else value)
-            unit = item.attrs.get("units", item.attrs.get("unit", ""))
-            units[key] = unit.decode() if isinstance(unit, bytes) else str(unit)
-            rates(item)
-
-        def rates(item: Any) -> None:
-            for attribute, number in item.attrs.items():
-                if attribute.lower() in (*RATES, *STEPS) and np.size(number) == 1:
-                    arrays.setdefault(attribute, np.asarray(number).ravel()[0])
-
-        file.visititems(visit)
-        rates(file)
-    return _arrays(arrays, units, name)
-
-
-def _arrays(found: Mapping[str, Any], units: Mapping[str, str], name: str) -> Content:
-    """Vectors and matrices (one column a signal) of named arrays; scalars among them may be the rate."""
-    columns: dict[str, np.ndarray] = {}
-    of: dict[str, str] = {}
-    steps = []
-    for key, value in found.items():
-        array = np.asarray(value)
-        if array.dtype.kind not in "biuf":
-            continue
-        last = key.rpartition("/")[2].lower()
-        if array.size == 1 and float(array.ravel()[0]) > 0.0:
-            if last in RATES:
-                steps.append(1.0 / float(array.ravel()[0]))
-            elif last in STEPS:
-                steps.append(float(array.ravel()[0]))
-        if array.size == 1 or array.ndim > 2:
-            continue
-        if array.ndim == 1:
-            columns[key], of[key] = array, units.get(key, "")
-            continue
-        table = array.T if array.shape[0] < array.shape[1] else array
-        for c in range(table.shape[1]):
-            columns[f"{key} {c + 1}"], of[f"{key} {c + 1}"] = table[:, c], units.get(key, "")
-    return Content(columns, of, _one_rate(steps, name))
+    tree = hdf5.read(raw, name, of_matlab=_is_mat_7_3(raw))
+    return Content(*trees.columns(tree, name))
 
 
 def _run(name: str, wanted: Iterable[str]) -> Content:
@@ -301,7 +199,7 @@ def _run(name: str, wanted: Iterable[str]) -> Content:
             f"{name!r} is a run of {run.attrs['system']}, which has no sensors; name the variables that they read with "
             f"--variables or in signals.sensors, such as {_example(run)}"
         )
-    return Content(columns, units, None)
+    return Content([column(key, x, units[key], times="" if key == "time" else "time") for key, x in columns.items()])
 
 
 def _example(run: Any) -> str:

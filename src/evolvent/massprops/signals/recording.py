@@ -1,83 +1,125 @@
-"""What every reader returns."""
+"""What every reader returns: columns that are judged when their samples are asked for."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError, nearest
+from evolvent.base.errors import InputError, counted, nearest, visible
+
+#: Names that a sentence lists at most.
+_LISTED = 8
 
 
-def distinct(names: Iterable[str]) -> list[str]:
-    """Names, a number behind those that stand twice, and behind "column" in place of an empty one."""
-    taken: set[str] = set()
-    last: dict[str, int] = {}
-    found: list[str] = []
-    for name in names:
-        name = name.strip() or f"column {len(found) + 1}"
-        fresh = name
-        while fresh in taken:
-            last[name] = last.get(name, 1) + 1
-            fresh = f"{name} ({last[name]})"
-        taken.add(fresh)
-        found.append(fresh)
-    return found
-
-
-class Words(NamedTuple):
-    """A column that is no signal, since at least half of its cells are no numbers.
+@dataclass(frozen=True, eq=False)
+class Column:
+    """Samples of one name, with what the file states of them.
 
     Attributes
     ----------
-    words, rows : int, cells that hold words, and all
-    numbers : int, cells that hold a number
-    line : int, in the file, of the first word
-    first : str, that word
+    name : str, different from those of the other columns of a file
+    size : int, samples
+    samples : () -> (size,) float, NaN where one is missing; raises InputError where they are no numbers
+    unit : '' where the file states none
+    rate : Hz, where the file states one, else None
+    start : s, the time of the first sample by the file; it belongs to `rate`
+    times : name of the column that holds its times by a statement of the file, '' without one
+    path : its name with those of its groups, where `name` is another
+    group : names of the group, struct or data set that it lies in, from the outermost
+    notes : sentences on what was taken where the file leaves it open
     """
 
-    words: int
-    rows: int
-    numbers: int
-    line: int
-    first: str
+    name: str
+    size: int
+    samples: Callable[[], np.ndarray]
+    unit: str = ""
+    rate: float | None = None
+    start: float = 0.0
+    times: str = ""
+    path: str = ""
+    group: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
-    def __str__(self) -> str:
-        return f"{self.words} of its {self.rows} cells are words, the first in line {self.line}: {self.first!r}"
+
+def column(name: str, samples: np.ndarray, unit: str = "", **stated: object) -> Column:
+    """A column whose samples are in memory; see `Column` for what is `stated`."""
+    values = np.asarray(samples).ravel()
+    return Column(name, values.size, lambda: values.astype(float), unit, **stated)  # type: ignore[arg-type]
 
 
 @dataclass(frozen=True, eq=False)
 class Signals:
-    """Columns of numbers as a file holds them.
+    """Columns of numbers as a file holds them. Nothing is judged before it is asked for.
 
     Attributes
     ----------
-    names : c names, all different
-    data : (N, c) float, NaN where a sample is missing
-    units : c units as the file states them, '' where it states none
-    rate : Hz, where the file states one, else None
+    columns : of numbers, their names all different
     path : of the file
     format : "CSV", "TDMS", "UFF 58", "MAT", "HDF5", "WAV" or "run"
     sha256 : of the file's bytes, hexadecimal
-    left_out : columns that are not among them -> what they hold instead of numbers
+    left_out : names that the file has beside these -> why they are no columns of numbers
+    notes : sentences on the file, to which reading of a column may add
     """
 
-    names: tuple[str, ...]
-    data: np.ndarray
-    units: tuple[str, ...]
-    rate: float | None
+    columns: tuple[Column, ...]
     path: str
     format: str
     sha256: str
-    left_out: Mapping[str, Words] = field(default_factory=dict)
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    notes: Sequence[str] = ()
 
-    def __post_init__(self) -> None:
-        self.data.flags.writeable = False
+    @classmethod
+    def of(
+        cls,
+        names: Sequence[str],
+        data: np.ndarray,
+        units: Sequence[str],
+        rate: float | None,
+        *,
+        path: str,
+        format: str = "data",  # noqa: A002
+        sha256: str = "",
+    ) -> Signals:
+        """Columns (N, c) of one rate that are no file's."""
+        rows = zip(names, np.asarray(data).T, units, strict=True)
+        return cls(tuple(column(n, x, unit, rate=rate) for n, x, unit in rows), path, format, sha256)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return tuple(one.name for one in self.columns)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units of the columns as the file states them, '' where it states none."""
+        return tuple(one.unit for one in self.columns)
+
+    @property
+    def rate(self) -> float | None:
+        """Hz, where the file states one and the same rate of all columns, else None."""
+        rates = {one.rate for one in self.columns}
+        return rates.pop() if len(rates) == 1 else None
+
+    @property
+    def data(self) -> np.ndarray:
+        """(N, c) the samples of all columns.
+
+        Raises
+        ------
+        InputError
+            If they are not equally many, or a column holds something else than numbers.
+        """
+        if len({one.size for one in self.columns}) > 1:
+            sizes = ", ".join(f"{one.name}: {one.size}" for one in self.columns[:_LISTED])
+            raise InputError(f"cannot read {self.path!r}: its columns have unequal numbers of samples ({sizes})")
+        return np.column_stack([self.column(name) for name in self.names])
 
     def index(self, column: str | int, key: str = "column") -> int:
         """Index of a column given by name, or by number from 1; `key` names it in messages.
+
+        A name without those of its groups is enough where only one column ends so.
 
         Raises
         ------
@@ -85,18 +127,37 @@ class Signals:
             If there is no such column; it names the nearest.
         """
         if isinstance(column, int):
-            if 1 <= column <= len(self.names):
+            if 1 <= column <= len(self.columns):
                 return column - 1
             raise InputError(
-                f"{key} is {column}, but {self.path!r} has {len(self.names)} columns, counted from 1: "
+                f"{key} is {column}, but {self.path!r} has {counted(len(self.columns), 'column')}, counted from 1: "
                 f"{', '.join(self.names)}"
             )
         if column in self.left_out:
             raise InputError(f"{key} is {column!r}, which is no signal in {self.path!r}: {self.left_out[column]}")
-        if column not in self.names:
-            raise InputError(f"{key} is {column!r}, which {self.path!r} does not hold; {nearest(column, self.names)}")
-        return self.names.index(column)
+        if column in self.names:
+            return self.names.index(column)
+        paths = [one.path for one in self.columns]
+        if column in paths:
+            return paths.index(column)
+        ends = [
+            k for k, one in enumerate(self.columns) if (one.path or one.name).endswith((f"/{column}", f".{column}"))
+        ]
+        if len(ends) == 1:
+            return ends[0]
+        raise InputError(f"{key} is {column!r}, which {self.path!r} does not hold; {nearest(column, self.names)}")
 
     def column(self, column: str | int) -> np.ndarray:
-        """(N,) the samples of one column."""
-        return np.asarray(self.data[:, self.index(column)])
+        """(N,) the samples of one column.
+
+        Raises
+        ------
+        InputError
+            If there is no such column, or a sample of it is no finite number.
+        """
+        one = self.columns[self.index(column)]
+        values = one.samples()
+        if np.isinf(values).any():
+            place = int(np.argmax(np.isinf(values))) + 1
+            raise InputError(f"cannot read {self.path!r}: sample {place} of {visible(one.name)!r} is infinite")
+        return values

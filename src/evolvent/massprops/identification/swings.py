@@ -1,0 +1,556 @@
+"""One swing is one mode: which of the modes found belong together, and by which law they decay.
+
+Dry friction, the drag of air and a frequency that follows the amplitude are no sums of a few exponentials. Fitted by
+such, one swing becomes two to six modes nearer to each other than the record resolves, or modes at its odd harmonics,
+all with small uncertainties. Here such a group is fitted again as one swing (`swing_model`), which is kept where it
+describes the record better (Bayesian information criterion).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from evolvent.kernels import swing as kernel
+from evolvent.massprops.identification import swing_model as model
+from evolvent.massprops.identification.modes import Modes
+from evolvent.massprops.identification.orders import WHITE, criteria, search, whiteness
+from evolvent.massprops.identification.signals import Array, Signal
+from evolvent.massprops.identification.swing_model import Component, Found, Reach, Restoring
+from evolvent.massprops.identification.variable_projection import colour, own_unknowns, remarks, unsupported
+
+#: Laws of decay by name: which of viscous damping, dry friction and quadratic drag act.
+LAWS = {
+    "viscous": (True, False, False),
+    "dry": (False, True, False),
+    "quadratic": (False, False, True),
+    "mixed": (True, True, True),
+}
+DECAY = ("auto", *LAWS)
+_WORDS = ("viscous damping", "dry friction", "quadratic drag")
+#: Gain of the information criterion below which two descriptions are not told apart.
+DECISIVE = 10.0
+#: Share of a group's amplitude below which a mode may be a part of it, at odd harmonics, or nearer than these lines.
+WEAK, HARMONICS, SIDE = 0.15, (3, 5, 7, 9), 10.0
+#: Share of a signal's square that a fit may leave which has followed the swing from the first period to the last.
+FOLLOWED = 0.25
+#: Parts of the motion of a swing that comes to rest, that are fitted one after the other.
+GROWN = (0.3, 0.5, 0.7, 0.85, 0.95)
+#: Root mean square, of the first amplitude, by which the envelope of a group may differ from that of a swing; agreement
+#: of the shapes of its modes.
+RIPPLE, ALIKE = 0.08, 0.9
+#: Points at which the envelope is compared for starts.
+_POINTS = 200
+#: Lines that may be added beside swings.
+_LINES = 3
+
+
+class Kind(NamedTuple):
+    """What is known of the strongest swing before.
+
+    Attributes
+    ----------
+    restoring : Restoring; None where it is not known: a linear one, or one with a cubic term
+    reach : Reach
+    derivative : 0, 1, 2: sensors read x, x', x''
+    avoid : rad/s, of another motion of the body, such as the sway on wires; nan for none
+    """
+
+    restoring: Restoring | None = None
+    reach: Reach = model.UNKNOWN
+    derivative: int = 0
+    avoid: float = np.nan
+
+
+@dataclass(frozen=True, eq=False)
+class Swing:
+    """How one mode swings and decays.
+
+    Attributes
+    ----------
+    component : its parameters
+    std : of d, D, Q, 1/s; 0 for those that do not act
+    last : amplitude at the last sample over that at the first
+    amplitude, amplitude_std : rad at the first sample; nan where the frequency does not depend on it. Where it is not
+        seen, the deviation is about the largest that it may have.
+    gain : by which the information criterion of exponential modes is larger
+    """
+
+    component: Component
+    std: Array
+    last: float
+    amplitude: float
+    amplitude_std: float
+    gain: float
+
+    @property
+    def law(self) -> str:
+        """In words."""
+        words = [w for w, acts in zip(_WORDS, self.component.law, strict=True) if acts]
+        return " and ".join(words) if len(words) < 3 else ", ".join(words[:-1]) + " and " + words[-1]
+
+    @property
+    def exponential(self) -> bool:
+        """Whether its amplitude decays exponentially."""
+        return self.component.law == LAWS["viscous"]
+
+    @property
+    def follows_amplitude(self) -> bool:
+        """Whether its frequency depends on its amplitude."""
+        return not self.component.restoring.linear or self.component.free_cube
+
+    def predict(self, time: Array, amplitude: Array) -> Array:
+        """(n, c) what sensors with complex amplitudes (c,) read at times (n,), s."""
+        first, second = self.component.phasors()
+        turn = np.array([[first.real, second.real], [first.imag, second.imag]])
+        coefficients = np.linalg.solve(turn, np.array([amplitude.real, amplitude.imag]))
+        return np.asarray(self.component.columns(np.asarray(time, dtype=float)) @ coefficients)
+
+    def __str__(self) -> str:
+        """Law of decay, with its rates at the first amplitude, and what the frequency does."""
+        rates = self.component.rates or ()
+        parts = [
+            f"{word} {rate:.3g} ± {std:.1g} 1/s"
+            for word, rate, std, acts in zip(_WORDS, rates, self.std, self.component.law, strict=True)
+            if acts
+        ]
+        text = f"{', '.join(parts)} at the first amplitude, {self.last:.2g} of which is left at the end"
+        if np.isfinite(self.amplitude):
+            text += f"; amplitude {self.amplitude:.4g} ± {self.amplitude_std:.1g} rad"
+        return text + ("; frequency at zero amplitude" if self.follows_amplitude else "")
+
+
+def resolved(signal: Signal) -> float:
+    """Distance of frequencies, rad/s, that the record resolves: one line, 1 / T in Hz."""
+    return 2.0 * np.pi / float(signal.time[-1])
+
+
+def groups(modes: Modes, signal: Signal) -> list[list[int]]:
+    """Modes nearer to each other than the record, or their own decay, resolves; the strongest group first."""
+    found: list[list[int]] = []
+    for k in range(modes.order):
+        if found:
+            j = found[-1][-1]
+            near = max(resolved(signal), abs(modes.decay_rate[j]), abs(modes.decay_rate[k]))
+            if modes.frequency[k] - modes.frequency[j] < near:
+                found[-1].append(k)
+                continue
+        found.append([k])
+    weight = ((modes.amplitude / modes.noise) ** 2).sum(axis=1)
+    return sorted(found, key=lambda group: -float(weight[group].sum()))
+
+
+def refine(modes: Modes, signal: Signal, kind: Kind | None = None, decay: str = "auto") -> Modes:
+    """The same record with swings in place of groups of exponential modes, where they describe it better.
+
+    Parameters
+    ----------
+    modes : of the exponential fit
+    signal : Signal
+    kind : of the strongest swing
+    decay : one of `DECAY`; its law
+    """
+    known = kind is not None and kind.restoring is not None and not kind.restoring.linear
+    free = kind is None or kind.restoring is None
+    if not (known or decay != "auto" or _suspicious(modes, signal)):
+        return modes
+    linear = criteria(signal, np.nansum(modes.residual**2, axis=0), modes.order)[1]
+    given = kind or Kind()
+    main = [one for one in groups(modes, signal) if not _is_avoided(modes, one, given.avoid)]
+    if not main:
+        return modes
+    poles = {k: Component(pole=complex(pole)) for k, pole in enumerate(modes.pole)}
+    swings: list[Component] = []
+    spreads: list[float] = []
+    best: Found | None = None
+    for place, group in enumerate(main):
+        if not set(group) <= set(poles) or (place > 0 and len(group) == 1):
+            continue
+        own = given if place == 0 else Kind(derivative=given.derivative)
+        start = _start(modes, group, signal, own)
+        if start is None or not _alike(modes, group):
+            continue
+        trials: list[tuple[_Choice, set[int]]] = []
+        for parts in _parts(modes, group, signal):
+            others = [*swings, *(poles[k] for k in poles if k not in parts)]
+            law = decay if place == 0 else "auto"
+            trial = _best_law(start, others, signal, modes.noise, law, free=free or place > 0)
+            if trial is not None:
+                trials.append((trial, parts))
+                if _is_white(trial.found, signal):
+                    break
+        choice, parts = min(trials, key=lambda one: one[0].found.bic(signal), default=(None, set()))
+        limit = linear if best is None else best.bic(signal)
+        if choice is None or (choice.found.bic(signal) >= limit and not (place == 0 and (known or decay != "auto"))):
+            continue
+        best, now = choice.found, choice.found.solution.components
+        swings, spreads = [one for one in now if one.is_swing], [choice.spread, *spreads]
+        poles = dict(zip([k for k in poles if k not in parts], [one for one in now if not one.is_swing], strict=True))
+    if best is None:
+        return replace(modes, warnings=(*modes.warnings, *_near(modes, signal)))
+    return _modes(_with_lines(best, signal), spreads, signal, modes, linear)
+
+
+def _is_avoided(modes: Modes, group: Iterable[int], avoid: float) -> bool:
+    return bool(np.any(np.abs(modes.natural_frequency[list(group)] / avoid - 1.0) < 0.05))
+
+
+def _suspicious(modes: Modes, signal: Signal) -> bool:
+    """Whether exponential modes may be parts of one swing, or leave something of it."""
+    parts = groups(modes, signal)
+    if any(len(_parts(modes, group, signal)[0]) > 1 for group in parts):
+        return True
+    return whiteness(signal, modes.residual, modes.noise, own_unknowns(modes, signal)) < WHITE
+
+
+def _parts(modes: Modes, group: list[int], signal: Signal) -> list[set[int]]:
+    """A group with weaker modes near it or near odd multiples of its frequency; then with strong ones near it too."""
+    strength = np.sqrt((modes.amplitude**2).sum(axis=1))
+    strongest = max(group, key=lambda k: float(strength[k]))
+    w, line = modes.frequency[strongest], resolved(signal)
+    away = np.abs(modes.frequency[:, None] / np.array((1, *HARMONICS)) - w).min(axis=1)
+    near = np.abs(modes.frequency - w) < SIDE * line
+    weak = strength < WEAK * strength[strongest]
+    parts = {*group, *np.flatnonzero(weak & (near | (away < 2.0 * line))).tolist()}
+    whole = parts | set(np.flatnonzero(near).tolist())
+    return [parts] if whole == parts else [parts, whole]
+
+
+def _near(modes: Modes, signal: Signal) -> tuple[str, ...]:
+    """Sentences on exponential modes that are nearer than the record resolves and yet no single swing."""
+    found = []
+    for group in groups(modes, signal):
+        if len(group) > 1:
+            listed = ", ".join(f"{modes.frequency[k]:.6g}" for k in group)
+            found.append(
+                f"the modes at {listed} rad/s are nearer to each other than the record resolves "
+                f"({resolved(signal):.2g} rad/s); no single swing with viscous damping, dry friction or quadratic drag "
+                "describes the record as well"
+            )
+    return tuple(found)
+
+
+# ------------------------------------------------------------------------------------------------ starts
+
+
+def _alike(modes: Modes, group: list[int]) -> bool:
+    """Whether the modes of a group move the sensors alike, as parts of one swing do."""
+    a = modes.complex_amplitude[group] / modes.noise
+    size = np.sqrt((np.abs(a) ** 2).sum(axis=1))
+    k = int(np.argmax(size))
+    strong = size > 0.2 * size[k]
+    agreement = np.abs(a @ a[k].conj()) / np.maximum(size * size[k], 1e-300)
+    return bool(np.all(agreement[strong] > ALIKE))
+
+
+def _start(modes: Modes, group: list[int], signal: Signal, kind: Kind) -> Component | None:
+    """A swing that begins and decays as a group of exponential modes does; None where they beat."""
+    weight = (modes.amplitude[group] / modes.noise) ** 2
+    reference = int(np.argmax(np.abs(modes.complex_amplitude[group].sum(axis=0)) / modes.noise))
+    if np.isfinite(kind.reach.factor):
+        reference = int(np.argmax(weight.sum(axis=0)))
+    time = np.linspace(0.0, float(signal.time[-1]), _POINTS)
+    z = np.exp(np.multiply.outer(time, modes.pole[group])) @ modes.complex_amplitude[group, reference]
+    carrier = float(modes.frequency[group][np.argmax(weight.sum(axis=1))])
+    size = np.abs(z)
+    phase = np.unwrap(np.angle(z * np.exp(-1j * carrier * time)))
+    share = size**2 / max(float((size**2).sum()), 1e-300)
+    b = size / max(float(size[: max(2, _POINTS // 20)].max()), 1e-300)
+    rates, left = _envelope_rates(time, b)
+    mean = float(np.clip(b.mean(), 0.05, 1.0))
+    total = rates[0] + rates[1] / mean + rates[2] * mean
+    if left > RIPPLE:
+        return None
+    restoring = kind.restoring if kind.restoring is not None else model.LINEAR
+    slope = np.gradient(phase, time)
+    w = carrier + float((slope * share).sum())
+    square = 1.0
+    if not restoring.linear:
+        if np.isfinite(kind.reach.factor):
+            square = (kind.reach.factor * float(size.max()) / w**kind.derivative) ** 2
+        elif np.isfinite(kind.reach.mean):
+            square = (kind.reach.mean / max(float(b.mean()), 1e-3)) ** 2
+        else:
+            fit = np.polyfit(b**2, slope, 1, w=np.sqrt(share))
+            square = float(np.clip(-16.0 * fit[0] / w, 1e-4, 4.0))
+        w *= 1.0 + square * float((b**2 * share).sum()) / 16.0
+    return Component(
+        pole=complex(0.0, w),
+        rates=(total, 0.0, 0.0),
+        phase=float(np.angle(z[0])) - kind.derivative * np.pi / 2.0,
+        square=square,
+        free_square=not restoring.linear,
+        restoring=restoring,
+        reach=kind.reach,
+        derivative=kind.derivative,
+        reference=reference,
+    )
+
+
+def _envelope_rates(time: Array, b: Array) -> tuple[tuple[float, float, float], float]:
+    """d, D, Q of the envelope (n,) nearest to b, which begins at about 1, and the root mean square of what is left."""
+    from scipy.optimize import least_squares
+
+    found = np.empty_like(b)
+
+    def rest(x: Array) -> Array:
+        kernel.envelope(np.ascontiguousarray(x[:3] / time[-1]), time, found)
+        return x[3] * found - b
+
+    there = b > 0.05
+    last = max(int(np.argmin(there)) if not there.all() else len(b), 3)
+    slope = max(float(-np.polyfit(time[:last], np.log(np.maximum(b[:last], 1e-6)), 1)[0]) * time[-1], 1e-2)
+    limits = ([0.0, 0.0, 0.0, 0.5], [np.inf, np.inf, np.inf, 2.0])
+    starts = ([slope, 1e-3, 1e-3, 1.0], [1e-3, 0.5 * slope, 1e-3, 1.0])
+    best = min((least_squares(rest, x, bounds=limits, max_nfev=50) for x in starts), key=lambda r: r.cost)
+    rates = best.x[:3] / time[-1]
+    return (float(rates[0]), float(rates[1]), float(rates[2])), float(np.sqrt(2.0 * best.cost / len(b)))
+
+
+def _with_law(one: Component, law: tuple[bool, bool, bool], mean: float) -> Component:
+    """The same decay at the mean amplitude, shared among the terms of another law."""
+    assert one.rates is not None
+    total = one.rates[0] + one.rates[1] / mean + one.rates[2] * mean
+    count = sum(law)
+    scale = (1.0, mean, 1.0 / mean)
+    rates = tuple(total / count * s if free else 0.0 for s, free in zip(scale, law, strict=True))
+    return replace(one, law=law, rates=rates)
+
+
+# ------------------------------------------------------------------------------------------------ choice
+
+
+class _Choice(NamedTuple):
+    """The best description of a swing.
+
+    Attributes
+    ----------
+    found : Found
+    spread : (rad/s)^2, of the frequencies that others give, which describe the record about as well
+    """
+
+    found: Found
+    spread: float
+
+
+def _best_law(
+    start: Component, others: list[Component], signal: Signal, noise: Array, decay: str, *, free: bool
+) -> _Choice | None:
+    """The best fit of one swing beside other components, over laws of decay and waveforms.
+
+    Notes
+    -----
+    The spread is that of Bayesian model averaging, with weights exp(-BIC / 2).
+    """
+    mean = float(np.clip(start.envelope(signal.time).mean(), 0.05, 1.0))
+    begun = _followed(start, others, signal, noise)
+    found: list[Found] = []
+    for sinusoidal in (False, True)[: 1 + start.restoring.linear]:
+        now = replace(begun, sinusoidal=sinusoidal)
+        names = ("viscous", "dry", "quadratic") if decay == "auto" else (decay,)
+        singles = [_grown(_with_law(now, LAWS[name], mean), others, signal, noise) for name in names]
+        found += _greedy(singles, signal) if decay == "auto" else singles
+    best = _least(found, signal)
+    if best is not None and start.restoring.linear and free and not _is_white(best, signal):
+        one = replace(best.solution.components[0], free_cube=True, sinusoidal=False)
+        cubic = model.fit((one, *best.solution.components[1:]), signal, noise)
+        found += _greedy([cubic], signal) if decay == "auto" else [cubic]
+        best = _least(found, signal)
+    if best is None:
+        return None
+    good = [one for one in found if one.converged and _plausible(one)]
+    weight = np.exp(-0.5 * (np.array([one.bic(signal) for one in good]) - best.bic(signal)))
+    away = np.array([natural(one) - natural(best) for one in good])
+    return _Choice(best, float(weight @ away**2 / weight.sum()))
+
+
+def natural(found: Found) -> float:
+    """Undamped frequency of the first component, rad/s."""
+    one = found.solution.components[0]
+    return float(np.hypot(one.pole.imag, (one.rates or (0.0,))[0])) if one.sinusoidal else one.pole.imag
+
+
+def _least(found: Iterable[Found | None], signal: Signal) -> Found | None:
+    """The plausible fit of the least criterion."""
+    good = [one for one in found if one is not None and one.converged and _plausible(one)]
+    return min(good, key=lambda one: one.bic(signal), default=None)
+
+
+def _is_white(found: Found, signal: Signal) -> bool:
+    unknowns = 2 * len(found.solution.components) + 1 + signal.degree
+    return whiteness(signal, found.solution.residual, found.noise, unknowns) >= WHITE
+
+
+def _plausible(found: Found) -> bool:
+    """Whether each of the terms of decay acts, and the first component is none of too low a frequency to be seen."""
+    one = found.solution.components[0]
+    assert one.rates is not None
+    acting = one.law == LAWS["viscous"] or min(r for r, acts in zip(one.rates, one.law, strict=True) if acts) > 0.0
+    return bool(np.all(np.isfinite(one.rates)) and one.pole.imag > 0.0 and acting)
+
+
+def _greedy(found: list[Found], signal: Signal) -> list[Found]:
+    """The fits, and more with further terms of decay, as long as they better the criterion."""
+    found, best = list(found), _least(found, signal)
+    tried = {one.solution.components[0].law for one in found}
+    while best is not None:
+        one, rest = best.solution.components[0], best.solution.components[1:]
+        trials = []
+        for k in range(3):
+            law = tuple(acts != (j == k) for j, acts in enumerate(one.law))
+            if any(law) and law not in tried:
+                tried.add(law)
+                rates = tuple(r if acts else 0.0 for r, acts in zip(one.rates or (), law, strict=True))
+                trials.append(_grown(replace(one, law=law, rates=rates), list(rest), signal, best.noise))
+        found += trials
+        better = _least(trials, signal)
+        if better is None or better.bic(signal) >= best.bic(signal):
+            break
+        best = better
+    return found
+
+
+def _followed(start: Component, others: list[Component], signal: Signal, noise: Array) -> Component:
+    """A start that has been fitted to longer and longer parts of the record, where the whole is not reached at once."""
+    direct = model.fit((start, *others), signal, noise)
+    whole = signal.counts * np.nanvar(signal.data, axis=0)
+    if direct.converged and direct.squares[start.reference] < FOLLOWED * whole[start.reference]:
+        return direct.solution.components[0]
+    now, period = start, 2.0 * np.pi / start.pole.imag
+    length, whole = 6.0 * period, float(signal.time[-1])
+    while length < whole:
+        count = int(np.searchsorted(signal.time, length))
+        if count > 20 + 4 * len(others):
+            near = [one for one in others if 2.0 * np.pi / max(one.pole.imag, 1e-300) < 0.5 * length]
+            part = model.fit((now, *near), signal.part(slice(0, count)), noise)
+            if part.converged and _plausible_frequency(part, start):
+                now = part.solution.components[0]
+        length *= 1.6
+    last = model.fit((now, *others), signal, noise)
+    return min((direct, last), key=lambda one: float((one.squares / noise**2).sum())).solution.components[0]
+
+
+def _grown(one: Component, others: list[Component], signal: Signal, noise: Array) -> Found:
+    """A fit; of a swing that dry friction brings to rest, by way of longer and longer parts of its motion.
+
+    Where it rests depends on how often it has turned, so that the sum of squares has many minima.
+    """
+    found = model.fit((one, *others), signal, noise)
+    moves = np.count_nonzero(found.solution.components[0].envelope(signal.time) > 0.0)
+    if not one.law[1] or moves == len(signal.time):
+        return found
+    now = one
+    for share in GROWN:
+        part = signal.part(slice(0, max(int(share * moves), 20 + 4 * len(others))))
+        trial = model.fit((now, *others), part, noise)
+        if trial.converged and _plausible(trial):
+            now = trial.solution.components[0]
+    other = model.fit((now, *others), signal, noise)
+    return _least([found, other], signal) or found
+
+
+def _plausible_frequency(found: Found, start: Component) -> bool:
+    return 0.8 < found.solution.components[0].pole.imag / start.pole.imag < 1.25
+
+
+def _with_lines(found: Found, signal: Signal) -> Found:
+    """With exponential modes that are left in the residual, where they better the criterion."""
+    for _ in range(_LINES):
+        if _is_white(found, signal):
+            return found
+        more, _ = search(replace(signal, data=found.solution.residual, noise=None), 1)
+        if more is None:
+            return found
+        new = Component(pole=complex(more.pole[0]))
+        trial = model.fit((*found.solution.components, new), signal, found.noise)
+        if not trial.converged or trial.bic(signal) > found.bic(signal) - DECISIVE or _wild(trial, signal):
+            return found
+        found = trial
+    return found
+
+
+def _wild(found: Found, signal: Signal) -> bool:
+    """Whether an exponential mode has left the band or come to a swing."""
+    poles = [one.pole for one in found.solution.components]
+    swings = [one.pole.imag for one in found.solution.components if one.is_swing]
+    low, high = signal.band
+    return any(
+        not max(low, 1e-300) <= p.imag <= high or min(abs(p.imag - w) for w in swings) < resolved(signal)
+        for p, one in zip(poles, found.solution.components, strict=True)
+        if not one.is_swing
+    )
+
+
+# ------------------------------------------------------------------------------------------------ result
+
+
+def _modes(found: Found, spreads: list[float], signal: Signal, before: Modes, linear: float) -> Modes:
+    """Modes of the fit by rising frequency."""
+    now = found.solution
+    order = np.argsort([one.pole.imag for one in now.components], kind="stable")
+    components = tuple(now.components[k] for k in order)
+    rows = [*(2 * k + j for k in order for j in (0, 1)), *range(2 * len(order), len(now.coefficients))]
+    found = found._replace(solution=now._replace(components=components, coefficients=now.coefficients[rows]))
+    C, own = model.covariance(found, signal)
+    for place, k in enumerate(order.tolist()):  # swings are the first components
+        if k < len(spreads):
+            C[place, place] += spreads[k]
+    m, sensors = len(components), signal.data.shape[1]
+    values = model.summary(components, found.solution.coefficients)
+    a = values[2 * m :][: m * sensors].reshape(m, sensors) + 1j * values[2 * m + m * sensors :][: m * sensors].reshape(
+        m, sensors
+    )
+    swings: list[Swing | None] = []
+    first = 0
+    gain = linear - found.bic(signal)
+    for one in components:
+        size = len(one.values())
+        std = np.sqrt(np.maximum(np.diag(own)[first : first + size], 0.0))
+        swings.append(_swing(one, std, signal, gain) if one.is_swing else None)
+        first += size
+    coefficients = found.solution.coefficients
+    drift = coefficients[2 * m + 1] / signal.time[-1] if signal.degree else np.zeros(sensors)
+    modes = Modes(
+        method=before.method,
+        order=m,
+        names=signal.names,
+        frequency=values[:m],
+        decay_rate=values[m : 2 * m],
+        amplitude=np.abs(a),
+        phase=np.angle(a),
+        offset=coefficients[2 * m].copy(),
+        drift=drift,
+        covariance=C,
+        noise=found.noise,
+        time=signal.time,
+        data=signal.data,
+        fitted=signal.data - found.solution.residual,
+        residual=found.solution.residual,
+        criteria=before.criteria,
+        iterations=found.steps,
+        swings=tuple(swings),
+    )
+    warnings = (*unsupported(modes), *remarks(modes), *colour(modes, signal), *_sentences(modes))
+    return replace(modes, warnings=warnings)
+
+
+def _sentences(modes: Modes) -> tuple[str, ...]:
+    """What is said of swings that do not decay exponentially."""
+    return tuple(
+        f"mode {k + 1} ({w:.6g} rad/s) is one swing that decays by {one.law}, not exponentially alone"
+        for k, (w, one) in enumerate(zip(modes.natural_frequency, modes.swings, strict=True))
+        if one is not None and not one.exponential
+    )
+
+
+def _swing(one: Component, std: Array, signal: Signal, gain: float) -> Swing:
+    rest = list(std[2:])
+    rates = np.array([rest.pop(0) if free else 0.0 for free in one.law])
+    amplitude = amplitude_std = np.nan
+    if one.free_square:
+        amplitude, square_std = float(np.sqrt(one.square)), float(rest.pop(0))
+        amplitude_std = square_std / (2.0 * max(amplitude, 0.5 * np.sqrt(square_std)))
+    return Swing(one, rates, float(one.envelope(signal.time)[-1]), amplitude, amplitude_std, gain)
