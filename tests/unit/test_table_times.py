@@ -108,7 +108,7 @@ def test_dates_beside_clocks(date: str, over_midnight: bool) -> None:
     )
     table = tables.read(f"Date;Time;x\n{rows}".encode(), "a.csv")
     assert tables.time_of(table) == 1
-    for column in ("Time", ["Date", "Time"]):
+    for column in ("Time", ["Date", "Time"], "Date"):
         found = tables.seconds(table, column)
         np.testing.assert_allclose(found.seconds, SECONDS, atol=1e-9)
         assert date in found.notes[0]

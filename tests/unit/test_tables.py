@@ -122,6 +122,11 @@ DIALECTS: dict[str, tuple[str | bytes, tuple[str, str, str]]] = {
     "units in the cells": (text("time,left,right\n", tail=" mm").replace(",", " s,").replace(
         "time s,left s", "time,left"), ("s", "s", "mm")),
     "Tektronix": (tektronix(), ("s", "V", "")),
+    "Tektronix, names": (
+        text("Model,DPO4034\nHorizontal Units,s\nSample Interval,0.05\nVertical Units,V,mV\nTIME,left,right\n"),
+        ("s", "V", "mV"),
+    ),
+    "Rigol": (text("X,left,right,\nSecond,Volt,Volt,\n", tail=","), ("Second", "Volt", "Volt")),
     "Keysight": (text("x-axis,1,2\nsecond,Volt,Volt\n", cell=lambda v: f"{v:+.8E}"), ("second", "Volt", "Volt")),
     "phyphox": (
         text('"Time (s)","left (m/s^2)","right (m/s^2)"\n', cell=lambda v: f"{v:.9E}"),
@@ -327,6 +332,7 @@ def test_segments_of_labview(decimal: str) -> None:
     first = tables.read(lvm(head, decimal, x=True, segments=2, later=5.0).encode(), "a.lvm")
     assert (first.rows, first.units) == (ROWS // 2, ("s", "mm", "N", ""))
     assert "segments; those from number 2 on" in first.notes[0]
+    assert whole.is_empty("X_Value")
     bare = tables.read(lvm(head, decimal, x=False).encode(), "a.lvm")
     assert (bare.rows, bare.rate, tables.time_of(bare)) == (ROWS, 20.0, None)
 

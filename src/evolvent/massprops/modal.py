@@ -24,6 +24,10 @@ QUIET = 0.2
 #: All modes this many times faster than the body's heave are no modes of the body: its springs would stand that many
 #: radii of gyration apart.
 TOO_FAST = 30.0
+#: Mains frequencies, Hz, of which so many harmonics are looked for, each so far from its place at most.
+MAINS, HARMONICS, WANDER = (50.0, 60.0), 3, 0.06
+#: Share of the strongest mode's decay rate below which a mode is told not to decay.
+STEADY = 0.2
 #: Residual over the stated noise above which the noise is stated too small.
 UNDERSTATED = 3.0
 
@@ -43,6 +47,7 @@ class Modal:
     shapes : (m, c), signed amplitudes at the first sample
     shape_covariance : (m, c, c), widened
     warnings : sentences
+    hum : indices of modes that mains hum explains
     """
 
     reading: Reading
@@ -54,6 +59,7 @@ class Modal:
     shapes: np.ndarray
     shape_covariance: np.ndarray
     warnings: tuple[str, ...]
+    hum: tuple[int, ...] = ()
 
     @property
     def frequency_std(self) -> np.ndarray:
@@ -93,6 +99,7 @@ def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Moda
     p, widening = _widening(reading, modes)
     found = modes.mode_shapes()
     widened = np.outer(widening, widening)
+    hum, steady = _steady(modes, reading, widening)
     return Modal(
         reading=reading,
         modes=modes,
@@ -102,7 +109,8 @@ def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Moda
         frequency_covariance=modes.natural_frequency_covariance * widened,
         shapes=found.real,
         shape_covariance=found.shape_covariance * np.diag(widened)[:, None, None],
-        warnings=(*_identification_warnings(modes, widening, p, reading), *_edge(modes, reading)),
+        warnings=(*_identification_warnings(modes, widening, p, reading), *_edge(modes, reading), *steady),
+        hum=hum,
     )
 
 
@@ -173,6 +181,38 @@ def _edge(modes: Modes, reading: Reading) -> list[str]:
         f"a mode at {near[-1]:.6g} rad/s is close to half the sampling rate ({half:.6g} rad/s); it may be a faster one "
         "seen through too few samples"
     ]
+
+
+def _steady(modes: Modes, reading: Reading, widening: np.ndarray) -> tuple[tuple[int, ...], list[str]]:
+    """Modes at a mains frequency, as it appears at this rate, and sentences on modes that do not decay.
+
+    Notes
+    -----
+    At the rate f a vibration of the frequency h appears at |h - n f|, n whole. A free vibration decays.
+    """
+    if not (modes.order > 1 and np.all(np.isfinite(modes.pole_covariance))):
+        return (), []
+    strongest = int(np.argmax((modes.amplitude**2).sum(axis=1)))
+    std = widening * modes.decay_rate_std
+    hum, texts = [], []
+    for k, w in enumerate(modes.frequency):
+        if k == strongest or abs(modes.decay_rate[k]) > 3.0 * std[k]:
+            continue
+        own, name = float(w) / (2.0 * np.pi), f"the mode at {w:.6g} rad/s"
+        near = 3.0 * widening[k] * float(modes.frequency_std[k]) / (2.0 * np.pi)
+        for mains in (n * m for n in range(1, HARMONICS + 1) for m in MAINS):
+            seen = abs(mains - reading.rate * round(mains / reading.rate))
+            if abs(seen - own) < near + WANDER * mains / MAINS[0]:
+                hum.append(k)
+                texts.append(
+                    f"{name} does not decay and lies where mains hum of {mains:g} Hz appears at {reading.rate:.6g} samples "
+                    "a second: it is no free vibration"
+                )
+                break
+        else:
+            if modes.decay_rate[k] + 2.0 * std[k] < STEADY * modes.decay_rate[strongest]:
+                texts.append(f"{name} does not decay as the others do: hum or a drive, perhaps seen through too few samples")
+    return tuple(hum), texts
 
 
 def _widening(reading: Reading, modes: Modes) -> tuple[float, np.ndarray]:

@@ -305,7 +305,7 @@ def _rotation(given: Pendulum, modal: Modal, sway: float | None) -> tuple[int, t
             why.append(
                 f"A body on these wires sways at sqrt(g / H) = {sway:.5g} rad/s; so does the mode at {listed} rad/s."
             )
-    left = [int(k) for k in np.argsort(-strength) if not swaying[k]]
+    left = [int(k) for k in np.argsort(-strength) if not swaying[k] and k not in modal.hum]
     ask = f"give identification.band around the {_mode(given)}, such as [5 rad/s, 7 rad/s]"
     if not left or strength[left[0]] < LEAST_SHARE * strength.max():
         raise InputError(f"no mode but the sway at {sway:.6g} rad/s is above the noise; {ask}")

@@ -20,7 +20,7 @@ def is_lvm(lines: Sequence[str]) -> bool:
     return any(line.strip().strip('"').lower().startswith(_END) for line in lines[:200])
 
 
-def sections(lines: Sequence[str], separator: str, path: str) -> tuple[Block, Head]:
+def sections(lines: list[str], separator: str, path: str) -> tuple[Block, Head]:
     """Rows and head of all segments that follow one another; else those of the first, and a note."""
     ends = [k for k, line in enumerate(lines) if line.strip().strip('"')[: len(_END)].lower() == _END]
     whole: dict[str, list[str]] = {}
@@ -81,13 +81,13 @@ def _head(head: Head, whole: dict[str, list[str]], stated: dict[str, list[str]],
 
 
 def _joined(
-    lines: Sequence[str], separator: str, found: list[tuple[Block, dict[str, list[str]]]], head: Head
+    lines: list[str], separator: str, found: list[tuple[Block, dict[str, list[str]]]], head: Head
 ) -> tuple[Block, Head]:
     """Rows of the segments that follow one another."""
     block, stated = found[0]
     if len(found) == 1:
         return block, head
-    first, count = _begin(stated), len(block.rows)
+    first, count, all_rise = _begin(stated), len(block.rows), True
     for k, (other, own) in enumerate(found[1:], start=2):
         begin = _begin(own)
         step = None if head.rate is None else 1.0 / head.rate
@@ -107,6 +107,10 @@ def _joined(
             return block, head._replace(notes=(*head.notes, note))
         block.rows += other.rows
         count += len(other.rows)
+        all_rise = all_rise and rises
+    if not all_rise:  # times that begin at 0 in each segment are none; the rate stands for them
+        for row in block.rows:
+            lines[row] = separator + lines[row].partition(separator)[2]
     return block, head._replace(notes=(*head.notes, f"the {len(found)} segments of the file follow one another"))
 
 

@@ -241,6 +241,8 @@ def _stamped(table: Table, places: list[int]) -> Times:
         cells = stamps.cells_of(table.words(beside + 1))
         date = cells if cells.wrong < 0 and cells.days and cells.clock is None else None
         beside = None if date is None else beside
+    if clock is None:
+        clock = _clock_beside(table, places)
     place = clock[0] if clock else found[0][0]
     name = table.names[place]
     notes: list[str] = []
@@ -260,6 +262,16 @@ def _stamped(table: Table, places: list[int]) -> Times:
 
 def _cell(table: Table, place: int, row: int) -> str:
     return table.cell(place + 1, row)
+
+
+def _clock_beside(table: Table, places: list[int]) -> tuple[int, stamps.Cells] | None:
+    """A column of times of day beside dates, where there is one such column."""
+    others = [(k, stamps.cells_of(table.words(k + 1))) for k in table.stamps if k not in places]
+    clocks = [(k, cells) for k, cells in others if cells.wrong < 0 and cells.clock is not None and not cells.days]
+    if len(clocks) == 1:
+        places.append(clocks[0][0])
+        return clocks[0]
+    return None
 
 
 def _read(table: Table, place: int) -> stamps.Cells:
