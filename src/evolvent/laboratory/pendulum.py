@@ -207,7 +207,7 @@ def pieces_of(name: str, folder: str | None, most: int) -> list[Piece]:
         if len(found) == most:
             break
     if not found:
-        raise InputError(f"{folder} has no CSV file whose first line is {','.join(head)}")
+        raise InputError(f"{folder} has no CSV file with the columns {','.join(head)}")
     return found
 
 

@@ -57,7 +57,7 @@ def has(name: str, raw: bytes, head: Sequence[str]) -> bool:
 def _read(name: str, raw: bytes, head: Sequence[str]) -> tables.Table:
     found = tables.read(raw, name, whole=True)
     if set(found.heads) != set(head):
-        raise InputError(f"{name}: the first line must be {','.join(head)}")
+        raise InputError(f"{name}: the columns must be {','.join(head)}")
     return found
 
 
@@ -83,7 +83,7 @@ def rows_of(
 
     Parameters
     ----------
-    own : the package's table; its first line names the columns
+    own : the package's table; its head names the columns
     data : str, file, or folder of which every CSV file with these columns is read; None for the package's table
     measured : names of the columns of measured values, which may be left out: of quantities that are predicted alone
     words : names of columns that hold words
@@ -106,7 +106,7 @@ def rows_of(
     fitting = [(os.path.join(data, name), raw) for name, raw in contents(data, pathlib.Path()) if has(name, raw, head)]
     found = [row for path, raw in fitting for row in _rows(path, raw, head, measured, words)]
     if not found:
-        raise InputError(f"{data} has no CSV file whose first line is {','.join(head)}")
+        raise InputError(f"{data} has no CSV file with the columns {','.join(head)}")
     return found
 
 
