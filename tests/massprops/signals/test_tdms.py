@@ -133,6 +133,15 @@ def test_what_is_no_function_of_time_and_what_counts(tmp_path: pathlib.Path) -> 
     )
 
 
+def test_channels_that_end_a_sample_earlier(tmp_path: pathlib.Path) -> None:
+    """As those of a recorder that was stopped: what all of them have is used."""
+    path = written(tmp_path / "a.tdms", ("g/a", noisy(1), STEP), ("g/b", noisy(2)[:-1], STEP))
+    found = vibration(path)
+    assert found.frequency / (2.0 * np.pi) == pytest.approx([1.3], rel=1e-3)
+    assert found.reading.data.shape == (SIZE - 1, 2)
+    assert found.reading.notes == (f"'a' and others go on behind the {SIZE - 1} samples that all columns have",)
+
+
 def test_scaled_samples(tmp_path: pathlib.Path) -> None:
     first = "NI_Scale[0]_"
     own = STEP | {"NI_Number_Of_Scales": 1, "NI_Scaling_Status": "unscaled", f"{first}Scale_Type": "Linear"}

@@ -30,6 +30,7 @@ class Content(NamedTuple):
     columns: list[Column]
     left: Mapping[str, str] = MappingProxyType({})
     notes: Sequence[str] = ()
+    places: Sequence[str] = ()
 
 
 def read(path: str | os.PathLike[str], variables: Iterable[str] = ()) -> Signals:
@@ -81,6 +82,7 @@ def read(path: str | os.PathLike[str], variables: Iterable[str] = ()) -> Signals
         format=format_,
         sha256=hashlib.sha256(raw).hexdigest(),
         notes=content.notes,
+        places=content.places,
         left_out={visible(key): visible(why) for key, why in content.left.items()},
     )
 
