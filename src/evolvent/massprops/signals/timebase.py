@@ -41,6 +41,8 @@ ENDS = 0.01
 FEWEST = 8
 #: Units that a time without one may have, in s.
 _OTHER_UNITS = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+#: Days that MATLAB counts from the year 0, 1985 to 2114.
+_DATENUM = (725_000.0, 772_000.0)
 #: Columns that a sentence names at most.
 _LISTED = 6
 
@@ -203,9 +205,16 @@ class _Choice:
             return self._by_rate(k, one.rate, near, "the rate that the file states")
         if near is not None:
             return self._by_times(k, near, None)
+        others = [t for t in self.times if self.source.columns[t].size > 1]
+        hint = ""
+        if others:
+            t = self.source.columns[others[0]]
+            hint = f"; {t.name!r} has {t.size} values for {one.size} samples of {one.name!r}"
+        elif rising := [n for n in range(len(self.source.columns)) if self._rises(n) and self._is_even(n)]:
+            hint = f"; {self._name(rising[0])!r} rises evenly, as times do"
         raise InputError(
             f"{self.source.path!r} states neither times nor a rate; give signals.rate, such as 50 Hz, or signals.time, "
-            f"one of its columns {', '.join(self.source.names)}"
+            f"one of its columns {', '.join(self.source.names)}{hint}"
         )
 
     def _by_times(self, k: int, times: int, rate: float | None) -> Base:
@@ -216,8 +225,13 @@ class _Choice:
                 f"{one.name!r} of {self.source.path!r} has {one.size} times for {size} samples of {self._name(k)!r}; "
                 "give signals.rate, or the column of its times as signals.time"
             )
-        found = tables.seconds(_Vector(self.source.path, one, self.samples(times)).as_table(), 1)
-        time, notes = found.start + found.seconds, (*one.notes, *found.notes)
+        values = self.samples(times)
+        if not _unit(one) and self.source.format == "MAT" and _DATENUM[0] < values[0] <= values[-1] < _DATENUM[1]:
+            time = 86400.0 * (values - values[0])
+            notes = (*one.notes, "the time states no unit: by its size it counts days as datenum does, to 1e-05 s")
+        else:
+            found = tables.seconds(_Vector(self.source.path, one, values).as_table(), 1)
+            time, notes = found.start + found.seconds, (*one.notes, *found.notes)
         own = (size - 1) / float(time[-1] - time[0]) if time[-1] > time[0] else 0.0
         if rate is not None and own and abs(own / rate - 1.0) > RATE:
             notes = (*notes, f"the file states a rate of {rate:.6g} Hz, its column {one.name!r} has {own:.6g} Hz")
@@ -358,8 +372,9 @@ class _Choice:
 
 
 def _last(one: Column) -> str:
-    """The name of a column without those of its groups."""
-    return (one.path or one.name)[sum(len(name) + 1 for name in one.group) :]
+    """The name of a column without those of its groups, as it stands in the file."""
+    tail = one.path[sum(len(name) + 1 for name in one.group) :] if one.path else one.name
+    return tail if tail in one.name or one.name in tail else one.name
 
 
 def _unit(one: Column) -> str:
@@ -392,6 +407,9 @@ class _Vector:
 
     def words(self, column: Any) -> list[str]:
         return [repr(float(value)) for value in self.values]
+
+    def cell(self, column: Any, row: int) -> str:
+        return f"{self.values[row]:.15g}"
 
     def line(self, row: int) -> int:
         return row + 1
