@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 from PIL import Image
 
+import cf
 import evolvent
 from evolvent.exports import moving
 from evolvent.exports.request import Request
@@ -39,6 +40,7 @@ def test_prints_and_writes(call):
     assert "marked" in pathlib.Path("c.html").read_text()
     clear = ("--pair", "panel 3, satellite", "--check", "--quiet", "-o", "c.nc")
     assert call(*WORDS, *clear) == (0, "clearances: c.nc\n", "")
+    assert cf.faults("c.nc") == []
 
 
 @pytest.mark.slow

@@ -35,7 +35,7 @@ finally:
     print("loaded:", loaded())
 """
 #: What no command here needs.
-NEVER = {"IPython", "dask", "distributed", "nicegui", "pandas.plotting._matplotlib", "pint", "pyevtk", "scipy.signal"}
+NEVER = {"IPython", "dask", "distributed", "nicegui", "pandas.plotting._matplotlib", "pint", "scipy.signal"}
 TINY = ("--set", "solver.duration=0.2 s", "--set", "blade.nodes=4")
 
 

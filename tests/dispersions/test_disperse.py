@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import cf
 import evolvent
 from evolvent.base.errors import InputError
 from evolvent.design import dispersions, studies
@@ -130,6 +131,7 @@ def test_files_of_a_dispersion(read, tmp_path):
     assert rows[5][1:3] == ["failed", "the drive outruns the thread"]
     assert float(rows[7][-1]) == value[6]
     report.write_netcdf(found, tmp_path / "d.nc")
+    assert cf.faults(tmp_path / "d.nc") == []
     with xr.open_dataset(tmp_path / "d.nc", engine="h5netcdf") as there:
         assert json.loads(there.attrs["dispersion"])["body_rate.last"]["lacking"] == 1
         np.testing.assert_array_equal(there["body_rate_last"], dataset["body_rate_last"])

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
+import cf
 import evolvent as ev
 from evolvent import parts
 from evolvent.exports import vtk
@@ -115,6 +117,16 @@ def test_rotors_turn_and_plumes_follow_the_thrust(craft):
     assert plume.scale[-1] == 0.0
     assert plume.axis == (-1.0, 0.0, 0.0)
     assert axis_of(symbols(craft, "pin 1")[0]) == pytest.approx(axis_of(symbols(craft, "hinge 1")[0]))
+
+
+@pytest.mark.parametrize("made", ["craft", "machine"])
+def test_files_of_all_kinds_follow_the_conventions(request, made, tmp_path):
+    """The axis of a joint has not the name of the dimension that counts x, y, z."""
+    run = request.getfixturevalue(made)
+    ev.save(run, tmp_path / "run.nc")
+    assert cf.faults(tmp_path / "run.nc") == []
+    again = ev.open(tmp_path / "run.nc")
+    xr.testing.assert_identical(again, run)
 
 
 def test_cables_run_from_hinge_to_hinge(craft):

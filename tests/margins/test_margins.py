@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+import cf
 import evolvent
 from evolvent import System, parts
 from evolvent.base.errors import InputError
@@ -312,6 +313,20 @@ def blocked():
     system = hinged()
     system.add(parts.Link(a=(1.0, 0.0, 0.5), b=("arm", (0.5, 0.0, 0.0)), length=0.5), "link")
     return system
+
+
+def test_margins_at_rest_and_in_a_run_are_one_file(tmp_path):
+    """Their tables have other numbers of stations, and a group inherits dimensions of the one around it."""
+    import xarray as xr
+
+    loaded = evolvent.cases.load("solar-array")
+    found = evolvent.cases.system(loaded.system).margin(loaded)
+    found.save(tmp_path / "m.nc")
+    assert cf.faults(tmp_path / "m.nc") == []
+    with xr.open_datatree(tmp_path / "m.nc", engine="h5netcdf") as tree:
+        still, moving = tree["hinge 1"], tree["hinge 1/motion"]
+        assert still.sizes["station"] != moving.sizes["motion_station"]
+        assert moving.margin_motorization.values == pytest.approx(found.moving[0].margin("motorization"), rel=1e-14)
 
 
 def test_files(array, tmp_path):

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -392,8 +394,46 @@ def test_scipy_takes_the_model(cantilever):
 def test_python_control_takes_the_model(cantilever):
     control = pytest.importorskip("control")
     small = cantilever.reduce(6)
-    system = control.ss(small.A, small.B, small.C, small.D)
+    system = small.to_control()
     assert_allclose(system(3j), response(small, 3.0), rtol=1e-9)
+    assert np.shape(system.A) == np.shape(small.A)
+    assert system.isctime()
+    assert system.input_labels == [name.replace(".", "_") for name in small.inputs]
+    plain = [name.replace(".", "_").replace("[", "_").replace("]", "") for name in small.outputs]
+    assert system.output_labels == plain
+    assert tuple(system.state_labels) == small.states
+    assert (system.input_units, system.output_units) == (small.input_units, small.output_units)
+    assert system.state_units == small.state_units
+    assert_allclose(np.sort(np.abs(system.poles())), np.sort(np.abs(small.poles)), rtol=1e-6, atol=1e-6)
+    # a step of python-control against SciPy's own
+    times = np.linspace(0.0, 0.5, 40)
+    step = control.step_response(system, times, input=0, output=0)
+    one = scipy.signal.StateSpace(small.A, small.B[:, :1], small.C[:1], small.D[:1, :1])
+    _, theirs = scipy.signal.step(one, T=times)
+    assert_allclose(np.squeeze(step.outputs), theirs, rtol=1e-6, atol=1e-9 * np.abs(theirs).max())
+
+
+def test_signals_of_python_control_have_names_of_their_own():
+    from evolvent.solvers.linear import _signals
+
+    names = ["boom[5].force.y", "hub.torque.z", "hub.torque.z", "panel 1.force.x", "hub_torque.z"]
+    found = _signals(names)
+    assert found[:2] == ["boom_5_force_y", "hub_torque_z"]
+    assert len(set(found)) == len(names)
+    assert all(name.isidentifier() for name in found)
+
+
+def test_python_control_is_asked_for_in_a_sentence(cantilever, monkeypatch):
+    monkeypatch.setitem(sys.modules, "control", None)
+    with pytest.raises(InputError, match=r"needs the package control .*pip install 'evolvent\[control\]'"):
+        cantilever.to_control()
+
+
+def test_python_control_gets_no_empty_model(cantilever):
+    pytest.importorskip("control")
+    empty = dataclasses.replace(cantilever, inputs=(), B=cantilever.B[:, :0], D=cantilever.D[:, :0])
+    with pytest.raises(InputError, match="the model has no inputs"):
+        empty.to_control()
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from evolvent import cases
+from evolvent import __version__, cases
 from evolvent.assembly.references import split_reference
 from evolvent.base.errors import InputError, counted, nearest
 from evolvent.parts import Box, Capsule, Cylinder, Joint, RigidBody, Sphere
@@ -104,8 +104,8 @@ def clearances(run: xr.DataTree, pairs: Iterable[Sequence[str]] | None = None) -
     found = [_Pair(seen[a], seen[b], time, measure) for a, b in chosen]
     left_out = [] if pairs is not None else [f"{a!r} and {b!r}, held by {by!r}" for (a, b), by in joined.items()]
     return _dataset(time, found, {
-        "title": str(run.attrs.get("title", "")), "left_out": json.dumps(left_out),
-        "not_checked": json.dumps(_not_checked(parts, bodies)),
+        "title": str(run.attrs.get("title", "")), "source": f"evolvent {__version__}",
+        "left_out": json.dumps(left_out), "not_checked": json.dumps(_not_checked(parts, bodies)),
     })  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from evolvent import __version__
 from evolvent.analysis.mesh_error import MeshError
 from evolvent.base import files
 from evolvent.solvers.modal import NOTHING, Modes
@@ -139,5 +140,10 @@ class ModalResults(Modes):
         from evolvent.base import netcdf
 
         found = self.to_dataset()
-        found.attrs |= {"title": "modes by evolvent", "holds": results.MODES, "made_with": results.made_with()}
+        found.attrs |= {
+            "title": "modes by evolvent",
+            "source": f"evolvent {__version__}",
+            "holds": results.MODES,
+            "made_with": results.made_with(),
+        }
         files.write_file(path, netcdf.image(found))

@@ -572,7 +572,7 @@ class System:
         Returns
         -------
         evolvent.analysis.linear.LinearModel
-            Its A, B, C and D go into ``scipy.signal.StateSpace`` or ``control.ss``;
+            ``model.to_control()`` and ``model.to_scipy()`` give it to python-control and SciPy;
             ``model.frequency_response().plot("response.png")``.
 
         Raises

@@ -2,7 +2,7 @@
 
 A NetCDF-4 file is an HDF5 file. Every dimension is a "dimension scale": its coordinate, or an empty dataset with a name
 that says so. Every variable is attached to the scales of its dimensions, which are numbered (``_Netcdf4Dimid``).
-Source: NetCDF-4 file format specification, Unidata.
+Sources: NetCDF-4 file format specification, Unidata; NetCDF Climate and Forecast (CF) metadata conventions 1.11.
 """
 
 from __future__ import annotations
@@ -15,6 +15,8 @@ import numpy as np
 import xarray as xr
 from xarray import conventions
 
+#: The conventions that files follow: UDUNITS units, coordinates without missing values.
+CONVENTIONS = {"Conventions": "CF-1.11"}
 #: Kinds of values that `write` knows: truth values, numbers and texts.
 _KINDS = "biufU"
 #: What xarray notes on variables that it has read, and that says nothing of how to write them.
@@ -69,11 +71,33 @@ def image(run: xr.DataTree | xr.Dataset) -> memoryview:
     with a fault as it tries again.
     """
     file = io.BytesIO()
-    if is_plain(run):
-        write(run, file)
+    stated = run.copy()
+    stated.attrs = CONVENTIONS | run.attrs
+    if is_plain(stated):
+        write(stated, file)
+    elif isinstance(stated, xr.DataTree):
+        groups = {node.path: _unfilled(node.to_dataset(inherit=False)) for node in stated.subtree}
+        stated.to_netcdf(file, engine="h5netcdf", encoding=groups)
     else:
-        run.to_netcdf(file, engine="h5netcdf")
+        stated.to_netcdf(file, engine="h5netcdf", encoding=_unfilled(stated))
     return file.getbuffer()
+
+
+def _complete(dataset: xr.Dataset) -> list[str]:
+    """Coordinates without missing values: those of dimensions, and others that have none.
+
+    CF allows no `_FillValue` of the first; xarray gives one to every variable of numbers with a point.
+    """
+    found = []
+    for name, values in dataset.coords.items():
+        if name in dataset.dims or (values.dtype.kind == "f" and not np.isnan(values.values).any()):
+            found.append(str(name))
+    return found
+
+
+def _unfilled(dataset: xr.Dataset) -> dict[str, dict[str, None]]:
+    """Encoding that gives complete coordinates no `_FillValue`."""
+    return {name: {"_FillValue": None} for name in _complete(dataset)}
 
 
 def write(run: xr.DataTree | xr.Dataset, file: BinaryIO) -> None:
@@ -101,6 +125,8 @@ def _write(file: Any, dataset: xr.Dataset, inherited: dict[str, Any], *, first: 
     from h5py import h5ds
 
     variables, attributes = conventions.cf_encoder(*conventions.encode_dataset_coordinates(dataset))
+    for name in _complete(dataset):
+        variables[name].attrs.pop("_FillValue", None)
     made = {str(name): _dataset(file, str(name), variable) for name, variable in variables.items()}
     scales = dict(inherited)
     own = [str(d) for d in dataset.sizes if str(d) not in inherited]

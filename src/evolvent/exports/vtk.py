@@ -1,16 +1,15 @@
 """Time series for ParaView: collections (.pvd) of polygonal data (.vtp): lines, strips, bodies, forces, marks, axes.
 
-`pyevtk` writes the files: it is pure Python on NumPy alone and permissive, where VTK's own writers take half a
-gigabyte. Polygonal data are what ParaView's filter Tube takes; it does not take unstructured grids.
+There is one file a sample for all lines, one for all bodies, and so on. Polygonal data are what ParaView's filter Tube
+takes; it does not take unstructured grids.
 """
 
 from __future__ import annotations
 
-import contextlib
 import os
 import pathlib
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +17,7 @@ import numpy as np
 from evolvent.base import progress
 from evolvent.base.errors import InputError, reason_of
 from evolvent.base.files import make_folder, writing
+from evolvent.exports import vtp
 from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
 from evolvent.results import unfinished
 from evolvent.results.motion import turned
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 #: Samples that are written unless more are asked for.
 MOST = 300
-_POINTS, _LINES, _FACES = "Verts", "Lines", "Polys"
 _FOLDER = "data"
 _TEXTS = {
     "lines": """lines{suffix}.pvd   {lines}; point data: {values} (filter Tube, for thickness);
@@ -63,9 +62,8 @@ def write(run: Any, path: str, request: Request) -> str:
     Raises
     ------
     InputError
-        If the library is missing, the folder cannot be written into, or it would hold far too much.
+        If the folder cannot be written into, or it would hold far too much.
     """
-    file, group = _library()
     count = run.sizes["time"]
     samples = request.samples(run, most=MOST)
     motion = motion_of(run).at(samples)
@@ -82,13 +80,12 @@ def write(run: Any, path: str, request: Request) -> str:
     _clear(path)
     try:
         for kind, make in kinds.items():
-            collection = group(os.path.join(path, f"{kind}{suffix}"))
-            with _closed(collection):
-                for k, time in enumerate(progress.track(motion.time, f"writing {kind}", motion.time.size)):
-                    name = os.path.join(data, f"{kind}-{k:05d}.vtp")
-                    make(motion, k).write(file, name)
-                    collection.addFile(os.path.abspath(name), float(time))
-                collection.save()
+            listed = []
+            for k, time in enumerate(progress.track(motion.time, f"writing {kind}", motion.time.size)):
+                name = os.path.join(data, f"{kind}-{k:05d}.vtp")
+                make(motion, k).write(name)
+                listed.append((float(time), name))
+            vtp.write_collection(os.path.join(path, f"{kind}{suffix}.pvd"), listed)
     except OSError as error:
         _clear(data)
         _clear(path)
@@ -117,15 +114,6 @@ def write(run: Any, path: str, request: Request) -> str:
     return f"{names} in {path}: {samples_text(samples, count)}, {shown_size(size_of(path))}"
 
 
-def _library() -> tuple[Callable[[str], Any], Any]:
-    """What begins a file of polygonal data, named without its ending .vtp, and what collects files."""
-    try:
-        from pyevtk.vtk import VtkFile, VtkGroup, VtkPolyData
-    except ImportError:
-        raise InputError("--to vtk needs the package pyevtk; pip install 'evolvent[export]' brings it") from None
-    return lambda name: VtkFile(name, VtkPolyData), VtkGroup
-
-
 def _kinds(motion: Motion) -> dict[str, Callable[[Motion, int], Grid]]:
     """What makes the files of a sample, for all that a motion has."""
     has: dict[str, tuple[bool, Callable[[Motion, int], Grid]]] = {
@@ -143,17 +131,6 @@ def _kinds(motion: Motion) -> dict[str, Callable[[Motion, int], Grid]]:
 def _units(motion: Motion) -> list[str]:
     """Units of forces, each once."""
     return list(dict.fromkeys(force.unit for force in motion.forces))
-
-
-@contextlib.contextmanager
-def _closed(file: Any) -> Iterator[None]:
-    """Close a file of the library, which leaves it open where it could not be written."""
-    try:
-        yield
-    except OSError:
-        with contextlib.suppress(OSError):
-            file.xml.stream.close()
-        raise
 
 
 def _clear(folder: str) -> None:
@@ -199,7 +176,7 @@ class Grid:
         if faces is not None:
             sizes = np.full(len(faces), faces.shape[1])
         else:
-            sizes = np.array([n]) if self._cells == _LINES else np.ones(n, dtype=int)
+            sizes = np.array([n]) if self._cells == vtp.LINES else np.ones(n, dtype=int)
         self._points.append(points)
         self._point_data.append(dict(point_data))
         self._corners.append(self._count + (np.arange(n) if faces is None else faces.ravel()))
@@ -207,62 +184,27 @@ class Grid:
         self._cell_data += [cell_data] * len(sizes)
         self._count += n
 
-    def write(self, begin: Callable[[str], Any], path: str) -> None:
+    def write(self, path: str) -> None:
         """Write the file `path`, which ends in .vtp."""
-        points = _columns(np.concatenate(self._points))
-        cells = {
-            "connectivity": np.concatenate(self._corners).astype(np.int64),
-            "offsets": np.cumsum(np.concatenate(self._sizes)).astype(np.int64),
-        }
         names = list(dict.fromkeys(name for data in self._point_data for name in data))
-        point_data = {name: self._at_points(name) for name in names}
-        cell_data = {
-            name: np.array([data[name] for data in self._cell_data], dtype=np.int32) for name in self._cell_data[0]
-        }
-        file = begin(path.removesuffix(".vtp"))
-        with _closed(file):
-            file.openGrid()
-            count = {_POINTS: "nverts", _LINES: "nlines", _FACES: "npolys"}[self._cells]
-            file.openPiece(npoints=self._count, **{count: len(cells["offsets"])})
-            for where, data in (("Points", {"points": points}), (self._cells, cells)):
-                file.openElement(where)
-                for name, values in data.items():
-                    file.addData(name, values)
-                file.closeElement(where)
-            for where, data in (("Point", point_data), ("Cell", cell_data)):
-                vector, scalar = (
-                    next((n for n, v in data.items() if isinstance(v, kind)), None) for kind in (tuple, np.ndarray)
-                )
-                file.openData(where, scalars=scalar, vectors=vector)
-                for name, values in data.items():
-                    file.addData(name, values)
-                file.closeData(where)
-            file.closePiece()
-            file.closeGrid()
-            for values in (points, *cells.values(), *point_data.values(), *cell_data.values()):
-                file.appendData(values)
-            file.save()
+        cell_data = {name: np.array([data[name] for data in self._cell_data]) for name in self._cell_data[0]}
+        vtp.write(
+            path, np.concatenate(self._points), self._cells, np.concatenate(self._corners),
+            np.concatenate(self._sizes), {name: self._at_points(name) for name in names}, cell_data,
+        )  # fmt: skip
 
-    def _at_points(self, name: str) -> Any:
+    def _at_points(self, name: str) -> np.ndarray:
         """Values at all points, NaN where a line has none."""
         like = next(data[name] for data in self._point_data if name in data)
         pieces = [
             data.get(name, np.full((len(p), *like.shape[1:]), np.nan))
             for p, data in zip(self._points, self._point_data, strict=True)
         ]
-        return _columns(np.concatenate(pieces))
-
-
-def _columns(values: np.ndarray) -> Any:
-    """Scalars as an array, vectors as a tuple of three."""
-    values = np.asarray(values, dtype=float)
-    if values.ndim == 1:
-        return np.ascontiguousarray(values)
-    return tuple(np.ascontiguousarray(values[:, c]) for c in range(3))
+        return np.concatenate(pieces).astype(float)
 
 
 def _lines(motion: Motion, k: int) -> Grid:
-    made = Grid(_LINES)
+    made = Grid(vtp.LINES)
     for number, line in enumerate(motion.lines, 1):
         made.add(line.points[k], {name: v[k] for name, v in line.values.items()}, {"line": number})
     return made
@@ -270,7 +212,7 @@ def _lines(motion: Motion, k: int) -> Grid:
 
 def _strips(motion: Motion, k: int) -> Grid:
     """A quadrilateral for each piece of a strip."""
-    made = Grid(_FACES)
+    made = Grid(vtp.POLYS)
     for number, line in enumerate(motion.lines, 1):
         if line.across is None:
             continue
@@ -284,7 +226,7 @@ def _strips(motion: Motion, k: int) -> Grid:
 
 
 def _bodies(motion: Motion, k: int) -> Grid:
-    made = Grid(_FACES)
+    made = Grid(vtp.POLYS)
     for number, frame in enumerate(motion.frames, 1):
         _add_solids(made, frame, k, {"body": number}, sectors=24)
     return made
@@ -293,7 +235,7 @@ def _bodies(motion: Motion, k: int) -> Grid:
 def _add_solids(made: Grid, frame: Frame, k: int, cell_data: dict[str, int], *, sectors: int) -> None:
     """Faces of the solids of a frame at sample k."""
     for solid in frame.solids:
-        mesh = solid.mesh(sectors=sectors)
+        mesh = solid.mesh(sectors=sectors, cells=1)
         placed = turned(frame.attitude[k : k + 1], solid.placed(mesh.vertices, k)[None])[0]
         made.add(frame.origin[k] + placed, {}, cell_data, faces=mesh.faces)
 
@@ -304,14 +246,14 @@ def _symbol_names(motion: Motion) -> list[str]:
 
 
 def _symbols(motion: Motion, k: int) -> Grid:
-    made, names = Grid(_FACES), _symbol_names(motion)
+    made, names = Grid(vtp.POLYS), _symbol_names(motion)
     for frame in motion.symbols:
         _add_solids(made, frame, k, {"part": 1 + names.index(frame.name)}, sectors=12)
     return made
 
 
 def _forces(motion: Motion, k: int) -> Grid:
-    made = Grid(_POINTS)
+    made = Grid(vtp.VERTS)
     for number, force in enumerate(motion.forces, 1):
         size = f"size [{force.unit}]"
         data = {_VECTORS[force.unit]: force.vectors[k], size: np.linalg.norm(force.vectors[k], axis=1)}
@@ -320,14 +262,14 @@ def _forces(motion: Motion, k: int) -> Grid:
 
 
 def _marks(motion: Motion, k: int) -> Grid:
-    made = Grid(_POINTS)
+    made = Grid(vtp.VERTS)
     for number, mark in enumerate(motion.marks, 1):
         made.add(mark.points[k], {"size [m]": np.full(len(mark.points[k]), mark.size or 0.0)}, {"kind": number})
     return made
 
 
 def _frames(motion: Motion, k: int) -> Grid:
-    made = Grid(_LINES)
+    made = Grid(vtp.LINES)
     length = 0.25 * motion.reach
     numbered = [*enumerate(motion.symbols, 1 + len(motion.frames)), *enumerate(motion.frames, 1)]
     for number, frame in numbered:

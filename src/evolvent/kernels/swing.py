@@ -2,12 +2,12 @@
 
 m(x) x'' + m'(x) x'^2 / 2 + w0^2 G(x) = -2 d x' - mu sgn(x') - q x' |x'|
 
-G is `sine` sin(x) H(0) / H(x) + `line` x + `cube` x^3 with H = sqrt(S + 2 P cos x), the depth at which a body hangs on wires;
-m = 1 + w0^2 e H'^2 is the inertia of the lift. A pendulum has P = 0, S = 1, sine = 1; a linear spring line = 1.
+G is `sine` sin(x) H(0) / H(x) + `line` x + `cube` x^3 with H = sqrt(S + 2 P cos x), the depth at which a body hangs on
+wires; m = 1 + w0^2 e H'^2 is the inertia of the lift. A pendulum has P = 0, S = 1, sine = 1; a linear spring line = 1.
 
-Runge-Kutta's method of fourth order with steps that end where the velocity changes its sign, since dry friction and the drag
-of air change there; between steps x is the cubic that has the places and velocities of their ends. Where friction holds the body
-it rests.
+Runge-Kutta's method of fourth order with steps that end where the velocity changes its sign, since dry friction and the
+drag of air change there; between steps x is the quintic that has the places, velocities and accelerations of their
+ends. Where friction holds the body it rests.
 """
 
 import math
@@ -62,7 +62,7 @@ def _step(p, x, v, s, h):
 
 @inlined
 def _between(p, x, v, a, y, u, b, h, r):
-    """(x, x') at the share r of a step h, from places, velocities and accelerations at its ends: quintic and its slope."""
+    """(x, x') at the share r of a step h: the quintic through places, velocities and accelerations at its ends."""
     c3 = 10.0 * (y - x) - h * (6.0 * v + 4.0 * u) - 0.5 * h * h * (3.0 * a - b)
     c4 = -15.0 * (y - x) + h * (8.0 * v + 7.0 * u) + 0.5 * h * h * (3.0 * a - 2.0 * b)
     c5 = 6.0 * (y - x) - 3.0 * h * (v + u) - 0.5 * h * h * (a - b)

@@ -250,8 +250,8 @@ class Identification(Section):
     detrend: Literal["constant", "linear"] = Field("constant", description="an offset of each sensor, or also a drift")
     decay: Literal["auto", "viscous", "dry", "quadratic", "mixed"] = Field(
         "auto",
-        description="law by which the strongest mode decays: viscous damping, dry friction, quadratic drag, or all three; "
-        "auto: as the signal shows",
+        description="law by which the strongest mode decays: viscous damping, dry friction, quadratic drag, or all "
+        "three; auto: as the signal shows",
     )
     shapes: bool = Field(True, description="whether mode shapes are used in addition to the frequencies (springs)")
     model: Literal["full", "vertical"] = Field(

@@ -150,7 +150,7 @@ def _modes(given: Description, source: files.Signals) -> tuple[Description, tupl
     quiet = modal.late_start_warning(reading)
     try:
         progress.report(f"identifying the modes of {name}")
-        swing = None if isinstance(own_given, OnSprings) else pendulum.swing(own_given, reading.unit)
+        swing = None if isinstance(own_given, OnSprings) else pendulum.swing(own_given, reading.unit, reading.rate)
         return own_given, own, modal.find(reading, own_given, swing), quiet
     except InputError as error:
         raise InputError(f"{error}; {quiet}" if quiet else str(error)) from None

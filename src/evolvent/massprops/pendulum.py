@@ -34,8 +34,13 @@ _ANGLES, _LENGTHS = ("rad", "rad/s", "rad/s^2"), ("m", "m/s", "m/s^2")
 _AMPLITUDE = 0.05
 
 
-def swing(given: Pendulum, unit: str) -> Kind:
-    """What the stand says of the swing, where sensors read it in `unit`.
+def swing(given: Pendulum, unit: str, rate: float) -> Kind:
+    """What the stand says of the swing, where sensors read it in `unit` at the rate, Hz.
+
+    Raises
+    ------
+    InputError
+        A body without mass on wires, a rate too low for its sway.
 
     Notes
     -----
@@ -56,6 +61,8 @@ def swing(given: Pendulum, unit: str) -> Kind:
     stated = getattr(stand, "amplitude", None)
     reach = Reach(factor, abs(stated.value) if stated else math.nan, stated.std if stated else math.nan)
     avoid = _sway(given)
+    if avoid is not None:
+        refuse_rate(avoid, rate, "the body's sway sqrt(g / H)")
     kind = Kind(PENDULUM, reach, derivative, math.nan if avoid is None else avoid)
     if isinstance(stand, CompoundPendulum):
         return kind
@@ -83,13 +90,10 @@ def evaluate(given: Pendulum, modal: Modal, own: Sequence[str] = ()) -> Evaluati
     Raises
     ------
     InputError
-        A body without mass on wires, a rate too low for its sway, no mode or several that may be the torsion, a swing
-        faster than that of a point mass, a moment that is not above 0.
+        No mode or several that may be the torsion, a swing faster than that of a point mass, a moment that is not
+        above 0.
     """
-    sway = _sway(given)
-    if sway is not None:
-        refuse_rate(sway, modal.reading.rate, "the body's sway sqrt(g / H)")
-    k, why = _rotation(given, modal, sway)
+    k, why = _rotation(given, modal, _sway(given))
     followed = _followed(modal, k)
     inputs = [i for i in _inputs(given) if followed is None or i.key != "stand.amplitude"]
     at = {i.key: i.value for i in inputs}
@@ -177,13 +181,17 @@ def _amplitude_warnings(given: Pendulum, modal: Modal, followed: Swing | None) -
             "the swing was not followed through its amplitudes, and stand.amplitude is not given: it is taken as small"
         ]
     if stated is None:
-        return []
+        seen = math.isfinite(followed.component.reach.factor) or followed.amplitude > 2.0 * followed.amplitude_std
+        return [] if seen else [
+            "the signals are no angles, and the rate of the swing does not show its amplitude: u holds up to "
+            f"{math.degrees(2.0 * followed.amplitude_std):.2g} deg; give stand.amplitude to reduce it"
+        ]  # fmt: skip
     mean = followed.amplitude * float(followed.component.envelope(modal.modes.time).mean())
     if abs(mean - abs(stated.value)) <= max(3.0 * math.hypot(stated.std, followed.amplitude_std), _AMPLITUDE * mean):
         return []
     return [
-        f"stand.amplitude is {math.degrees(stated.value):.3g} deg, but the signals show {math.degrees(mean):.3g} deg in the "
-        "mean: that of the signals is used"
+        f"stand.amplitude is {math.degrees(stated.value):.3g} deg, but the signals show {math.degrees(mean):.3g} deg "
+        "in the mean: that of the signals is used"
     ]
 
 
@@ -297,7 +305,7 @@ def _rotation(given: Pendulum, modal: Modal, sway: float | None) -> tuple[int, t
             why.append(
                 f"A body on these wires sways at sqrt(g / H) = {sway:.5g} rad/s; so does the mode at {listed} rad/s."
             )
-    left = [int(k) for k in np.argsort(-strength) if not swaying[k]]
+    left = [int(k) for k in np.argsort(-strength) if not swaying[k] and k not in modal.hum]
     ask = f"give identification.band around the {_mode(given)}, such as [5 rad/s, 7 rad/s]"
     if not left or strength[left[0]] < LEAST_SHARE * strength.max():
         raise InputError(f"no mode but the sway at {sway:.6g} rad/s is above the noise; {ask}")

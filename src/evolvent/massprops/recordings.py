@@ -12,7 +12,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.massprops import description as schema
 from evolvent.massprops.signals import Signals, timebase
-from evolvent.massprops.times import check_rate, check_times, read_times
+from evolvent.massprops.times import check_rate, read_times
 from evolvent.massprops.uncertain import parts_of
 
 #: Largest share of missing samples.
@@ -87,7 +87,7 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     _gaps(data, names, given, notes)
     start = float(time[0])
     time = (time - start) * given.clock.value
-    check_times(time)
+    read_times(time)
     return Reading(
         source=source,
         names=names,
@@ -125,10 +125,10 @@ def _at_times(
     if lost > 0 and given.gaps == "refuse":
         raise InputError(f"the file lacks {lost} of {rows} rows, and signals.gaps is 'refuse'")
     if lost > MOST_MISSING * rows:
-        raise InputError(f"the file lacks {lost} of {rows} rows, more than half: {notes[-1]}; choose another range")
-    if found.even and not found.notes:
+        raise InputError(f"the file lacks {lost} of {rows} rows, more than half; choose another range")
+    if found.even or found.unsure:  # as stated: the modes take into account what the rounding leaves open
         return time, data
-    if not found.grid or lost == 0:
+    if not found.grid:
         return found.origin + found.time, data
     whole = np.full((rows, data.shape[1]), np.nan)
     whole[found.place] = data

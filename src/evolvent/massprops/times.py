@@ -33,6 +33,8 @@ STRETCHES, STRETCH = 64, 16
 WANDER = 6.0
 #: Times scatter where their rms distance from a smooth clock exceeds this share of UNEVEN.
 SCATTER = 0.25
+#: Steps that differ by less than this share are one; times from 1970 on in s are kept to 2e-7 s.
+ALIKE = 1e-4
 #: Rounds of constraints in the search for a grid at most.
 MOST_CUTS = 60
 
@@ -49,6 +51,7 @@ class Times(NamedTuple):
     grid : whether `time` is on it
     steady : (N,) s, the times without their scatter; None where they do not scatter
     notes : sentences on what the times are, none where they are even
+    unsure : relative standard uncertainty of the step that rounded times leave open; else 0
     """
 
     time: Array
@@ -58,6 +61,7 @@ class Times(NamedTuple):
     grid: bool
     steady: Array | None
     notes: tuple[str, ...]
+    unsure: float = 0.0
 
     @property
     def even(self) -> bool:
@@ -231,20 +235,21 @@ def _rounded_grid(times: Array) -> Times | None:
         place = _places(t, float(np.median(resolution)))
         if place[-1] > MOST_CELLS * len(place):
             continue
-        steps = _steps_within(place, t, 0.5 * resolution)
+        steps = _steps_within(place, t, 0.5 * resolution + ALIKE * float(t[-1]) / len(t))
         if steps is None:
             continue
         step, half = 0.5 * (steps[1] + steps[0]), 0.5 * (steps[1] - steps[0])
         off = t - step * place
         first = 0.5 * float((off + 0.5 * resolution).min() + (off - 0.5 * resolution).max())
         q = float(resolution.max())
-        known = f", known to {100.0 * half / step:.1g} %" if half > 1e-6 * step else ""
+        unsure = half / (step * np.sqrt(3.0))  # all steps in between explain the times
+        known = f", known to {100.0 * half / step:.1g} %" if unsure > 1e-6 else ""
         rounded = (
             f"the times are rounded, by up to {q:.3g} s ({100.0 * q / step:.3g} % of a step): samples are taken as "
             f"even, {1.0 / step:.8g} a second{known}"
         )
         notes = (*_gaps(place, times, step), rounded)
-        return Times(step * place, step, float(times[0]) + first, place, True, None, notes)
+        return Times(step * place, step, float(times[0]) + first, place, True, None, notes, unsure)
     return None
 
 
@@ -284,12 +289,12 @@ def _resolutions(times: Array) -> Iterator[Array]:
     """(N,) s, by how much times may be rounded: to multiples of a constant, to significant digits, to 32 bits."""
     tiny = 16.0 * np.finfo(float).eps * float(np.abs(times).max())
     steps = np.diff(times)
-    merge = max(tiny, 1e-9 * float(np.median(steps)))
+    merge = max(tiny, ALIKE * float(np.median(steps)))
     kinds = np.sort(steps)
     kinds = kinds[np.concatenate(([True], np.diff(kinds) > 4.0 * merge))]
     if kinds.size < max(4, len(times) // 4):
         q = float(np.min(np.concatenate((np.diff(kinds), kinds[kinds > 4.0 * merge])), initial=np.inf))
-        if np.isfinite(q) and float(np.abs(steps - q * np.rint(steps / q)).max()) <= 8.0 * merge:
+        if np.isfinite(q) and float(np.abs(steps - q * np.rint(steps / q)).max()) <= 8.0 * merge < 0.1 * q:
             yield np.full(len(times), q)
     size = np.floor(np.log10(np.maximum(np.abs(times), 1e-300)))
     for digits in range(4, 11):

@@ -124,16 +124,17 @@ class Solid:
         y /= np.linalg.norm(y)
         return np.stack([x, y, np.cross(x, y)], axis=1)
 
-    def mesh(self, *, sectors: int = SECTORS) -> Mesh:
+    def mesh(self, *, sectors: int = SECTORS, cells: int = _CELLS) -> Mesh:
         """Faces in the axes of the solid, in cells small enough to be drawn in the order of their distance.
 
         Parameters
         ----------
         sectors : int, of a surface of revolution
+        cells : int, most cells along an edge of a box or a piece of a profile; 1 where the order does not matter
         """
         if self.edges is not None:
-            return _box(self.edges)
-        return _revolution(self.profile, sectors)
+            return _box(self.edges, cells)
+        return _revolution(self.profile, sectors, cells)
 
     def placed(self, vertices: Array, k: int) -> Array:
         """Vertices (m, 3) of a mesh at sample k, in the axes of the frame, m."""
@@ -150,9 +151,9 @@ def _triple(values: Triple) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _box(edges: tuple[float, float, float]) -> Mesh:
-    """Six sides, each in cells that are about square."""
-    counts = [int(np.clip(round(_CELLS * e / max(edges)), 1, _CELLS)) for e in edges]
+def _box(edges: tuple[float, float, float], most: int) -> Mesh:
+    """Six sides, each in cells that are about square, at most `most` along an edge."""
+    counts = [int(np.clip(round(most * e / max(edges)), 1, most)) for e in edges]
     vertices: list[Array] = []
     faces: list[Array] = []
     for axis in range(3):
@@ -169,13 +170,13 @@ def _box(edges: tuple[float, float, float]) -> Mesh:
     return Mesh(np.concatenate(vertices), found, np.zeros(len(found), dtype=bool))
 
 
-def _revolution(profile: Sequence[tuple[float, float]], sectors: int) -> Mesh:
+def _revolution(profile: Sequence[tuple[float, float]], sectors: int, most: int) -> Mesh:
     """Rings along the profile and over the discs at its ends, each in sectors."""
     (first, r0), (last, r1) = profile[0], profile[-1]
     around = 2.0 * np.pi / sectors * max(r for _, r in profile)
     path = [(first, 0.0), *([(first, 0.5 * r0)] if r0 > 0.0 else [])]
     for (x0, a), (x1, b) in itertools.pairwise(profile):
-        pieces = int(np.clip(np.hypot(x1 - x0, b - a) / around, 1, _CELLS))
+        pieces = int(np.clip(np.hypot(x1 - x0, b - a) / around, 1, most))
         path += [(x0 + k / pieces * (x1 - x0), a + k / pieces * (b - a)) for k in range(pieces)]
     path += [(last, r1), *([(last, 0.5 * r1), (last, 0.0)] if r1 > 0.0 else [])]
     # a profile that starts on the axis has that point twice

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -22,6 +23,7 @@ from evolvent.solvers.resolution import Naming
 from evolvent.solvers.solution import Solution
 
 if TYPE_CHECKING:
+    import control
     import scipy.signal
 
 Array = np.ndarray
@@ -77,7 +79,7 @@ class FrequencyResponse(NamedTuple):
 class StateSpace:
     """x' = A x + B u, y = C x + D u about an equilibrium; all are deviations from it.
 
-    ``scipy.signal.StateSpace(m.A, m.B, m.C, m.D)`` and ``control.ss(m.A, m.B, m.C, m.D)`` take it.
+    `to_scipy` and `to_control` give it to other packages.
 
     Attributes
     ----------
@@ -153,6 +155,36 @@ class StateSpace:
 
         return scipy.signal.StateSpace(self.A, self.B, self.C, self.D)
 
+    def to_control(self) -> control.StateSpace:
+        """The model as a `control.StateSpace` of the package python-control, with names of states, inputs and outputs.
+
+        Returns
+        -------
+        control.StateSpace
+            Signals of python-control cannot have dots and brackets: "hub.torque.z" is "hub_torque_z", "boom[5].force.y"
+            is "boom_5_force_y". It has no place for units: they are in its attributes `input_units`, `output_units` and
+            `state_units`, which models made from it do not have.
+
+        Raises
+        ------
+        InputError
+            If the package is missing, or holds no model without states, inputs or outputs.
+        """
+        try:
+            import control
+        except ImportError:
+            text = "to_control needs the package control (python-control): pip install 'evolvent[control]'"
+            raise InputError(text) from None
+        for name in ("states", "inputs", "outputs"):
+            if not getattr(self, name):
+                raise InputError(f"the model has no {name}; a model of python-control has at least one of each")
+        signals = {"inputs": _signals(self.inputs), "outputs": _signals(self.outputs), "states": list(self.states)}
+        found = control.StateSpace(self.A, self.B, self.C, self.D, **signals)
+        found.input_units, found.output_units, found.state_units = (
+            self.input_units, self.output_units, self.state_units,
+        )  # fmt: skip
+        return found
+
     def frequency_response(self, omega: Any = None) -> FrequencyResponse:
         """Response C (i w - A)^-1 B + D.
 
@@ -208,6 +240,16 @@ class StateSpace:
         static_correction : bool, as of `linearize`
         """
         return self._source.model(n, method, boundary, static_correction=static_correction)
+
+
+def _signals(names: Sequence[str]) -> list[str]:
+    """Names of letters, digits and underscores, each once."""
+    found: list[str] = []
+    for name in names:
+        plain = re.sub(r"\W+", "_", name).strip("_")
+        same = sum(one == plain or one.startswith(f"{plain}__") for one in found)
+        found.append(f"{plain}__{same + 1}" if same else plain)
+    return found
 
 
 def linearize(

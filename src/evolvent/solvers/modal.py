@@ -328,6 +328,9 @@ class Modes:
     def to_dataset(self) -> xr.Dataset:
         """Frequencies, damping, effective masses and the shapes of all parts as an `xarray.Dataset` with units.
 
+        Shapes are scaled to a modal mass of 1 kg: displacements are plain numbers, rotations rad/m, and participation
+        factors kg and kg m (UDUNITS has no root of a kilogram).
+
         Dimension `mode`; shapes are "boom.displacement" and "boom.rotation", of complex modes with a dimension
         `component` (real, imaginary). Effective masses are left out of complex modes.
         """
@@ -350,22 +353,23 @@ class Modes:
             ):
                 name_of = name.replace("_", " ")
                 data[name] = (("mode", "axis"), self.effective_mass[:, part], {"units": unit, "long_name": name_of})
-                factor, root = name.replace("effective", "participation"), "kg^(1/2)" if unit == "kg" else "kg^(1/2) m"
-                what = f"participation factor, whose square is the {name_of}"
+                factor, root = name.replace("effective", "participation"), "kg" if unit == "kg" else "kg m"
+                what = f"participation factor for a modal mass of 1 kg, over which its square is the {name_of}"
                 data[factor] = (("mode", "axis"), self.participation[:, part], {"units": root, "long_name": what})
                 kinds = {"movable": self.movable_mass, "held": self.held_mass, "total": self.total_mass}
                 for of, values in kinds.items():
-                    data[name.replace("effective", of)] = ("axis", values[part], {"units": unit})
+                    about = {"units": unit, "long_name": f"{of} {name_of.removeprefix('effective ')}"}
+                    data[name.replace("effective", of)] = ("axis", values[part], about)
         for name in self.parts:
             found = self[name]
             dims: tuple[str, ...] = ("mode", "axis")
             if found.displacement.ndim == 3:
                 dims = ("mode", f"{name}.node", "axis")
-            shapes = [("displacement", found.displacement, "m")]
+            shapes = [("displacement", found.displacement, "1")]
             if found._rotation is not None:
-                shapes.append(("rotation", found._rotation, "rad"))
+                shapes.append(("rotation", found._rotation, "rad/m"))
             for what, values, unit in shapes:
-                attributes = {"units": f"{unit}/kg^(1/2)", "long_name": f"{what} of {name}, mass-normalised"}
+                attributes = {"units": unit, "long_name": f"{what} of {name}, scaled to a modal mass of 1 kg"}
                 if is_complex:
                     pair = np.stack([values.real, values.imag])
                     data[f"{name}.{what}"] = (("component", *dims), pair, attributes)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import importlib.util
 import json
 import os
 import pathlib
@@ -120,8 +119,6 @@ class Exports:
 
 def missing(kind: str) -> str:
     """What a download needs that is not installed, as a sentence; '' for nothing."""
-    if kind == "vtk" and importlib.util.find_spec("pyevtk") is None:
-        return "VTK files need the package pyevtk; install it with: pip install 'evolvent[export]'"
     if kind == "mp4":
         from evolvent.exports import moving
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from evolvent import __version__
 from evolvent.analysis.margins.factors import CATEGORIES, DAMPING, Standard
 from evolvent.analysis.margins.keys import Margin
 from evolvent.analysis.margins.tables import Table
@@ -288,11 +289,15 @@ class MarginResults:
     # ---------------------------------------------------------------------------------------------------- files
 
     def to_tree(self) -> xr.DataTree:
-        """All tables as an `xarray.DataTree`: a group a coordinate, and one within it for the motion."""
+        """All tables as an `xarray.DataTree`: a group a coordinate, and one within it for the motion.
+
+        A group inherits dimensions, so those of the motion have names of their own.
+        """
         import xarray as xr
 
         root = xr.Dataset(attrs={
-            "title": self.title or "margins by evolvent", "factors": self.label, "revision": self.standard.revision,
+            "title": self.title or "margins by evolvent", "source": f"evolvent {__version__}",
+            "factors": self.label, "revision": self.standard.revision,
             "others": self.keys.others, "case": self.case, "least_margin": self.least,
         })  # fmt: skip
         tree = {"/": root}
@@ -304,7 +309,8 @@ class MarginResults:
                     found.attrs[f"latch_{key}"] = value
             tree[f"/{name}"] = found
             if moving is not None:
-                tree[f"/{name}/motion"] = dataset_of(moving)
+                own = {"station": "motion_station", "part": "motion_part"}
+                tree[f"/{name}/motion"] = dataset_of(moving).rename(own)
         return xr.DataTree.from_dict(tree)
 
     def to_dict(self) -> dict[str, Any]:

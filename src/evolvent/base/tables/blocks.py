@@ -80,7 +80,9 @@ def block_of(lines: Sequence[str], separator: str, path: str, begin: int = 0) ->
     firsts = [split(lines[place], separator)[0] for place in best.rows[:_JUDGED]]
     origin = int(firsts[0]) if firsts[0].isdecimal() else -1
     best.counts = len(firsts) > 1 and firsts == [str(origin + k) for k in range(len(firsts))]
-    return best, sum(len(block.rows) > max(2, len(best.rows) // 4) for block in found)
+    place = next(k for k, one in enumerate(found) if one is best)
+    others = [len(one.rows) for one in found[:place] if len(one.rows) > max(2, len(best.rows) // 4)]
+    return best, 1 + len(others) + len(found[place + 1 :])
 
 
 class _Blocks:

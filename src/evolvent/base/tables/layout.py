@@ -53,13 +53,6 @@ def decoded(raw: bytes, path: str) -> str:
     raise InputError(f"cannot read {path!r}: it is not a text file")
 
 
-class Line(NamedTuple):
-    """A line of a file; a quoted cell may make it of several."""
-
-    number: int
-    text: str
-
-
 def lines_of(text: str) -> tuple[list[str], list[int] | range]:
     """Lines without their ends, and their numbers from 1; an open quote goes on in the next line."""
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
@@ -126,7 +119,7 @@ def kind(cell: str) -> str:
 def is_comment(line: str, separator: str) -> bool:
     """Whether a line begins with the sign of a comment."""
     found = _COMMENT.match(line)
-    return bool(found) and not (found[0].strip() == ";" == separator)
+    return found is not None and not (found[0].strip() == ";" == separator)
 
 
 class Kinds(NamedTuple):
@@ -142,8 +135,8 @@ class Kinds(NamedTuple):
 
     @property
     def least(self) -> int:
-        """Number of cells without the empty ones at its end."""
-        return len(self.letters.rstrip("e"))
+        """Number of cells without the empty ones at its end, and of a row without the words there: remarks."""
+        return len(self.letters.rstrip("ew" if self.is_row else "e"))
 
 
 def kinds(line: str, separator: str) -> Kinds:

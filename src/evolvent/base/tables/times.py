@@ -22,6 +22,8 @@ _SERIAL, _SERIAL_STEP = (30_000.0, 80_000.0), 2e-4
 _BITS, _COUNTED = (16, 24, 32), (1e-6, 1e-3)
 #: Steps, in usual ones, that may be lost where a counter wraps.
 _LOST = 20.0
+#: How many times longer the longest step is if day and month are taken for one another, at least.
+_TOLD = 10.0
 #: Share of rows with the time of the row before above which the times are too coarse, and of a step.
 _EQUAL, _COARSE = 0.2, 0.1
 
@@ -145,9 +147,9 @@ def _factor(table: Table, place: int, values: np.ndarray, notes: list[str]) -> f
                 f"the column {name!r} of {table.path!r} has the unit {unit!r}; a time is in s, ms, us or min"
             )
         return factor
-    own = words.own_unit(name)
-    if own:
-        return words.UNITS[own]
+    own = words.factor(words.own_unit(name))
+    if own is not None:
+        return own
     first, last = float(values[0]), float(values[-1])
     step = float(np.median(np.diff(values))) if len(values) > 1 else 0.0
     for factor, symbol in _EPOCH_UNITS.items():
@@ -232,6 +234,8 @@ def _stamped(table: Table, places: list[int]) -> Times:
         cells = stamps.cells_of(table.words(beside + 1))
         date = cells if cells.wrong < 0 and cells.days and cells.clock is None else None
         beside = None if date is None else beside
+    if clock is None:
+        clock = _clock_beside(table, places)
     place = clock[0] if clock else found[0][0]
     name = table.names[place]
     notes: list[str] = []
@@ -252,6 +256,16 @@ def _stamped(table: Table, places: list[int]) -> Times:
 
 def _cell(table: Table, place: int, row: int) -> str:
     return table.cell(place + 1, row)
+
+
+def _clock_beside(table: Table, places: list[int]) -> tuple[int, stamps.Cells] | None:
+    """A column of times of day beside dates, where there is one such column."""
+    others = [(k, stamps.cells_of(table.words(k + 1))) for k in table.stamps if k not in places]
+    clocks = [(k, cells) for k, cells in others if cells.wrong < 0 and cells.clock is not None and not cells.days]
+    if len(clocks) == 1:
+        places.append(clocks[0][0])
+        return clocks[0]
+    return None
 
 
 def _read(table: Table, place: int) -> stamps.Cells:
@@ -321,7 +335,7 @@ def _dated(table: Table, name: str, days: dict[str, np.ndarray], of_day: np.ndar
     for offset in found:
         steps = np.diff(offset[np.isfinite(offset)])
         worst.append(np.inf if np.any(steps < 0.0) else float(steps.max(initial=0.0)))
-    if worst[0] == worst[1]:
+    if _TOLD * min(worst) > max(worst) or min(worst) == np.inf:
         raise InputError(
             f"the dates of {table.path!r} may begin with the day or with the month; write them as 2026-11-28"
         )

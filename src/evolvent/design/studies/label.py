@@ -26,6 +26,7 @@ def dataset(study: Study, rows: Table) -> xr.Dataset:
         {"status": _variable(study, np.array(rows.status), {"long_name": "how the run ended"})},
         attrs={
             "title": f"evolvent study {study.name}",
+            "source": f"evolvent {__version__}",
             "system": study.system,
             "study": study.text,
             "sample": study.sample,

@@ -59,8 +59,8 @@ def identify(
     noise : standard deviation of the sensors' noise, one number or (c,), in the units of `data`; estimated unless given
     band : (low, high) rad/s; only modes inside are fitted. What lies outside stays in the residual: see its warnings.
     detrend : "constant" (an offset is fitted to each sensor) or "linear" (an offset and a drift)
-    decay : law by which the strongest mode decays: "viscous", "dry" (friction), "quadratic" (drag), "mixed" (all three), or
-        "auto": chosen by the data, wherever exponential modes may be parts of one swing. With VARPRO alone.
+    decay : law by which the strongest mode decays: "viscous", "dry" (friction), "quadratic" (drag), "mixed" (all
+        three), or "auto": chosen by the data, wherever exponential modes may be parts of one swing. With VARPRO alone.
     swing : what is known of the strongest mode before, such as how a pendulum is turned back
 
     Returns
@@ -72,8 +72,8 @@ def identify(
     ------
     InputError
         One sentence, for data that hold no answer: lengths that differ, times that do not rise, a rate below twice the
-        band's upper end, a sensor that is empty, constant, clipped, complex or the copy of another, an order that the samples
-        do not allow, a fit that does not converge or whose equations are singular, no mode above the noise.
+        band's upper end, a sensor that is empty, constant, clipped, complex or the copy of another, an order that the
+        samples do not allow, a fit that does not converge or whose equations are singular, no mode above the noise.
 
     Examples
     --------
@@ -105,7 +105,9 @@ def identify(
     try:
         modes, signal = _exponential(method, data, order, highest_order, options)
         known = decay != "auto" or swing is not None
-        return refine(modes, signal, swing, decay) if method == "varpro" and (order is None or known) else modes
+        if method == "varpro" and (order is None or known):
+            modes = refine(modes, signal, swing, decay)
+        return _with_clock(modes, signal.unsure)
     except np.linalg.LinAlgError as error:
         asked = f"{order} modes" if order is not None else "the modes"
         raise InputError(
@@ -139,7 +141,8 @@ def _exponential(
                     "the modes fit much better if samples were taken steadily and only their times scatter, by "
                     f"{rms:.2g} s rms: times without this scatter were used"
                 )
-                return replace(modes, warnings=(*modes.warnings, said)), calm
+                modes = replace(modes, warnings=(*modes.warnings, said))
+                return modes, replace(calm, unsure=_slope(modes, signal.time - signal.steady))
     if modes is None:
         raise InputError("no mode is above the noise; give the order if there must be one")
     return modes, signal
@@ -155,6 +158,28 @@ def _found(method: str, data: Any, order: int | None, highest_order: int | None,
     if method != "varpro":
         modes = METHODS[method](data, modes.order, **options)
     return replace(modes, criteria=criteria)
+
+
+def _slope(modes: Modes, scatter: Array) -> float:
+    """Relative standard uncertainty of the clock by times that scatter, for the mode with the largest amplitude.
+
+    Notes
+    -----
+    A frequency follows from the slope of the phase over time; samples count by their square amplitude.
+    """
+    strongest = int(np.argmax((modes.amplitude / modes.noise).max(axis=1)))
+    weight = np.exp(-2.0 * modes.decay_rate[strongest] * modes.time)
+    away = modes.time - np.average(modes.time, weights=weight)
+    return float(np.std(scatter) * np.sqrt(((weight * away) ** 2).sum()) / (weight * away**2).sum())
+
+
+def _with_clock(modes: Modes, unsure: float) -> Modes:
+    """The modes with a relative standard uncertainty of the clock, that all frequencies and decay rates share."""
+    if unsure == 0.0:
+        return modes
+    C, poles = modes.covariance.copy(), np.concatenate((modes.frequency, modes.decay_rate))
+    C[: poles.size, : poles.size] += unsure**2 * np.outer(poles, poles)
+    return replace(modes, covariance=C)
 
 
 def _evidence(squares: Array, modes: Modes, signal: Signal) -> float:

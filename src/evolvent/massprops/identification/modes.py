@@ -61,8 +61,8 @@ class ModeShapes(NamedTuple):
 class Modes:
     """Modes of free vibration, by rising frequency, m modes at c sensors.
 
-    The model: x_c(t) = offset_c + drift_c t + sum_k amplitude_kc exp(-decay_rate_k t) cos(frequency_k t + phase_kc), where
-    mode k is no swing with another law of decay (`swings`).
+    The model: x_c(t) = offset_c + drift_c t + sum_k amplitude_kc exp(-decay_rate_k t) cos(frequency_k t + phase_kc),
+    where mode k is no swing with another law of decay (`swings`).
 
     Attributes
     ----------

@@ -41,6 +41,7 @@ class Signal:
     origin : s, the user's time of the first sample
     even : whether `time` is step times 0, 1, 2, ...
     steady : (N,) s, the times without their scatter; None where they do not scatter
+    unsure : relative standard uncertainty of all times together, by their rounding
     """
 
     time: Array
@@ -54,6 +55,7 @@ class Signal:
     origin: float
     even: bool = True
     steady: Array | None = None
+    unsure: float = 0.0
 
     @functools.cached_property
     def groups(self) -> list[tuple[Any, Array]]:
@@ -160,6 +162,7 @@ def read_signal(
         origin=times.origin,
         even=times.even,
         steady=times.steady,
+        unsure=times.unsure,
     )
 
 

@@ -1,8 +1,8 @@
 """Modes and swings fitted to samples: the model, its least squares, its covariance.
 
-A **swing** is one mode whose decay need not be exponential: x'' + w0^2 G(x) = -2 d x' - mu sgn x' - q x'|x'|, integrated by
-`evolvent.kernels.swing`; or, where the waveform is said to be sinusoidal, b(t) cos(w0 t + phase) with the envelope
-b' = -(d b + D + Q b^2). All amplitudes at the sensors and all offsets are linear and are projected out.
+A **swing** is one mode whose decay need not be exponential: x'' + w0^2 G(x) = -2 d x' - mu sgn x' - q x'|x'|,
+integrated by `evolvent.kernels.swing`; or, where the waveform is said to be sinusoidal, b(t) cos(w0 t + phase) with the
+envelope b' = -(d b + D + Q b^2). All amplitudes at the sensors and all offsets are linear and are projected out.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from evolvent.kernels import swing as kernel
 from evolvent.massprops.identification.signals import Array, Signal, exponentials
 
 #: Steps of Levenberg and Marquardt at most; converged where a step changes the weighted sum of squares by less.
-MOST_STEPS, TOLERANCE = 60, 1e-6
+MOST_STEPS, TOLERANCE = 40, 1e-5
 #: Step of differences, in parts of what the record resolves.
 DIFFERENCE = 1e-5
 #: Times that the noise is estimated again.
@@ -45,7 +45,7 @@ class Restoring(NamedTuple):
         return self.sine == 0.0
 
 
-PENDULUM = Restoring(1.0, 0.0)
+LINEAR, PENDULUM = Restoring(), Restoring(1.0, 0.0)
 
 
 class Reach(NamedTuple):
@@ -60,6 +60,9 @@ class Reach(NamedTuple):
     factor: float = np.nan
     mean: float = np.nan
     std: float = np.nan
+
+
+UNKNOWN = Reach()
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +94,8 @@ class Component:
     sinusoidal: bool = False
     free_square: bool = False
     free_cube: bool = False
-    restoring: Restoring = Restoring()
-    reach: Reach = Reach()
+    restoring: Restoring = LINEAR
+    reach: Reach = UNKNOWN
     derivative: int = 0
     reference: int = 0
 
@@ -121,7 +124,16 @@ class Component:
         if self.rates is None:
             return np.array([line, line])
         found = [line, 1.0] + [line] * sum(self.law)
-        return np.array(found + [max(self.square, 1e-6)] * self.free_square + [1e-2] * self.free_cube)
+        soft = 16.0 * line / self.pole.imag  # the frequency of a pendulum falls by a sixteenth of the square
+        return np.array(found + [min(soft, 1.0)] * self.free_square + [1e-2] * self.free_cube)
+
+    def least(self) -> Array:
+        """Bounds of the parameters from below: nothing pushes a swing on, but one that grows exponentially."""
+        if self.rates is None:
+            return np.array([0.0, -np.inf])
+        alone = self.law == (True, False, False)
+        found = [0.0, -np.inf] + [-np.inf if alone else 0.0] * sum(self.law)
+        return np.array(found + [0.0] * self.free_square + [-np.inf] * self.free_cube)
 
     def moved(self, values: Array) -> Component:
         """The same with other values."""
@@ -129,7 +141,7 @@ class Component:
             return replace(self, pole=complex(-values[1], values[0]))
         rest = list(values[2:])
         rates = tuple(float(rest.pop(0)) if free else 0.0 for free in self.law)
-        square = float(max(rest.pop(0), 0.0)) if self.free_square else self.square
+        square = float(rest.pop(0)) if self.free_square else self.square
         cube = float(rest.pop(0)) if self.free_cube else self.cube
         return replace(
             self, pole=complex(0.0, values[0]), phase=float(values[1]), rates=rates, square=square, cube=cube
@@ -354,11 +366,13 @@ def _minimise(now: Solution, signal: Signal, noise: Array) -> tuple[Solution, in
         scale = np.sqrt((J**2).sum(axis=0))
         if not np.all(np.isfinite(scale)):
             return now, step, False
+        values = np.concatenate([one.values() for one in now.components])
+        least = np.concatenate([one.least() for one in now.components])
         scale = np.where(scale > 0.0, scale, 1.0)
         J /= scale
+        J[:, (values <= least) & (J.T @ r > 0.0)] = 0.0  # held by their bounds
         R = np.linalg.qr(np.column_stack((J, r)), mode="r")
         K, g = R[: J.shape[1], : J.shape[1]], -R[: J.shape[1], -1]
-        values = np.concatenate([one.values() for one in now.components])
         bound = np.concatenate([one.resolution(length) for one in now.components])
         while True:
             stacked = np.vstack((K, np.sqrt(damping) * np.eye(len(g)))) if damping else K
@@ -369,7 +383,7 @@ def _minimise(now: Solution, signal: Signal, noise: Array) -> tuple[Solution, in
             moved = change / scale
             far = float(np.abs(moved / bound).max())
             moved = moved / max(1.0, 2.0 * far)
-            trial = solve(_split(now.components, values + moved), signal)
+            trial = solve(_split(now.components, np.maximum(values + moved, least)), signal)
             s = _stacked(trial, noise)
             if len(s) == len(r) and float(s @ s) < cost:
                 now, r, cost = trial, s, float(s @ s)

@@ -1,9 +1,9 @@
 """One swing is one mode: which of the modes found belong together, and by which law they decay.
 
-Dry friction, the drag of air and a frequency that follows the amplitude are no sums of a few exponentials. Fitted by such, one
-swing becomes two to six modes nearer to each other than the record resolves, or modes at its odd harmonics, all with small
-uncertainties. Here such a group is fitted again as one swing (`swing_model`), and kept where this describes the record better
-(Bayesian information criterion).
+Dry friction, the drag of air and a frequency that follows the amplitude are no sums of a few exponentials. Fitted by
+such, one swing becomes two to six modes nearer to each other than the record resolves, or modes at its odd harmonics,
+all with small uncertainties. Here such a group is fitted again as one swing (`swing_model`), which is kept where it
+describes the record better (Bayesian information criterion).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ DECAY = ("auto", *LAWS)
 _WORDS = ("viscous damping", "dry friction", "quadratic drag")
 #: Gain of the information criterion below which two descriptions are not told apart.
 DECISIVE = 10.0
-#: Share of a group's amplitude below which a mode may be a part of it, at odd harmonics, or nearer than so many lines.
+#: Share of a group's amplitude below which a mode may be a part of it, at odd harmonics, or nearer than these lines.
 WEAK, HARMONICS, SIDE = 0.15, (3, 5, 7, 9), 10.0
 #: Share of a signal's square that a fit may leave which has followed the swing from the first period to the last.
 FOLLOWED = 0.25
@@ -60,7 +60,7 @@ class Kind(NamedTuple):
     """
 
     restoring: Restoring | None = None
-    reach: Reach = Reach()
+    reach: Reach = model.UNKNOWN
     derivative: int = 0
     avoid: float = np.nan
 
@@ -74,7 +74,8 @@ class Swing:
     component : its parameters
     std : of d, D, Q, 1/s; 0 for those that do not act
     last : amplitude at the last sample over that at the first
-    amplitude, amplitude_std : rad at the first sample; nan where the frequency does not depend on it
+    amplitude, amplitude_std : rad at the first sample; nan where the frequency does not depend on it. Where it is not
+        seen, the deviation is about the largest that it may have.
     gain : by which the information criterion of exponential modes is larger
     """
 
@@ -206,7 +207,7 @@ def _suspicious(modes: Modes, signal: Signal) -> bool:
 
 
 def _parts(modes: Modes, group: list[int], signal: Signal) -> list[set[int]]:
-    """A group with weaker modes near it or near odd multiples of its frequency; then with strong ones near it as well."""
+    """A group with weaker modes near it or near odd multiples of its frequency; then with strong ones near it too."""
     strength = np.sqrt((modes.amplitude**2).sum(axis=1))
     strongest = max(group, key=lambda k: float(strength[k]))
     w, line = modes.frequency[strongest], resolved(signal)
@@ -259,9 +260,11 @@ def _start(modes: Modes, group: list[int], signal: Signal, kind: Kind) -> Compon
     share = size**2 / max(float((size**2).sum()), 1e-300)
     b = size / max(float(size[: max(2, _POINTS // 20)].max()), 1e-300)
     rates, left = _envelope_rates(time, b)
+    mean = float(np.clip(b.mean(), 0.05, 1.0))
+    total = rates[0] + rates[1] / mean + rates[2] * mean
     if left > RIPPLE:
         return None
-    restoring = kind.restoring if kind.restoring is not None else Restoring()
+    restoring = kind.restoring if kind.restoring is not None else model.LINEAR
     slope = np.gradient(phase, time)
     w = carrier + float((slope * share).sum())
     square = 1.0
@@ -276,8 +279,7 @@ def _start(modes: Modes, group: list[int], signal: Signal, kind: Kind) -> Compon
         w *= 1.0 + square * float((b**2 * share).sum()) / 16.0
     return Component(
         pole=complex(0.0, w),
-        rates=rates,
-        law=LAWS["mixed"],
+        rates=(total, 0.0, 0.0),
         phase=float(np.angle(z[0])) - kind.derivative * np.pi / 2.0,
         square=square,
         free_square=not restoring.linear,
@@ -311,7 +313,7 @@ def _envelope_rates(time: Array, b: Array) -> tuple[tuple[float, float, float], 
 def _with_law(one: Component, law: tuple[bool, bool, bool], mean: float) -> Component:
     """The same decay at the mean amplitude, shared among the terms of another law."""
     assert one.rates is not None
-    total = max(one.rates[0], 0.0) + max(one.rates[1], 0.0) / mean + max(one.rates[2], 0.0) * mean
+    total = one.rates[0] + one.rates[1] / mean + one.rates[2] * mean
     count = sum(law)
     scale = (1.0, mean, 1.0 / mean)
     rates = tuple(total / count * s if free else 0.0 for s, free in zip(scale, law, strict=True))
@@ -383,12 +385,11 @@ def _is_white(found: Found, signal: Signal) -> bool:
 
 
 def _plausible(found: Found) -> bool:
-    """Whether nothing pushes the swing on; viscous damping alone may be negative: an exponential growth."""
+    """Whether each of the terms of decay acts, and the first component is none of too low a frequency to be seen."""
     one = found.solution.components[0]
     assert one.rates is not None
-    least = min(r for r, acts in zip(one.rates, one.law, strict=True) if acts)
-    alone = one.law == LAWS["viscous"]
-    return bool(np.all(np.isfinite(one.rates)) and one.pole.imag > 0.0 and (alone or least >= 0.0))
+    acting = one.law == LAWS["viscous"] or min(r for r, acts in zip(one.rates, one.law, strict=True) if acts) > 0.0
+    return bool(np.all(np.isfinite(one.rates)) and one.pole.imag > 0.0 and acting)
 
 
 def _greedy(found: list[Found], signal: Signal) -> list[Found]:
@@ -550,6 +551,6 @@ def _swing(one: Component, std: Array, signal: Signal, gain: float) -> Swing:
     rates = np.array([rest.pop(0) if free else 0.0 for free in one.law])
     amplitude = amplitude_std = np.nan
     if one.free_square:
-        amplitude = one.amplitude
-        amplitude_std = rest.pop(0) / (2.0 * amplitude)
+        amplitude, square_std = float(np.sqrt(one.square)), float(rest.pop(0))
+        amplitude_std = square_std / (2.0 * max(amplitude, 0.5 * np.sqrt(square_std)))
     return Swing(one, rates, float(one.envelope(signal.time)[-1]), amplitude, amplitude_std, gain)

@@ -131,9 +131,10 @@ def _entry(view: View, found: Observed, seat: Seat, **drawn: Any) -> dict[str, A
         axis = turned(view.pose(seat.body).R, seat.axis)
     if "position" not in found.variables:
         found.vector("position", _moved(view, seat), "m", "position, inertial axes")
-    if "axis" not in found.variables:
-        found.vector("axis", axis, "1", "axis, inertial axes")
-    return {"symbol": {"origin": "position", "along": "axis", **drawn}}
+    # not "axis": in a file, that is the dimension that counts x, y, z
+    if "axis_direction" not in found.variables:
+        found.vector("axis_direction", axis, "1", "direction of the axis, inertial axes")
+    return {"symbol": {"origin": "position", "along": "axis_direction", **drawn}}
 
 
 def _own_axis(view: View, seat: Seat) -> list[float]:
