@@ -97,6 +97,11 @@ def _unit(one: Column, format_: str) -> str:
     return behind if is_unit(behind) else ""
 
 
+def is_text(raw: bytes, name: str) -> bool:
+    """Whether a file is a table in a text, by its first bytes."""
+    return _reader(raw, name)[0] == "CSV"
+
+
 def _bytes(name: str) -> bytes:
     """The file's bytes; refused where there are none."""
     raw = safe_open.content(name)
