@@ -160,8 +160,8 @@ def test_the_covariance_is_that_of_the_times() -> None:
 @pytest.mark.parametrize("kind", ["scatter of 30 %", "gaps and a scatter of 5 %", "no grid at all"])
 def test_white_noise_is_white_at_any_times(kind: str) -> None:
     """p-values of white noise are uniform, and a line that even times show is not lost."""
-    rng, found, seen = np.random.default_rng(6), [], 0
-    for _ in range(200):
+    rng, found, seen, trials = np.random.default_rng(6), [], 0, 100
+    for _ in range(trials):
         t = KINDS[kind](rng)
         t = t - t[0]
         noise = rng.standard_normal((len(t), 1))
@@ -169,9 +169,9 @@ def test_white_noise_is_white_at_any_times(kind: str) -> None:
         found.append(whiteness(signal, noise, np.ones(1)))
         line = 0.5 * np.cos(3.0 * np.pi * t + rng.uniform(0.0, 6.0))[:, np.newaxis]
         seen += whiteness(signal, noise + line, np.ones(1)) < 1e-3
-    apart = np.abs(np.sort(found) - (np.arange(200) + 0.5) / 200).max()
-    assert apart < 1.63 / np.sqrt(200) + 0.03  # Kolmogorov and Smirnov at 1 %; fewer independent lines than cells
-    assert seen > 190  # the line stands N / 16 = 37 times above the noise, 33 with the gaps; 12.6 is the limit
+    apart = np.abs(np.sort(found) - (np.arange(trials) + 0.5) / trials).max()
+    assert apart < 1.63 / np.sqrt(trials) + 0.03  # Kolmogorov and Smirnov at 1 %; fewer independent lines than cells
+    assert seen > 0.94 * trials  # the line stands N / 16 = 37 times above the noise, 33 with the gaps; 12.6 is the limit
 
 
 def test_starts_are_near_even_with_little_more_than_two_samples_a_period() -> None:
