@@ -1,6 +1,6 @@
 """Coverage of the truth: how often the stated uncertainty of mass properties holds it, for each stand and disturbance.
 
-    python benchmarks/coverage_of_truth.py [-o docs/coverage.json] [--repetitions 200] [--stands torsion,...] [--only drag,...]
+    python benchmarks/coverage_of_truth.py [-o docs/coverage.json] [--repetitions 200] [--stands torsion,...] [--only ...]
 
 Motions are simulated by equations of their own (tests/massprops/motions.py), with bodies, amplitudes, phases, damping,
 rates and disturbances drawn anew for each repetition, and evaluated as a user would: signals and a description. All
