@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import xarray as xr
+from xarray import open_datatree
 
 #: Units of UDUNITS-2 that files may hold, and one of them with its power.
 _UNITS = ("kg", "m", "s", "A", "K", "N", "J", "W", "V", "Pa", "Hz", "rad", "radian", "degree", "percent", "%")
@@ -19,13 +20,13 @@ def is_unit(text: str) -> bool:
     return text == "1" or all(_FACTOR.fullmatch(one) or one == "1" for one in parts)
 
 
-def faults(path) -> list[str]:
+def faults(path, needs=("title", "source")) -> list[str]:
     """What a NetCDF file has against the conventions, with the places."""
     found = []
-    with xr.open_datatree(path, engine="h5netcdf", decode_cf=False) as tree:
+    with open_datatree(path, engine="h5netcdf", decode_cf=False) as tree:
         if tree.attrs.get("Conventions") != "CF-1.11":
             found.append(f"/: Conventions is {tree.attrs.get('Conventions')!r}")
-        for name in ("title", "source"):
+        for name in needs:
             if not isinstance(tree.attrs.get(name), str):
                 found.append(f"/: {name} is {tree.attrs.get(name)!r}")
         for node in tree.subtree:

@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 from numba import config
 
+import cf
 import families.plain  # noqa: F401  (all families enter their cases)
 from evolvent import analysis
 from evolvent.assembly import families as table
@@ -74,8 +75,9 @@ def test_parts_add_up(family: str, method: str, monkeypatch: pytest.MonkeyPatch)
             if name != "axis":
                 assert variable.attrs["units"] in UNITS, name
                 assert variable.attrs["long_name"], name
-    again = netcdf.read(io.BytesIO(netcdf.image(found.tree)))
-    xr.testing.assert_identical(again, found.tree)
+    image = netcdf.image(found.tree)
+    assert cf.faults(io.BytesIO(image), needs=()) == []
+    xr.testing.assert_identical(netcdf.read(io.BytesIO(image)), found.tree)
 
 
 def test_momenta_of_an_implicit_run_load_nothing_of_explicit_methods() -> None:
