@@ -130,7 +130,7 @@ def recording(t: Array, x: Array, unit: str, number: int) -> Signals:
     """Signals as of a file with a column of times."""
     names = ("time", *(f"s{c + 1}" for c in range(x.shape[1])))
     units = ("s", *([unit] * x.shape[1]))
-    return Signals.of(names, np.column_stack([t, x]), units, None, path=f"{number}.csv", format="CSV", sha256=f"{number}")
+    return Signals.of(names, np.column_stack([t, x]), units, None, path=f"{number}.csv", sha256=f"{number}")
 
 
 # ------------------------------------------------------------------------------------------------ stands
