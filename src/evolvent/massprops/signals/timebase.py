@@ -212,6 +212,7 @@ class _Choice:
             hint = f"; {t.name!r} has {t.size} values for {one.size} samples of {one.name!r}"
         elif rising := [n for n in range(len(self.source.columns)) if self._rises(n) and self._is_even(n)]:
             hint = f"; {self._name(rising[0])!r} rises evenly, as times do"
+        hint += "".join(f"; {note}" for note in one.notes if "rate" in note)
         raise InputError(
             f"{self.source.path!r} states neither times nor a rate; give signals.rate, such as 50 Hz, or signals.time, "
             f"one of its columns {', '.join(self.source.names)}{hint}"
