@@ -83,6 +83,7 @@ DIALECTS: dict[str, tuple[str | bytes, tuple[str, str, str]]] = {
     "UTF-16": (text("time\tleft (µm)\tright\n", "\t").encode("utf-16"), ("", "µm", "")),
     "UTF-16 BE without BOM": (text("time\tleft\tright\n", "\t").encode("utf-16-be"), ("", "", "")),
     "UTF-16 LE without BOM": (text("time\tleft\tright\n", "\t").encode("utf-16-le"), ("", "", "")),
+    "UTF-32": (text("time\tleft\tright\n", "\t").encode("utf-32"), ("", "", "")),
     "cp1252": (text("time;left (°);right (µm)\n", ";").encode("cp1252"), ("", "°", "µm")),
     "sep=": (text("sep=;\r\ntime;left;right\r\n", ";", commas, end="\r\n"), ("", "", "")),
     "quoted": (text('"time","left","right"\n', cell=lambda v: f'"{commas(v)}"'), ("", "", "")),
@@ -163,8 +164,10 @@ DIALECTS: dict[str, tuple[str | bytes, tuple[str, str, str]]] = {
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_dialects(dialect: str) -> None:
     """Three columns, time first, or two where the instrument has one channel; their values are those written."""
-    raw, stated = DIALECTS[dialect]
-    table = tables.read(raw.encode() if isinstance(raw, str) else raw, "rig.csv")
+    content, stated = DIALECTS[dialect]
+    raw = content.encode() if isinstance(content, str) else content
+    assert tables.is_text(raw)
+    table = tables.read(raw, "rig.csv")
     time = tables.time_of(table)
     assert time == 0
     scale = 1000.0 if dialect.startswith("thousands") else 1.0

@@ -40,20 +40,30 @@ def decoded(raw: bytes, path: str) -> str:
     InputError
         If it is none.
     """
-    head = raw[:4096]
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        encodings = ["utf-16"]
-    elif b"\0" in head:
-        even, odd = head[::2].count(0), head[1::2].count(0)
-        encodings = ["utf-16-le" if odd > even else "utf-16-be"] if abs(odd - even) > len(head) // 4 else []
-    else:
-        encodings = ["utf-8-sig", "cp1252"]
-    for encoding in encodings:
+    for encoding in _encodings(raw):
         try:
             return raw.decode(encoding).removeprefix("\ufeff")
         except UnicodeDecodeError:
             continue
     raise InputError(f"cannot read {path!r}: it is not a text file")
+
+
+def is_text(raw: bytes) -> bool:
+    """Whether bytes may be a text, by the zeros at their beginning."""
+    return bool(_encodings(raw))
+
+
+def _encodings(raw: bytes) -> list[str]:
+    """Encodings that a text may have, the likeliest first; without a mark, UTF-16 has a zero in nearly every pair."""
+    head = raw[:4096]
+    if raw.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
+        return ["utf-32"]
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return ["utf-16"]
+    if b"\0" not in head:
+        return ["utf-8-sig", "cp1252"]
+    even, odd = head[::2].count(0), head[1::2].count(0)
+    return ["utf-16-le" if odd > even else "utf-16-be"] if abs(odd - even) > len(head) // 4 else []
 
 
 def lines_of(text: str) -> tuple[list[str], list[int] | range]:
