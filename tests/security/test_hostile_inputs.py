@@ -160,6 +160,7 @@ def recordings(folder: pathlib.Path) -> dict[str, bytes]:
         file.create_dataset("left", data=x[:, 0], chunks=(20,), compression="gzip")
         file["right"] = x[:, 1]
         file.attrs["fs"] = 50.0
+        file["table"] = np.rec.fromarrays([t, x[:, 0]], names="time,left")
     found["d.h5"] = (folder / "d.h5").read_bytes()
     for kind in ("float32", "int16"):
         scipy.io.wavfile.write(folder / "e.wav", 50, (0.5 * x * (32000 if kind == "int16" else 1)).astype(kind))
@@ -183,6 +184,9 @@ def recordings(folder: pathlib.Path) -> dict[str, bytes]:
     ]  # fmt: skip
     pyuff.UFF(str(folder / "g.uff")).write_sets(sets, mode="overwrite")
     found["g.uff"] = (folder / "g.uff").read_bytes()
+    for one in sets:  # pyuff overwrites heads of binary sets as well
+        pyuff.UFF(str(folder / "h.uff"))._write_set(one | {"binary": 1}, "add")
+    found["h.uff"] = (folder / "h.uff").read_bytes()
     return found
 
 
@@ -193,7 +197,7 @@ def test_recordings(tmp_path: pathlib.Path) -> None:
     def one(random_: random.Random) -> str:
         name = random_.choice(sorted(known))
         raw = known[name]
-        is_text = name.endswith((".csv", ".tsv", ".uff"))
+        is_text = name.endswith((".csv", ".tsv", "g.uff"))
         if is_text and random_.random() < 0.7:
             raw = mutations.changed_text(raw.decode(), random_).encode("utf-8", "replace")
         else:

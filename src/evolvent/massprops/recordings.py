@@ -81,7 +81,12 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     found = [converted(s, source.units[c], given, k) for k, (s, c) in enumerate(zip(sensors, places, strict=True))]
     notes += [item.note for item in found if item.note]
     unit = found[0].unit
-    factors = [item.factor * _ratio(item.unit, unit, names[k], names[0]) for k, item in enumerate(found)]
+    try:
+        factors = [item.factor * _ratio(item.unit, unit, names[k], names[0]) for k, item in enumerate(found)]
+    except InputError as error:
+        if given.sensors:
+            raise
+        raise InputError(f"{error}; name the ones that are signals under signals.sensors or --variables") from None
     data = data * np.array(factors)
     noise = _noise(found, factors, names)
     _gaps(data, names, given, notes)

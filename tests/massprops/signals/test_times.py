@@ -133,6 +133,34 @@ def test_times_of_several_columns_go_to_those_behind_them(tmp_path: pathlib.Path
             vibration(path)
 
 
+LVM = """LabVIEW Measurement\t
+Writer_Version\t2
+Separator\tTab
+Decimal_Separator\t,
+X_Columns\tNo
+***End_of_Header***\t
+\t
+Channels\t2\t\t
+Samples\t400\t400\t
+Y_Unit_Label\tNewtons\tm/s^2\t
+X_Dimension\tTime\tTime\t
+X0\t-2,0000000000000000E+0\t-2,0000000000000000E+0\t
+Delta_X\t5,000000E-2\t5,000000E-2\t
+***End_of_Header***\t\t\t
+X_Value\tExcitation (Trigger)\tResponse (Trigger)\tComment
+"""
+
+
+def test_names_units_and_start_of_labview(tmp_path: pathlib.Path) -> None:
+    rows = [f"\t{y:.6f}\t{x:.6f}".replace(".", ",") for x, y in zip(DECAY, WARM, strict=True)]
+    (tmp_path / "a.lvm").write_text(LVM + "\n".join(rows) + "\n")
+    found = vibration(tmp_path / "a.lvm", ["Response (Trigger)"], {"signals.start": "-1 s"})
+    assert hertz(found) == pytest.approx([1.3], rel=1e-3)
+    assert found.reading.start == pytest.approx(-1.0)
+    assert found.reading.source.names == ("Excitation (Trigger)", "Response (Trigger)")
+    assert found.reading.unit == "m/s^2"
+
+
 def test_the_notes_are_in_what_is_measured(tmp_path: pathlib.Path, call: Any) -> None:
     """On the terminal, in a certificate and in Python."""
     from evolvent.massprops import certificate

@@ -139,6 +139,20 @@ def test_the_abscissa_has_a_start_and_a_unit(unit: str, second: float, tmp_path:
     assert ("the time states no unit: taken in s" in found.reading.notes) == (unit == "NONE")
 
 
+def test_an_abscissa_without_a_unit_and_a_forced_rate(tmp_path: pathlib.Path) -> None:
+    """The rate says what the unit is; it is refused where no unit would do."""
+    time = 1e3 * np.arange(SIZE) / RATE - 2000.0
+    path = written(tmp_path / "a.uff", set_58(abscissa_axis_units_lab="NONE", x=time))
+    found = vibration(path, (), {"signals.rate": "20 Hz"}).reading
+    assert found.start == pytest.approx(-2.0)
+    assert found.notes == ("the time states no unit; by signals.rate it is in ms",)
+    with pytest.raises(InputError, match=r"signals\.rate is 21 Hz, but by its own rate .* has 0\.02 Hz"):
+        vibration(path, (), {"signals.rate": "21 Hz"})
+    path = written(tmp_path / "b.uff", set_58(x=time))
+    with pytest.raises(InputError, match=r"signals\.rate is 20 Hz, but by its own rate .* has 0\.02 Hz"):
+        vibration(path, (), {"signals.rate": "20 Hz"})
+
+
 def test_times_that_are_listed(tmp_path: pathlib.Path) -> None:
     """Also of several sets: equal times are one column."""
     time = np.arange(SIZE) / RATE

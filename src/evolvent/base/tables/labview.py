@@ -64,14 +64,17 @@ def _head(head: Head, whole: dict[str, list[str]], stated: dict[str, list[str]],
 
     decimal = (whole.get("decimal_separator") or stated.get("decimal_separator") or ["", ""])[1:2]
     sign = decimal[0] if decimal and decimal[0] in (".", ",") else ""
-    units = list(head.units)
+    names, units = list(head.names), list(head.units)
+    for c, whole in enumerate(head.heads):
+        if units[c] and units[c] in whole and not texts.is_unit(units[c]):
+            names[c], units[c] = whole, ""  # "Response (Trigger)" is a name
     own = stated.get("y_unit_label", [])
     dimensions = [cell.lower() for cell in cells("x_dimension")]
     is_time = not dimensions or set(dimensions) == {"time"}
     for c, name in enumerate(head.names):
         if name.lower().startswith("x_value"):
             units[c] = units[c] or ("s" if is_time else "")
-        elif c < len(own) and own[c] and not units[c]:
+        elif c < len(own) and own[c]:
             units[c] = own[c]
     rate, start = None, 0.0
     try:
@@ -82,7 +85,6 @@ def _head(head: Head, whole: dict[str, list[str]], stated: dict[str, list[str]],
     if is_time and steps and steps[0] > 0.0 and max(steps) - min(steps) <= _SAME * steps[0]:
         rate = 1.0 / steps[0]
         start = starts[0] if starts and max(starts) == min(starts) else 0.0
-    names = list(head.names)
     return head._replace(units=units, names=distinct(names), rate=rate, start=start, decimal=sign)
 
 

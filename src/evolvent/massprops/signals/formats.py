@@ -70,9 +70,7 @@ def read(path: str | os.PathLike[str], variables: Iterable[str] = ()) -> Signals
     if not names:
         others = "".join(f"; {key!r} is none: {why}" for key, why in list(content.left.items())[:1])
         raise InputError(f"cannot read {name!r}: this {format_} file holds no signal{others}")
-    for one in columns:
-        if one.rate is not None and not 0.0 < one.rate < np.inf:
-            raise InputError(f"cannot read {name!r}: it states a sampling rate of {one.rate:g} Hz; it must be positive")
+    columns = [_rated(one) for one in columns]
     new_names = dict(zip([one.name for one in columns], names, strict=True))
     return Signals(
         columns=tuple(
@@ -95,6 +93,14 @@ def _unit(one: Column, format_: str) -> str:
         return unit
     behind = head_and_unit(one.name)[1]
     return behind if is_unit(behind) else ""
+
+
+def _rated(one: Column) -> Column:
+    """A column without its rate where that is no rate."""
+    if one.rate is None or 0.0 < one.rate < np.inf:
+        return one
+    note = f"the file states a sampling rate of {one.rate:g} Hz, which is none"
+    return dataclasses.replace(one, rate=None, notes=(*one.notes, note))
 
 
 def is_text(raw: bytes, name: str) -> bool:
@@ -167,7 +173,7 @@ def _mat(name: str, raw: bytes) -> Content:
         leaves, others = mat_file.read(raw, name)
     else:
         leaves, others = _mat_4(raw), {}
-    return Content(*trees.columns(trees.Tree(leaves, others, {}, "."), name))
+    return Content(*trees.columns(trees.Tree(leaves, others, {}, ".")))
 
 
 def _mat_4(raw: bytes) -> dict[tuple[str, ...], np.ndarray | tuple[str, ...]]:
@@ -179,7 +185,7 @@ def _mat_4(raw: bytes) -> dict[tuple[str, ...], np.ndarray | tuple[str, ...]]:
 
 def _hdf5(name: str, raw: bytes) -> Content:
     tree = hdf5.read(raw, name, of_matlab=_is_mat_7_3(raw))
-    return Content(*trees.columns(tree, name))
+    return Content(*trees.columns(tree))
 
 
 def _run(name: str, wanted: Iterable[str]) -> Content:

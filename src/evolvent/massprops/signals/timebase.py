@@ -41,6 +41,8 @@ ENDS = 0.01
 FEWEST = 8
 #: Units that a time without one may have, in s.
 _OTHER_UNITS = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+#: Times from which on they count from a date, and those of a recording from its first sample, s.
+_EPOCH = 1e9
 #: Days that MATLAB counts from the year 0, 1985 to 2114.
 _DATENUM = (725_000.0, 772_000.0)
 #: Columns that a sentence names at most.
@@ -212,6 +214,7 @@ class _Choice:
             hint = f"; {t.name!r} has {t.size} values for {one.size} samples of {one.name!r}"
         elif rising := [n for n in range(len(self.source.columns)) if self._rises(n) and self._is_even(n)]:
             hint = f"; {self._name(rising[0])!r} rises evenly, as times do"
+        hint += "".join(f"; {note}" for note in one.notes if "rate" in note)
         raise InputError(
             f"{self.source.path!r} states neither times nor a rate; give signals.rate, such as 50 Hz, or signals.time, "
             f"one of its columns {', '.join(self.source.names)}{hint}"
@@ -240,23 +243,27 @@ class _Choice:
     def _by_rate(self, k: int, rate: float, near: int | None, what: str) -> Base:
         """Samples at even times; the file's own rate and times, where it has them, must agree."""
         one, forced = self.source.columns[k], what == "signals.rate"
-        if forced and one.rate is not None:
-            self._agree(rate, one.rate, "its own rate")
-        start = one.start
         notes: tuple[str, ...] = ()
+        factor = 1.0
+        if forced and one.rate is not None:
+            if tables.NO_UNIT in one.notes:
+                unit, factor = _by_size(one.rate, rate) or ("s", 1.0)
+                notes = (f"the time states no unit; by {what} it is in {unit}",) if factor != 1.0 else ()
+            self._agree(rate, one.rate / factor, "its own rate")
+        start = one.start * factor
         if near is not None and self._rises(near):
             other, own = self.source.columns[near], self._own_rate(near)
             unit = _unit(other)
             factor = words.factor(unit) or 1.0
             if not unit and abs(own / rate - 1.0) > RATE:
-                fits = {u: f for u, f in _OTHER_UNITS.items() if abs(own / f / rate - 1.0) <= RATE}
-                if fits:
-                    unit, factor = next(iter(fits.items()))
+                unit, factor = _by_size(own, rate) or ("", 1.0)
+                if unit:
                     notes = (f"the column {other.name!r} states no unit; by {what} it is in {unit}",)
             if not unit and forced and self._counts(near):
                 notes = (f"the column {other.name!r} counts samples: signals.rate was taken",)
             elif abs(own / factor / rate - 1.0) <= RATE:
                 start = float(self.samples(near)[0]) * factor
+                start = start if abs(start) < _EPOCH else 0.0
                 notes = (*notes, *self.unexplained(near, factor, rate, what))
             elif forced:
                 self._agree(rate, own / factor, f"the column {other.name!r}")
@@ -317,6 +324,8 @@ class _Choice:
             near = {found.times, *(self._near(k) for k in found.columns)}
             notes += [f"{self._name(t)!r} is left out: it is another time" for t in self.times if t not in near]
         own = [note for k in found.columns for note in self.source.columns[k].notes]
+        if self.rate is not None:
+            own = [note for note in own if note != tables.NO_UNIT]
         return dataclasses.replace(found, notes=tuple(dict.fromkeys((*notes, *found.notes, *own))))
 
     def _signals(self, notes: list[str]) -> list[int]:
@@ -369,6 +378,11 @@ class _Choice:
             return f"{listed} at the times of {self._name(base.times)!r} with {size} samples"
         start = f" from {base.start:g} s" if base.start else ""
         return f"{listed} at {base.rate:.6g} Hz{start} with {size} samples"
+
+
+def _by_size(own: float, rate: float) -> tuple[str, float] | None:
+    """The unit of times without one, and its s, in which a rate is `rate`; None without such a unit."""
+    return next(((u, f) for u, f in _OTHER_UNITS.items() if abs(own / f / rate - 1.0) <= RATE), None)
 
 
 def _last(one: Column) -> str:

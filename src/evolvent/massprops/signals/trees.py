@@ -10,7 +10,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError
 from evolvent.base.tables import distinct, words
 from evolvent.massprops.signals.recording import Column, column
 from evolvent.massprops.signals.statements import statement
@@ -44,15 +43,9 @@ class Tree(NamedTuple):
     joint: str
 
 
-def columns(tree: Tree, name: str) -> tuple[list[Column], dict[str, str]]:
-    """Columns of a tree; and names of what else it holds -> why it is left out.
-
-    Raises
-    ------
-    InputError
-        If it states two rates of one array.
-    """
-    return _Reading(tree, name).columns()
+def columns(tree: Tree) -> tuple[list[Column], dict[str, str]]:
+    """Columns of a tree; and names of what else it holds -> why it is left out."""
+    return _Reading(tree).columns()
 
 
 class _Reading:
@@ -66,8 +59,8 @@ class _Reading:
     steps, starts, texts : group or array -> what is stated for all below it
     """
 
-    def __init__(self, tree: Tree, name: str) -> None:
-        self.tree, self.name = tree, name
+    def __init__(self, tree: Tree) -> None:
+        self.tree = tree
         self.left = {key: _other(key, what) for key, what in tree.others.items()}
         self.vectors: dict[Path, np.ndarray] = {}
         for path, leaf in tree.leaves.items():
@@ -133,7 +126,8 @@ class _Reading:
             return []
         table = values.reshape(len(values), -1)
         count = table.shape[1]
-        step, start = self._step(path), next((self.starts[s] for s in _above(path) if s in self.starts), 0.0)
+        step, notes = self._step(path)
+        start = next((self.starts[s] for s in _above(path) if s in self.starts), 0.0)
         names, of = self._texts(path, count, _NAMES), self._texts(path, count, _UNITS)
         scales = [self.tree.leaves.get(scale) for scale in self.tree.scales.get(path, {}).values()]
         names = next((one for one in scales if isinstance(one, tuple) and len(one) == count > 1), names)
@@ -150,6 +144,7 @@ class _Reading:
                     start=start,
                     group=path[:-1],
                     path=full,
+                    notes=notes,
                 )
             )
         return made
@@ -176,17 +171,15 @@ class _Reading:
     def _is_time(self, path: Path) -> bool:
         return self.vectors[path].ndim == 1 and is_named_time(path[-1])
 
-    def _step(self, path: Path) -> float | None:
-        """The step that is stated nearest to an array, s."""
+    def _step(self, path: Path) -> tuple[float | None, tuple[str, ...]]:
+        """The step that is stated nearest to an array, s; and a note where several differ, of which none is taken."""
         found = next((self.steps[scope] for scope in _above(path) if scope in self.steps), None)
         if not found:
-            return None
+            return None, ()
         if max(found) - min(found) > 1e-9 * max(found):
-            raise InputError(
-                f"cannot read {self.name!r}: it states different sampling rates of {self.tree.joint.join(path)!r} "
-                f"({1.0 / max(found):.6g} and {1.0 / min(found):.6g} Hz)"
-            )
-        return found[0]
+            rates = f"{1.0 / max(found):.6g} and {1.0 / min(found):.6g} Hz"
+            return None, (f"the file states different sampling rates of {self.tree.joint.join(path)!r}, {rates}",)
+        return found[0], ()
 
     def _texts(self, path: Path, count: int, pattern: re.Pattern[str]) -> tuple[str, ...]:
         """Names or units of the columns of an array: as many texts, or one unit of all; () without such."""
