@@ -322,7 +322,7 @@ def _places(t: Array, resolution: float) -> Array:
     steps = np.diff(t)
     length = len(t)
     many = BESIDE if resolution > 0.1 * float(np.median(steps)) and length > 4 * BESIDE else 1
-    step = float(np.median(t[many:] - t[:-many])) / many
+    step = float(np.median(t[many:] - t[:-many])) / many or float(t[-1]) / (length - 1)
     lost = np.zeros(length - 1, dtype=int)
     edges = wide = np.flatnonzero(steps > GAP * step + 1.001 * resolution)
     for _ in range(8):
