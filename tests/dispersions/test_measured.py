@@ -15,6 +15,9 @@ KEY = "parts.hinge.stiffness"
 #: Measured stiffnesses, mN m/rad.
 VALUES = [101.5, 98.2, 99.9, 103.0, 98.2]
 
+#: An inch times a pound (force) for a degree, N m/rad.
+IN_LB_DEG = 0.0254 * 4.4482216152605 * 180.0 / np.pi
+
 
 @pytest.fixture
 def folder(tmp_path):
@@ -68,17 +71,20 @@ def test_a_long_table_is_stated_by_its_ends(folder):
     ("text", "content", "sentence"),
     [
         ("table(none.csv)", "", "cannot read '{}/none.csv': no such file"),
-        ("table(x.csv)", "1\n2\nabc\n4\n5\n", "'x.csv', row 3: 'abc' is not a number"),
-        ("table(x.csv)", "mass\n1\n\n2\n1e999\n", "'x.csv', row 5: '1e999' is not a number"),
-        ("table(x.csv, b)", "a,b\n1,2\n3,\n5,6\n", "'x.csv', row 3: '' is not a number"),
-        ("table(x.csv, b)", "a,b\n1,2\n3\n5,6\n", "'x.csv', row 3, has 1 cells; the table has 2 columns"),
+        ("table(x.csv)", "1\n2\nabc\n4\n5\n", "cannot read 'x.csv': line 3 is no row of the table: 'abc'"),
+        ("table(x.csv)", "mass\n1\n\n2\n1e999\n", "'x.csv', line 5: '1e999' is not a number"),
+        ("table(x.csv, b)", "a,b\n1,2\n3,\n5,6\n", "'x.csv', line 3: '' is not a number"),
+        ("table(x.csv, b)", "a,b\n1,2\n3\n5,6\n", "'x.csv', line 3: '' is not a number"),
         ("table(x.csv)", "a,b\n1,2\n3,4\n", "'x.csv' has the columns 'a', 'b'; name one, as in table(x.csv, a)"),
-        ("table(x.csv)", "1;2\n3;4\n", "'x.csv' has 2 columns without names; name one, as in table(x.csv, NAME)"),
-        ("table(x.csv, c)", "a,b\n1,2\n3,4\n", "'x.csv' has no column 'c'; known: a, b"),
-        ("table(x.csv)", "a (kg)\n1\n2\n", "'1 kg' must be a number in N m/rad"),
-        ("table(x.csv)", "mass (kg)\n", "'x.csv' holds no values"),
+        ("table(x.csv)", "1;2\n3;4\n", "'x.csv' has 2 columns; name one, as in table(x.csv, column 1)"),
+        ("table(x.csv, c)", "a,b\n1,2\n3,4\n", "column is 'c', which 'x.csv' does not hold; known: a, b"),
+        ("table(x.csv)", "a (kg)\n1\n2\n", "'x.csv', column 'a (kg)': 'kg' is a unit of something else"),
+        ("table(x.csv)", "mass (kg)\n", "cannot read 'x.csv': it is no table of numbers"),
         ("table(../x.csv)", "1\n2\n", "'../x.csv' must be in the folder of its study, or below"),
         ("table(/etc/x.csv)", "1\n2\n", "'/etc/x.csv' must be in the folder of its study, or below"),
+        ("table(x.csv)", "7\nabc\n1\n2\n3\n", "cannot read 'x.csv': line 1 is no row of the table: '7'"),
+        ("table(x.csv)", "k (N m/rad)\n1.031\n998\n1.029\n", "whether '.' is the decimal sign or groups thousands"),
+        ("table(x.csv)", 'k (N m/rad)\n"1,031"\n"1,029"\n', "whether ',' is the decimal sign or groups thousands"),
         ("table(x.csv)", "1\n" * 10_001, "'x.csv' has 10001 values; at most 10000 are taken"),
     ],
 )
@@ -88,6 +94,23 @@ def test_errors_name_the_key_the_file_and_the_row(tmp_path, text, content, sente
         studies.read(study(text), folder=tmp_path)
     assert str(refused.value).startswith(f"over.{KEY} is '{text}'; ")
     assert sentence.format(tmp_path) in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "content", "values"),
+    [
+        ("table(x.csv)", "stiffness (mNm/rad)\n0,31\n0,29\n", (0.31e-3, 0.29e-3)),
+        ("table(x.csv)", "\ufeffstiffness / N m\n0.31\n0.29\n", (0.31, 0.29)),
+        ("table(X.CSV, k)", "n;k (in-lb/deg);by\n1;0,031;me\n2;0,029;you\n", (0.031 * IN_LB_DEG, 0.029 * IN_LB_DEG)),
+        ("table(x.tsv, k)", "no.\tk\n\tNm/rad\n1\t0.031\n2\t0.029\n", (0.031, 0.029)),
+        ("table(x.txt, k (N·m))", "# spring 3\n# k (N·m)\n3.1e-2\n2.9D-02\n", (0.031, 0.029)),
+    ],
+)  # fmt: skip
+def test_files_as_people_have_them(tmp_path, text, content, values):
+    (tmp_path / measured.file_of(text)[0]).write_text(content, encoding="utf-8")
+    found = studies.read(study(text), folder=tmp_path)
+    assert sorted(set(drawn(found))) == pytest.approx(sorted(values), rel=1e-6)
+    assert studies.read(cases.parse_yaml(found.text, "s")).digests == found.digests
 
 
 def test_a_link_out_of_the_folder_is_refused(tmp_path):

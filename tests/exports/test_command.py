@@ -10,7 +10,13 @@ import pytest
 def test_writes_every_format_beside_the_run(call, files, tmp_path):
     here = tmp_path / "run.nc"
     here.write_bytes(pathlib.Path(files["rib"]).read_bytes())
-    for kind, name in {"vtk": "run-vtk", "csv": "run-csv", "mat": "run.mat", "html": "run.html"}.items():
+    for kind, name in {
+        "vtk": "run-vtk",
+        "csv": "run-csv",
+        "mat": "run.mat",
+        "glb": "run.glb",
+        "html": "run.html",
+    }.items():
         code, out, err = call("export", "run.nc", "--to", kind, "--frames", "3")
         assert (code, err) == (0, "")
         assert out.startswith(f"{kind}: ")
@@ -35,13 +41,16 @@ def test_the_ending_of_the_output_names_a_format(call, files):
     code, out, err = call("export", files["rib"], "-o", "a.mat")
     assert (code, err) == (0, "")
     assert out.startswith("mat: a.mat")
+    code, out, err = call("export", files["rib"], "-o", "motion.glb")
+    assert (code, err) == (0, "")
+    assert out.startswith("glb: motion.glb: ")
     code, _, err = call("export", files["rib"], "-o", "a.csv")
     assert code == 2, "tables fill a folder"
     assert "--to is not given" in err
 
 
 BAD = {
-    "no format": (["export", "RUN"], "--to is not given; known: csv, gif, html, mat, mp4, vtk"),
+    "no format": (["export", "RUN"], "--to is not given; known: csv, gif, glb, html, mat, mp4, vtk"),
     "unknown format": (["export", "RUN", "--to", "vtl"], "--to is 'vtl'; did you mean 'vtk'?"),
     "format twice": (["export", "RUN", "--to", "vtk", "--to", "csv"], "--to is given 2 times"),
     "missing file": (["export", "none.nc", "--to", "csv"], "cannot read 'none.nc': no such file or directory"),
@@ -56,13 +65,15 @@ BAD = {
     "one frame": (["export", "RUN", "--to", "gif", "--frames", "1"], "an animation takes 2 or more"),
     "speed 0": (["export", "RUN", "--to", "gif", "--speed", "0"], "--speed is 0; it must be a number from 1e-6"),
     "speed nan": (["export", "RUN", "--to", "gif", "--speed", "nan"], "--speed is nan; it must be"),
-    "speed of tables": (["export", "RUN", "--to", "csv", "--speed", "2"], "--speed is for gif, mp4, html"),
+    "speed of tables": (["export", "RUN", "--to", "csv", "--speed", "2"], "--speed is for gif, mp4, html, glb"),
     "too many a second": (
         ["export", "RUN", "--to", "gif", "--frames", "400", "--speed", "4"],
         "400 frames in 1 s are more than 50 in a second; give fewer, or a lower --speed",
     ),
     "axes": (["export", "RUN", "--to", "vtk", "--axes", "bodi"], "--axes is 'bodi'; did you mean 'body'?"),
-    "axes of tables": (["export", "RUN", "--to", "csv", "--axes", "body"], "--axes is for vtk, gif, mp4"),
+    "axes of tables": (["export", "RUN", "--to", "csv", "--axes", "body"], "--axes is for vtk, glb, gif, mp4"),
+    "decimal sign": (["export", "RUN", "--to", "csv", "--decimal", ";"], "--decimal is ';'; it must be '.' or ','"),
+    "decimal sign of no table": (["export", "RUN", "--to", "mat", "--decimal", ","], "--decimal is for csv; --to mat"),
     "too large": (["export", "RUN", "--to", "gif", "--speed", "1e-3"], "may take up to"),
     "report missing": (["report", "none.nc"], "cannot read 'none.nc'"),
     "report of text": (["report", "text.nc"], "not a NetCDF file"),

@@ -13,10 +13,12 @@ import pytest
 import xarray as xr
 from scipy.io import loadmat
 
-from evolvent import cases
+import evolvent
+from evolvent import cases, parts
 from evolvent.base.errors import InputError
 from evolvent.exports import matlab, moving, page, table, vtk, vtp
 from evolvent.exports.request import LARGE, Request
+from evolvent.massprops import signals
 from evolvent.results import variables
 from evolvent.results.motion import Frame, Motion, from_rotation_vectors
 from evolvent.results.solids import Solid
@@ -25,12 +27,27 @@ from many_bodies import many_bodies
 SYSTEMS = ("heliogyro", "stand", "rib")
 
 
+@pytest.fixture
+def latching():
+    """A panel that springs open and locks."""
+    system = evolvent.System()
+    system.add(parts.RigidBody(mass=1.0, shape={"box": (1.0, 0.5, 0.02)}, position=(0.5, 0.0, 0.0)), "panel")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="panel", type="revolute", axis=(0, 1, 0)), "pin")
+    system.add(
+        parts.RotationalSpring(
+            joint="pin", angle=0.0, rest=2.0, stiffness=0.5, latch="45 deg", latch_stiffness=50.0, latch_damping=0.5
+        ),
+        "hinge",
+    )
+    return system.simulate(until="3 s", every="0.05 s")
+
+
 def motion(run):
     return cases.system(run.attrs["system"]).motion(run)
 
 
 def grid(path):
-    """Arrays of a .vtp file by name: after the first underscore, each with its header and compressed by zlib, in order."""
+    """Arrays of a .vtp file by name: after the first underscore, each with a header and compressed by zlib."""
     head, _, rest = path.read_bytes().partition(b"<AppendedData")
     data = rest.partition(b"_")[2]
     root = ElementTree.fromstring(head.decode() + "</VTKFile>")
@@ -237,9 +254,65 @@ def test_tables_hold_the_run(runs, tmp_path, name):
     assert columns.loc["energy_kinetic", "unit"] == "J"
     about = pandas.read_csv(tmp_path / "about.csv").set_index("what")["text"]
     assert (about["status"], about["case"]) == ("success", run.attrs["case"])
-    listed = pandas.read_csv(tmp_path / "results.csv").set_index("name")["value"]
+    listed = pandas.read_csv(tmp_path / "results.csv").set_index("name")
+    assert listed["value"].dtype.kind == "f"
     for number in cases.system(run.attrs["system"]).numbers(run):
-        assert listed[number.label] == number.value
+        assert listed["text"][number.label] == number.value
+        for one in number.quantities:
+            row = listed.loc[f"{number.label}: {one.what}" if one.what else number.label]
+            assert (row["value"], row["unit"]) == (one.value, one.unit)
+
+
+#: Results that are words; all others have a number.
+WORDS = {"warning", "method", "more variables"}
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_every_result_has_the_numbers_of_its_text(runs, name):
+    """With their units: each number of a text is a quantity, but for a factor of a prefix, within its digits."""
+    for number in cases.system(runs[name].attrs["system"]).numbers(runs[name]):
+        if number.label in WORDS:
+            continue
+        assert number.quantities, number
+        first = re.match(r"-?[\d,]+(?:\.\d+)?(?:e-?\d+)?", number.value)
+        if first is not None and not number.quantities[0].what:
+            own, shown = number.quantities[0].value, float(first[0].replace(",", ""))
+            scaled = [abs(own), 1e3 * abs(own), 1e6 * abs(own)]
+            assert shown == own == 0.0 or any(shown == pytest.approx(x, rel=6e-2) for x in scaled), number
+        assert all(one.unit for one in number.quantities)
+
+
+def test_a_table_with_decimal_commas(runs, tmp_path):
+    """A spreadsheet of most of Europe: commas for decimals, semicolons between columns, the same numbers."""
+    table.write(runs["rib"], str(tmp_path / "point"), Request())
+    table.write(runs["rib"], str(tmp_path / "comma"), Request(decimal=","))
+    names = sorted(path.name for path in (tmp_path / "point").iterdir())
+    assert names == sorted(path.name for path in (tmp_path / "comma").iterdir())
+    for name in names:
+        one = pandas.read_csv(tmp_path / "point" / name)
+        other = pandas.read_csv(tmp_path / "comma" / name, sep=";", decimal=",")
+        pandas.testing.assert_frame_equal(one, other)
+    raw = (tmp_path / "comma" / "series.csv").read_text(encoding="utf-8-sig").splitlines()
+    assert "." not in raw[3]
+    assert "," in raw[3]
+    with pytest.raises(InputError, match=r"decimal is ';'; it must be '\.' or ','"):
+        Request(decimal=";")
+
+
+def test_events_are_a_table(latching, tmp_path):
+    table.write(latching, str(tmp_path), Request())
+    (row,) = pandas.read_csv(tmp_path / "events.csv").to_numpy().tolist()
+    assert row == [latching.ev.latches.time.item(), "hinge", "latched"]
+
+
+@pytest.mark.parametrize("decimal", [".", ","])
+def test_our_reader_reads_our_tables(runs, tmp_path, decimal):
+    run = runs["heliogyro"]
+    table.write(run, str(tmp_path), Request(decimal=decimal))
+    found = signals.read(tmp_path / "series.csv")
+    assert found.units[:2] == ("s", "J")
+    for name, values in (("time", run.time), ("energy_kinetic", run.energy_kinetic)):
+        assert np.array_equal(found.column(name), values.values)
 
 
 def test_every_number_of_a_run_is_in_some_table(runs, tmp_path):
@@ -289,6 +362,42 @@ def test_mat_holds_the_run(runs, tmp_path, name):
     assert np.atleast_1d(found.forces)[0].unit == "N"
     raw = loadmat(tmp_path / "run.mat")["run"]["data"][0, 0]["time"][0, 0]
     assert raw.shape == (run.sizes["time"], 1)
+
+
+def test_mat_has_latches_events_and_results(tmp_path, latching):
+    """As struct arrays, with the values that the run itself has."""
+    matlab.write(latching, str(tmp_path / "run.mat"), Request())
+    found = loadmat(tmp_path / "run.mat", squeeze_me=True, struct_as_record=False)["run"]
+    latch, wanted = found.latches, latching.ev.latches
+    assert (latch.name, latch.time, latch.peak) == ("hinge", wanted.time.item(), wanted.peak.item())
+    assert (latch.rate_unit, latch.peak_unit, latch.work) == ("rad/s", "N m", wanted.work.item())
+    assert (found.events.part, found.events.what) == ("hinge", "latched")
+    assert found.events.time == pytest.approx(wanted.time.item(), rel=1e-12)
+    assert found.statistics.steps == latching.ev.statistics["steps"]
+    rows = {row.name: (row.value, row.unit) for row in found.results}
+    assert rows["hinge, latch: time"] == (latch.time, "s")
+    assert rows["hinge, latch: rate"] == (pytest.approx(np.degrees(abs(latch.rate))), "deg/s")
+    assert {row.name for row in np.atleast_1d(found.marks)} == {mark.name for mark in motion(latching).marks}
+    assert found.names.hinge__angle == "hinge.angle"
+
+
+def test_mat_of_a_run_without_latches_has_empty_tables(runs, tmp_path):
+    matlab.write(runs["rib"], str(tmp_path / "run.mat"), Request())
+    found = loadmat(tmp_path / "run.mat", squeeze_me=True, struct_as_record=False)["run"]
+    assert (np.size(found.latches), np.size(found.events)) == (0, 0)
+
+
+def test_fields_of_structs_are_names_of_matlab():
+    long = f"{'a very long name of a part ' * 3}.energy_kinetic"
+    names = ["1.rate", "Träger 1.rate", "end", "a b.c", "a_b.c", "A_b.c", long, f"{long}_2", "_x", "tip 1.position", ""]
+    found = matlab._fields(names)
+    assert list(found) == names
+    assert len(set(found.values())) == len(names)
+    for field in found.values():
+        assert re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", field)
+    assert found["end"] == "x_end"
+    assert found["tip 1.position"] == "tip_1__position"
+    assert found[long].endswith("__energy_kinetic")
 
 
 # ------------------------------------------------------------------------------------------------ films

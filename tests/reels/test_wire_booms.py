@@ -182,6 +182,45 @@ def test_the_formula_with_roots_on_the_axis_is_eq_18() -> None:
     assert inertia(case, lengths, root=0.0) == pytest.approx(eq_18, rel=1e-12)
 
 
+#: The log in the files of other programs.
+LOG_DIALECTS = {
+    "semicolons": lambda text: text.replace(",", ";"),
+    "decimal commas": lambda text: text.replace(",", "\t").replace(".", ","),
+    "units": lambda text: text.replace("_before_m", "_before [m]").replace("_rpm", " (U/min)"),
+    "more columns": lambda text: "\n".join(f"{row},{'ok' if k else 'state'}," for k, row in enumerate(text.split())),
+}
+
+
+@pytest.mark.parametrize("dialect", LOG_DIALECTS)
+def test_a_log_of_any_program_is_the_same(tmp_path: pathlib.Path, dialect: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(LOG_DIALECTS[dialect](LOG.read_text(encoding="utf-8")), encoding="utf-16")
+    assert log.is_log(str(path))
+    rows, notes = log.read(str(path))
+    assert (rows, notes) == log.read(str(LOG))
+    path.write_text(log.written(rows), encoding="utf-8")
+    assert log.read(str(path)) == (rows, [])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"),
+    [
+        ("7.04", "7.o4", "line 2 holds '7.o4' in column 'rate_before', where a number must be"),
+        (",0.0,4.0", ",-1,4.0", "row 1 of '.*' has a stroke of -1 m; it must be 0 m or more"),
+        (",0.0,4.0", ",,4.0", "row 1 of '.*' has no stroke; it must be 0 m or more"),
+        ("rate_before_rpm", "rate_before_mm", "the column 'rate_before_mm' of '.*': 'mm' is a unit of something else"),
+        ("rate_before_rpm", "rate", "has no column 'rate_before_rpm'; a log of wire booms has pair, start_utc"),
+        ("2012-09-13T19:44:10", "yesterday", "row 1 of '.*' has a time that is not of the form 2012-09-13T19:44:10"),
+        ("3-4,2012-09-13", "5-6,2012-09-13", "row 2 of '.*' has the pair '5-6'; it must be one of 1-2, 3-4"),
+    ],
+)
+def test_a_log_that_cannot_be_read_is_refused(tmp_path: pathlib.Path, old: str, new: str, sentence: str) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(LOG.read_text(encoding="utf-8").replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(InputError, match=sentence):
+        log.read(str(path))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("slip", ["times", "rates", "pair", "length"])
 def test_a_log_with_slips_is_read_and_noted(tmp_path: pathlib.Path, slip: str) -> None:

@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pydantic_core import PydanticCustomError
 
 from book import Book
 from evolvent import InputError, cases, parts
-from evolvent.parts import hysteresis
+from evolvent.base.units import parse
+from evolvent.parts import hysteresis, table_file
 from evolvent.solvers.static import solve_static
 from resistances.rigs import IMPLICIT, METHODS, run, seen, turned, wheel
 
@@ -228,11 +230,48 @@ def test_a_loop_from_a_file_is_that_of_its_rows(tmp_path: Any) -> None:
     assert parts.Harness(joint="hinge", loop=again).loop == pytest.approx(rows, rel=1e-12)
 
 
+#: A loop in the files of several programs: each is the same rows, in rad and N m.
+DIALECTS = {
+    "semicolons, decimal commas, BOM": "\ufeffWinkel (°);Moment (Nm)\n-10,5;-0,5\n0;0\n10;0,5\n",
+    "three columns": "cycle,torque / N m,angle / deg\n1,-0.5,-10.5\n1,0,0\n1,0.5,10\n",
+    "units row, tabs": "angle\ttorque\tnote\ndeg\tmN·m\t\n-10.5\t-500\tstart\n0\t0\t\n10\t500\tend\n",
+    "trailing commas": "angle (deg),torque (N-m),\n-10.5,-0.5,\n0,0,\n10,0.5,\n",
+    "pounds": "angle [deg]; torque [in-lbf]\n-10.5; -4.425372896\n0; 0\n10; 4.425372896\n",
+    "radians": "angle (radians) torque (N·m)\n-0.1832595715 -0.5\n0 0\n0.1745329252 0.5\n".replace(" t", "\tt"),
+}
+
+
+@pytest.mark.parametrize("ending", ["loop.csv", "LOOP.CSV", "loop.tsv", "loop.Txt"])
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_files_as_people_have_them(tmp_path: Any, dialect: str, ending: str) -> None:
+    path = tmp_path / ending
+    path.write_bytes(DIALECTS[dialect].encode("cp1252" if "three" in dialect else "utf-8"))
+    found = np.array([[parse(a, "rad"), parse(b, "N m")] for a, b in table_file.rows_of(str(path))])
+    wanted = [[math.radians(-10.5), -0.5], [0.0, 0.0], [math.radians(10.0), 0.5]]
+    np.testing.assert_allclose(found, wanted, rtol=1e-8, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("angle (deg),up (N m),down (N m)\n0,1,2\n1,2,3\n", "has 2 columns of a torque or a force: 'up .N m.', 'down"),
+        ("angle (deg),torque\n0,1\n1,2\n", "has no column in a unit of a torque or a force; it must name two"),
+        ("angle (%),torque (N m)\n0,1\n1,2\n", "has no column in a unit of an angle or a travel"),
+        ("angle (deg),torque (N m)\n0,1\nend\n", "line 3 is no row of the table: 'end'"),
+        ("angle (deg);torque (N m)\n1,5;1.5\n2.5;2\n", "one column has one decimal sign"),
+    ],
+)
+def test_tables_that_may_mean_something_else_are_refused(tmp_path: Any, text: str, sentence: str) -> None:
+    (tmp_path / "loop.csv").write_text(text)
+    with pytest.raises(PydanticCustomError, match=sentence):
+        table_file.rows_of(str(tmp_path / "loop.csv"))
+
+
 @pytest.mark.parametrize(
     ("line", "sentence"),
     [
-        ("5, 0.1, 3", r"Harness\.loop .*line 4 of '.*loop\.csv' has 3 values; it must have two"),
-        ("5, much", r"line 4 of '.*loop\.csv' has 'much'; it must be a number"),
+        ("5, 0.1, 3", r"Harness\.loop .*line 4 is no row of the table: '5, 0.1, 3'"),
+        ("5, much", r"cannot read '.*loop\.csv': line 4 holds 'much' in column 'torque', where a number must be"),
         ("5, nan", r"line 4 of '.*loop\.csv' has 'nan'; it must be a number"),
     ],
 )
@@ -243,12 +282,17 @@ def test_a_file_that_cannot_be_read_is_named_with_its_line(tmp_path: Any, line: 
 
 def test_files_that_are_no_table_are_refused(tmp_path: Any) -> None:
     (tmp_path / "plain.csv").write_text("0, 1\n1, 2\n")
-    with pytest.raises(InputError, match=r"first line of '.*plain\.csv' must name two columns with their units"):
+    with pytest.raises(
+        InputError,
+        match=r"head of '.*plain\.csv', no names, has no column in a unit of an angle or a",
+    ):
         harness(loop=str(tmp_path / "plain.csv"))
     with pytest.raises(InputError, match=r"none\.csv"):
         harness(torque=str(tmp_path / "none.csv"))
-    with pytest.raises(InputError, match=r"'loop\.txt' is neither a list of rows nor a file that ends with \.csv"):
-        harness(loop="loop.txt")
+    with pytest.raises(
+        InputError, match=r"'loop\.xlsx' is neither a list of rows nor a file that ends with \.csv or \.tsv or \.txt"
+    ):
+        harness(loop="loop.xlsx")
     (tmp_path / "units.csv").write_text("angle [deg], torque [kg]\n0, 1\n1, 2\n0, 1\n")
     with pytest.raises(InputError, match="kg"):
         harness(loop=str(tmp_path / "units.csv"))

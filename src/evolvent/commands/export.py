@@ -13,24 +13,28 @@ from evolvent.base.console import echo, once, showing_progress
 from evolvent.base.errors import InputError, nearest
 
 #: Formats: ending of what is written unless named.
-ENDINGS = {"vtk": "-vtk", "csv": "-csv", "mat": ".mat", "gif": ".gif", "mp4": ".mp4", "html": ".html"}
-#: Formats that fill a folder, that move, and that can take the axes of a body.
-_FOLDERS, _MOVING, _TURNING = ("vtk", "csv"), ("gif", "mp4", "html"), ("vtk", "gif", "mp4")
+ENDINGS = {
+    "vtk": "-vtk", "csv": "-csv", "mat": ".mat", "glb": ".glb", "gif": ".gif", "mp4": ".mp4", "html": ".html",
+}  # fmt: skip
+#: Formats that fill a folder, that are pictures, that move, and that can take the axes of a body.
+_FOLDERS, _PICTURES = ("vtk", "csv"), ("gif", "mp4", "html")
+_MOVING, _TURNING = (*_PICTURES, "glb"), ("vtk", "glb", "gif", "mp4")
 _AXES = ("inertial", "body")
 
 
 @click.command()
 @click.argument("path", metavar="RUN.NC")
 @click.option("--to", "kind", multiple=True, callback=once, metavar="|".join(ENDINGS),
-              help="Format.  [default: that of OUT, where it ends in .mat, .gif, .mp4 or .html]")  # fmt: skip
+              help="Format.  [default: that of OUT, where it ends in .mat, .glb, .gif, .mp4 or .html]")  # fmt: skip
 @click.option(
     "-o", "--output", multiple=True, callback=once, metavar="OUT", help="File or folder.  [default: next to the run]"
 )
 @click.option(
     "--frames", type=click.IntRange(min=1), metavar="N", help="Number of samples that are written, evenly spaced."
 )
-@click.option("--speed", type=float, metavar="X", help="Playback speed; 1 is real time (gif, mp4, html).")
-@click.option("--axes", metavar="|".join(_AXES), help="Axes of positions (vtk, gif, mp4).")
+@click.option("--speed", type=float, metavar="X", help="Playback speed; 1 is real time (gif, mp4, html, glb).")
+@click.option("--axes", metavar="|".join(_AXES), help="Axes of positions (vtk, glb, gif, mp4).")
+@click.option("--decimal", metavar=".|,", help="Decimal sign; columns are separated by ; where it is a comma (csv).")
 @click.option("--clearance", is_flag=True, help="Show bodies that interfere in red (gif, mp4, html); needs coal.")
 @click.option("--large", is_flag=True, help="Write even more than 200 MB.")
 def export(
@@ -40,6 +44,7 @@ def export(
     frames: int | None,
     speed: float | None,
     axes: Any,
+    decimal: Any,
     clearance: bool,
     large: bool,
 ) -> None:
@@ -49,6 +54,7 @@ def export(
     vtk   folder of time series for ParaView: lines, strips, bodies, forces
     csv   folder of tables for a spreadsheet
     mat   struct for MATLAB and Octave
+    glb   animated model (glTF) for viewers and Blender
     gif, mp4, html   animation
     """  # noqa: D301  (click wants the \b)
     if kind is None and output is not None:
@@ -64,8 +70,12 @@ def export(
         raise InputError(f"--axes is {axes!r}; {nearest(axes, _AXES)}")
     if axes is not None and kind not in _TURNING:
         raise InputError(f"--axes is for {', '.join(_TURNING)}; --to {kind} has none")
-    if clearance and kind not in _MOVING:
-        raise InputError(f"--clearance is for {', '.join(_MOVING)}; --to {kind} has no colours")
+    if decimal is not None and decimal not in (".", ","):
+        raise InputError(f"--decimal is {decimal!r}; it must be '.' or ','")
+    if decimal is not None and kind != "csv":
+        raise InputError(f"--decimal is for csv; --to {kind} has none")
+    if clearance and kind not in _PICTURES:
+        raise InputError(f"--clearance is for {', '.join(_PICTURES)}; --to {kind} has no colours")
     from evolvent import results
 
     found = results.open(path)
@@ -76,7 +86,7 @@ def export(
     struck = found.ev.clearance() if clearance else None
     with showing_progress():
         progress.report(f"writing {kind}")
-        request = Request(frames=frames, speed=speed, axes=axes, large=large, clearance=struck)
+        request = Request(frames=frames, speed=speed, axes=axes, large=large, decimal=decimal or ".", clearance=struck)
         written = writer(kind)(found, target, request)
     echo(f"{kind}: {written}")
     _print_label(found)
@@ -131,6 +141,8 @@ def writer(kind: str) -> Any:
         from evolvent.exports.matlab import write
     elif kind == "html":
         from evolvent.exports.page import write
+    elif kind == "glb":
+        from evolvent.exports.gltf import write
     elif kind == "gif":
         from evolvent.exports.moving import gif as write
     else:

@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from evolvent import cases, results
 from evolvent.base.errors import InputError
 from evolvent.base.files import writing
+from evolvent.exports import table
 from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
-from evolvent.results import variables
+from evolvent.results import happened, variables
 
 if TYPE_CHECKING:
     import xarray as xr
 
+#: Longest name of a field, and words that are none.
+_LONGEST = 63
+_WORDS = {
+    "break", "case", "catch", "classdef", "continue", "else", "elseif", "end", "for", "function", "global", "if",
+    "otherwise", "parfor", "persistent", "return", "spmd", "switch", "try", "while",
+}  # fmt: skip
+#: Columns of the table of latches.
+_LATCH = ("time", "rate", "rate_unit", "peak", "peak_unit", "work")
 #: Largest variable that the format can hold, bytes.
 _LIMIT = 2_000_000_000
 
@@ -26,11 +36,16 @@ def write(run: Any, path: str, request: Request) -> str:
     Notes
     -----
     ``run.data.NAME`` the values, of parts ``run.data.PART__NAME``; ``run.units.NAME``,
-    ``run.meaning.NAME``, ``run.dims.NAME`` (dimensions, in order);
+    ``run.meaning.NAME``, ``run.dims.NAME`` (dimensions, in order), ``run.names.NAME`` (the name in evolvent);
     ``run.lines(k)`` a line with ``name``, ``points`` (time, point, xyz; m, inertial axes) and ``values``;
     ``run.bodies(k)`` a body with ``name``, ``position`` (time, xyz; m), ``quaternion`` (time, wxyz; body to inertial);
     ``run.forces(k)`` with ``name``, ``unit``, ``points`` and ``vectors`` (time, point, xyz);
-    ``run.about`` where it comes from and how it ended; ``run.case`` the case as YAML.
+    ``run.marks(k)`` points with ``name``, ``points`` and ``size`` (m, NaN for none);
+    ``run.latches(k)`` a latch that has locked: ``name``, ``time`` (s), ``rate``, ``rate_unit``, ``peak``,
+    ``peak_unit``, ``work`` (J); ``run.events(k)`` what happened: ``time`` (s), ``part``, ``what``;
+    ``run.results(k)`` a row of the table on the screen: ``name``, ``value``, ``unit``, ``text``;
+    ``run.statistics`` the account of the solver; ``run.about`` where it comes from and how it ended; ``run.case`` the
+    case as YAML.
 
     Raises
     ------
@@ -50,19 +65,30 @@ def write(run: Any, path: str, request: Request) -> str:
         raise InputError(
             f"a .mat file holds at most {shown_size(_LIMIT)}, and this is {shown_size(size)}; lower --frames"
         )
-    names = [str(name) for name in some.variables]
+    fields = _fields([str(name) for name in some.variables])
     lines = np.zeros(len(motion.lines), dtype=[("name", object), ("points", object), ("values", object)])
     for k, line in enumerate(motion.lines):
-        values = {_field(name): v for name, v in line.values.items()}
-        lines[k] = (line.name, line.points, values)
+        own = _fields(line.values)
+        lines[k] = (line.name, line.points, {own[name]: v for name, v in line.values.items()})
+    statistics = results.statistics_of(run)
+    counts = _fields(statistics)
     content = {
-        "data": {_field(name): _values(some[name]) for name in names},
-        "units": {_field(name): some[name].attrs.get("units", "") for name in names},
-        "meaning": {_field(name): some[name].attrs.get("long_name", "") for name in names},
-        "dims": {_field(name): np.array([str(d) for d in some[name].dims], dtype=object) for name in names},
+        "data": {field: _values(some[name]) for name, field in fields.items()},
+        "units": {field: some[name].attrs.get("units", "") for name, field in fields.items()},
+        "meaning": {field: some[name].attrs.get("long_name", "") for name, field in fields.items()},
+        "dims": {field: np.array([str(d) for d in some[name].dims], dtype=object) for name, field in fields.items()},
+        "names": {field: name for name, field in fields.items()},
         "lines": lines,
         "bodies": _structs(motion.frames, {"name": "name", "position": "origin", "quaternion": "attitude"}),
         "forces": _structs(motion.forces, {name: name for name in ("name", "unit", "points", "vectors")}),
+        "marks": _rows(
+            ("name", "points", "size"),
+            [(mark.name, mark.points, np.nan if mark.size is None else mark.size) for mark in motion.marks],
+        ),
+        "latches": _table(happened.latches_of(run), {"name": "latch"} | {name: name for name in _LATCH}),
+        "events": _table(happened.events_of(run), {name: name for name in happened.COLUMNS}),
+        "results": _rows(("name", "value", "unit", "text"), table.result_rows(cases.presenter(run).numbers(run))),
+        "statistics": {field: _count(statistics[name]) for name, field in counts.items()},
         "about": {_field(what): words for what, words in about(run)},
         "case": run.attrs["case"],
     }
@@ -79,10 +105,49 @@ def _structs(parts: Sequence[Any], fields: dict[str, str]) -> np.ndarray:
     return found
 
 
+def _rows(fields: Sequence[str], rows: Iterable[tuple[Any, ...]]) -> np.ndarray:
+    """A struct array with a row each."""
+    listed = list(rows)
+    found = np.zeros(len(listed), dtype=[(field, object) for field in fields])
+    for k, row in enumerate(listed):
+        found[k] = row
+    return found
+
+
+def _table(found: xr.Dataset, fields: dict[str, str]) -> np.ndarray:
+    """A struct array of a data set's rows: fields, and the columns that they hold."""
+    columns = [found[name].values.tolist() for name in fields.values()]
+    return _rows(list(fields), zip(*columns, strict=True))
+
+
+def _fields(names: Iterable[str]) -> dict[str, str]:
+    """Names that a struct can have, each once, by the names that they are for."""
+    found: dict[str, str] = {}
+    taken: set[str] = set()
+    for name in names:
+        field, k = _field(name), 1
+        while field in taken:
+            k += 1
+            field = f"{_field(name)[: _LONGEST - 4]}_{k}"
+        taken.add(field)
+        found[name] = field
+    return found
+
+
 def _field(name: str) -> str:
-    """A name that a struct can have; the unit in brackets is part of it."""
+    """A name that a struct can have: 63 characters of ASCII, a letter first; the unit in brackets is part of it."""
     words = name.replace("[", "").replace("]", "").replace("1/m", "per_m")
-    return "_".join(re.sub(r"[^\w\s]", "_", words.replace("/", " per ").replace(".", "__")).split())
+    field = "_".join(re.sub(r"[^a-zA-Z0-9_\s]", "_", words.replace("/", " per ").replace(".", "__")).split())
+    if not re.match(r"[a-zA-Z]", field) or field in _WORDS:
+        field = f"x_{field}"
+    if len(field) > _LONGEST:  # the end tells most: the variable of a part
+        field = f"{field[:20]}_{field[-(_LONGEST - 21) :]}"
+    return field
+
+
+def _count(value: float | None) -> float:
+    """A number of the solver's account, NaN for none."""
+    return np.nan if value is None else value
 
 
 def _values(variable: xr.DataArray) -> Any:

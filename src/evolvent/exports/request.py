@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 #: Size above which a file is written only if that is asked for, bytes.
 LARGE = 200_000_000
+#: Decimal signs of tables, and what separates their columns.
+DECIMALS = {".": ",", ",": ";"}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -35,6 +37,8 @@ class Request:
         What positions refer to; left out, what suits the format.
     large : bool
         Whether more than `LARGE` bytes may be written.
+    decimal : "." or ",", optional
+        The decimal sign of tables; columns are separated by ';' where it is a comma.
     clearance : xarray.Dataset, optional
         Of `evolvent.analysis.clearance`: bodies that interfere are red in an animation.
     """
@@ -43,7 +47,12 @@ class Request:
     speed: float | None = None
     axes: Literal["inertial", "body"] | None = None
     large: bool = False
+    decimal: Literal[".", ","] = "."
     clearance: Any = None
+
+    def __post_init__(self) -> None:
+        if self.decimal not in DECIMALS:
+            raise InputError(f"decimal is {self.decimal!r}; it must be '.' or ','")
 
     def samples(self, run: Any, *, most: int | None = None) -> np.ndarray:
         """Samples of a run that are kept: as many as asked for, else at most `most`, evenly spread in time.

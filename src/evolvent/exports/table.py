@@ -1,9 +1,10 @@
-"""Tables for a spreadsheet: comma-separated, one header line with units, a point for decimals."""
+"""Tables for a spreadsheet: one header line with units; points and commas, or decimal commas and semicolons."""
 
 from __future__ import annotations
 
 import csv
 import itertools
+import math
 import os
 import re
 from collections.abc import Iterable, Iterator
@@ -14,8 +15,9 @@ import numpy as np
 from evolvent import cases
 from evolvent.base.errors import visible
 from evolvent.base.files import make_folder, writing
-from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
-from evolvent.results import unfinished, variables
+from evolvent.exports.request import DECIMALS, Request, about, motion_of, samples_text, shown_size, size_of
+from evolvent.results import happened, unfinished, variables
+from evolvent.results.figures import Quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,8 +53,10 @@ def write(run: Any, path: str, request: Request) -> str:
         Position and attitude of every body: one row a body and moment, inertial axes.
     ``NAME.csv``
         Other variables with many values at every sample (all that `shapes.csv` does not hold), one row a sample.
+    ``events.csv``
+        What happened in the run: one row each, in order of time.
     ``results.csv``
-        Single values: one row each, with unit and meaning.
+        Single values: one row each, a number with its unit and meaning; the sentences of the screen are texts.
     ``columns.csv``, ``about.csv``
         What the columns mean; where the run comes from, how it ended, and its case.
 
@@ -87,6 +91,9 @@ def write(run: Any, path: str, request: Request) -> str:
     tables["shapes.csv"] = _shapes(motion)
     tables |= {"bodies.csv": _bodies(motion)} if motion.frames else {}
     tables |= {f"{name}.csv": _series(run, [name], rows, label) for name in wide}
+    events = happened.events_of(run)
+    if events.sizes["event"]:
+        tables["events.csv"] = _events(events)
     tables["results.csv"] = _results(run, numbers)
     tables["columns.csv"] = _columns(run, [*narrow, *wide], motion)
     tables["about.csv"] = [("what", "text"), *about(run), ("case", run.attrs["case"])]
@@ -96,7 +103,8 @@ def write(run: Any, path: str, request: Request) -> str:
             # a spreadsheet recognizes UTF-8 by its mark
             open(temporary, "w", encoding="utf-8-sig", newline="") as file,
         ):
-            csv.writer(file).writerows(map(_cell, row) for row in content)
+            writer = csv.writer(file, delimiter=DECIMALS[request.decimal])
+            writer.writerows([_cell(value, request.decimal) for value in row] for row in content)
     summary = f"{', '.join(tables)} in {path}: {samples_text(rows, count)}, shapes at {moments.size}"
     if moments.size * points >= SHEET:
         summary += f" (shapes.csv has {moments.size * points:,} rows; a spreadsheet shows {SHEET:,}, so lower --frames)"
@@ -170,8 +178,10 @@ def _number(x: Any) -> Any:
     return float(x) if np.isfinite(x) else ""
 
 
-def _cell(value: Any) -> Any:
+def _cell(value: Any, decimal: str) -> Any:
     """A number as it is; a text that a spreadsheet would take for a formula with an apostrophe before it."""
+    if isinstance(value, float):
+        return repr(value).replace(".", decimal)
     if not isinstance(value, str):
         return value
     text = visible(value)
@@ -179,9 +189,9 @@ def _cell(value: Any) -> Any:
 
 
 def _results(run: Any, numbers: Iterable[Number]) -> Iterator[Iterable[Any]]:
-    yield ["name", "value", "unit", "meaning"]
-    for number in numbers:
-        yield [number.label, number.value, "", "as evolvent info prints it"]
+    yield ["name", "value", "unit", "text", "meaning"]
+    for label, value, unit, text in result_rows(numbers):
+        yield [label, _number(value), unit, text, "as evolvent info prints it" if text else ""]
     for name, variable in run.data_vars.items():
         if "time" in variable.dims or variable.dtype.kind not in "biuf":
             continue
@@ -189,7 +199,23 @@ def _results(run: Any, numbers: Iterable[Number]) -> Iterator[Iterable[Any]]:
         unit = attrs.get("units", "")
         headings = _headings(run, str(name)) if not variable.dims else _entries(run, str(name))
         for heading, value in zip(headings, variable.values.ravel(), strict=True):
-            yield [heading.removesuffix(unit_of(variable)), _number(value), unit, attrs.get("long_name", "")]
+            yield [heading.removesuffix(unit_of(variable)), _number(value), unit, "", attrs.get("long_name", "")]
+
+
+def _events(events: xr.Dataset) -> Iterator[Iterable[Any]]:
+    yield ["time [s]", "part", "what"]
+    for time, part, what in zip(events.time.values, events.part.values, events.what.values, strict=True):
+        yield [_number(time), str(part), str(what)]
+
+
+def result_rows(numbers: Iterable[Number]) -> Iterator[tuple[str, float, str, str]]:
+    """Name, value (NaN for none), unit and text of results: the text in the first row, a row for each more number."""
+    for number in numbers:
+        own = next((one for one in number.quantities if not one.what), Quantity(math.nan, ""))
+        yield number.label, own.value, own.unit, number.value
+        for one in number.quantities:
+            if one.what:
+                yield f"{number.label}: {one.what}", one.value, one.unit, ""
 
 
 def _entries(run: Any, name: str) -> list[str]:

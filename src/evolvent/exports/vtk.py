@@ -1,7 +1,7 @@
 """Time series for ParaView: collections (.pvd) of polygonal data (.vtp): lines, strips, bodies, forces, marks, axes.
 
-There is one file a sample for all lines, one for all bodies, and so on. Polygonal data are what ParaView's filter Tube takes;
-it does not take unstructured grids.
+There is one file a sample for all lines, one for all bodies, and so on. Polygonal data are what ParaView's filter Tube
+takes; it does not take unstructured grids.
 """
 
 from __future__ import annotations

@@ -11,7 +11,6 @@ Source: comments of rbsp_efw_boom_deploy_history.pro in the public repository sp
 
 from __future__ import annotations
 
-import csv
 import os
 import pathlib
 import tempfile
@@ -20,7 +19,6 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.base import safe_open
 from evolvent.base.errors import InputError
 from evolvent.design import calibration
 from evolvent.laboratory import book
@@ -45,17 +43,12 @@ MASSES = ("wire.tip_mass", "wire.line_density")
 def hidden_starts(path: str) -> dict[int, tuple[float, float]]:
     """Groups whose first row has other clicks than strokes: length before it by the log, and by the clicks, m."""
     rows, _ = log.read(path)
-    clicks = [row.get("clicks") or "" for row in csv.DictReader(safe_open.text(path).splitlines())]
-    found, k = {}, 0
+    found = {}
     for number, group in enumerate(log.grouped(rows)):
         first = group[0]
-        try:
-            by_clicks = first.after - float(clicks[k]) / CLICKS
-        except ValueError:
-            by_clicks = first.before
+        by_clicks = first.after - first.clicks / CLICKS
         if number and abs(by_clicks - first.before) > SLACK:
             found[number] = (first.before, by_clicks)
-        k += len(group)
     return found
 
 
@@ -72,9 +65,8 @@ def without_last_group(path: str, folder: str) -> str:
     groups = log.grouped(log.read(path)[0])
     if len(groups) < 2:
         raise InputError(f"{path!r} holds one group of steps; two or more are needed, the last of which is predicted")
-    lines = safe_open.text(path).splitlines()
     kept = pathlib.Path(folder) / os.path.basename(path)
-    kept.write_text("\n".join(lines[: 1 + sum(map(len, groups[:-1]))]) + "\n", encoding="utf-8")
+    kept.write_text(log.written([row for group in groups[:-1] for row in group]), encoding="utf-8")
     return str(kept)
 
 

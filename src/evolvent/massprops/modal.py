@@ -6,16 +6,18 @@ import dataclasses
 
 import numpy as np
 
+from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.massprops.description import Signalling
 from evolvent.massprops.identification import Modes, identify
+from evolvent.massprops.identification.clipping import clipped
+from evolvent.massprops.identification.noise_density import density
 from evolvent.massprops.identification.orders import WHITE, whiteness
-from evolvent.massprops.identification.signals import power, read_signal
-from evolvent.massprops.identification.swings import Kind
+from evolvent.massprops.identification.signals import read_signal
+from evolvent.massprops.identification.swing_model import LINEAR as LINEAR
+from evolvent.massprops.identification.swings import Kind as Kind
 from evolvent.massprops.recordings import Reading
 
-#: Lines of the residual's spectrum on each side of a mode that show the noise there.
-NEAR = 12
 #: A mode this near to half the sampling rate may be a faster one seen through too few samples.
 EDGE = 0.9
 #: Share of a signal's square in a straight line above which it drifts.
@@ -25,6 +27,10 @@ QUIET = 0.2
 #: All modes this many times faster than the body's heave are no modes of the body: its springs would stand that many
 #: radii of gyration apart.
 TOO_FAST = 30.0
+#: Mains frequencies, Hz, of which so many harmonics are looked for, each so far from its place at most.
+MAINS, HARMONICS, WANDER = (50.0, 60.0), 3, 0.06
+#: Share of the strongest mode's decay rate below which a mode is told not to decay.
+STEADY = 0.2
 #: Residual over the stated noise above which the noise is stated too small.
 UNDERSTATED = 3.0
 
@@ -44,6 +50,8 @@ class Modal:
     shapes : (m, c), signed amplitudes at the first sample
     shape_covariance : (m, c, c), widened
     warnings : sentences
+    hum : indices of modes that mains hum explains
+    clipped : those of the warnings that tell of sensors that were clipped before a filter
     """
 
     reading: Reading
@@ -55,6 +63,8 @@ class Modal:
     shapes: np.ndarray
     shape_covariance: np.ndarray
     warnings: tuple[str, ...]
+    hum: tuple[int, ...] = ()
+    clipped: tuple[str, ...] = ()
 
     @property
     def frequency_std(self) -> np.ndarray:
@@ -65,6 +75,22 @@ class Modal:
     def has_uncertainties(self) -> bool:
         """Whether the method gives uncertainties."""
         return bool(np.all(np.isfinite(self.frequency_covariance)))
+
+
+#: Units of what sensors read of a swing, by the number of derivatives: angles, and lengths.
+_ANGLES, _LENGTHS = ("rad", "rad/s", "rad/s^2"), ("m", "m/s", "m/s^2")
+
+
+def derivative(unit: str) -> tuple[int, float]:
+    """How often a motion is differentiated that sensors read in a unit, and its size in rad, rad/s, rad/s^2 or nan."""
+    for wanted in (_ANGLES, _LENGTHS):
+        for n, one in enumerate(wanted):
+            try:
+                ratio = units.parse(f"1 {unit}", one)
+            except units.UnitError:
+                continue
+            return n, ratio if wanted is _ANGLES else np.nan
+    return 0, np.nan
 
 
 def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Modal:
@@ -87,13 +113,16 @@ def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Moda
             band=chosen.band,
             detrend=chosen.detrend,
             decay=chosen.decay,
-            swing=swing,
+            swing=swing or Kind(derivative=derivative(reading.unit)[0]),
         )
     except InputError as error:
         raise InputError(f"{error}{_drift(reading) if chosen.detrend == 'constant' else ''}") from None
     p, widening = _widening(reading, modes)
     found = modes.mode_shapes()
     widened = np.outer(widening, widening)
+    hum, steady = _steady(modes, reading, widening)
+    signal = read_signal(reading.data, time=reading.time, names=reading.names, noise=reading.noise)
+    cut = tuple(clipped(modes, signal))
     return Modal(
         reading=reading,
         modes=modes,
@@ -103,7 +132,9 @@ def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Moda
         frequency_covariance=modes.natural_frequency_covariance * widened,
         shapes=found.real,
         shape_covariance=found.shape_covariance * np.diag(widened)[:, None, None],
-        warnings=(*_identification_warnings(modes, widening, p, reading), *_edge(modes, reading)),
+        warnings=(*_identification_warnings(modes, widening, p, reading), *_edge(modes, reading), *steady, *cut),
+        hum=hum,
+        clipped=cut,
     )
 
 
@@ -176,6 +207,40 @@ def _edge(modes: Modes, reading: Reading) -> list[str]:
     ]
 
 
+def _steady(modes: Modes, reading: Reading, widening: np.ndarray) -> tuple[tuple[int, ...], list[str]]:
+    """Modes at a mains frequency, as it appears at this rate, and sentences on modes that do not decay.
+
+    Notes
+    -----
+    At the rate f a vibration of the frequency h appears at |h - n f|, n whole. A free vibration decays.
+    """
+    if not (modes.order > 1 and np.all(np.isfinite(modes.pole_covariance))):
+        return (), []
+    strongest = int(np.argmax((modes.amplitude**2).sum(axis=1)))
+    std = widening * modes.decay_rate_std
+    hum, texts = [], []
+    for k, w in enumerate(modes.frequency):
+        if k == strongest or abs(modes.decay_rate[k]) > 3.0 * std[k]:
+            continue
+        own, name = float(w) / (2.0 * np.pi), f"the mode at {w:.6g} rad/s"
+        near = 3.0 * widening[k] * float(modes.frequency_std[k]) / (2.0 * np.pi)
+        for mains in (n * m for n in range(1, HARMONICS + 1) for m in MAINS):
+            seen = abs(mains - reading.rate * round(mains / reading.rate))
+            if abs(seen - own) < near + WANDER * mains / MAINS[0]:
+                hum.append(k)
+                texts.append(
+                    f"{name} does not decay and lies where mains hum of {mains:g} Hz appears at {reading.rate:.6g} "
+                    "samples a second: it is no free vibration"
+                )
+                break
+        else:
+            if modes.decay_rate[k] + 2.0 * std[k] < STEADY * modes.decay_rate[strongest]:
+                texts.append(
+                    f"{name} does not decay as the others do: hum or a drive, perhaps seen through too few samples"
+                )
+    return tuple(hum), texts
+
+
 def _widening(reading: Reading, modes: Modes) -> tuple[float, np.ndarray]:
     """p-value of a white residual, and the factors.
 
@@ -188,15 +253,9 @@ def _widening(reading: Reading, modes: Modes) -> tuple[float, np.ndarray]:
     p = whiteness(signal, modes.residual, modes.noise)
     if p >= WHITE:
         return p, np.ones(modes.order)
-    lines = power(modes.residual, signal.cells) / (signal.counts * modes.noise**2)
-    step = 2.0 * np.pi / (signal.extent * signal.step)
     weight = (modes.amplitude / modes.noise) ** 2
-    factors = []
-    for k, w in enumerate(modes.frequency):
-        place = round(float(w) / step)
-        near = lines[max(1, place - NEAR) : place + NEAR + 1].mean(axis=0)
-        factors.append(np.sqrt(max(1.0, float(weight[k] @ near) / float(weight[k].sum()))))
-    return p, np.array(factors)
+    near = (weight * density(modes, signal)).sum(axis=1) / weight.sum(axis=1)
+    return p, np.sqrt(np.maximum(near, 1.0))
 
 
 def refuse_rate(expected: float, rate: float, what: str) -> None:

@@ -27,7 +27,7 @@ def select(given: OnSprings, modal: Modal) -> tuple[tuple[int, ...], list[str], 
     strength = np.sum((modal.modes.amplitude * modal.frequency[:, None]) ** 2, axis=1)
     faint = [k for k in range(m) if strength[k] < FAINT**2 * np.max(strength)]
     products = _products(modal, strength)
-    left = [int(k) for k in np.argsort(-strength) if k not in faint and k not in products]
+    left = [int(k) for k in np.argsort(-strength) if k not in faint and k not in products and k not in modal.hum]
     used = tuple(sorted(left[:most]))
     why = [f"All {m} modes found in the signals are used."] if len(used) == m else []
     if texts := [f"{modal.frequency[k]:.6g} rad/s is {text}" for k, text in products.items() if k not in faint]:
@@ -35,6 +35,9 @@ def select(given: OnSprings, modal: Modal) -> tuple[tuple[int, ...], list[str], 
             f"Left out as harmonics or combinations of stronger modes in a motion that is not quite linear: "
             f"{', '.join(texts)}."
         )
+    if modal.hum:
+        listed = ", ".join(f"{modal.frequency[k]:.6g} rad/s" for k in modal.hum)
+        why.append(f"Left out as mains hum, which does not decay: {listed}.")
     if faint:
         why.append(
             f"Fainter than {FAINT:g} of the strongest, by velocity, and left out: "

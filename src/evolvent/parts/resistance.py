@@ -28,7 +28,7 @@ Array = np.ndarray
 
 
 #: Mark of a table that may be a file.
-_FILE = FileKey(endings=(table_file.ENDING,), rows=table_file.rows_of)
+_FILE = FileKey(endings=table_file.ENDINGS, rows=table_file.rows_of)
 
 
 def _curve_rows(value: Any) -> Any:

@@ -1,68 +1,73 @@
-"""Tables of two columns from files: comma-separated values whose first line names the columns with their units."""
+"""Curves from files: rows [angle, torque] or [travel, force] of a text whose columns name their units."""
 
 from __future__ import annotations
 
-import csv
-import math
+import contextlib
 
+import numpy as np
 from pydantic_core import PydanticCustomError
 
-from evolvent.base import safe_open
+from evolvent.base import safe_open, tables
 from evolvent.base.errors import InputError
-from evolvent.base.units import head_and_unit
+from evolvent.base.units import UnitError, file_unit
 
-#: Ending of such a file.
-ENDING = ".csv"
+#: Endings of such files.
+ENDINGS = (".csv", ".tsv", ".txt")
+#: What the two columns hold, and its units.
+_COLUMNS = {"an angle or a travel": ("rad", "m"), "a torque or a force": ("N m", "N")}
 
 
 def rows_of(path: str) -> list[list[str]]:
-    """Rows of a table, each value with the unit of its column.
+    """Rows of a curve, each value with the unit of its column.
 
     Parameters
     ----------
-    path : str, of a file such as ``angle (deg),torque (N m)``, then a line for each row; empty lines and those that
-        begin with # are passed over
+    path : str, of a file with a column of angles or travels and one of torques or forces, which their units tell apart;
+        other columns are not read
 
     Raises
     ------
     PydanticCustomError
         Naming the file, and the line and the value that cannot be read.
     """
-    if not path.endswith(ENDING):
-        raise _error(f"{path!r} is neither a list of rows nor a file that ends with {ENDING}")
     try:
-        text = safe_open.text(path)
+        return _rows(path)
     except InputError as error:
-        raise _error(str(error)) from None
-    try:
-        rows = list(csv.reader(text.removeprefix("\ufeff").splitlines()))
-    except csv.Error as error:
-        raise _error(f"cannot read {path!r}: {error}") from None
-    lines = [
-        (k, [value.strip() for value in row])
-        for k, row in enumerate(rows, start=1)
-        if any(value.strip() for value in row) and not row[0].lstrip().startswith("#")
-    ]
-    units = [head_and_unit(head)[1] for head in (lines or [(0, [])])[0][1]]
-    if len(units) != 2 or not all(units):
-        raise _error(
-            f"the first line of {path!r} must name two columns with their units, such as angle (deg),torque (N m)"
-        )
-    return [_row(path, k, values, units) for k, values in lines[1:]]
+        raise PydanticCustomError("table", "{why}", {"why": str(error)}) from None
 
 
-def _row(path: str, k: int, values: list[str], units: list[str]) -> list[str]:
-    if len(values) != 2:
-        raise _error(f"line {k} of {path!r} has {len(values)} values; it must have two")
-    for value in values:
-        try:
-            finite = math.isfinite(float(value))
-        except ValueError:
-            finite = False
-        if not finite:
-            raise _error(f"line {k} of {path!r} has {value!r}; it must be a number")
-    return [f"{value} {unit}" for value, unit in zip(values, units, strict=True)]
+def _rows(path: str) -> list[list[str]]:
+    if not path.lower().endswith(ENDINGS):
+        raise InputError(f"{path!r} is neither a list of rows nor a file that ends with {' or '.join(ENDINGS)}")
+    table = tables.read(safe_open.content(path, most=safe_open.LARGEST_TEXT), path, whole=True)
+    columns = []
+    for what, wanted in _COLUMNS.items():
+        place, unit = _column(table, what, wanted)
+        values = table.numbers(place + 1)
+        wrong = np.flatnonzero(~np.isfinite(values))
+        if wrong.size:
+            row = int(wrong[0])
+            raise InputError(
+                f"line {table.line(row)} of {path!r} has {table.cell(place + 1, row)!r}; it must be a number"
+            )
+        columns.append([f"{float(value)!r} {unit}" for value in values])
+    return [list(row) for row in zip(*columns, strict=True)]
 
 
-def _error(why: str) -> PydanticCustomError:
-    return PydanticCustomError("table", "{why}", {"why": why})
+def _column(table: tables.Table, what: str, wanted: tuple[str, ...]) -> tuple[int, str]:
+    """Place and unit of the only column of a kind."""
+    found = {}
+    for place, text in enumerate(table.units):
+        with contextlib.suppress(UnitError):
+            found[place] = file_unit(text, *wanted)
+    found = {place: unit for place, unit in found.items() if unit}
+    if len(found) == 1:
+        return found.popitem()
+    if found:
+        names = ", ".join(repr(table.heads[place]) for place in found)
+        raise InputError(f"{table.path!r} has {len(found)} columns of {what}: {names}; leave one of them")
+    named = ", ".join(repr(head) for head in table.heads if head) or "no names"
+    raise InputError(
+        f"the head of {table.path!r}, {named}, has no column in a unit of {what}; it must name two columns with their "
+        "units, such as angle (deg),torque (N m)"
+    )

@@ -22,7 +22,7 @@ from evolvent import __version__, cases
 from evolvent.base import netcdf, safe_open
 from evolvent.base.errors import HIDDEN, InputError
 from evolvent.base.files import _named, write_file
-from evolvent.results.figures import Number
+from evolvent.results.figures import Number, numbers_of
 from evolvent.results.fine_samples import MARK
 
 #: How a run can end.
@@ -144,10 +144,16 @@ def closing_numbers(run: Any) -> list[Number]:
             steps += f", {int(statistics[key]):,} {what}"
     if statistics.get("step"):
         steps += f", {statistics['step']:.4g} s each"
-    found.append(Number(label="steps", value=steps))
-    text = f"{run.attrs['wall_time_s']:.3g} s (compiling or loading compiled code: {run.attrs['compile_time_s']:.2g} s)"
-    found.append(Number(label="time of the solve", value=text))
-    return found
+    counts = [(statistics.get(key), "1", what) for key, what in (("steps", ""), ("rejected_steps", "rejected"))]
+    counts += [(statistics.get("iterations"), "1", "iterations"), (statistics.get("step"), "s", "size of a step")]
+    solve, compiling = run.attrs["wall_time_s"], run.attrs["compile_time_s"]
+    text = f"{solve:.3g} s (compiling or loading compiled code: {compiling:.2g} s)"
+    return found + numbers_of(
+        [
+            ("steps", steps, *(one for one in counts if one[0] is not None)),
+            ("time of the solve", text, (solve, "s"), (compiling, "s", "compiling or loading compiled code")),
+        ]
+    )
 
 
 @functools.cache

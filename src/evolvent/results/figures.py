@@ -5,7 +5,8 @@ from __future__ import annotations
 import dataclasses
 import re
 import unicodedata
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -133,12 +134,36 @@ class Figure:
     heights: Sequence[float] | None = None
 
 
+class Quantity(NamedTuple):
+    """One number of a result.
+
+    Attributes
+    ----------
+    value : float, NaN for none
+    unit : str, without a prefix, "1" for a plain number; of angles and rates, that in which they are shown
+    what : str, what it is of the result; '' for the result itself
+    """
+
+    value: float
+    unit: str = "1"
+    what: str = ""
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Number:
-    """A result for the table on the screen: what it is, and its value as text with its unit."""
+    """A result for the table on the screen: what it is, its value as text with its unit, and the numbers in it."""
 
     label: str
     value: str
+    quantities: tuple[Quantity, ...] = ()
+
+
+def numbers_of(rows: Iterable[tuple[Any, ...]]) -> list[Number]:
+    """Results of rows (label, text, *numbers), each number as (value, unit, what), the last two if they are needed."""
+    return [
+        Number(label=label, value=text, quantities=tuple(Quantity(float(x), *rest) for x, *rest in quantities))
+        for label, text, *quantities in rows
+    ]
 
 
 def stacked(rows: int) -> float:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from evolvent.results import variables
-from evolvent.results.figures import Figure, Line, Number, Panel, stacked
+from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of, stacked
 from evolvent.results.motion import quantity
 
 #: Units of energy in figures: largest energy above which one is taken (J), its factor and name.
@@ -85,20 +86,24 @@ def balance_numbers(run: xr.DataTree) -> list[Number]:
     root = variables.root_dataset(run)
     kinds = {"kinetic": root["energy_kinetic"].values}
     kinds |= stored_energies(run) or {"elastic": root["energy_elastic"].values}
-    found = [("energy at the end", ", ".join(f"{kind} {quantity(float(y[-1]), 'J')}" for kind, y in kinds.items()))]
+    text = ", ".join(f"{kind} {quantity(float(y[-1]), 'J')}" for kind, y in kinds.items())
+    found: list[tuple[Any, ...]] = [
+        ("energy at the end", text, *((float(y[-1]), "J", kind) for kind, y in kinds.items()))
+    ]
     if "energy_losses" in root:
         taken = dict(zip(root["cause"].values, root["energy_losses"].values[-1], strict=True))
         defect = float(root["energy_defect"].values[-1])
         taken |= {"numerical damping": -defect} if defect < 0.0 else {}
         largest = max([abs(value) for value in taken.values()] or [0.0])
-        causes = [
-            f"{name} {quantity(value, 'J')}" for name, value in taken.items() if abs(value) > 1e-6 * largest > 0.0
-        ]
-        found += [("energy dissipated by", ", ".join(causes))] if causes else []
+        causes = {name: float(value) for name, value in taken.items() if abs(value) > 1e-6 * largest > 0.0}
+        if causes:
+            text = ", ".join(f"{name} {quantity(value, 'J')}" for name, value in causes.items())
+            found.append(("energy dissipated by", text, *((value, "J", name) for name, value in causes.items())))
     worst = float(np.nanmax(np.abs(root["energy_defect"].values), initial=0.0))
-    closes = f"closes to {quantity(worst, 'J', 2)}"
+    closes, quantities = f"closes to {quantity(worst, 'J', 2)}", [(worst, "J", "")]
     if "energy_moved" in root:
         moved = float(np.nanmax(root["energy_moved"].values, initial=0.0))
         closes += f", {worst / max(moved, 1e-300):.2g} of the {quantity(moved, 'J', 3)} that were moved"
-    found.append(("energy balance", closes))
-    return [Number(label=label, value=value) for label, value in found]
+        quantities.append((moved, "J", "moved"))
+    found.append(("energy balance", closes, *quantities))
+    return numbers_of(found)

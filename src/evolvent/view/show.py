@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -14,7 +14,7 @@ from evolvent import results
 from evolvent.base.errors import InputError
 from evolvent.base.units import unit_text
 from evolvent.results import display, happened, variables
-from evolvent.results.figures import Figure, Line, Number, Panel, stacked
+from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of, stacked
 from evolvent.results.motion import prefixed_unit, quantity
 from evolvent.view import balance
 
@@ -314,12 +314,13 @@ def event_numbers(run: xr.DataTree) -> list[Number]:
     for time, part, what in zip(events.time.values, events.part.values, events.what.values, strict=True):
         if what != happened.LATCHED:
             found.setdefault((str(part), str(what)), []).append(float(time))
-    rows = []
+    rows: list[tuple[Any, ...]] = []
     for (part, what), times in found.items():
         more = f", and {len(times) - _EVENTS} more" if len(times) > _EVENTS else ""
         value = f"{what} at {', '.join(f'{time:.5g}' for time in times[:_EVENTS])} s{more}"
-        rows.append(Number(label=part or "event", value=value.removeprefix("event ")))
-    return rows
+        quantities = [(time, "s", f"{what} {k}".strip()) for k, time in enumerate(times[:_EVENTS], 1)]
+        rows.append((part or "event", value.removeprefix("event "), *quantities))
+    return numbers_of(rows)
 
 
 def latch_numbers(run: xr.DataTree) -> list[Number]:
@@ -327,23 +328,25 @@ def latch_numbers(run: xr.DataTree) -> list[Number]:
 
     In order of time, those that have not locked first.
     """
-    found: list[tuple[float, Number]] = []
+    found: list[tuple[float, tuple[Any, ...]]] = []
     for part in variables.parts(run):
         group = variables.group_of(run, part)
         if "latch_rate" not in group:
             continue
         time = float(group["latch_time"].values.flat[-1])
         if not np.isfinite(time):
-            found.append((-np.inf, Number(label=f"{part}, latch", value="has not locked")))
+            found.append((-np.inf, (f"{part}, latch", "has not locked")))
             continue
         peak = next(name for name in ("latch_torque_peak", "latch_force_peak") if name in group)
         kind = peak.split("_")[1]
-        largest = quantity(float(group[peak].values.flat[-1]), unit_text(str(group[peak].attrs["units"])))
         shown = display.shown(group["latch_rate"])
-        speed = quantity(abs(float(shown.values.flat[-1])), unit_text(str(shown.attrs["units"])))
-        value = f"locks at {quantity(time, 's')} with a rate of {speed}, largest {kind} {largest}"
-        found.append((time, Number(label=f"{part}, latch", value=value)))
-    return [number for _, number in sorted(found, key=lambda row: row[0])]
+        largest, rate = float(group[peak].values.flat[-1]), abs(float(shown.values.flat[-1]))
+        force, speed = (unit_text(str(one.attrs["units"])) for one in (group[peak], shown))
+        value = f"locks at {quantity(time, 's')} with a rate of {quantity(rate, speed)}, largest {kind} "
+        value += quantity(largest, force)
+        quantities = (time, "s", "time"), (rate, speed, "rate"), (largest, force, f"largest {kind}")
+        found.append((time, (f"{part}, latch", value, *quantities)))
+    return numbers_of(row for _, row in sorted(found, key=lambda one: one[0]))
 
 
 def numbers(run: xr.DataTree, *, without: Collection[str] = ()) -> list[Number]:
@@ -364,7 +367,7 @@ def numbers(run: xr.DataTree, *, without: Collection[str] = ()) -> list[Number]:
     listed = [name for _, name in names if name in shown]
     times = root["time"].values if "time" in root else np.zeros(1)
     found = latch_numbers(run) + event_numbers(run)
-    found += [Number(label=name, value=_reached(run, name, times)) for name in listed]
+    found += numbers_of((name, *_reached(run, name, times)) for name in listed)
     if len(names) > len(shown):
         found.append(Number(label="more variables", value=f"{len(names) - len(shown)}; `evolvent info` lists them all"))
     if run.sizes.get("time", 1) > 1:
@@ -375,35 +378,50 @@ def numbers(run: xr.DataTree, *, without: Collection[str] = ()) -> list[Number]:
     return found + results.closing_numbers(root)
 
 
-def _reached(run: xr.DataTree, name: str, times: np.ndarray) -> str:
-    """Last and largest value of a variable, with its unit and time; of a vector, its components at the end."""
+def _reached(run: xr.DataTree, name: str, times: np.ndarray) -> tuple[Any, ...]:
+    """Last and largest value of a variable, with its unit and time; of a vector, its components at the end.
+
+    A text, then its numbers with their units and what they are.
+    """
     found = display.shown(variables.get(run, name))
     unit = unit_text(str(found.attrs.get("units", "")))
     columns = variables.values(found)
     finite = columns[np.isfinite(columns)]
     if not finite.size:
-        return "none"
+        return ("none",)
     size = float(np.abs(finite).max())
     if 0.0 < size < _TINY and size < _NOISE * _largest(run, name.partition(".")[2]):
         columns, size = 0.0 * columns, 0.0
+    plain = unit or "1"
     factor, unit = prefixed_unit(size, "" if unit == "1" else unit)
     columns = np.where(np.abs(columns) < _ROUND_OFF * size, 0.0, columns) / factor + 0.0  # without a zero's sign
     finite, unit = columns[np.isfinite(columns)], f" {unit}" if unit else ""
+
+    def of(value: float, what: str) -> tuple[float, str, str]:
+        return factor * value, plain, what
+
     if found.ndim == 1:
-        k = int(np.nanargmax(np.abs(columns[:, 0])))
-        return (
-            f"{columns[-1, 0]:.5g}{unit} at the end, largest {columns[k, 0]:.5g}{unit}{_at(times, k)}"
-            if len(columns) > 1
-            else f"{columns[-1, 0]:.5g}{unit}"
-        )
+        k, text = int(np.nanargmax(np.abs(columns[:, 0]))), f"{columns[-1, 0]:.5g}{unit}"
+        if len(columns) == 1:
+            return text, of(columns[-1, 0], "")
+        text += f" at the end, largest {columns[k, 0]:.5g}{unit}{_at(times, k)}"
+        both = of(columns[-1, 0], "at the end"), of(columns[k, 0], "largest")
+        return text, *both, (times[k], "s", "time of the largest")
     if columns.shape[1] > 4:
-        return f"from {finite.min():.5g} to {finite.max():.5g}{unit}"
+        low, high = finite.min(), finite.max()
+        return f"from {low:.5g} to {high:.5g}{unit}", of(low, "least"), of(high, "largest")
     end = ", ".join(f"{v:.5g}" for v in columns[-1])
+    letters = next((x for d, x in (("axis", "xyz"), ("quaternion", "wxyz")) if d in found.dims), "")
+    letters = letters if len(letters) == columns.shape[1] else "1234"[: columns.shape[1]]
     if len(columns) == 1:
-        return f"({end}){unit}"
+        return f"({end}){unit}", *(of(v, letter) for v, letter in zip(columns[-1], letters, strict=True))
     sizes = np.linalg.norm(columns, axis=1)
     k = int(np.nanargmax(sizes))
-    return f"({end}){unit} at the end, largest magnitude {sizes[k]:.5g}{unit}{_at(times, k)}"
+    return (
+        f"({end}){unit} at the end, largest magnitude {sizes[k]:.5g}{unit}{_at(times, k)}",
+        *(of(v, f"{letter} at the end") for v, letter in zip(columns[-1], letters, strict=True)),
+        of(sizes[k], "largest magnitude"), (times[k], "s", "time of the largest magnitude"),
+    )  # fmt: skip
 
 
 def _at(times: np.ndarray, k: int) -> str:

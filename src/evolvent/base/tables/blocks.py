@@ -58,15 +58,17 @@ class Block:
             self.letters.append(row.letters)
 
 
-def block_of(lines: Sequence[str], separator: str, path: str, begin: int = 0) -> tuple[Block, int]:
-    """The rows of the longest table in a text from a line on, and how many tables there are.
+def block_of(
+    lines: Sequence[str], separator: str, path: str, begin: int = 0, end: int | None = None
+) -> tuple[Block, int]:
+    """The rows of the longest table in a text from one line to another, and how many tables there are.
 
     Raises
     ------
     InputError
         If there is none.
     """
-    found = _Blocks(lines, separator).find(begin)
+    found = _Blocks(lines, separator).find(begin, len(lines) if end is None else end)
     if not found:
         raise InputError(f"cannot read {path!r}: it is no table of numbers")
     best = max(found, key=lambda block: (len(block.rows), block.width))
@@ -80,7 +82,9 @@ def block_of(lines: Sequence[str], separator: str, path: str, begin: int = 0) ->
     firsts = [split(lines[place], separator)[0] for place in best.rows[:_JUDGED]]
     origin = int(firsts[0]) if firsts[0].isdecimal() else -1
     best.counts = len(firsts) > 1 and firsts == [str(origin + k) for k in range(len(firsts))]
-    return best, sum(len(block.rows) > max(2, len(best.rows) // 4) for block in found)
+    place = next(k for k, one in enumerate(found) if one is best)
+    others = [len(one.rows) for one in found[:place] if len(one.rows) > max(2, len(best.rows) // 4)]
+    return best, 1 + len(others) + len(found[place + 1 :])
 
 
 class _Blocks:
@@ -93,10 +97,10 @@ class _Blocks:
         self.waiting: list[tuple[int, Kinds]] = []  # lines since its last row
         self.named = 0  # cells of the line above it
 
-    def find(self, begin: int) -> list[Block]:
+    def find(self, begin: int, end: int) -> list[Block]:
         """All runs."""
         quick, read = self.separator not in ("", " "), 0
-        for place in range(begin, len(self.lines)):
+        for place in range(begin, end):
             line = self.lines[place]
             read += len(line)
             if read > _CLOSELY and quick and self.found and not self.waiting and '"' not in line:

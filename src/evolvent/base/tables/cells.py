@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from evolvent.base.units.parsing import is_unit
+from evolvent.base.units.heads import is_unit
 
 #: Cells that hold no value, in small letters.
 MISSING = frozenset((

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
@@ -19,7 +20,8 @@ _SIGN_OF_COMMENT = re.compile(r"\s*(?:#+|%+|//|;|!)\s*")
 _RULE = re.compile(r"[-=_*+|:\s]+")
 #: A line of a head that states a rate or a step: its key, and its value with a unit.
 _RATE = re.compile(
-    r"[#%/;!\s\"]*(sampl(?:e|ing)[ _]?(?:rate|frequency|interval|period)|abtastrate|abtastfrequenz|delta[ _]?t)"
+    r"[#%/;!\s\"]*(sampl(?:e|ing)[ _]?(?:rate|frequency|interval|period)|(?:frame|scan|acquisition|data) ?rate"
+    r"|abtastrate|abtastfrequenz|delta[ _]?t)"
     r"(?:\s*[\[(]\s*([^\])]*?)\s*[\])])?[\s\"]*[:=,;\t|][\s\"]*([-+.,\deE]+)[\s\"]*([A-Za-zµ/]*).*",
     re.IGNORECASE,
 )
@@ -27,6 +29,14 @@ _RATE = re.compile(
 
 #: Start and step in the head of an oscilloscope: "t0 = -1.5s, tInc = 0.05".
 _STEP = re.compile(r"t0 ?= ?([-+.\deE]+) ?s?, ?tInc ?= ?([-+.\deE]+) ?s?", re.IGNORECASE)
+
+
+#: First cells of lines that state the unit of the time, in group 1, or those of the other columns.
+_UNITS = re.compile(r"(?:(horizontal|x) |vertical |channel |y )?(?:units?|einheit(?:en)?)(?: label)?:?", re.IGNORECASE)
+
+
+#: What may stand before names in a comment.
+_LABEL = re.compile(r"(?:headers?|columns?|fields?|names?|channels?|spalten) ?[:=]?", re.IGNORECASE)
 
 
 class Head(NamedTuple):
@@ -45,12 +55,31 @@ def head_of(lines: Sequence[str], separator: str, block: Block) -> Head:
     """The head of a table."""
     above = _above(lines, separator, block)
     found = _names(above, block)
+    found = _with_units(lines[max(0, block.rows[0] - _NEAR) : block.rows[0]], separator, found)
     stated = _instrument(above, found, block) or found
     if stated.rate is None and not words.time_columns(stated.names, stated.units):
         rate = _rate(lines[: block.rows[0]])
         if rate is not None:
             return stated._replace(rate=rate)
     return stated
+
+
+def _with_units(lines: Sequence[str], separator: str, head: Head) -> Head:
+    """The head with the units that a line above states by a word in its first cell."""
+    units = list(head.units)
+    for line in lines:
+        cells = split(line, separator) if len(line) <= _LONGEST else [""]
+        found = _UNITS.fullmatch(cells[0])
+        if found and found[1]:
+            units[0] = units[0] or _known(cells[1 % len(cells)])
+        elif found:
+            pairs = itertools.zip_longest(units[1:], cells[1:], fillvalue="")
+            units[1:] = [unit or _known(cell) for unit, cell in pairs]
+    return head._replace(units=units[: len(head.units)])
+
+
+def _known(unit: str) -> str:
+    return unit if texts.is_unit(unit) or words.is_unit_of_time(unit) else ""
 
 
 def distinct(names: Iterable[str]) -> list[str]:
@@ -69,6 +98,12 @@ def distinct(names: Iterable[str]) -> list[str]:
     return found
 
 
+def _whole(cells: Sequence[str]) -> bool:
+    """Whether no unit in brackets has been parted from its name, as in "force (N)"."""
+    bracketed = [cell[:1] in ("(", "[") for cell in cells]
+    return all(bracketed) or not any(bracketed)
+
+
 def _above(lines: Sequence[str], separator: str, block: Block) -> list[list[str]]:
     """Cells of the lines above the rows that may be heads, the nearest first."""
     found: list[list[str]] = []
@@ -79,10 +114,15 @@ def _above(lines: Sequence[str], separator: str, block: Block) -> list[list[str]
         comment = is_comment(line, separator)
         line = _SIGN_OF_COMMENT.sub("", line, count=1) if comment else line
         cells = split(line, separator)
-        if not found and not _fits(cells, block):  # names may be parted by another sign than the numbers
-            others = [split(line, sign) for sign in SEPARATORS if sign != separator]
-            others.append(re.split(r"\s{2,}", line.strip()) if len(line) <= _LONGEST else [])
+        if not found and (separator == " " or not _fits(cells, block)):  # names may be parted otherwise than numbers
+            others = [split(line, sign) for sign in SEPARATORS if sign not in (separator, " ")]
+            others += [re.split(r"\s{2,}", line.strip()) if len(line) <= _LONGEST else [], cells, line.split()]
+            others = [other for other in others if _whole(other)]
             cells = next((other for other in others if len(other) == block.width > 1), cells)
+        if comment and len(cells) == block.width + 1 and _LABEL.fullmatch(cells[0]):
+            cells = cells[1:]
+        if comment and (len(cells) != block.width or any(cell.endswith(":") for cell in cells)):
+            continue
         if _fits(cells, block) and any(cells):
             found.append(cells)
         elif not comment:

@@ -8,7 +8,7 @@ from evolvent.base import units as texts
 from evolvent.base.tables.blocks import Block, block_of
 from evolvent.base.tables.heads import Head, distinct, head_of
 from evolvent.base.tables.layout import split
-from evolvent.base.tables.stamps import clock_seconds
+from evolvent.base.tables.stamps import DAY, clock_seconds
 
 _END = "***end_of_header***"
 #: Largest difference of the steps of channels, and of a segment's start from the end of the one before, in steps.
@@ -20,7 +20,13 @@ def is_lvm(lines: Sequence[str]) -> bool:
     return any(line.strip().strip('"').lower().startswith(_END) for line in lines[:200])
 
 
-def sections(lines: Sequence[str], separator: str, path: str) -> tuple[Block, Head]:
+def first_row(lines: Sequence[str]) -> int:
+    """Place behind the header of the first segment."""
+    ends = [k for k, line in enumerate(lines[:400]) if line.strip().strip('"')[: len(_END)].lower() == _END]
+    return ends[min(1, len(ends) - 1)] + 1
+
+
+def sections(lines: list[str], separator: str, path: str) -> tuple[Block, Head]:
     """Rows and head of all segments that follow one another; else those of the first, and a note."""
     ends = [k for k, line in enumerate(lines) if line.strip().strip('"')[: len(_END)].lower() == _END]
     whole: dict[str, list[str]] = {}
@@ -38,7 +44,7 @@ def sections(lines: Sequence[str], separator: str, path: str) -> tuple[Block, He
     begins.append(len(lines))
     found: list[tuple[Block, dict[str, list[str]]]] = []
     for k, end in enumerate(ends):
-        block, _ = block_of(lines[: begins[k + 1]], separator, path, end + 1)
+        block, _ = block_of(lines, separator, path, end + 1, begins[k + 1])
         found.append((block, _stated(lines[begins[k] : end], separator)))
     block, stated = found[0]
     head = head_of(lines, separator, block)
@@ -81,13 +87,13 @@ def _head(head: Head, whole: dict[str, list[str]], stated: dict[str, list[str]],
 
 
 def _joined(
-    lines: Sequence[str], separator: str, found: list[tuple[Block, dict[str, list[str]]]], head: Head
+    lines: list[str], separator: str, found: list[tuple[Block, dict[str, list[str]]]], head: Head
 ) -> tuple[Block, Head]:
     """Rows of the segments that follow one another."""
     block, stated = found[0]
     if len(found) == 1:
         return block, head
-    first, count = _begin(stated), len(block.rows)
+    first, count, all_rise = _begin(stated), len(block.rows), True
     for k, (other, own) in enumerate(found[1:], start=2):
         begin = _begin(own)
         step = None if head.rate is None else 1.0 / head.rate
@@ -95,9 +101,10 @@ def _joined(
             other.least <= block.width and block.least <= other.width and own.get("channels") == stated.get("channels")
         )
         rises = _first(lines, separator, other.rows[0]) > _first(lines, separator, block.rows[-1])
-        follows = (
-            None not in (first, begin, step) and abs(begin - first - count * step) <= _NEXT * step  # type: ignore[operator]
-        )
+        follows = False
+        if first is not None and begin is not None and step is not None:
+            late = (begin - first - count * step + 0.5 * DAY) % DAY - 0.5 * DAY
+            follows = abs(late) <= _NEXT * step
         if not same or not (rises or follows):
             note = (
                 f"the file has {len(found)} segments; those from number {k} on do not go on where the one before ends, "
@@ -106,6 +113,10 @@ def _joined(
             return block, head._replace(notes=(*head.notes, note))
         block.rows += other.rows
         count += len(other.rows)
+        all_rise = all_rise and rises
+    if not all_rise:  # times that begin at 0 in each segment are none; the rate stands for them
+        for row in block.rows:
+            lines[row] = separator + lines[row].partition(separator)[2]
     return block, head._replace(notes=(*head.notes, f"the {len(found)} segments of the file follow one another"))
 
 

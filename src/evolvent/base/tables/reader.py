@@ -10,7 +10,7 @@ from evolvent.base.tables import labview, oscilloscope, serial
 from evolvent.base.tables.blocks import Block, block_of
 from evolvent.base.tables.cells import is_missing, quantity
 from evolvent.base.tables.heads import Head, head_of
-from evolvent.base.tables.layout import decoded, lines_of, separator_of, split
+from evolvent.base.tables.layout import decoded, is_comment, kinds, lines_of, separator_of, split
 from evolvent.base.tables.table import Table
 
 #: Rows by which cells are told to be parted by decimal commas.
@@ -19,13 +19,14 @@ _JUDGED = 200
 _SHOWN = 40
 
 
-def read(raw: bytes, path: str) -> Table:
+def read(raw: bytes, path: str, *, whole: bool = False) -> Table:
     """The table in a text file.
 
     Parameters
     ----------
     raw : the bytes of the file
     path : its name, for messages
+    whole : whether lines within or behind the table that are no rows are refused, not noted: every row counts
 
     Raises
     ------
@@ -38,11 +39,12 @@ def read(raw: bytes, path: str) -> Table:
     labelled = serial.unlabelled(lines)
     if labelled is not None:
         lines, numbers, stamps = labelled, [1, *numbers], ["", *stamps] if stamps else []
-    separator = separator_of(lines)
+    is_lvm = labview.is_lvm(lines)
+    separator = separator_of(lines[labview.first_row(lines) :] if is_lvm else lines)
     if stamps:
         lines = serial.stamped(lines, stamps, separator)
         separator = separator or "\t"
-    found = labview.sections(lines, separator, path) if labview.is_lvm(lines) else None
+    found = labview.sections(lines, separator, path) if is_lvm else None
     if found is None:
         block, tables = block_of(lines, separator, path)
         if separator == "," and _is_decimal_comma(lines, numbers, block, path):
@@ -57,6 +59,8 @@ def read(raw: bytes, path: str) -> Table:
     else:
         block, head, tables = *found, 1
     notes = [*head.notes, *_notes(block, lines, numbers, tables)]
+    if whole:
+        _check_whole(block, lines, numbers, separator, path)
     if block.long >= 0:
         raise InputError(
             f"cannot read {path!r}: line {numbers[block.long]} has more cells than the {block.width} of the others"
@@ -109,6 +113,18 @@ def _is_decimal_comma(lines: Sequence[str], numbers: Sequence[int], block: Block
             "semicolons between the cells"
         )
     return False
+
+
+def _check_whole(block: Block, lines: Sequence[str], numbers: Sequence[int], separator: str, path: str) -> None:
+    """Refuse lines that are no rows, but those above the table that hold no numbers."""
+    known = {*block.rows, *block.heads}
+    for k, line in enumerate(lines):
+        if k in known or not line.strip() or is_comment(line, separator):
+            continue
+        row = kinds(line, separator)
+        if row.least and (row.is_row or k > block.rows[0]):
+            text = line.strip()
+            raise InputError(f"cannot read {path!r}: line {numbers[k]} is no row of the table: {text[:_SHOWN]!r}")
 
 
 def _notes(block: Block, lines: Sequence[str], numbers: Sequence[int], tables: int) -> list[str]:

@@ -22,6 +22,8 @@ _SERIAL, _SERIAL_STEP = (30_000.0, 80_000.0), 2e-4
 _BITS, _COUNTED = (16, 24, 32), (1e-6, 1e-3)
 #: Steps, in usual ones, that may be lost where a counter wraps.
 _LOST = 20.0
+#: How many times longer the longest step is if day and month are taken for one another, at least.
+_TOLD = 10.0
 #: Share of rows with the time of the row before above which the times are too coarse, and of a step.
 _EQUAL, _COARSE = 0.2, 0.1
 
@@ -72,12 +74,13 @@ def _varies(table: Table, place: int) -> bool:
     return bool(known.size) and (table.rows == 1 or bool(np.any(known != known[0])))
 
 
-def seconds(table: Table, column: str | int | Sequence[str | int]) -> Times:
+def seconds(table: Table, column: str | int | Sequence[str | int], *, fine: bool = True) -> Times:
     """Seconds of a column of times, or of a column of dates and one of clocks.
 
     Parameters
     ----------
     column : name, number from 1, or two of them; a column of clocks takes the dates of a column "date" beside it
+    fine : whether times of which many are equal are refused
 
     Raises
     ------
@@ -86,6 +89,13 @@ def seconds(table: Table, column: str | int | Sequence[str | int]) -> Times:
     """
     columns = [column] if isinstance(column, (str, int)) else list(column)
     places = [table.index(one) for one in columns]
+    found = _seconds(table, places)
+    if fine:
+        _check_fine(table, table.names[places[0]], found.seconds[np.isfinite(found.seconds)])
+    return found
+
+
+def _seconds(table: Table, places: list[int]) -> Times:
     if len(places) > 1 or places[0] in table.stamps:
         return _stamped(table, places)
     try:
@@ -118,7 +128,6 @@ def _counted(table: Table, place: int, values: np.ndarray) -> Times:
         notes.append(
             f"the time steps back in line {table.line(row)}, from {values[known[back[0]]]:.9g} to {values[row]:.9g}"
         )
-    _check_fine(table, name, offset[known])
     is_epoch = _EPOCH[0] <= first * factor < _EPOCH[1] or factor == stamps.DAY
     if is_epoch:
         notes.append(f"the times count from the first row, which has {_cell(table, place, int(known[0]))}")
@@ -145,9 +154,9 @@ def _factor(table: Table, place: int, values: np.ndarray, notes: list[str]) -> f
                 f"the column {name!r} of {table.path!r} has the unit {unit!r}; a time is in s, ms, us or min"
             )
         return factor
-    own = words.own_unit(name)
-    if own:
-        return words.UNITS[own]
+    own = words.factor(words.own_unit(name))
+    if own is not None:
+        return own
     first, last = float(values[0]), float(values[-1])
     step = float(np.median(np.diff(values))) if len(values) > 1 else 0.0
     for factor, symbol in _EPOCH_UNITS.items():
@@ -195,7 +204,7 @@ def _unwrapped(offset: np.ndarray, values: np.ndarray, factor: float, name: str,
     }
     for size, text in sorted(ranges.items()):
         low = 0.0 if finite.min() >= 0.0 else -0.5 * size
-        fits = np.all((finite >= low) & (finite <= low + size * (1.0 + 1e-9)))
+        fits = np.ptp(finite) > 0.5 * size and np.all((finite >= low) & (finite <= low + size * (1.0 + 1e-9)))
         over = steps[backs] + size
         if fits and np.all((over > -1e-9 * size) & (over <= _LOST * usual)) and usual < 0.5 * size:
             added = np.zeros(len(offset))
@@ -232,6 +241,8 @@ def _stamped(table: Table, places: list[int]) -> Times:
         cells = stamps.cells_of(table.words(beside + 1))
         date = cells if cells.wrong < 0 and cells.days and cells.clock is None else None
         beside = None if date is None else beside
+    if clock is None:
+        clock = _clock_beside(table, places)
     place = clock[0] if clock else found[0][0]
     name = table.names[place]
     notes: list[str] = []
@@ -243,7 +254,6 @@ def _stamped(table: Table, places: list[int]) -> Times:
     back = np.flatnonzero(np.diff(offset[known]) < 0.0)
     if back.size:
         notes.append(f"the time steps back in line {table.line(int(known[back[0] + 1]))}")
-    _check_fine(table, name, offset[known])
     row = int(known[0])
     shown = " ".join(_cell(table, k, row) for k in ([] if beside is None else [beside]) + places)
     notes.append(f"the times count from the first row, which has {shown}")
@@ -252,6 +262,16 @@ def _stamped(table: Table, places: list[int]) -> Times:
 
 def _cell(table: Table, place: int, row: int) -> str:
     return table.cell(place + 1, row)
+
+
+def _clock_beside(table: Table, places: list[int]) -> tuple[int, stamps.Cells] | None:
+    """A column of times of day beside dates, where there is one such column."""
+    others = [(k, stamps.cells_of(table.words(k + 1))) for k in table.stamps if k not in places]
+    clocks = [(k, cells) for k, cells in others if cells.wrong < 0 and cells.clock is not None and not cells.days]
+    if len(clocks) == 1:
+        places.append(clocks[0][0])
+        return clocks[0]
+    return None
 
 
 def _read(table: Table, place: int) -> stamps.Cells:
@@ -321,7 +341,7 @@ def _dated(table: Table, name: str, days: dict[str, np.ndarray], of_day: np.ndar
     for offset in found:
         steps = np.diff(offset[np.isfinite(offset)])
         worst.append(np.inf if np.any(steps < 0.0) else float(steps.max(initial=0.0)))
-    if worst[0] == worst[1]:
+    if _TOLD * min(worst) > max(worst) or min(worst) == np.inf:
         raise InputError(
             f"the dates of {table.path!r} may begin with the day or with the month; write them as 2026-11-28"
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from collections.abc import Callable, Sequence
 
@@ -25,19 +26,9 @@ _BESIDE = frozenset((
 ))  # fmt: skip
 #: Names of an axis, which is that of the time where its unit says so.
 AXES = ("x", "x-axis", "x axis", "x_axis", "abscissa", "source", "trace_x")
-#: Names of what the time's column itself is counted in.
+#: Names of a time that say what it is counted in.
 _OWN_UNITS = {"millis": "ms", "milliseconds": "ms", "millisekunden": "ms", "micros": "us", "microseconds": "us",
               "seconds": "s", "sekunden": "s"}  # fmt: skip
-#: Spellings of units of time: s -> factor.
-UNITS = {
-    "s": 1.0, "sec": 1.0, "secs": 1.0, "second": 1.0, "seconds": 1.0, "sek": 1.0, "sekunde": 1.0, "sekunden": 1.0,
-    "ms": 1e-3, "msec": 1e-3, "millis": 1e-3, "millisecond": 1e-3, "milliseconds": 1e-3, "millisekunden": 1e-3,
-    "us": 1e-6, "µs": 1e-6, "μs": 1e-6, "usec": 1e-6, "micros": 1e-6, "microsecond": 1e-6, "microseconds": 1e-6,
-    "ns": 1e-9, "nsec": 1e-9, "nanosecond": 1e-9, "nanoseconds": 1e-9,
-    "min": 60.0, "mins": 60.0, "minute": 60.0, "minutes": 60.0, "minuten": 60.0,
-    "h": 3600.0, "hr": 3600.0, "hrs": 3600.0, "hour": 3600.0, "hours": 3600.0, "stunden": 3600.0,
-    "d": 86400.0, "day": 86400.0, "days": 86400.0, "tage": 86400.0,
-}  # fmt: skip
 #: Longest name and form that is looked at.
 _LONGEST = 60
 #: Forms that a unit of stamps may be stated in, which says nothing of their size.
@@ -49,13 +40,11 @@ def is_unit_of_time(unit: str) -> bool:
     return factor(unit) is not None
 
 
+@functools.cache
 def factor(unit: str) -> float | None:
     """Seconds in a unit of time; None of what is none."""
-    known = UNITS.get(unit.strip().rstrip(".").lower() if len(unit) > 2 else unit.strip().lower())
-    if known is not None and not (unit.strip() in ("MS", "Ms", "S") and unit.strip() != "S"):
-        return known
     try:
-        return texts.parse(f"1 {unit}", "s") if unit else None
+        return texts.factor(unit, "s") if unit.strip() else None
     except texts.UnitError:
         return None
 
@@ -66,7 +55,7 @@ def is_form(unit: str) -> bool:
 
 
 def own_unit(name: str) -> str:
-    """The unit in a name that is one of time itself, such as `millis`; else ''."""
+    """The unit that a name of the time is itself, such as `millis`; '' of other names."""
     return next((_OWN_UNITS[word] for word in _split(name) if word in _OWN_UNITS), "")
 
 

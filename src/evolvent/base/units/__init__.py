@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
+from evolvent.base.units.heads import head_and_unit as head_and_unit, is_unit as is_unit
 from evolvent.base.units.orientation import Orientation as Orientation, Turned as Turned
 from evolvent.base.units.parsing import (
     COMMON as COMMON,
@@ -13,9 +14,7 @@ from evolvent.base.units.parsing import (
     Measured as Measured,
     UnitError as UnitError,
     base_exponents as base_exponents,
-    head_and_unit as head_and_unit,
     is_list as is_list,
-    is_unit as is_unit,
     known as known,
     parse as parse,
     split as split,

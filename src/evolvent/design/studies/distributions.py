@@ -128,7 +128,7 @@ def read(
     whole = isinstance(reader, units.Whole)
     if tables is not None and measured.file_of(given) is not None:
         entries = _Reading(where, given, reader, nominal)
-        listed = [entries.quantity(one) for one in tables.values(where, given)]
+        listed = [entries.quantity(one) for one in tables.values(where, given, getattr(reader, "unit", ""))]
         return Distribution(kind="table", values=tuple(listed), whole=whole)
     if isinstance(given, str):
         kind, values = _of_text(where, given, _Reading(where, given, reader, nominal))

@@ -5,15 +5,15 @@ The values stand for the file from then on: a study that is kept holds them, and
 
 from __future__ import annotations
 
-import csv
-import math
 import pathlib
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from evolvent.base import safe_open, schema
-from evolvent.base.errors import InputError, nearest
-from evolvent.base.units import head_and_unit
+import numpy as np
+
+from evolvent.base import safe_open, schema, tables
+from evolvent.base.errors import InputError
+from evolvent.base.units import UnitError, file_unit
 
 #: Endings of files of values, and how the distribution begins.
 ENDINGS, _BEGIN = (".csv", ".tsv", ".txt"), "table("
@@ -45,22 +45,6 @@ def _text(arguments: list[str]) -> str:
     return f"{_BEGIN}{', '.join(arguments)})"
 
 
-def _rows(text: str) -> list[tuple[int, list[str]]]:
-    """Lines with anything in them, each by its number from 1, and their cells; lines that begin with # are left out."""
-    lines = [line if line.strip() and not line.lstrip().startswith("#") else "" for line in text.split("\n")]
-    first = next((line for line in lines if line), "")
-    separator = next((sign for sign in "\t;" if sign in first), ",")
-    read = (next(csv.reader([line], delimiter=separator, skipinitialspace=True), []) for line in lines)
-    return [(k, [cell.strip() for cell in cells]) for k, cells in enumerate(read, start=1) if cells]
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        return math.isfinite(float(cell))
-    except ValueError:
-        return False
-
-
 class Tables:
     """The files of a study's distributions, each read once.
 
@@ -72,56 +56,52 @@ class Tables:
 
     def __init__(self, folder: pathlib.Path, trusted: Collection[Any] = ()) -> None:
         self._folder, self._trusted = folder, [one for one in trusted if file_of(one)]
-        self._read: dict[str, list[str]] = {}
+        self._read: dict[str, dict[str | None, list[str]]] = {}  # distribution -> unit of a key -> values
 
-    def values(self, where: str, given: str) -> list[str]:
+    def values(self, where: str, given: str, unit: str | None = None) -> list[str]:
         """The values of a column with the unit of its head, as a distribution lists them.
 
         Parameters
         ----------
         where : str, the key that varies, for messages
         given : str, the distribution, which names a file
+        unit : str, of the key; None for a column of any quantity
 
         Raises
         ------
         InputError
             One sentence that names the file, and the column or the row.
         """
-        if given not in self._read:
+        known = self._read.setdefault(given, {})
+        if unit not in known:
             try:
-                self._read[given] = self._values(given)
+                known[unit] = self._values(given, unit)
             except InputError as error:
                 raise InputError(f"{where} is {schema.shown(given)}; {error}") from None
-        return self._read[given]
+        return known[unit]
 
-    def _values(self, given: str) -> list[str]:
+    def _values(self, given: str, wanted: str | None) -> list[str]:
         found = file_of(given)
         assert found is not None
         name, column = found
+        table = tables.read(safe_open.content(self._path(name, given), most=safe_open.LARGEST_TEXT), name, whole=True)
+        if table.rows > MOST:
+            raise InputError(f"{name!r} has {table.rows} values; at most {MOST} are taken")
+        if not column and len(table.names) > 1:
+            named = any(table.heads)
+            listed = f"the columns {', '.join(map(repr, table.names))}" if named else f"{len(table.names)} columns"
+            raise InputError(f"{name!r} has {listed}; name one, as in table({name}, {table.names[0]})")
+        place = table.index(column) if column else 0
+        values = table.numbers(place + 1)
+        wrong = np.flatnonzero(~np.isfinite(values))
+        if wrong.size:
+            row = int(wrong[0])
+            raise InputError(f"{name!r}, line {table.line(row)}: {table.cell(place + 1, row)[:40]!r} is not a number")
         try:
-            rows = _rows(safe_open.text(self._path(name, given)))
-        except csv.Error as error:
-            raise InputError(f"cannot read {name!r}: {error}") from None
-        head = [head_and_unit(cell) for cell in rows[0][1]] if rows and not any(map(_is_number, rows[0][1])) else []
-        names, rows = [title for title, _ in head], rows[bool(head) :]
-        width = len(head) or (len(rows[0][1]) if rows else 1)
-        if not rows:
-            raise InputError(f"{name!r} holds no values")
-        if len(rows) > MOST:
-            raise InputError(f"{name!r} has {len(rows)} values; at most {MOST} are taken")
-        if column and column not in names:
-            raise InputError(f"{name!r} has no column {column!r}; {nearest(column, names)}")
-        if not column and width > 1:
-            listed = f"the columns {', '.join(map(repr, names))}" if names else f"{width} columns without names"
-            raise InputError(f"{name!r} has {listed}; name one, as in table({name}, {names[0] if names else 'NAME'})")
-        place = names.index(column) if column else 0
-        unit = head[place][1] if head else ""
-        for row, cells in rows:
-            if len(cells) != width:
-                raise InputError(f"{name!r}, row {row}, has {len(cells)} cells; the table has {width} columns")
-            if not _is_number(cells[place]):
-                raise InputError(f"{name!r}, row {row}: {cells[place][:40]!r} is not a number")
-        return [f"{cells[place]} {unit}".strip() for _, cells in rows]
+            unit = file_unit(table.units[place], *([] if wanted is None else [wanted]))
+        except UnitError as error:
+            raise InputError(f"{name!r}, column {table.heads[place]!r}: {error}") from None
+        return [f"{float(value)!r} {unit}".strip() for value in values]
 
     def _path(self, name: str, given: str) -> pathlib.Path:
         if given in self._trusted:
@@ -132,6 +112,6 @@ class Tables:
         return path
 
     def in_place(self, over: Mapping[str, Any]) -> dict[str, Any]:
-        """The keys that vary, with the values in the place of their files."""
-        return {key: given if file_of(given) is None else _text(self.values(f"over.{key}", given))
+        """The keys that vary, with the values, which have been read, in the place of their files."""
+        return {key: given if file_of(given) is None else _text(next(iter(self._read[given].values())))
                 for key, given in over.items()}  # fmt: skip

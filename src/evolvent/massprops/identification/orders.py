@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.massprops.identification.modes import Modes, OrderCriteria
+from evolvent.massprops.identification.noise_density import faint
 from evolvent.massprops.identification.signals import (
     Array,
     Signal,
@@ -113,5 +114,24 @@ def search(signal: Signal, limit: int | None = None) -> tuple[Modes | None, Orde
     chosen = low if low.whiteness >= WHITE else high
     best_modes = tried[chosen.order]
     if best_modes is not None:
-        best_modes = with_shared_noise(best_modes, signal)
+        best_modes = with_shared_noise(_above_coloured_noise(best_modes, signal), signal)
     return best_modes, OrderCriteria(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+def _above_coloured_noise(modes: Modes, signal: Signal) -> Modes:
+    """The modes that stand out of the noise near them, where it is not white; else all.
+
+    Notes
+    -----
+    The criteria compare with the noise's mean power, so that noise with a memory gives modes where it is strongest.
+    They are taken out one by one, the weakest first; if the residual is white without them, it was not of that kind.
+    """
+    kept = modes
+    while kept.order > 1 and (weak := faint(kept, signal)).size:
+        found = fit(np.delete(kept.pole, weak[0]), signal)
+        if not acceptable(found, signal):
+            break
+        kept = modes_of_fit(found, signal)
+    if kept is modes or whiteness(signal, kept.residual, kept.noise, own_unknowns(kept, signal)) >= WHITE:
+        return modes
+    return kept

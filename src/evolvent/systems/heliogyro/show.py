@@ -11,7 +11,7 @@ import numpy as np
 from evolvent import cases, results
 from evolvent.base.units import unit_text
 from evolvent.results import display
-from evolvent.results.figures import Figure, Line, Number, Panel, spline, stacked
+from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of, spline, stacked
 from evolvent.systems.heliogyro.case import Case
 from evolvent.systems.heliogyro.free_figures import nutation_figure
 from evolvent.view import balance, show
@@ -76,55 +76,73 @@ def motion(run: Any) -> Motion | None:
 def numbers(run: Any) -> list[Number]:
     """The results that a user wants to see at once."""
     time, rate, lag = run.time.values, run.body_rate.values, _tip_lag(run)
-    out = [f"{x:.6g}" for x in run.deployed_length.values[-1, _unlike(run.deployed_length.values)]]
+    blades = _unlike(run.deployed_length.values)
+    out = run.deployed_length.values[-1, blades]
     (before, after), unit = _read_rate(run, rate[[0, -1]])
-    rows = [
-        ("time reached", f"{time[-1]:.6g} s"),
-        ("deployed length", " / ".join(out) + " m"),
-        ("body rate at the end", f"{after:.6g} {unit} (at the start {before:.6g})"),
+    rows: list[tuple[Any, ...]] = [
+        ("time reached", f"{time[-1]:.6g} s", (time[-1], "s")),
+        ("deployed length", " / ".join(f"{x:.6g}" for x in out) + " m", *_of_blades(out, blades, "m")),
+        (
+            "body rate at the end",
+            f"{after:.6g} {unit} (at the start {before:.6g})",
+            (after, unit),
+            (before, unit, "at the start"),
+        ),
     ]
     for label, values in _formulas(run).items():
         if np.all(rate != 0.0) and np.any(np.isfinite(values)):
             gap = np.abs((values - rate) / rate)
             k = int(np.nanargmax(gap))
-            rows.append((f"largest gap to {label}", f"{100.0 * gap[k]:.3g} % at {time[k]:.6g} s"))
+            text = f"{100.0 * gap[k]:.3g} % at {time[k]:.6g} s"
+            rows.append((f"largest gap to {label}", text, (100.0 * gap[k], "%"), (time[k], "s", "time")))
     even = results.regular(run)
     at, even_lag = even.time.values, _tip_lag(even)
     for low, high in itertools.pairwise(_WINDOWS):
         window = even_lag[(at >= low * at[-1]) & (at <= high * at[-1])]
         if np.all(np.any(np.isfinite(window), axis=0)):
-            means = " / ".join(f"{np.nanmean(window[:, k]):.4g}" for k in _unlike(lag))
-            rows.append((f"mean tip lag, {low * at[-1]:.4g} to {high * at[-1]:.4g} s", f"{means} deg"))
+            means = np.nanmean(window[:, _unlike(lag)], axis=0)
+            text = " / ".join(f"{x:.4g}" for x in means) + " deg"
+            label = f"mean tip lag, {low * at[-1]:.4g} to {high * at[-1]:.4g} s"
+            rows.append((label, text, *_of_blades(means, _unlike(lag), "deg")))
     rows += _hub_rows(run) if np.any(run.hub_tension.values) else []
     if "momentum_balance" in run:
-        rows.append(("angular momentum balance", f"{run.momentum_balance.values.max():.2g} of the start"))
+        largest = float(run.momentum_balance.values.max())
+        rows.append(("angular momentum balance", f"{largest:.2g} of the start", (largest, "1")))
     if "position" in show.plots_of(run, "body"):
         drift = np.abs(run.momentum.values - run.momentum.values[0]).max()
-        rows.append(("drift of linear momentum", f"{drift:.2g} kg m/s"))
+        rows.append(("drift of linear momentum", f"{drift:.2g} kg m/s", (drift, "kg m/s")))
     if "nutation" in run:
         angle, offset = np.degrees(run.nutation.values), np.linalg.norm(run.mass_centre.values, axis=1)
-        rows.append(("largest nutation", f"{angle.max():.4g} deg at {time[angle.argmax()]:.4g} s"))
-        rows.append(
-            ("largest offset of the mass centre", f"{1e3 * offset.max():.4g} mm at {time[offset.argmax()]:.4g} s")
-        )
-    found = [Number(label=label, value=value) for label, value in rows]
-    return found + balance.balance_numbers(run) + results.closing_numbers(run)
+        for label, values, factor, own, what in (
+            ("largest nutation", angle, 1.0, "deg", "deg"),
+            ("largest offset of the mass centre", offset, 1e3, "mm", "m"),
+        ):
+            k = int(values.argmax())
+            text = f"{factor * values[k]:.4g} {own} at {time[k]:.4g} s"
+            rows.append((label, text, (values[k], what), (time[k], "s", "time")))
+    return numbers_of(rows) + balance.balance_numbers(run) + results.closing_numbers(run)
 
 
-def _hub_rows(run: Any) -> list[tuple[str, str]]:
+def _of_blades(values: Array, blades: list[int], unit: str) -> list[tuple[float, str, str]]:
+    """Numbers of blades for a result; of one that stands for all, its own."""
+    return [(x, unit, f"blade {k + 1}" if len(blades) > 1 else "") for x, k in zip(values, blades, strict=True)]
+
+
+def _hub_rows(run: Any) -> list[tuple[Any, ...]]:
     """Tension at the spools: of springs, which ring after every release, a mean beside the largest sample."""
     run = results.regular(run)
     time, hub, count = run.time.values, run.hub_tension.values.max(axis=1), _window(run)
     k = int(np.argmax(hub))
-    text = f"{hub[k]:.4g} N at {time[k]:.6g} s"
+    text, quantities = f"{hub[k]:.4g} N at {time[k]:.6g} s", ((hub[k], "N"), (time[k], "s", "time"))
     if not _rings(case_of(run)):
-        return [("largest hub tension", text)]
-    found = [("largest hub tension, one sample", f"{text} (the springs ring)")]
+        return [("largest hub tension", text, *quantities)]
+    found: list[tuple[Any, ...]] = [("largest hub tension, one sample", f"{text} (the springs ring)", *quantities)]
     if count:
         means = np.array([_running(blade, count)[0] for blade in run.hub_tension.values.T])
         k = int(np.argmax(means.max(axis=0)))
-        text = f"{means[:, k].max():.4g} N about {_running(time, count)[0][k]:.4g} s"
-        found.insert(0, (f"largest hub tension, mean of {time[count - 1]:.2g} s", text))
+        largest, about = means[:, k].max(), _running(time, count)[0][k]
+        text, quantities = f"{largest:.4g} N about {about:.4g} s", ((largest, "N"), (about, "s", "time"))
+        found.insert(0, (f"largest hub tension, mean of {time[count - 1]:.2g} s", text, *quantities))
     return found
 
 

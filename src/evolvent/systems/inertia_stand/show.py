@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.massprops import mode_figures
-from evolvent.results.figures import Figure, Line, Number, Panel
+from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of
 from evolvent.systems.inertia_stand.case import Case
 from evolvent.view import balance, show
 
@@ -40,30 +40,39 @@ def numbers(run: Any) -> list[Number]:
 
     found = [_mode(run, int(k)) for k in np.flatnonzero(np.isfinite(run.mode_frequency.values))]
     if np.any(np.isfinite(energies := run.mode_energy.values)):
-        found.append(Number(label="sum of the modes' energies", value=f"{float(np.nansum(energies)):.5g} J"))
+        total = float(np.nansum(energies))
+        found += numbers_of([("sum of the modes' energies", f"{total:.5g} J", (total, "J"))])
     found += [_moment(run, int(k)) for k in np.flatnonzero(np.isfinite(run.inertia_identified.values))]
     for name, unit in (("mass", "kg"), ("offset_x", "m"), ("offset_z", "m"), ("height", "m")):
         value = float(run[f"{name}_identified"])
         if np.isfinite(value):
-            text = f"{value:.7g} {unit}; true {getattr(case_of(run).body, name):.7g}"
-            found.append(Number(label=f"{name.replace('_', ' ')} identified", value=text))
+            true = float(getattr(case_of(run).body, name))
+            text, quantities = f"{value:.7g} {unit}; true {true:.7g}", ((value, unit), (true, unit, "true"))
+            found += numbers_of([(f"{name.replace('_', ' ')} identified", text, *quantities)])
     found += [_axis(run, k) for k in range(run.sizes["linear_mode"]) if _turns(run, k)]
-    found.append(Number(label="tilt at rest", value=f"{np.degrees(float(run.static_tilt)):.4g} deg"))
+    tilt = float(np.degrees(float(run.static_tilt)))
     largest = max(1e-300, *(float(run[f"energy_{name}"].max()) for name in ("kinetic", "potential")))
     balance = float(np.abs(run.energy_defect.values).max()) / largest
-    found.append(Number(label="energy balance", value=f"{balance:.2g} of the largest energy"))
-    return found + closing_numbers(run)
+    rows = [
+        ("tilt at rest", f"{tilt:.4g} deg", (tilt, "deg")),
+        ("energy balance", f"{balance:.2g} of the largest energy", (balance, "1")),
+    ]
+    return found + numbers_of(rows) + closing_numbers(run)
 
 
 def _mode(run: Any, k: int) -> Number:
     """Frequency and energy of an identified mode, and which mode of the linear model it is."""
     near, std, energy = partner(run, k), float(run.mode_frequency_std[k]), float(run.mode_energy[k])
     what = "no mode of the linear model" if near is None else str(run.linear_kind.values[near])
-    text = f"{float(run.mode_frequency[k]):.7g} rad/s"
+    frequency, linear = float(run.mode_frequency[k]), float(run.mode_frequency_linear[k])
+    text = f"{frequency:.7g} rad/s"
     text += f" ± {std:.2g}" if np.isfinite(std) else ""
-    text += "" if near is None else f" (linear {float(run.mode_frequency_linear[k]):.7g})"
+    text += "" if near is None else f" (linear {linear:.7g})"
     text += f", {energy:.4g} J" if np.isfinite(energy) else ""
-    return Number(label=f"mode {k + 1}, {what}", value=text)
+    quantities = [(frequency, "rad/s", ""), (std, "rad/s", "standard uncertainty")]
+    quantities += [] if near is None else [(linear, "rad/s", "linear model")]
+    known = [one for one in [*quantities, (energy, "J", "energy")] if np.isfinite(one[0])]
+    return numbers_of([(f"mode {k + 1}, {what}", text, *known)])[0]
 
 
 def _turns(run: Any, k: int) -> bool:
@@ -74,7 +83,8 @@ def _turns(run: Any, k: int) -> bool:
 def _axis(run: Any, k: int) -> Number:
     """Where the axis of rotation of a mode of the linear model passes the centre of mass."""
     x, _, z = run.linear_axis_point.values[k] + 0.0
-    return Number(label=f"axis of {run.linear_kind.values[k]}", value=f"x {x:.4g} m, z {z:.4g} m (linear model)")
+    text = f"x {x:.4g} m, z {z:.4g} m (linear model)"
+    return numbers_of([(f"axis of {run.linear_kind.values[k]}", text, (x, "m", "x"), (z, "m", "z"))])[0]
 
 
 def _moment(run: Any, k: int) -> Number:
@@ -84,7 +94,9 @@ def _moment(run: Any, k: int) -> Number:
     text = f"{value:.8g} kg m2" + (f" ± {std:.2g}" if np.isfinite(std) else "")
     of = "" if true != 0.0 else " of the largest moment"
     text += f"; true {true:.8g}, error {100.0 * (value - true) / scale:+.2g} %{of}"
-    return Number(label=f"I{run.component.values[k]} identified", value=text)
+    quantities = [(value, "kg m2", ""), (true, "kg m2", "true")]
+    quantities += [(std, "kg m2", "standard uncertainty")] if np.isfinite(std) else []
+    return numbers_of([(f"I{run.component.values[k]} identified", text, *quantities)])[0]
 
 
 def figures(run: Any) -> list[Figure]:

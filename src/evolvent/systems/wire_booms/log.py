@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import datetime
 import math
 import re
@@ -11,15 +10,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base import safe_open
+from evolvent.base import safe_open, tables, units
 from evolvent.base.errors import InputError
 from evolvent.results.measurements import Measurements, Series
 from evolvent.systems.wire_booms.case import PAIRS
 from evolvent.systems.wire_booms.structure import SPEED, timeline
 
-COLUMNS = (
-    "pair", "start_utc", "end_utc", "stroke_before_m", "stroke_after_m", "rate_before_rpm", "rate_after_rpm",
-)  # fmt: skip
+#: Columns of a log: name -> unit where the head states none, None of words.
+_UNITS = {
+    "pair": None, "start_utc": None, "end_utc": None, "stroke_before": "m", "stroke_after": "m", "rate_before": "rpm",
+    "rate_after": "rpm",
+}  # fmt: skip
+COLUMNS = tuple(name if unit is None else f"{name}_{unit}" for name, unit in _UNITS.items())
 RPM = 2.0 * math.pi / 60.0
 #: Rise of the rate from one row to the next above which the craft was spun up between them, rpm.
 SPIN_UP = 0.5
@@ -28,7 +30,7 @@ _OBSERVED = ("spin_rate",)
 
 
 class Row(NamedTuple):
-    """One step of a log; a rate that it lacks is not a number."""
+    """One step of a log; a rate or a number of clicks that it lacks is not a number."""
 
     pair: str
     duration: float
@@ -36,15 +38,25 @@ class Row(NamedTuple):
     after: float
     rate_before: float
     rate_after: float
+    clicks: float
 
 
 def is_log(path: str) -> bool:
-    """Whether a file begins with the columns of such a log."""
+    """Whether a file has the columns by which such a log is known."""
     try:
-        head = next(csv.reader(_lines(path)), [])
-    except (InputError, csv.Error):
+        table = tables.read(safe_open.content(path, most=safe_open.LARGEST_TEXT), path)
+    except InputError:
         return False
-    return {"pair", "stroke_after_m", "rate_after_rpm"} <= {name.strip() for name in head}
+    return all(_place(table, name) is not None for name in ("pair", "stroke_after", "rate_after"))
+
+
+def _place(table: tables.Table, name: str) -> int | None:
+    """Place of a column by its name, with its unit or without."""
+    for known in (table.names, table.heads):
+        for one in (name, f"{name}_{_UNITS.get(name)}"):
+            if one in known:
+                return known.index(one)
+    return None
 
 
 def read(path: str) -> tuple[list[Row], list[str]]:
@@ -55,35 +67,46 @@ def read(path: str) -> tuple[list[Row], list[str]]:
     InputError
         Naming the row and the column that cannot be read.
     """
-    try:
-        read_rows = list(csv.DictReader(_lines(path)))
-    except csv.Error as error:
-        raise InputError(f"cannot read {path!r}: {error}") from None
-    for k, row in enumerate(read_rows, start=1):
-        if None in row:
-            raise InputError(f"row {k} of {path!r} has more fields than its first line names columns")
-    rows = [{name.strip(): (value or "").strip() for name, value in row.items()} for row in read_rows]
-    for name in COLUMNS:
-        if rows and name not in rows[0]:
-            raise InputError(f"{path!r} has no column {name!r}; a log of wire booms has {', '.join(COLUMNS)}")
-    if not rows:
-        raise InputError(f"{path!r} holds no step; it must hold one row for each")
+    table = tables.read(safe_open.content(path, most=safe_open.LARGEST_TEXT), path, whole=True)
+    places = {name: _place(table, name) for name in _UNITS}
+    for name, full in zip(_UNITS, COLUMNS, strict=True):
+        if places[name] is None:
+            raise InputError(f"{path!r} has no column {full!r}; a log of wire booms has {', '.join(COLUMNS)}")
+    columns: dict[str, Any] = {}
+    for name, place in places.items():
+        assert place is not None
+        unit = _UNITS[name]
+        columns[name] = table.words(place + 1) if unit is None else _numbers(table, place, unit)
+    clicks = _place(table, "clicks")
+    columns["clicks"] = np.full(table.rows, np.nan) if clicks is None else _numbers(table, clicks, "")
+    for name in ("stroke_before", "stroke_after"):
+        for k, value in enumerate(columns[name]):
+            if not value >= 0.0:
+                shown = "no stroke" if math.isnan(value) else f"a stroke of {value:g} m"
+                raise InputError(f"row {k + 1} of {path!r} has {shown}; it must be 0 m or more")
     notes: list[str] = []
+    rows = [{name: column[k] for name, column in columns.items()} for k in range(table.rows)]
     return [_row(path, k, row, notes) for k, row in enumerate(rows, start=1)], notes
 
 
-def _lines(path: str) -> list[str]:
-    return safe_open.text(path).removeprefix("\ufeff").splitlines()
+def _numbers(table: tables.Table, place: int, unit: str) -> np.ndarray:
+    """Values of a column in a unit, that of the column where its head states none."""
+    name = table.heads[place]
+    try:
+        factor = units.factor(table.units[place], unit) if table.units[place] else 1.0
+    except units.UnitError as error:
+        raise InputError(f"the column {name!r} of {table.path!r}: {error}") from None
+    values = table.numbers(place + 1) * factor
+    if np.isinf(values).any():
+        raise InputError(f"row {int(np.argmax(np.isinf(values))) + 1} of {table.path!r} is infinite in column {name!r}")
+    return values
 
 
-def _row(path: str, k: int, row: dict[str, str], notes: list[str]) -> Row:
+def _row(path: str, k: int, row: dict[str, Any], notes: list[str]) -> Row:
     pair = "-".join(re.findall(r"\d", row["pair"]))
     if pair not in PAIRS:
         raise InputError(f"row {k} of {path!r} has the pair {row['pair']!r}; it must be one of {', '.join(PAIRS)}")
-    before, after = (_number(path, k, row, name) for name in ("stroke_before_m", "stroke_after_m"))
-    first, last = (_number(path, k, row, name, missing=True) for name in ("rate_before_rpm", "rate_after_rpm"))
-    if min(before, after) < 0.0:
-        raise InputError(f"row {k} of {path!r} has a stroke of {min(before, after):g} m; it must be 0 m or more")
+    before, after = float(row["stroke_before"]), float(row["stroke_after"])
     try:
         times = (datetime.datetime.fromisoformat(row[name].rstrip("Z")) for name in ("start_utc", "end_utc"))
         start, end = (time if time.tzinfo else time.replace(tzinfo=datetime.UTC) for time in times)
@@ -96,19 +119,18 @@ def _row(path: str, k: int, row: dict[str, str], notes: list[str]) -> Row:
             f"Row {k} of the log ends at {row['end_utc']}, not after its start; its duration is taken as "
             f"{duration:.0f} s."
         )
-    return Row(pair, duration, before, after, first, last)
+    rates = float(row["rate_before"]), float(row["rate_after"])
+    return Row(pair, duration, before, after, *rates, float(row["clicks"]))
 
 
-def _number(path: str, k: int, row: dict[str, str], name: str, *, missing: bool = False) -> float:
-    if missing and not row[name]:
-        return math.nan
-    try:
-        number = float(row[name])
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        raise InputError(f"row {k} of {path!r} has {name} {row[name]!r}; it must be a number")
-    return number
+def written(rows: Sequence[Row]) -> str:
+    """A log with these rows, one behind the other in time."""
+    lines, time = [",".join([*COLUMNS, "clicks"])], datetime.datetime(2000, 1, 1, tzinfo=datetime.UTC)
+    for row in rows:
+        start, time = time, time + datetime.timedelta(seconds=row.duration)
+        numbers = ("" if math.isnan(x) else repr(x) for x in row[2:])
+        lines.append(",".join([row.pair, start.isoformat(), time.isoformat(), *numbers]))
+    return "\n".join(lines) + "\n"
 
 
 def grouped(rows: Sequence[Row]) -> list[list[Row]]:

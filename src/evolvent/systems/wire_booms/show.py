@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.results.figures import Figure, Line, Number, Panel
+from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of
 from evolvent.view import show
 
 RPM = 60.0 / (2.0 * np.pi)
@@ -17,13 +17,22 @@ def numbers(run: Any) -> list[Number]:
     rate, straight, lengths = run.spin_rate.values, run.spin_rate_straight.values, run.boom_length.values
     gap = np.abs(rate - straight)
     k = int(np.argmax(gap))
-    rows = [
-        ("spin rate at the start", f"{rate[0] * RPM:.5g} rpm"),
-        ("spin rate at the end", f"{rate[-1] * RPM:.5g} rpm"),
-        ("boom lengths at the end", " / ".join(f"{length:.6g}" for length in lengths[-1]) + " m"),
-        ("largest difference from straight wires", f"{gap[k] * RPM:.2g} rpm at {run.time.values[k]:.6g} s"),
+    rows: list[tuple[Any, ...]] = [
+        ("spin rate at the start", f"{rate[0] * RPM:.5g} rpm", (rate[0] * RPM, "rpm")),
+        ("spin rate at the end", f"{rate[-1] * RPM:.5g} rpm", (rate[-1] * RPM, "rpm")),
+        (
+            "boom lengths at the end",
+            " / ".join(f"{length:.6g}" for length in lengths[-1]) + " m",
+            *((length, "m", f"boom {n}") for n, length in enumerate(lengths[-1], 1)),
+        ),
+        (
+            "largest difference from straight wires",
+            f"{gap[k] * RPM:.2g} rpm at {run.time.values[k]:.6g} s",
+            (gap[k] * RPM, "rpm"),
+            (run.time.values[k], "s", "time"),
+        ),
     ]
-    return [Number(label=label, value=value) for label, value in rows] + show.numbers(run)
+    return numbers_of(rows) + show.numbers(run)
 
 
 def figures(run: Any) -> list[Figure]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent import cases, closed_forms
 from evolvent.results import regular, variables
-from evolvent.results.figures import Figure, Line, Number, Panel, stacked
+from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of, stacked
 from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.case_checks import bending_stiffness_ratio
 from evolvent.systems.wrapped_rib.keys import IMPLICIT
@@ -100,86 +100,118 @@ def numbers(run: xr.DataTree) -> list[Number]:
 
     root, case = run.to_dataset(), _case(run)
     time, force, hub = root.time.values, _of(run, "contact-1.normal_force"), case.hub.motion
-    rows = [("time reached", f"{time[-1]:.6g} s"), ("wound at the end", _wound(root, case.strip))]
+    rows: list[tuple[Any, ...]] = [
+        ("time reached", f"{time[-1]:.6g} s", (time[-1], "s")),
+        ("wound at the end", *_wound(root, case.strip)),
+    ]
     rows += {"wind": _of_winding, "hold": _of_holding, "deploy": _of_deployment}[case.phase](run, case)
     if case.rib.pitch > 0.0:
         heights = _of(run, "rib-1.position")[-1, :, 2]
-        rows.append(("tip above the root at the end", f"{heights[-1] - heights[0]:.5g} m (helix {case.rise:.5g})"))
+        rise = heights[-1] - heights[0]
+        quantities = (rise, "m"), (case.rise, "m", "helix")
+        rows.append(("tip above the root at the end", f"{rise:.5g} m (helix {case.rise:.5g})", *quantities))
     if np.any(force > 0.0):
         k = int(np.argmax(force))
         peak = f"{force[k]:.4g} N at {time[k]:.5g} s (it depends on the mesh)"
-        rows.append(("impulse of the contact", f"{_of(run, 'contact-1.impulse')[-1]:.4g} N s"))
-        rows.append(("largest contact force, one sample", peak))
+        impulse = _of(run, "contact-1.impulse")[-1]
+        rows.append(("impulse of the contact", f"{impulse:.4g} N s", (impulse, "N s")))
+        rows.append(("largest contact force, one sample", peak, (force[k], "N"), (time[k], "s", "time")))
     if case.contact.self:
-        points = f"{_of(run, 'layer-1.points')[-1]:.0f} contact points"
-        rows.append(("turns on one another at the end", f"{_of(run, 'layer-1.normal_force')[-1]:.4g} N at {points}"))
+        points, normal = _of(run, "layer-1.points")[-1], _of(run, "layer-1.normal_force")[-1]
+        text, quantities = f"{normal:.4g} N at {points:.0f} contact points", ((normal, "N"), (points, "1", "points"))
+        rows.append(("turns on one another at the end", text, *quantities))
     if np.any(root.hub_torque.values):
-        rows.append(("torque on the hub at the end", f"{root.hub_torque.values[-1]:.4g} N m"))
+        torque = float(root.hub_torque.values[-1])
+        rows.append(("torque on the hub at the end", f"{torque:.4g} N m", (torque, "N m")))
     if hub != "fixed":
         turned = math.degrees(float(root.hub_angle.values[-1] - root.hub_angle.values[0]))
-        rows.append(("hub turned by", f"{turned:.5g} deg"))
+        rows.append(("hub turned by", f"{turned:.5g} deg", (turned, "deg")))
     if hub in ("free", "spin") and case.drive is None and case.damping.alpha == 0.0:
         for name, unit in (("angular_momentum", "kg m2/s"), ("momentum", "kg m/s"))[: 2 if hub == "free" else 1]:
             drift = np.abs(root[name].values - root[name].values[0])[:, 0 if hub == "free" else 2 :].max()
-            rows.append((f"drift of {'linear ' * (name == 'momentum')}{name.replace('_', ' ')}", f"{drift:.2g} {unit}"))
-    rows.append(("bending stiffness of the mesh, over the rib's", f"{bending_stiffness_ratio(case):.4g}"))
+            label = f"drift of {'linear ' * (name == 'momentum')}{name.replace('_', ' ')}"
+            rows.append((label, f"{drift:.2g} {unit}", (drift, unit)))
+    ratio = bending_stiffness_ratio(case)
+    rows.append(("bending stiffness of the mesh, over the rib's", f"{ratio:.4g}", (ratio, "1")))
     if case.method not in IMPLICIT:
-        rows.append(("roots held by penalties of", f"{case.penalty[0]:.4g} N/m, in place of joints"))
-    found = [Number(label=label, value=value) for label, value in rows]
-    return found + balance.balance_numbers(run) + closing_numbers(run)
+        text = f"{case.penalty[0]:.4g} N/m, in place of joints"
+        rows.append(("roots held by penalties of", text, (case.penalty[0], "N/m")))
+    return numbers_of(rows) + balance.balance_numbers(run) + closing_numbers(run)
 
 
-def _wound(root: xr.Dataset, strip: closed_forms.Strip) -> str:
+def _wound(root: xr.Dataset, strip: closed_forms.Strip) -> tuple[Any, ...]:
     angle = float(root.wrap_angle.values[-1, 0])
     turns, share = abs(angle) / (2.0 * math.pi), 100.0 * abs(angle) * strip.radius / strip.length
-    return f"{turns:.4g} turns, {share:.4g} % of the rib" + (", the other way round" if angle < 0.0 else "")
+    text = f"{turns:.4g} turns, {share:.4g} % of the rib" + (", the other way round" if angle < 0.0 else "")
+    return text, (math.copysign(turns, angle), "turns"), (share, "%", "share of the rib")
 
 
-def _of_winding(run: xr.DataTree, case: Case) -> list[tuple[str, str]]:
+def _of_winding(run: xr.DataTree, case: Case) -> list[tuple[Any, ...]]:
     """When the tip is fastest, beside the string; where all is wound, the largest speed grows with the mesh."""
     string = comparable_string(case)
-    peak = f"{_of(run, 'tip_speed_peak')[0]:.4g} m/s at {_of(run, 'tip_speed_peak_time')[0]:.5g} s"
+    fastest, at = _of(run, "tip_speed_peak")[0], _of(run, "tip_speed_peak_time")[0]
+    peak, estimated = f"{fastest:.4g} m/s at {at:.5g} s", []
     if string is not None and string.end_time < _of(run, "time")[-1]:
         peak += " (the time converges, the speed does not)"
     if string is not None and math.isfinite(string.end_time):
-        estimate = f"{string.end_time:.5g} s"
+        estimate, estimated = f"{string.end_time:.5g} s", [(string.end_time, "s")]
     elif _bends_the_tail(case) and estimating_string(case) is not None:
         estimate = "no comparison, for damping.alpha on chosen elements bends its tail"
     else:
-        return [("largest tip speed", peak)]
-    return [("largest tip speed", peak), ("98 % wound, estimate for a string", estimate)]
+        return [("largest tip speed", peak, (fastest, "m/s"), (at, "s", "time"))]
+    return [
+        ("largest tip speed", peak, (fastest, "m/s"), (at, "s", "time")),
+        ("98 % wound, estimate for a string", estimate, *estimated),
+    ]
 
 
-def _of_holding(run: xr.DataTree, case: Case) -> list[tuple[str, str]]:
+def _of_holding(run: xr.DataTree, case: Case) -> list[tuple[Any, ...]]:
     """The rest on the hub, beside its closed form."""
     run = regular(run)
     time = _of(run, "time")
     late = time >= (1.0 - WINDOW) * time[-1]
-    text, torque = f"{_of(run, 'contact-1.normal_force')[late].mean():.5g} N", _resting_torque(case)
+    force, torque = _of(run, "contact-1.normal_force")[late].mean(), _resting_torque(case)
+    text, quantities = f"{force:.5g} N", [(force, "N", "")]
     if torque is not None:
         closed = "T L / 2 R2 =" if case.strip.taper == 1.0 else "closed form"
-        text += f" ({closed} {closed_forms.wound_contact_force(case.strip, torque):.5g})"
+        wound = closed_forms.wound_contact_force(case.strip, torque)
+        text += f" ({closed} {wound:.5g})"
+        quantities.append((wound, "N", "closed form"))
     arc, curvature = curvature_of(run, case)
     bent = case.hub.radius * curvature[-1, (arc > 0.1 * arc[-1]) & (arc < 0.9 * arc[-1])]
     return [
-        (f"contact force, mean of the last {100.0 * WINDOW:g} %", text),
-        ("curvature x R, away from the ends", f"{bent.mean():.5g} ± {bent.std():.2g}"),
+        (f"contact force, mean of the last {100.0 * WINDOW:g} %", text, *quantities),
+        (
+            "curvature x R, away from the ends",
+            f"{bent.mean():.5g} ± {bent.std():.2g}",
+            (bent.mean(), "1"),
+            (bent.std(), "1", "standard deviation"),
+        ),
     ]
 
 
-def _of_deployment(run: xr.DataTree, case: Case) -> list[tuple[str, str]]:
+def _of_deployment(run: xr.DataTree, case: Case) -> list[tuple[Any, ...]]:
     """The tip's position and speed beside the closed form."""
     run = regular(run)
     time, strip = _of(run, "time"), case.strip
-    radius = f"{_of(run, 'tip_radius')[-1, 0]:.5g} m"
-    speed = f"{_of(run, 'rib-1.tip_speed')[time >= 0.5 * time[-1]].mean():.4g} m/s"
+    r, v = _of(run, "tip_radius")[-1, 0], _of(run, "rib-1.tip_speed")[time >= 0.5 * time[-1]].mean()
+    radius, speed = f"{r:.5g} m", f"{v:.4g} m/s"
     if not comparable_release(case):
-        return [("tip radius at the end", radius), ("tip speed, mean of the second half", speed)]
-    closed = f"{float(closed_forms.deployed_tip_radius(strip, time[-1])):.5g}"
+        return [
+            ("tip radius at the end", radius, (r, "m")),
+            ("tip speed, mean of the second half", speed, (v, "m/s")),
+        ]
+    far, fast = float(closed_forms.deployed_tip_radius(strip, time[-1])), closed_forms.deployment_speed(strip)
+    whole = closed_forms.deployment_time(strip)
     return [
-        ("tip radius at the end", f"{radius} (closed form {closed})"),
-        ("tip speed, mean of the second half", f"{speed} (closed form {closed_forms.deployment_speed(strip):.4g})"),
-        ("closed form unwinds all in", f"{closed_forms.deployment_time(strip):.5g} s"),
+        ("tip radius at the end", f"{radius} (closed form {far:.5g})", (r, "m"), (far, "m", "closed form")),
+        (
+            "tip speed, mean of the second half",
+            f"{speed} (closed form {fast:.4g})",
+            (v, "m/s"),
+            (fast, "m/s", "closed form"),
+        ),
+        ("closed form unwinds all in", f"{whole:.5g} s", (whole, "s")),
     ]
 
 
