@@ -322,7 +322,7 @@ def _places(t: Array, resolution: float) -> Array:
     steps = np.diff(t)
     length = len(t)
     many = BESIDE if resolution > 0.1 * float(np.median(steps)) and length > 4 * BESIDE else 1
-    step = float(np.median(t[many:] - t[:-many])) / many
+    step = float(np.median(t[many:] - t[:-many])) / many or float(t[-1]) / (length - 1)
     lost = np.zeros(length - 1, dtype=int)
     edges = wide = np.flatnonzero(steps > GAP * step + 1.001 * resolution)
     for _ in range(8):
@@ -371,14 +371,11 @@ def _line(place: Array, t: Array, resolution: Array) -> Array:
 
 def _deviation(t: Array, place: Array, resolution: float) -> tuple[Array | None, tuple[str, ...]]:
     """The times without their scatter, and sentences on the scatter and on a wandering clock."""
-    from scipy.interpolate import CubicSpline
-
     length = len(t)
     line = _line(place, t, np.ones(length))
     step = float(line[0])
     off = t - np.polyval(line, place)
     parts = np.array_split(np.arange(length), max(1, min(STRETCHES, length // STRETCH)))
-    centre = np.array([place[part].mean() for part in parts])
     mean = np.array([off[part].mean() for part in parts])
     within = np.concatenate(
         [off[part] - np.polyval(np.polyfit(place[part], off[part], 1), place[part]) for part in parts]
@@ -395,12 +392,10 @@ def _deviation(t: Array, place: Array, resolution: float) -> tuple[Array | None,
     slow = np.zeros(length)
     found = []
     if wanders:
-        slow = CubicSpline(centre, mean)(place)
-        few = max(1, len(parts) // 16)
-        rate = np.diff(mean[::few]) / (np.diff(centre[::few]) * step)
+        slow, rate = _smooth(place, off, step)
         found.append(
             f"the clock wanders: the times deviate from even ones by up to {np.abs(slow).max():.3g} s, and the "
-            f"sampling rate by {100.0 * np.abs(rate).max():.2g} % of its mean of {1.0 / step:.6g} a second"
+            f"sampling rate by {100.0 * rate:.2g} % of its mean of {1.0 / step:.6g} a second"
         )
     fast = off - slow
     rms, most = float(np.sqrt(np.mean(fast**2))), float(np.abs(fast).max())
@@ -413,3 +408,27 @@ def _deviation(t: Array, place: Array, resolution: float) -> tuple[Array | None,
     steady = np.polyval(line, place) + slow
     usable = scatters and bool(np.all(np.diff(steady) > 0.0))
     return steady - steady[0] if usable else None, tuple(found)
+
+
+def _smooth(place: Array, off: Array, step: float) -> tuple[Array, float]:
+    """A slow deviation from even times (N,), and the largest change of the step by it, relative.
+
+    Notes
+    -----
+    A cubic spline with as few intervals as the Bayesian information criterion asks for.
+    """
+    from scipy.interpolate import make_lsq_spline
+
+    length, best, found = len(off), np.inf, None
+    count = 1
+    while count <= STRETCHES and length >= STRETCH * count:
+        inner = place[np.linspace(0, length - 1, count + 1).astype(int)[1:-1]]
+        knots = np.concatenate((np.full(4, place[0]), inner, np.full(4, place[-1]))).astype(float)
+        spline = make_lsq_spline(place.astype(float), off, knots)
+        square = float(np.mean((off - spline(place)) ** 2)) + (1e-4 * step) ** 2
+        criterion = length * np.log(square) + (count + 3) * np.log(length)
+        if criterion < best:
+            best, found = criterion, spline
+        count *= 2
+    assert found is not None
+    return np.asarray(found(place)), float(np.abs(found.derivative()(place)).max()) / step
