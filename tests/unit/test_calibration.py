@@ -233,7 +233,7 @@ def test_what_cannot_be_fitted_is_refused(tmp_path: pathlib.Path) -> None:
             calibration.calibrate("wire-booms", source, fit=[fit], observe=[observe])
     broken = tmp_path / "broken.csv"
     broken.write_text(HEAD + "1-2,2012-09-13T10:00:00,2012-09-13T10:10:00,0,x,84,7.0,6.9\n", encoding="utf-8")
-    with pytest.raises(InputError, match=r"row 1 of .* has stroke_after_m 'x'; it must be a number"):
+    with pytest.raises(InputError, match=r"line 2 holds 'x' in column 'stroke_after_m', where a number must be"):
         data.read(str(broken), "wire-booms", ["spin_rate"])
 
 

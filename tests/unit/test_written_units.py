@@ -70,7 +70,7 @@ SIZES = {
 def test_spellings(wanted: str, size: float) -> None:
     for text in SIZES[wanted, size].split():
         text = text.replace("°per°", " per ")
-        found = file_unit(text, wanted)
+        found = file_unit(text, *([] if wanted is None else [wanted]))
         assert units.parse(f"1 {found}", wanted) == pytest.approx(size, rel=1e-9), (text, found)
         assert units.factor(text, wanted) == pytest.approx(size, rel=1e-9)
 
@@ -111,7 +111,7 @@ def test_a_recording_of_any_quantity(text: str, found: str) -> None:
 )  # fmt: skip
 def test_what_is_refused(text: str, wanted: str | None, sentence: str) -> None:
     with pytest.raises(UnitError, match=sentence):
-        file_unit(text, wanted)
+        file_unit(text, *([] if wanted is None else [wanted]))
 
 
 def test_degrees_celsius_have_no_factor() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 from pydantic_core import PydanticCustomError
 
@@ -56,11 +58,9 @@ def _column(table: tables.Table, what: str, wanted: tuple[str, ...]) -> tuple[in
     """Place and unit of the only column of a kind."""
     found = {}
     for place, text in enumerate(table.units):
-        for kind in wanted if text else ():
-            try:
-                found[place] = file_unit(text, kind)
-            except UnitError:
-                continue
+        with contextlib.suppress(UnitError):
+            found[place] = file_unit(text, *wanted)
+    found = {place: unit for place, unit in found.items() if unit}
     if len(found) == 1:
         return found.popitem()
     if found:

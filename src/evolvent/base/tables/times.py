@@ -74,12 +74,13 @@ def _varies(table: Table, place: int) -> bool:
     return bool(known.size) and (table.rows == 1 or bool(np.any(known != known[0])))
 
 
-def seconds(table: Table, column: str | int | Sequence[str | int]) -> Times:
+def seconds(table: Table, column: str | int | Sequence[str | int], *, fine: bool = True) -> Times:
     """Seconds of a column of times, or of a column of dates and one of clocks.
 
     Parameters
     ----------
     column : name, number from 1, or two of them; a column of clocks takes the dates of a column "date" beside it
+    fine : whether times of which many are equal are refused
 
     Raises
     ------
@@ -88,6 +89,13 @@ def seconds(table: Table, column: str | int | Sequence[str | int]) -> Times:
     """
     columns = [column] if isinstance(column, (str, int)) else list(column)
     places = [table.index(one) for one in columns]
+    found = _seconds(table, places)
+    if fine:
+        _check_fine(table, table.names[places[0]], found.seconds[np.isfinite(found.seconds)])
+    return found
+
+
+def _seconds(table: Table, places: list[int]) -> Times:
     if len(places) > 1 or places[0] in table.stamps:
         return _stamped(table, places)
     try:
@@ -120,7 +128,6 @@ def _counted(table: Table, place: int, values: np.ndarray) -> Times:
         notes.append(
             f"the time steps back in line {table.line(row)}, from {values[known[back[0]]]:.9g} to {values[row]:.9g}"
         )
-    _check_fine(table, name, offset[known])
     is_epoch = _EPOCH[0] <= first * factor < _EPOCH[1] or factor == stamps.DAY
     if is_epoch:
         notes.append(f"the times count from the first row, which has {_cell(table, place, int(known[0]))}")
@@ -197,7 +204,7 @@ def _unwrapped(offset: np.ndarray, values: np.ndarray, factor: float, name: str,
     }
     for size, text in sorted(ranges.items()):
         low = 0.0 if finite.min() >= 0.0 else -0.5 * size
-        fits = np.all((finite >= low) & (finite <= low + size * (1.0 + 1e-9)))
+        fits = np.ptp(finite) > 0.5 * size and np.all((finite >= low) & (finite <= low + size * (1.0 + 1e-9)))
         over = steps[backs] + size
         if fits and np.all((over > -1e-9 * size) & (over <= _LOST * usual)) and usual < 0.5 * size:
             added = np.zeros(len(offset))
@@ -247,7 +254,6 @@ def _stamped(table: Table, places: list[int]) -> Times:
     back = np.flatnonzero(np.diff(offset[known]) < 0.0)
     if back.size:
         notes.append(f"the time steps back in line {table.line(int(known[back[0] + 1]))}")
-    _check_fine(table, name, offset[known])
     row = int(known[0])
     shown = " ".join(_cell(table, k, row) for k in ([] if beside is None else [beside]) + places)
     notes.append(f"the times count from the first row, which has {shown}")

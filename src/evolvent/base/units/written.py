@@ -72,13 +72,13 @@ _TOKENS = re.compile(
 _COMMON = ("m", "mm", "um", "m/s", "m/s^2", "mm/s", "rad", "deg", "rad/s", "deg/s", "N", "N m", "V", "mV", "g_0", "px")
 
 
-def file_unit(text: str, wanted: str | None = None) -> str:
+def file_unit(text: str, *wanted: str) -> str:
     """The unit of a column in the spelling of case files; '' where none is stated.
 
     Parameters
     ----------
     text : str, as the file has it: 'm/s²', 'Volts', 'in-lbf', '°/s', 'g'
-    wanted : str, a unit of the quantity that the column must be, '' for a plain number; None for any quantity, where
+    wanted : str, a unit of each quantity that the column may be, '' for a plain number; any quantity if left out, where
         `g` is the acceleration
 
     Raises
@@ -91,7 +91,12 @@ def file_unit(text: str, wanted: str | None = None) -> str:
     >>> file_unit("m/s²"), file_unit("mVolts"), file_unit("in-lbf"), file_unit("g"), file_unit("g", "kg")
     ('m/s^2', 'mV', 'in lbf', 'g_0', 'g')
     """
-    return _read(text.strip(), wanted)
+    for kind in wanted[:-1]:
+        try:
+            return _read(text.strip(), kind)
+        except UnitError:
+            continue
+    return _read(text.strip(), wanted[-1] if wanted else None)
 
 
 @functools.cache
@@ -121,9 +126,11 @@ def factor(unit: str, wanted: str) -> float:
     Raises
     ------
     UnitError
-        As of `file_unit`; and of a unit with another zero, such as degrees Celsius.
+        As of `file_unit`; where none is stated; and of a unit with another zero, such as degrees Celsius.
     """
-    read = file_unit(unit, wanted) or wanted
+    read = file_unit(unit, wanted)
+    if not read:
+        raise UnitError(f"{unit!r} states no unit")
     if parse(f"0 {read}", wanted) != 0.0:
         raise UnitError(f"{unit!r} has another zero than {wanted!r}; write the values in {wanted}")
     return parse(f"1 {read}", wanted)

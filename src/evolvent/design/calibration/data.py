@@ -3,26 +3,30 @@
 Three kinds of files are read. A **history** has a column of times and one for each observed variable: one run is
 compared with it at these times. A **table of runs** has columns named by keys of the case and one for each observed
 variable: each row is its own run with these keys. A **log** is in a form that a system reads itself
-(`SystemDefinition.measurements`).
+(`SystemDefinition.measurements`). Only the columns that are named are read.
 """
 
 from __future__ import annotations
 
-import functools
+import difflib
 import os
+import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from evolvent import cases
-from evolvent.base import schema, units
+from evolvent.base import safe_open, schema, tables, units
 from evolvent.base.errors import InputError, nearest
+from evolvent.design.calibration import histories
 from evolvent.massprops import signals
+from evolvent.massprops.signals import timebase
 from evolvent.results.measurements import Measurements, Series
 
 Array = np.ndarray
-_TIMES = ("time", "t")
+#: How much a name is like a key that is taken to be meant.
+_NEAR = 0.75
 
 
 def read(path: str, case: Any, observed: Sequence[str]) -> Measurements:
@@ -47,83 +51,172 @@ def read(path: str, case: Any, observed: Sequence[str]) -> Measurements:
     found = system.measurements(path, content, [name for name, _ in pairs])
     if isinstance(found, Measurements):
         return found
-    table = signals.read(path)
-    lowered = [name.lower() for name in table.names]
-    clock = next((lowered.index(name) for name in _TIMES if name in lowered), None)
-    for _, column in pairs:
-        if column not in table.names:
-            known = [name for k, name in enumerate(table.names) if k != clock]
-            raise InputError(
-                f"{path!r} has no column {column!r}; {nearest(column, known)}; or write --observe NAME=COLUMN"
-            )
-    if clock is not None:
-        return _history(path, table, clock, pairs)
-    return _runs(path, table, content, pairs)
+    raw = safe_open.content(path)
+    table: Any = tables.read(raw, path) if signals.is_text(raw, path) else _Recording(signals.read(path))
+    columns = [_Observed(name, _place(table, column)) for name, column in pairs]
+    clock = tables.time_of(table) if isinstance(table, tables.Table) else None
+    keys = _keys(table, {clock, *(one.place for one in columns)}, content)
+    if keys and (clock is None or clock in table.stamps):
+        return _runs(table, content, columns, keys)
+    return _history(table, clock, columns)
 
 
-def _history(path: str, table: Any, clock: int, pairs: Sequence[tuple[str, str]]) -> Measurements:
-    unit = table.units[clock] or "s"
-    try:
-        time = table.data[:, clock] * units.parse(f"1 {unit}", "s")
-    except units.UnitError:
+class _Observed(NamedTuple):
+    """A variable and the place of its column."""
+
+    name: str
+    place: int
+
+
+class _Recording:
+    """Columns of a file that is no text, as those of a table."""
+
+    def __init__(self, found: signals.Signals) -> None:
+        self.names, self.heads, self.units, self.path = found.names, found.names, found.units, found.path
+        self.stamps: tuple[int, ...] = ()
+        self.notes: list[str] = list(found.notes)
+        self.source = found
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of all columns together."""
+        return len(self.source.data)
+
+    def numbers(self, column: int) -> Array:
+        """Samples of a column by its number from 1."""
+        return self.source.column(column)
+
+    def is_empty(self, column: int) -> bool:
+        """Whether a column holds no number."""
+        return not np.isfinite(self.numbers(column)).any()
+
+    def line(self, row: int) -> int:
+        """Number of a row, from 1."""
+        return row + 1
+
+
+def _place(table: Any, column: str) -> int:
+    """Place of a column by its name, by its whole head, or by a name and unit written in another way."""
+    bare = [units.head_and_unit(head)[0] if head else name for head, name in zip(table.heads, table.names, strict=True)]
+    name, unit = units.head_and_unit(column)
+    whole = [k for k, head in enumerate(table.heads) if head == column]
+    same = [k for k, own in enumerate(bare) if own == name and unit in ("", table.units[k])]
+    found = whole or [k for k, own in enumerate(table.names) if own == column and bare.count(own) < 2] or same
+    if len(found) == 1:
+        return found[0]
+    if found:
+        listed = " and ".join(repr(table.heads[k]) for k in found)
         raise InputError(
-            f"the column {table.names[clock]!r} of {path!r} has the unit {unit!r}; a time is in s"
-        ) from None
-    series, notes = [], []
-    for name, column in pairs:
-        values = table.column(column)
-        if not table.units[table.index(column)]:
-            notes.append(f"The column {column!r} states no unit; its values are taken in that of {name}.")
-        good = np.isfinite(values) & np.isfinite(time)
-        if good.sum() < 2:
-            raise InputError(f"the column {column!r} of {path!r} has {good.sum()} values; it needs two or more")
-        if not good.all():
-            notes.append(f"{np.count_nonzero(~good)} of {good.size} rows have no value of {column!r} and are left out.")
-        at = time[good]
-        series.append(
-            Series(
-                name=name,
-                unit=table.units[table.index(column)],
-                values=values[good],
-                labels=tuple(f"{t:.6g} s" for t in at),
-                times=functools.partial(_fixed, at),
-            )
+            f"{table.path!r} has {len(found)} columns {column!r}: {listed}; write --observe NAME=COLUMN with the "
+            "whole head of one"
         )
-    return Measurements(source=path, series=tuple(series), notes=tuple(notes))
-
-
-def _fixed(times: Array, content: Mapping[str, Any]) -> Array:
-    """Times that do not depend on the case."""
-    return times
-
-
-def _runs(path: str, table: Any, content: Mapping[str, Any], pairs: Sequence[tuple[str, str]]) -> Measurements:
-    kind = cases.system(content["system"]).Case
-    observed = {column for _, column in pairs}
-    keys = [name for name in table.names if name not in observed]
-    if not keys:
-        raise InputError(
-            f"{path!r} has neither a column 'time' nor columns named by keys of the case; one of them must say what "
-            f"each row belongs to"
-        )
-    for key in keys:
-        schema.locate(kind, key, content)
-    rows = []
-    for values in table.data:
-        given = {}
-        for key in keys:
-            place = table.index(key)
-            number, unit = float(values[place]), table.units[place]
-            if not np.isfinite(number):
-                raise InputError(f"the column {key!r} of {path!r} lacks a value; every row sets every key")
-            given[key] = f"{number!r} {unit}" if unit else number
-        rows.append(given)
-    labels = tuple(", ".join(f"{key} {value}" for key, value in row.items()) for row in rows)
-    series = tuple(
-        Series(name=name, unit=table.units[table.index(column)], values=table.column(column), labels=labels)
-        for name, column in pairs
+    raise InputError(
+        f"{table.path!r} has no column {column!r}; {nearest(column, table.names)}; or write --observe NAME=COLUMN"
     )
-    for one, (_, column) in zip(series, pairs, strict=True):
-        if not np.all(np.isfinite(one.values)):
-            raise InputError(f"the column {column!r} of {path!r} lacks a value; every row has one")
-    return Measurements(source=path, series=series, rows=tuple(rows))
+
+
+def _sentences(notes: Sequence[str]) -> list[str]:
+    return [f"{note[0].upper()}{note[1:]}." for note in notes]
+
+
+# ------------------------------------------------------------------------------------------------ histories
+
+
+def _history(table: Any, clock: int | None, columns: Sequence[_Observed]) -> Measurements:
+    notes: list[str] = []
+    series = []
+    for name, place in columns:
+        column, unit = table.names[place], table.units[place]
+        time = _times(table, clock, place, notes)
+        if not unit:
+            notes.append(f"The column {column!r} states no unit; its values are taken in that of {name}.")
+        history = histories.History(table, column, unit, time, table.numbers(place + 1))
+        at, values = history.cleaned(notes)
+        labels = tuple(f"{t:.6g} s" for t in at)
+        series.append(Series(name=name, unit=unit, values=values, labels=labels, times=histories.fixed(at)))
+    notes = list(dict.fromkeys((*_sentences(table.notes), *notes)))
+    return Measurements(source=table.path, series=tuple(series), notes=tuple(notes))
+
+
+def _times(table: Any, clock: int | None, place: int, notes: list[str]) -> Array:
+    """Times of the values of a column, s."""
+    if isinstance(table, _Recording):
+        base = timebase.choose(table.source, [(place + 1, "--observe")], time=None, rate=None)
+        notes += _sentences(base.notes)
+        if base.time is not None:
+            return base.time
+        return np.asarray(base.start + np.arange(table.source.columns[place].size) / base.rate)
+    if clock is None and table.rate is not None:
+        return np.asarray(table.start + np.arange(table.rows) / table.rate)
+    if clock is None:
+        raise InputError(
+            f"{table.path!r} has neither a column 'time' nor columns named by keys of the case; one of them must say "
+            f"what each row belongs to; its columns are {', '.join(map(repr, table.names))}"
+        )
+    found = tables.seconds(table, clock + 1, fine=False)
+    notes += _sentences([note for note in found.notes if not note.startswith("the time steps back")])
+    return np.asarray(found.start + found.seconds)
+
+
+# ------------------------------------------------------------------------------------------------ tables of runs
+
+
+def _keys(table: Any, others: set[int | None], content: Mapping[str, Any]) -> list[int]:
+    """Places of the columns that are named by keys of the case."""
+    kind = cases.system(content["system"]).Case
+    found = []
+    for place, name in enumerate(table.names):
+        try:
+            schema.locate(kind, name, content)
+        except InputError:
+            continue
+        found += [place] if place not in others else []
+    return found
+
+
+def _runs(
+    table: tables.Table, content: Mapping[str, Any], columns: Sequence[_Observed], keys: Sequence[int]
+) -> Measurements:
+    kind = cases.system(content["system"]).Case
+    notes = []
+    for place in sorted({*range(len(table.names))} - {*keys, *(one.place for one in columns)}):
+        name = table.names[place]
+        if re.search(r"\w\.\w", name) or difflib.get_close_matches(name, kind.model_fields, cutoff=_NEAR):
+            schema.locate(kind, name, content)  # a key that is misspelt
+        if not table.is_empty(place + 1):
+            notes.append(f"The column {name!r} is no key of the case and is not used.")
+    given: list[dict[str, Any]] = [{} for _ in range(table.rows)]
+    for place in keys:
+        key, unit = table.names[place], _unit_of_key(table, place, schema.locate(kind, table.names[place], content))
+        for row, number in zip(given, _whole(table, place, "every row sets every key"), strict=True):
+            row[key] = f"{number!r} {unit}" if unit else number
+    labels = tuple(", ".join(f"{key} {value}" for key, value in row.items()) for row in given)
+    series = []
+    for name, place in columns:
+        values = np.array(_whole(table, place, "every row has one"))
+        series.append(Series(name=name, unit=table.units[place], values=values, labels=labels))
+    return Measurements(
+        source=table.path, series=tuple(series), rows=tuple(given), notes=(*_sentences(table.notes), *notes)
+    )
+
+
+def _whole(table: Any, place: int, why: str) -> list[float]:
+    """Values of a column, none of which is missing."""
+    values = table.numbers(place + 1)
+    wrong = np.flatnonzero(~np.isfinite(values))
+    if wrong.size:
+        line = table.line(int(wrong[0]))
+        raise InputError(f"the column {table.names[place]!r} of {table.path!r} lacks a value in line {line}; {why}")
+    return [float(value) for value in values]
+
+
+def _unit_of_key(table: Any, place: int, located: schema.Located) -> str:
+    """The unit of a column in the spelling of case files."""
+    text = table.units[place]
+    marks = [getattr(mark, "quantity", mark) for _, own in located.types for mark in own]
+    kinds = [one for mark in marks for one in (getattr(mark, "one", mark), getattr(mark, "other", mark))]
+    wanted = [one.unit for one in kinds if isinstance(one, units.Quantity)]
+    try:
+        return units.file_unit(text, *wanted)
+    except units.UnitError as error:
+        raise InputError(f"the column {table.heads[place]!r} of {table.path!r}: {error}") from None

@@ -8,7 +8,6 @@ import json
 import math
 import os
 import pathlib
-import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -17,10 +16,9 @@ import numpy as np
 from evolvent import cases
 from evolvent.base import schema, units
 from evolvent.base.errors import EvolventError, InputError, RunFailed, nearest
-from evolvent.design.calibration import data, uncertainty
+from evolvent.design.calibration import data, observed, uncertainty
 from evolvent.design.calibration.kept import Kept
-from evolvent.results import variables
-from evolvent.results.kept import reduce, split, unit_of
+from evolvent.results.kept import split
 from evolvent.results.measurements import Measurements, Series
 
 Array = np.ndarray
@@ -196,7 +194,8 @@ def calibrate(
         parameters=parameters, values=found.x * scales, errors=errors + integration, integration=integration,
         accuracy=note or run.accuracy(), correlation=correlation, series=measured.series, modelled=modelled,
         references=others, residuals=residuals, evaluations=run.evaluations, reused=run.reused,
-        message=found.message, notes=measured.notes, case=cases.content_of(content, best), source=source,
+        message=found.message, notes=(*measured.notes, *observed.offsets(measured.series, modelled)),
+        case=cases.content_of(content, best), source=source,
         model="closed form" if closed_form else "runs", derivatives=run.derived_by,
     )  # fmt: skip
 
@@ -410,7 +409,7 @@ class _Model:
                 if one.name not in formulas:
                     raise InputError(f"the closed form has no variable {one.name!r}; {nearest(one.name, formulas)}")
                 values, unit = formulas[one.name]
-                found.append(values * _factor(unit, one))
+                found.append(values * observed.factor(unit, one))
             return found
         plan = self.module.finer(self.level).plan(case)
         names = self._observed()
@@ -419,7 +418,7 @@ class _Model:
             raise RunFailed(str(run.attrs["message"]), run)
         if run.attrs["status"] == "interrupted":
             raise KeyboardInterrupt
-        return [_values(run, one, content) for one in series]
+        return [observed.values(run, one, content) for one in series]
 
     def residuals(self, x: Array, *, first: bool = False) -> Array:
         """Weighted differences; not a number, which shortens the step of the least squares, where a run fails."""
@@ -508,7 +507,8 @@ class _Model:
             def series(solution: Any, content: Any = content, names: Any = names) -> Array:
                 run = analysis.observed(solution, names, system=content["system"], root={})
                 own = [
-                    _values(run, one, content) * w for one, w in zip(self.measured.series, self.weights, strict=True)
+                    observed.values(run, one, content) * w
+                    for one, w in zip(self.measured.series, self.weights, strict=True)
                 ]
                 return np.concatenate(own)
 
@@ -530,42 +530,6 @@ class _Model:
         """Names of the variables that a run is observed by."""
         names = [split(one.name)[0] if one.times is None else one.name for one in self.measured.series]
         return names + [name.partition("[")[0] for name in names if name.endswith("]")]
-
-
-def _factor(unit: str, one: Series) -> float:
-    """From a unit of the results to that of the data; the same if the data state none."""
-    if not one.unit:
-        return 1.0
-    wanted = re.sub(r"([A-Za-z]+)(-?\d)", r"\1^\2", unit) if unit != "1" else ""  # "kg m2 s-1": kg m^2 s^-1
-    try:
-        return 1.0 / units.parse(f"1 {one.unit}", {"rad s^-1": "rad/s"}.get(wanted, wanted))
-    except units.UnitError as error:
-        raise InputError(f"the data of {one.name!r} are in {one.unit}, the variable in {unit}; {error}") from None
-
-
-def _values(run: Any, one: Series, content: Any) -> Array:
-    """Values of a series in a run, in its unit."""
-    if one.times is None:
-        name, reduction = split(one.name)
-        found = variables.get(run, name)
-        values = found.transpose("time", ...).values if "time" in found.dims else found.values[None]
-        number = np.asarray(reduce(values, run.time.values, reduction or "last"), dtype=float)
-        if number.ndim:
-            raise InputError(f"--observe is {one.name!r}, which has {number.size} values a run; name a component of it")
-        return np.atleast_1d(number) * _factor(unit_of(str(found.attrs.get("units", "1")), reduction), one)
-    found = variables.get(run, one.name)
-    if found.dims != ("time",):
-        raise InputError(f"--observe is {one.name!r}, which has the dimensions {found.dims}; name one value over time")
-    time, at = run.time.values, one.times(content)
-    if at[0] < time[0] - 1e-9 or at[-1] > time[-1] * (1.0 + 1e-9):
-        raise InputError(
-            f"the data go from {at[0]:g} s to {at[-1]:g} s, the run from {time[0]:g} s to {time[-1]:g} s; let the "
-            f"run cover the data"
-        )
-    from scipy.interpolate import CubicSpline
-
-    values = np.asarray(CubicSpline(time, found.values)(at))
-    return values * _factor(str(found.attrs.get("units", "1")), one)
 
 
 # ------------------------------------------------------------------------------------------------ uncertainty

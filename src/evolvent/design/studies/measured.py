@@ -98,7 +98,7 @@ class Tables:
             row = int(wrong[0])
             raise InputError(f"{name!r}, line {table.line(row)}: {table.cell(place + 1, row)[:40]!r} is not a number")
         try:
-            unit = file_unit(table.units[place], wanted)
+            unit = file_unit(table.units[place], *([] if wanted is None else [wanted]))
         except UnitError as error:
             raise InputError(f"{name!r}, column {table.heads[place]!r}: {error}") from None
         return [f"{float(value)!r} {unit}".strip() for value in values]

@@ -10,7 +10,7 @@ r"""Recorded signals from files: CSV and TSV, TDMS, UFF 58, MAT, HDF5, WAV, and 
 (('time', 'left'), ('s', 'mm'))
 """
 
-from evolvent.massprops.signals.formats import read
+from evolvent.massprops.signals.formats import is_text, read
 from evolvent.massprops.signals.recording import Column, Signals
 
-__all__ = ["Column", "Signals", "read"]
+__all__ = ["Column", "Signals", "is_text", "read"]

@@ -93,7 +93,7 @@ def _numbers(table: tables.Table, place: int, unit: str) -> np.ndarray:
     """Values of a column in a unit, that of the column where its head states none."""
     name = table.heads[place]
     try:
-        factor = units.factor(table.units[place], unit)
+        factor = units.factor(table.units[place], unit) if table.units[place] else 1.0
     except units.UnitError as error:
         raise InputError(f"the column {name!r} of {table.path!r}: {error}") from None
     values = table.numbers(place + 1) * factor
