@@ -47,6 +47,8 @@ FORMS: dict[str, tuple[str, Callable[[float], str], float, tuple[str, ...]]] = {
     "points": ("Zeit", lambda t: f"28.11.2026 {clock(t, ',')}", 0.0, ("count from the first row",)),
     "US": ("Date", lambda t: f"11/28/2026 {clock(t)} PM", 0.0, ("count from the first row",)),
     "name of the month": ("Time", lambda t: f"28-Nov-2026 {clock(t)}", 0.0, ("count from the first row",)),
+    "day of the year": ("UTC", lambda t: f"2026-332T{clock(t)}", 0.0, ("count from the first row",)),
+    "zone": ("time", lambda t: f"28 Nov 2026 {clock(t)} CET", 0.0, ("count from the first row",)),
     "clock": ("Uhrzeit", clock, 0.0, ("count from the first row",)),
     "clock, milliseconds behind a colon": ("time", lambda t: clock(t, ":"), 0.0, ("count from the first row",)),
     "clock over midnight": ("time", lambda t: clock(t, begin=86398.0), 0.0, ("count from the first row",)),
@@ -158,6 +160,7 @@ def test_t_that_does_not_rise_is_no_time() -> None:
         ),
         ("time", ["10:00:00", "ten", "10:00:01"], "line 3 holds 'ten' in column 'time', where a time must be"),
         ("time", ["0.0", "x", "0.1"], "line 3 holds 'x' in column 'time', where a number must be"),
+        ("time", ["2026-10-25 02:59:59 CEST", "2026-10-25 02:00:00 CET"], "line 3 holds '2026-10-25 02:00:00 CET'"),
         ("time (mm)", ["1", "2"], "has the unit 'mm'; a time is in s, ms"),
     ],
 )

@@ -83,6 +83,7 @@ DIALECTS: dict[str, tuple[str | bytes, tuple[str, str, str]]] = {
     "UTF-16": (text("time\tleft (µm)\tright\n", "\t").encode("utf-16"), ("", "µm", "")),
     "UTF-16 BE without BOM": (text("time\tleft\tright\n", "\t").encode("utf-16-be"), ("", "", "")),
     "UTF-16 LE without BOM": (text("time\tleft\tright\n", "\t").encode("utf-16-le"), ("", "", "")),
+    "UTF-32": (text("time\tleft\tright\n", "\t").encode("utf-32"), ("", "", "")),
     "cp1252": (text("time;left (°);right (µm)\n", ";").encode("cp1252"), ("", "°", "µm")),
     "sep=": (text("sep=;\r\ntime;left;right\r\n", ";", commas, end="\r\n"), ("", "", "")),
     "quoted": (text('"time","left","right"\n', cell=lambda v: f'"{commas(v)}"'), ("", "", "")),
@@ -138,6 +139,10 @@ DIALECTS: dict[str, tuple[str | bytes, tuple[str, str, str]]] = {
             "No. 1\tNo. 2\tNo. 3\n", "\t", commas),
         ("s", "N", "mm"),
     ),
+    "Vernier, text": (
+        text("Vernier Format 2\nx.cmbl 11/28/2026 10:00 .\nRun 1\nTime\tleft\tright\nt\tF\tx\ns\tN\tm\n\n", "\t"),
+        ("s", "N", "m"),
+    ),
     "Vernier": (text("Run 1: Time (s),Run 1: left (N),Run 1: right (m)\n"), ("s", "N", "m")),
     "PASCO": (text("Time (s) Run #1,left (N) Run #1,right (m) Run #1\n"), ("s", "N", "m")),
     "PicoScope": (text("Time,left,right\n(s),(mV),(V)\n\n"), ("s", "mV", "V")),
@@ -159,8 +164,10 @@ DIALECTS: dict[str, tuple[str | bytes, tuple[str, str, str]]] = {
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_dialects(dialect: str) -> None:
     """Three columns, time first, or two where the instrument has one channel; their values are those written."""
-    raw, stated = DIALECTS[dialect]
-    table = tables.read(raw.encode() if isinstance(raw, str) else raw, "rig.csv")
+    content, stated = DIALECTS[dialect]
+    raw = content.encode() if isinstance(content, str) else content
+    assert tables.is_text(raw)
+    table = tables.read(raw, "rig.csv")
     time = tables.time_of(table)
     assert time == 0
     scale = 1000.0 if dialect.startswith("thousands") else 1.0
@@ -184,6 +191,12 @@ def test_dialects(dialect: str) -> None:
         ("0.0,1.5\n0.1,2.5\n", ("column 1", "column 2")),
         ("time,left,left\n0.0,1.5,3\n0.1,2.5,4\n", ("time", "left", "left (2)")),
         ("Elapsed Time    left\n  0.0   1.5\n  0.1   2.5\n", ("Elapsed Time", "left")),
+        ("# rows: 2\n# columns: 2\n0.0 1.5\n0.1 2.5\n", ("column 1", "column 2")),  # a matrix of Octave
+        ("; rate, 50,Hz\n; Headers, time,left\n0.0,1.5\n0.1,2.5\n", ("time", "left")),
+        (
+            '"#","Date Time, GMT+01:00","left, mm (S/N: 12)"\n1,11/28/26,1.5\n2,11/29/26,2.5\n',
+            ("#", "Date Time, GMT+01:00", "left"),
+        ),
         ("time,1,2\n0.0,1.5,3\n0.1,2.5,4\n", ("time", "1", "2")),
     ],
 )
@@ -335,6 +348,17 @@ def test_segments_of_labview(decimal: str) -> None:
     assert whole.is_empty("X_Value")
     bare = tables.read(lvm(head, decimal, x=False).encode(), "a.lvm")
     assert (bare.rows, bare.rate, tables.time_of(bare)) == (ROWS, 20.0, None)
+
+
+def test_labview_with_a_time_for_each_channel() -> None:
+    head = (
+        lvm("X_Value\tleft\tX_Value\tright\tComment", ".", x=True).partition("X_Value")[0].replace("mm\tN", "mm\t\tN")
+    )
+    rows = "".join(f"{t:.2f}\t{a:.4f}\t{t:.2f}\t{b:.4f}\t\n" for t, a, b in zip(TIME[:5], LEFT, RIGHT, strict=False))
+    table = tables.read((head + "X_Value\tleft\tX_Value\tright\tComment\n" + rows).encode(), "a.lvm")
+    assert table.names == ("X_Value", "left", "X_Value (2)", "right", "Comment")
+    assert table.units == ("s", "mm", "s", "N", "")
+    assert tables.time_columns(table.names, table.units) == [0, 2]
 
 
 @pytest.mark.parametrize(

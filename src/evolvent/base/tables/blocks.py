@@ -58,15 +58,17 @@ class Block:
             self.letters.append(row.letters)
 
 
-def block_of(lines: Sequence[str], separator: str, path: str, begin: int = 0) -> tuple[Block, int]:
-    """The rows of the longest table in a text from a line on, and how many tables there are.
+def block_of(
+    lines: Sequence[str], separator: str, path: str, begin: int = 0, end: int | None = None
+) -> tuple[Block, int]:
+    """The rows of the longest table in a text from one line to another, and how many tables there are.
 
     Raises
     ------
     InputError
         If there is none.
     """
-    found = _Blocks(lines, separator).find(begin)
+    found = _Blocks(lines, separator).find(begin, len(lines) if end is None else end)
     if not found:
         raise InputError(f"cannot read {path!r}: it is no table of numbers")
     best = max(found, key=lambda block: (len(block.rows), block.width))
@@ -95,10 +97,10 @@ class _Blocks:
         self.waiting: list[tuple[int, Kinds]] = []  # lines since its last row
         self.named = 0  # cells of the line above it
 
-    def find(self, begin: int) -> list[Block]:
+    def find(self, begin: int, end: int) -> list[Block]:
         """All runs."""
         quick, read = self.separator not in ("", " "), 0
-        for place in range(begin, len(self.lines)):
+        for place in range(begin, end):
             line = self.lines[place]
             read += len(line)
             if read > _CLOSELY and quick and self.found and not self.waiting and '"' not in line:

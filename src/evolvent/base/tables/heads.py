@@ -20,7 +20,8 @@ _SIGN_OF_COMMENT = re.compile(r"\s*(?:#+|%+|//|;|!)\s*")
 _RULE = re.compile(r"[-=_*+|:\s]+")
 #: A line of a head that states a rate or a step: its key, and its value with a unit.
 _RATE = re.compile(
-    r"[#%/;!\s\"]*(sampl(?:e|ing)[ _]?(?:rate|frequency|interval|period)|abtastrate|abtastfrequenz|delta[ _]?t)"
+    r"[#%/;!\s\"]*(sampl(?:e|ing)[ _]?(?:rate|frequency|interval|period)|(?:frame|scan|acquisition|data) ?rate"
+    r"|abtastrate|abtastfrequenz|delta[ _]?t)"
     r"(?:\s*[\[(]\s*([^\])]*?)\s*[\])])?[\s\"]*[:=,;\t|][\s\"]*([-+.,\deE]+)[\s\"]*([A-Za-zµ/]*).*",
     re.IGNORECASE,
 )
@@ -32,6 +33,10 @@ _STEP = re.compile(r"t0 ?= ?([-+.\deE]+) ?s?, ?tInc ?= ?([-+.\deE]+) ?s?", re.IG
 
 #: First cells of lines that state the unit of the time, in group 1, or those of the other columns.
 _UNITS = re.compile(r"(?:(horizontal|x) |vertical |channel |y )?(?:units?|einheit(?:en)?)(?: label)?:?", re.IGNORECASE)
+
+
+#: What may stand before names in a comment.
+_LABEL = re.compile(r"(?:headers?|columns?|fields?|names?|channels?|spalten) ?[:=]?", re.IGNORECASE)
 
 
 class Head(NamedTuple):
@@ -114,6 +119,10 @@ def _above(lines: Sequence[str], separator: str, block: Block) -> list[list[str]
             others += [re.split(r"\s{2,}", line.strip()) if len(line) <= _LONGEST else [], cells, line.split()]
             others = [other for other in others if _whole(other)]
             cells = next((other for other in others if len(other) == block.width > 1), cells)
+        if comment and len(cells) == block.width + 1 and _LABEL.fullmatch(cells[0]):
+            cells = cells[1:]
+        if comment and (len(cells) != block.width or any(cell.endswith(":") for cell in cells)):
+            continue
         if _fits(cells, block) and any(cells):
             found.append(cells)
         elif not comment:

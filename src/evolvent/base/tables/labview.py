@@ -20,6 +20,12 @@ def is_lvm(lines: Sequence[str]) -> bool:
     return any(line.strip().strip('"').lower().startswith(_END) for line in lines[:200])
 
 
+def first_row(lines: Sequence[str]) -> int:
+    """Place behind the header of the first segment."""
+    ends = [k for k, line in enumerate(lines[:400]) if line.strip().strip('"')[: len(_END)].lower() == _END]
+    return ends[min(1, len(ends) - 1)] + 1
+
+
 def sections(lines: list[str], separator: str, path: str) -> tuple[Block, Head]:
     """Rows and head of all segments that follow one another; else those of the first, and a note."""
     ends = [k for k, line in enumerate(lines) if line.strip().strip('"')[: len(_END)].lower() == _END]
@@ -38,7 +44,7 @@ def sections(lines: list[str], separator: str, path: str) -> tuple[Block, Head]:
     begins.append(len(lines))
     found: list[tuple[Block, dict[str, list[str]]]] = []
     for k, end in enumerate(ends):
-        block, _ = block_of(lines[: begins[k + 1]], separator, path, end + 1)
+        block, _ = block_of(lines, separator, path, end + 1, begins[k + 1])
         found.append((block, _stated(lines[begins[k] : end], separator)))
     block, stated = found[0]
     head = head_of(lines, separator, block)

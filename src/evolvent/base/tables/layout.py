@@ -19,9 +19,12 @@ _JUDGED, _CHARACTERS = 300, 200_000
 #: Most lines that one quoted cell may reach over.
 _LONGEST_CELL = 20
 #: Times and dates: 10:00, 10:00:00.5, 28.11.2026, 2026-11-28T10:00:00.5+01:00, 11/28/2026 10:00 PM.
-_DATE = r"(?:\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.](?:\d{1,2}|[A-Za-z]{3})[-/.]\d{2}(?:\d{2})?)\.?"
+_DATE = (
+    r"(?:\d{4}[-/]\d{3}|\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2} [A-Za-z]{3,9} \d{4}"
+    r"|\d{1,2}[-/.](?:\d{1,2}|[A-Za-z]{3})[-/.]\d{2}(?:\d{2})?)\.?"
+)
 _CLOCK = r"\d{1,4}:\d{1,2}(?::\d{1,2})?(?:[.,:]\d+)?(?: ?[AaPp]\.?[Mm]\.?)?"
-_ZONE = r" ?(?:Z|UTC|GMT|[+-]\d\d:?\d\d)?"
+_ZONE = r" ?(?:Z|[A-Z]{3,4}|[+-]\d\d:?\d\d)?"
 STAMP = re.compile(
     rf"(?:\d{{8}}T\d{{6}}(?:[.,]\d+)?|{_DATE}|(?:-?\d+ days? )?{_CLOCK}|{_DATE}(?:[ T_]| - |, ?) ?{_CLOCK}){_ZONE}"
 )
@@ -37,20 +40,30 @@ def decoded(raw: bytes, path: str) -> str:
     InputError
         If it is none.
     """
-    head = raw[:4096]
-    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
-        encodings = ["utf-16"]
-    elif b"\0" in head:
-        even, odd = head[::2].count(0), head[1::2].count(0)
-        encodings = ["utf-16-le" if odd > even else "utf-16-be"] if abs(odd - even) > len(head) // 4 else []
-    else:
-        encodings = ["utf-8-sig", "cp1252"]
-    for encoding in encodings:
+    for encoding in _encodings(raw):
         try:
             return raw.decode(encoding).removeprefix("\ufeff")
         except UnicodeDecodeError:
             continue
     raise InputError(f"cannot read {path!r}: it is not a text file")
+
+
+def is_text(raw: bytes) -> bool:
+    """Whether bytes may be a text, by the zeros at their beginning."""
+    return bool(_encodings(raw))
+
+
+def _encodings(raw: bytes) -> list[str]:
+    """Encodings that a text may have, the likeliest first; without a mark, UTF-16 has a zero in nearly every pair."""
+    head = raw[:4096]
+    if raw.startswith((b"\xff\xfe\0\0", b"\0\0\xfe\xff")):
+        return ["utf-32"]
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return ["utf-16"]
+    if b"\0" not in head:
+        return ["utf-8-sig", "cp1252"]
+    even, odd = head[::2].count(0), head[1::2].count(0)
+    return ["utf-16-le" if odd > even else "utf-16-be"] if abs(odd - even) > len(head) // 4 else []
 
 
 def lines_of(text: str) -> tuple[list[str], list[int] | range]:
@@ -84,7 +97,7 @@ def split(line: str, separator: str) -> list[str]:
         cells = line.split(separator)
     else:
         cells = _quoted(line, separator)
-    return [cell.strip() for cell in cells]
+    return [cell.strip() for cell in cells] or [""]
 
 
 def _quoted(line: str, separator: str) -> list[str]:
@@ -163,7 +176,7 @@ def separator_of(lines: Sequence[str]) -> str:
         width = max(widths, key=lambda w: (widths[w], w))
         whole = sum("w" not in row.letters for row in rows if row.least <= width <= row.width)
         half = sum(row.letters.count("w") <= row.width / 2 for row in rows if row.least <= width <= row.width)
-        score = (width > 1, round(whole + 0.5 * (half - whole), 6))
+        score = (width > 1, max(whole, 0.5 * half))
         if score[0] > best[0] or (score[0] == best[0] and score[1] > 1.02 * best[1]):
             best, found = score, separator if width > 1 else ""
     return found

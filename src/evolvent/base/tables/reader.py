@@ -39,11 +39,12 @@ def read(raw: bytes, path: str, *, whole: bool = False) -> Table:
     labelled = serial.unlabelled(lines)
     if labelled is not None:
         lines, numbers, stamps = labelled, [1, *numbers], ["", *stamps] if stamps else []
-    separator = separator_of(lines)
+    is_lvm = labview.is_lvm(lines)
+    separator = separator_of(lines[labview.first_row(lines) :] if is_lvm else lines)
     if stamps:
         lines = serial.stamped(lines, stamps, separator)
         separator = separator or "\t"
-    found = labview.sections(lines, separator, path) if labview.is_lvm(lines) else None
+    found = labview.sections(lines, separator, path) if is_lvm else None
     if found is None:
         block, tables = block_of(lines, separator, path)
         if separator == "," and _is_decimal_comma(lines, numbers, block, path):

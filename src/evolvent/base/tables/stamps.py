@@ -12,15 +12,19 @@ import numpy as np
 from evolvent.base.tables.cells import is_missing
 
 DAY = 86400.0
+#: Longest stamp.
+_LONGEST = 60
 #: A date, a time of day, or both; and the offset from universal time.
 _STAMP = re.compile(
-    r"(?:(?P<count>-?\d{1,5}) days? )?(?:(?P<date>[\w.]+?[-/. ][\w]+[-/. ]\w+?)\.?)?"
+    r"(?:(?P<count>-?\d{1,5}) days? )?(?:(?P<date>\d{4}[-/]\d{3}|[\w.]+?[-/. ][\w]+[-/. ]\w+?)\.?)?"
     r"(?:(?(date)(?: - |, ?|[T_ ]) ?)(?P<clock>\d{1,4}:\d{1,2}(?::\d{1,2})?(?:[.,:]\d+)?)(?P<half> ?[AaPp]\.?[Mm]\.?)?"
-    r" ?(?P<zone>Z|UTC|GMT|[+-]\d\d:?\d\d)?)?"
+    r" ?(?P<zone>Z|[A-Z]{3,4}|[+-]\d\d:?\d\d)?)?"
 )
 #: A stamp without signs between its numbers, 20261128T100000.5.
 _BASIC = re.compile(r"(\d{4})(\d\d)(\d\d)T(\d\d)(\d\d)(\d\d.*)")
 _DATE = re.compile(r"(\d{4}|\d{1,2})[-/. ](\d{1,2}|[^\W\d_]{3,9})[-/. ](\d{4}|\d{1,2})")
+#: A date by the day of the year, 2026-332.
+_OF_YEAR = re.compile(r"(\d{4})[-/](\d{3})")
 _CLOCK = re.compile(r"(\d{1,4}):(\d{1,2})(?::(\d{1,2}))?(?:([.,:])(\d+))?")
 _MONTHS = {
     name: k
@@ -55,11 +59,12 @@ def cells_of(texts: Sequence[str]) -> Cells:
     days = {"dmy": np.full(count, np.nan), "mdy": np.full(count, np.nan)}
     clock = np.full(count, np.nan)
     forms: set[str] = set()
+    zones: set[str] = set()
     half = has_date = has_clock = False
     for k, text in enumerate(texts):
         basic = _BASIC.fullmatch(text)
         text = "{}-{}-{}T{}:{}:{}".format(*basic.groups()) if basic else text
-        found = _STAMP.fullmatch(text)
+        found = _STAMP.fullmatch(text) if len(text) <= _LONGEST else None
         if found is None or not (found["date"] or found["clock"]):
             if is_missing(text):
                 continue
@@ -82,6 +87,9 @@ def cells_of(texts: Sequence[str]) -> Cells:
                 hours, minutes = int(found["zone"][1:3]), int(found["zone"][-2:])
                 value -= (60.0 * hours + minutes) * (60.0 if found["zone"][0] == "+" else -60.0)
             value += DAY * int(found["count"] or 0)
+            zones.add((found["zone"] or "")[:4].lstrip("+-0123456789:"))
+            if len(zones) > 1:  # words for zones of different offsets
+                return Cells({}, None, frozenset(), False, k)
             clock[k], has_clock = value, True
             forms.add(form)
     return Cells(days if has_date else {}, clock if has_clock else None, frozenset(forms), half, -1)
@@ -89,6 +97,10 @@ def cells_of(texts: Sequence[str]) -> Cells:
 
 def _days(text: str) -> tuple[float, float]:
     """Ordinal day of a date, with the day first and with the month first; NaN where it is none."""
+    of_year = _OF_YEAR.fullmatch(text)
+    if of_year:
+        day = _ordinal(int(of_year[1]), 1, 1) + int(of_year[2]) - 1 if 1 <= int(of_year[2]) <= 366 else np.nan
+        return day, day
     found = _DATE.fullmatch(text)
     if found is None:
         return np.nan, np.nan

@@ -36,16 +36,18 @@ def head_and_unit(head: str) -> tuple[str, str]:
     start = max(text.rfind("["), text.rfind("("))
     name, unit = text[:start].rstrip(), text[start + 1 : -1].strip()
     if start >= 0 and text[-1] in ")]" and name and not any(sign in unit for sign in ")]"):
+        other = ("", "") if is_unit(unit) else _behind_a_sign(name)
+        if other[1]:  # "Force, N (serial 123)"
+            return other
         for sign in (" in", " /", ","):
             name = name.removesuffix(sign).rstrip() if name != sign.strip() else name
         return name, unit
     run = _RUN.fullmatch(text)
     if run and is_unit(run[2].strip()):
         return f"{run[1]} {run[3]}", run[2].strip()
-    for sign in (" / ", " in ", ", "):
-        name, _, unit = (part.strip() for part in text.rpartition(sign))
-        if name and is_unit(unit):
-            return name, unit
+    other = _behind_a_sign(text)
+    if other[1]:
+        return other
     name, _, unit = (part.strip() for part in text.rpartition("/"))
     if name.lower() in _NAMES_OF_TIME and unit.lower() in _TAILS_OF_TIME:
         return name, unit
@@ -54,6 +56,15 @@ def head_and_unit(head: str) -> tuple[str, str]:
     of_time = low in _TAILS_OF_TIME and bool(set(re.split(r"[\W_]+", name.lower())) & _NAMES_OF_TIME)
     if name and (of_time or low in _TAILS or (low in _LONG_TAILS and len(name) > 2)) and is_unit(unit):
         return name, unit
+    return text, ""
+
+
+def _behind_a_sign(text: str) -> tuple[str, str]:
+    """Name and unit of "angle / deg", "angle in deg" and "angle, deg"; no unit in other texts."""
+    for sign in (" / ", " in ", ", "):
+        name, _, unit = (part.strip() for part in text.rpartition(sign))
+        if name and is_unit(unit):
+            return name, unit
     return text, ""
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base import mat_file, safe_open
+from evolvent.base import mat_file, safe_open, tables
 from evolvent.base.errors import EvolventError, InputError, visible
 from evolvent.base.tables import distinct
 from evolvent.massprops.signals import hdf5, tdms, text, trees, uff
@@ -112,8 +112,7 @@ def _reader(raw: bytes, name: str) -> tuple[str, Callable[[str, bytes], Content]
         return "MAT", _mat
     if uff.begins(raw):
         return "UFF 58", _uff
-    foreign = raw.startswith((b"PK\x03\x04", b"%PDF", b"\x1f\x8b", b"\x89PNG", b"CDF")) or b"\0" in raw[:4096]
-    if foreign and not raw.startswith((b"\xff\xfe", b"\xfe\xff")):  # those begin a text in UTF-16
+    if raw.startswith((b"PK\x03\x04", b"%PDF", b"\x1f\x8b", b"\x89PNG", b"CDF")) or not tables.is_text(raw):
         raise InputError(f"cannot read {name!r}: it is none of {FORMATS}")
     return "CSV", _text
 
