@@ -53,7 +53,7 @@ def swing(given: Pendulum, unit: str, rate: float) -> Kind:
     derivative, factor = 0, math.nan
     for angles, one_unit in [(True, u) for u in _ANGLES] + [(False, u) for u in _LENGTHS]:
         try:
-            ratio = units.parse(f"1 {unit}", one_unit)
+            ratio = units.factor(unit, one_unit)
         except units.UnitError:
             continue
         derivative, factor = (_ANGLES if angles else _LENGTHS).index(one_unit), ratio if angles else math.nan

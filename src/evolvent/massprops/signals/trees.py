@@ -240,7 +240,7 @@ def _quantity(leaf: np.ndarray | tuple[str, ...], unit: str, wanted: str) -> flo
         if isinstance(leaf, tuple):
             return units.parse(leaf[0] if units.split(leaf[0])[2] else f"{leaf[0]} {wanted}", wanted)  # type: ignore[index]
         value = float(leaf.ravel()[0])
-        return value * units.parse(f"1 {unit}", wanted) if unit else value
+        return value * units.factor(unit, wanted) if unit else value
     except (units.UnitError, TypeError):
         return None
 
