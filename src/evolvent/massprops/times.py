@@ -85,7 +85,8 @@ def read_times(times: Array) -> Times:
     significant digits or to 32 bits; and a line with gaps, from which a slow deviation is the wander of the clock and
     the rest a scatter.
     """
-    times, notes = np.asarray(times, dtype=float), ()
+    times = np.asarray(times, dtype=float)
+    notes: tuple[str, ...] = ()
     if _in_blocks(times):
         found = _rounded_grid(times)
         if found is not None:
@@ -390,10 +391,10 @@ def _deviation(t: Array, place: Array, resolution: float) -> tuple[Array | None,
     follow = len(parts) < FOLLOW or float((np.diff(mean) ** 2).sum()) < 1.4 * float((mean**2).sum())
     wanders = len(parts) >= 4 and float(np.abs(mean).max()) > clear and follow
     slow = np.zeros(length)
-    found = []
+    said = []
     if wanders:
         slow, rate = _smooth(place, off, step)
-        found.append(
+        said.append(
             f"the clock wanders: the times deviate from even ones by up to {np.abs(slow).max():.3g} s, and the "
             f"sampling rate by {100.0 * rate:.2g} % of its mean of {1.0 / step:.6g} a second"
         )
@@ -401,13 +402,13 @@ def _deviation(t: Array, place: Array, resolution: float) -> tuple[Array | None,
     rms, most = float(np.sqrt(np.mean(fast**2))), float(np.abs(fast).max())
     scatters = most > UNEVEN * step and rms > SCATTER * UNEVEN * step
     if scatters:
-        found.append(
+        said.append(
             f"the times scatter about {'a smooth clock' if wanders else f'even ones, {1.0 / step:.6g} a second'}, by "
             f"{rms:.3g} s rms ({100.0 * rms / step:.3g} % of a step) and {most:.3g} s at most"
         )
     steady = np.polyval(line, place) + slow
     usable = scatters and bool(np.all(np.diff(steady) > 0.0))
-    return steady - steady[0] if usable else None, tuple(found)
+    return steady - steady[0] if usable else None, tuple(said)
 
 
 def _smooth(place: Array, off: Array, step: float) -> tuple[Array, float]:

@@ -8,7 +8,7 @@ envelope b' = -(d b + D + Q b^2). All amplitudes at the sensors and all offsets 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -155,11 +155,11 @@ class Component:
         if self.rates is None:
             return replace(self, pole=complex(-values[1], values[0]))
         rest = list(values[2:])
-        rates = tuple(float(rest.pop(0)) if free else 0.0 for free in self.law)
+        d, dry, drag = (float(rest.pop(0)) if free else 0.0 for free in self.law)
         square = float(rest.pop(0)) if self.free_square else self.square
         cube = float(rest.pop(0)) if self.free_cube else self.cube
         return replace(
-            self, pole=complex(0.0, values[0]), phase=float(values[1]), rates=rates, square=square, cube=cube
+            self, pole=complex(0.0, values[0]), phase=float(values[1]), rates=(d, dry, drag), square=square, cube=cube
         )
 
     # ------------------------------------------------------------------ shape
@@ -280,7 +280,7 @@ def _split(components: tuple[Component, ...], values: Array) -> tuple[Component,
     return tuple(found)
 
 
-def _groups(components: tuple[Component, ...], signal: Signal) -> list[tuple[object, Array, Array]]:
+def _groups(components: tuple[Component, ...], signal: Signal) -> list[tuple[Any, Array, Array]]:
     """Rows, sensors, and columns in use of each group of sensors that share both."""
     found = []
     width = 2 * len(components) + 1 + signal.degree
@@ -386,7 +386,7 @@ def _minimise(now: Solution, signal: Signal, noise: Array) -> tuple[Solution, in
         scale = np.where(scale > 0.0, scale, 1.0)
         J /= scale
         J[:, (values <= least) & (J.T @ r > 0.0)] = 0.0  # held by their bounds
-        R = np.linalg.qr(np.column_stack((J, r)), mode="r")
+        R = np.asarray(np.linalg.qr(np.column_stack((J, r)), mode="r"))
         K, g = R[: J.shape[1], : J.shape[1]], -R[: J.shape[1], -1]
         bound = np.concatenate([one.resolution(length) for one in now.components])
         while True:
@@ -485,8 +485,8 @@ def covariance(found: Found, signal: Signal) -> tuple[Array, Array]:
         moved[k] += h
         T[:, k] = (summary(_split(components, moved), C) - start) / h
     for row, c in zip(*np.nonzero(position >= 0), strict=True):
-        other = C.copy()
+        changed = C.copy()
         h = 1e-6 * max(abs(C[row, c]), found.noise[c])
-        other[row, c] += h
-        T[:, position[row, c]] = (summary(components, other) - start) / h
+        changed[row, c] += h
+        T[:, position[row, c]] = (summary(components, changed) - start) / h
     return T @ full @ T.T, full[:p, :p]

@@ -341,8 +341,8 @@ def _with_law(one: Component, law: tuple[bool, bool, bool], mean: float) -> Comp
     total = one.rates[0] + one.rates[1] / mean + one.rates[2] * mean
     count = sum(law)
     scale = (1.0, mean, 1.0 / mean)
-    rates = tuple(total / count * s if free else 0.0 for s, free in zip(scale, law, strict=True))
-    return replace(one, law=law, rates=rates)
+    d, dry, drag = (total / count * s if free else 0.0 for s, free in zip(scale, law, strict=True))
+    return replace(one, law=law, rates=(d, dry, drag))
 
 
 # ------------------------------------------------------------------------------------------------ choice
@@ -428,11 +428,11 @@ def _greedy(found: list[Found], signal: Signal) -> list[Found]:
         one, rest = best.solution.components[0], best.solution.components[1:]
         trials = []
         for k in range(3):
-            law = tuple(acts != (j == k) for j, acts in enumerate(one.law))
+            law = (one.law[0] != (k == 0), one.law[1] != (k == 1), one.law[2] != (k == 2))
             if any(law) and law not in tried:
                 tried.add(law)
-                rates = tuple(r if acts else 0.0 for r, acts in zip(one.rates or (), law, strict=True))
-                trials.append(_grown(replace(one, law=law, rates=rates), list(rest), signal, best.noise))
+                d, dry, drag = (r if acts else 0.0 for r, acts in zip(one.rates or (), law, strict=True))
+                trials.append(_grown(replace(one, law=law, rates=(d, dry, drag)), list(rest), signal, best.noise))
         found += trials
         better = _least(trials, signal)
         if better is None or better.bic(signal) >= best.bic(signal):
