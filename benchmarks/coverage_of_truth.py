@@ -1,6 +1,6 @@
 """Coverage of the truth: how often the stated uncertainty of mass properties holds it, for each stand and disturbance.
 
-    python benchmarks/coverage_of_truth.py [-o docs/coverage.json] [--repetitions 200] [--stands torsion,...] [--only ...]
+    python benchmarks/coverage_of_truth.py [-o docs/coverage.json] [--repetitions 200] [--stands NAMES] [--only NAMES]
 
 Motions are simulated by equations of their own (tests/massprops/motions.py), with bodies, amplitudes, phases, damping,
 rates and disturbances drawn anew for each repetition, and evaluated as a user would: signals and a description. All
@@ -24,11 +24,10 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests"))
 
-from massprops import motions  # noqa: E402
-
 from evolvent.base.errors import InputError  # noqa: E402
 from evolvent.massprops import mass_properties  # noqa: E402
 from evolvent.massprops.signals import Signals  # noqa: E402
+from massprops import motions  # noqa: E402
 
 Array = np.ndarray
 STANDS = ("torsion", "bifilar", "trifilar", "compound", "springs")
@@ -261,7 +260,7 @@ def springs(name: str, n: int, random: np.random.Generator) -> list[Repetition]:
 
 
 def repetitions(stand: str, name: str, n: int) -> list[Repetition]:
-    """n recordings of a stand with a disturbance, always the same."""
+    """Recordings (n) of a stand with a disturbance, always the same."""
     random = np.random.default_rng([STANDS.index(stand), list(DISTURBANCES).index(name), 48])
     return springs(name, n, random) if stand == "springs" else pendulums(stand, name, n, random)
 
