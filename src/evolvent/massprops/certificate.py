@@ -276,14 +276,14 @@ def _steps(found: MassProperties) -> list[str]:
         steps.append(
             "Moment of inertia about the pivot: I = M g d / ω², minus the tare, with M and d mass and centre "
             "of mass of "
-            "all that swings, ω the undamped frequency of a small swing, that of a finite one corrected by the "
-            "elliptic integral; about the body's own centre of mass M d² of the body less."
+            "all that swings, ω the undamped frequency at zero amplitude, fitted with the rate's change by the "
+            "amplitude; about the body's own centre of mass M d² of the body less."
         )
     else:
         steps.append(
             "Moment of inertia: I = (M g R r / H + κ) / ω², minus the tare, with M all that hangs, R and r the wires' "
-            "radii above and below, H the height of the wires, ω the undamped frequency; at a finite amplitude the "
-            "exact period."
+            "radii above and below, H the height of the wires, ω the undamped frequency at zero amplitude, fitted with "
+            "the rate's change by the amplitude."
         )
     steps.append("Uncertainty: law of propagation (JCGM 100:2008) with the sensitivities of the whole evaluation.")
     return steps

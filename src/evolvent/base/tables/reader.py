@@ -125,8 +125,8 @@ def _is_decimal_comma(lines: Sequence[str], numbers: Sequence[int], block: Block
         names = f"the head names {counted(named, 'column')}, " if named else ""
         raise InputError(
             f"cannot read {path!r}: {names}line {numbers[block.rows[0]]} has {block.width} cells without decimals; "
-            "commas part the cells and seem to be decimal signs as well, so that the cells cannot be told apart; write it "
-            "with semicolons between the cells"
+            "commas part the cells and seem to be decimal signs as well, so that the cells cannot be told apart; write "
+            "it with semicolons between the cells"
         )
     return False
 

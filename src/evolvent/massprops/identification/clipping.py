@@ -62,8 +62,8 @@ def look(modes: Modes, signal: Signal, c: int) -> Found | None:
     Notes
     -----
     Crests that are cut by max(|s| - level, 0), s the motion, leave odd harmonics that die away with the crests above
-    the level. They are compared above the modes' own frequencies, each sample's shape and its slope, which takes a filter's
-    delay.
+    the level. They are compared above the modes' own frequencies, each sample's shape and its slope, which takes a
+    filter's delay.
     """
     amplitude = modes.amplitude[:, c]
     strong = np.flatnonzero(amplitude >= STRONG * amplitude.max())
