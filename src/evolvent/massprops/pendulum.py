@@ -85,6 +85,9 @@ def evaluate(given: Pendulum, modal: Modal, own: Sequence[str] = ()) -> Evaluati
     """
     k, why = _rotation(given, modal, _sway(given))
     followed = _followed(modal, k)
+    swung = modal.modes.swings[k] if modal.modes.swings else None
+    if swung is not None:
+        why = (*why, f"It is fitted as one swing: {swung}.")
     inputs = [i for i in _inputs(given) if followed is None or i.key != "stand.amplitude"]
     at = {i.key: i.value for i in inputs}
     w, std = float(modal.frequency[k]), float(modal.frequency_std[k])
