@@ -124,9 +124,9 @@ def _is_decimal_comma(lines: Sequence[str], numbers: Sequence[int], block: Block
     if (named and named < block.width - 1) or (named != block.width and is_odd):
         names = f"the head names {counted(named, 'column')}, " if named else ""
         raise InputError(
-            f"cannot read {path!r}: {names}line {numbers[block.rows[0]]} has {block.width} cells without decimals; commas "
-            "part the cells and seem to be decimal signs as well, so that the cells cannot be told apart; write it with "
-            "semicolons between the cells"
+            f"cannot read {path!r}: {names}line {numbers[block.rows[0]]} has {block.width} cells without decimals; "
+            "commas part the cells and seem to be decimal signs as well, so that the cells cannot be told apart; write "
+            "it with semicolons between the cells"
         )
     return False
 
