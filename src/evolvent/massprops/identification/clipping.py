@@ -21,7 +21,7 @@ LINES = 1.5
 ABOVE = 1.8
 #: Degree of the slow changes of the motion that are no harmonics.
 SLOW = 6
-#: Least reduction of the sum of squares, in variances of the noise, over that by a cubic law, and size beside the motion.
+#: Least reduction of the sum of squares, in variances of the noise; over that by a cubic law; size beside the motion.
 GAIN, OVER_CUBIC, SIZE = 60.0, 1.05, 2e-3
 
 
