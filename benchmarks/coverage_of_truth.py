@@ -1,6 +1,8 @@
 """Coverage of the truth: how often the stated uncertainty of mass properties holds it, for each stand and disturbance.
 
-    python benchmarks/coverage_of_truth.py [-o docs/coverage.json] [--repetitions 200] [--stands NAMES] [--only NAMES]
+    python benchmarks/coverage_of_truth.py [-o docs/coverage.json] [--repetitions 200] [--stands torsion] [--only drag]
+
+Rows are put into the file beside those that it holds. The page docs/coverage.md is written from it.
 
 Motions are simulated by equations of their own (tests/massprops/motions.py), with bodies, amplitudes, phases, damping,
 rates and disturbances drawn anew for each repetition, and evaluated as a user would: signals and a description. All
@@ -260,7 +262,7 @@ def springs(name: str, n: int, random: np.random.Generator) -> list[Repetition]:
 
 
 def repetitions(stand: str, name: str, n: int) -> list[Repetition]:
-    """Recordings (n) of a stand with a disturbance, always the same."""
+    """Recordings of a stand with a disturbance, always the same."""
     random = np.random.default_rng([STANDS.index(stand), list(DISTURBANCES).index(name), 48])
     return springs(name, n, random) if stand == "springs" else pendulums(stand, name, n, random)
 
@@ -349,7 +351,9 @@ def main() -> None:
     parser.add_argument("--show", type=int, default=0, help="repetitions with silent misses to print, a row")
     parser.add_argument("--texts", action="store_true", help="print the most frequent warnings and refusals")
     options = parser.parse_args()
-    results: dict[str, Any] = {}
+    results: dict[str, Any] = (
+        json.loads(options.output.read_text()) if options.output and options.output.exists() else {}
+    )
     for stand in options.stands.split(","):
         for name in options.only.split(","):
             row = counted(repetitions(stand, name, options.repetitions), DISTURBANCES[name][1], show=options.show)
@@ -360,8 +364,8 @@ def main() -> None:
                     print(f"      {count:4d} {text}")
             row.pop("seconds")
             results.setdefault(stand, {})[name] = row
-    if options.output:
-        options.output.write_text(json.dumps(results, indent=1) + "\n")
+            if options.output:
+                options.output.write_text(json.dumps(results, indent=1) + "\n")
 
 
 if __name__ == "__main__":

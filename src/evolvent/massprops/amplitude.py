@@ -17,7 +17,9 @@ from evolvent.massprops.inertia.vibration import linearise
 from evolvent.massprops.modal import Modal
 
 #: Steps in a period of the fastest mode, and at most in all.
-STEPS, MOST_STEPS = 16, 400
+STEPS, MOST_STEPS = 16, 1200
+#: Logarithm of the ratio of frequencies within which a mode of the record may be one of the model.
+ALIKE = 0.1
 #: Amplitude over the natural length below which nothing is computed: the shift is of the order of its square.
 SMALL = 1e-3
 #: Motion over the natural length above which a failure may be due to it.
@@ -45,15 +47,17 @@ def shift(s: Setup, modal: Modal, used: tuple[int, ...], sensors: np.ndarray, di
     Notes
     -----
     The identified body is simulated with full geometry and the measured decay, once from the measured amplitude and
-    once from a tiny one. The modes of both simulations are identified in the same way as those of the signals.
+    once from a tiny one, in all modes of the record that are the body's by their frequency and shape, over the record's
+    length. The modes of both simulations are identified in the same way as those of the signals, as many as move.
     """
     order = _derivatives(modal.reading.unit)
     if order is None:
         return None
-    rows, s = list(used), whole(s)
+    s = whole(s)
     modes = linearise(s).modes(refuse_unstable=False)
     w = np.sqrt(np.maximum(modes.eigenvalue, 0.0))
     v = modes.at(sensors, directions)
+    rows = [*used, *_others(modal, used, w, v)]
     frequency = modal.frequency[rows]
     cost = np.abs(np.log(np.maximum(w, 1e-9) / frequency[:, None]))
     cost = cost + 1.0 - np.nan_to_num(mac(modal.shapes[rows][:, None], v[None]))
@@ -66,7 +70,7 @@ def shift(s: Setup, modal: Modal, used: tuple[int, ...], sensors: np.ndarray, di
     reach = np.abs(z) @ np.abs(modes.at(s.points)[pick])
     spring = int(np.argmax(reach / s.length))
     if reach[spring] < SMALL * s.length[spring]:
-        return Shift(float(reach[spring]), np.zeros(len(rows)))
+        return Shift(float(reach[spring]), np.zeros(len(used)))
     step = 2.0 * np.pi / (STEPS * float(frequency.max()))
     step = min(step, 2.0 / float(np.nanmax(w)))
     count = int(min(MOST_STEPS, modal.reading.time[-1] / step))
@@ -81,8 +85,27 @@ def shift(s: Setup, modal: Modal, used: tuple[int, ...], sensors: np.ndarray, di
             got = identify(motion, rate=1.0 / step, order=len(rows)).natural_frequency
             found.append(got[matching(np.abs(np.log(got / frequency[:, None])))])
         except (InputError, np.linalg.LinAlgError):
-            return Shift(float(reach[spring]), np.full(len(rows), np.nan))
-    return Shift(float(reach[spring]), found[0] - found[1])
+            return Shift(float(reach[spring]), np.full(len(used), np.nan))
+    return Shift(float(reach[spring]), (found[0] - found[1])[: len(used)])
+
+
+def _others(modal: Modal, used: tuple[int, ...], w: np.ndarray, v: np.ndarray) -> list[int]:
+    """Modes of the record beside those that are used in which the body moves: alike in frequency and shape."""
+    left = [k for k in range(modal.modes.order) if k not in used and k not in modal.hum]
+    free = [int(j) for j in range(len(w)) if w[j] > 0.0]
+    taken = [free[int(np.argmin(np.abs(np.log(w[free] / modal.frequency[k]))))] for k in used]
+    free = [j for j in free if j not in taken]
+    found = []
+    for k in left:
+        near = [j for j in free if abs(np.log(w[j] / modal.frequency[k])) < ALIKE and _agreement(modal, k, v[j]) > 0.8]
+        if near:
+            found.append(k)
+            free.remove(near[0])
+    return found
+
+
+def _agreement(modal: Modal, k: int, shape: np.ndarray) -> float:
+    return float(np.nan_to_num(mac(modal.shapes[k], shape)))
 
 
 def refuse(length: np.ndarray, modal: Modal) -> None:

@@ -120,7 +120,7 @@ def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Moda
     p, widening = _widening(reading, modes)
     found = modes.mode_shapes()
     widened = np.outer(widening, widening)
-    hum, steady = _steady(modes, reading, widening)
+    hum, steady = _steady(modes, reading, widening, pendulum=swing is not None)
     signal = read_signal(reading.data, time=reading.time, names=reading.names, noise=reading.noise)
     cut = tuple(clipped(modes, signal))
     return Modal(
@@ -207,8 +207,12 @@ def _edge(modes: Modes, reading: Reading) -> list[str]:
     ]
 
 
-def _steady(modes: Modes, reading: Reading, widening: np.ndarray) -> tuple[tuple[int, ...], list[str]]:
+def _steady(
+    modes: Modes, reading: Reading, widening: np.ndarray, *, pendulum: bool
+) -> tuple[tuple[int, ...], list[str]]:
     """Modes at a mains frequency, as it appears at this rate, and sentences on modes that do not decay.
+
+    Of a pendulum any such mode is told; a body on springs may have motions that nothing damps.
 
     Notes
     -----
@@ -220,10 +224,10 @@ def _steady(modes: Modes, reading: Reading, widening: np.ndarray) -> tuple[tuple
     std = widening * modes.decay_rate_std
     hum, texts = [], []
     for k, w in enumerate(modes.frequency):
-        if k == strongest or abs(modes.decay_rate[k]) > 3.0 * std[k]:
+        if k == strongest or abs(modes.decay_rate[k]) > 3.0 * std[k] or std[k] * modes.time[-1] > 1.0:
             continue
         own, name = float(w) / (2.0 * np.pi), f"the mode at {w:.6g} rad/s"
-        near = 3.0 * widening[k] * float(modes.frequency_std[k]) / (2.0 * np.pi)
+        near = min(3.0 * widening[k] * float(modes.frequency_std[k]) / (2.0 * np.pi), WANDER)
         for mains in (n * m for n in range(1, HARMONICS + 1) for m in MAINS):
             seen = abs(mains - reading.rate * round(mains / reading.rate))
             if abs(seen - own) < near + WANDER * mains / MAINS[0]:
@@ -234,7 +238,7 @@ def _steady(modes: Modes, reading: Reading, widening: np.ndarray) -> tuple[tuple
                 )
                 break
         else:
-            if modes.decay_rate[k] + 2.0 * std[k] < STEADY * modes.decay_rate[strongest]:
+            if pendulum and modes.decay_rate[k] + 2.0 * std[k] < STEADY * modes.decay_rate[strongest]:
                 texts.append(
                     f"{name} does not decay as the others do: hum or a drive, perhaps seen through too few samples"
                 )
