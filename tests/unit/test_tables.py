@@ -390,6 +390,15 @@ def test_rates_that_a_head_states(head: str, rate: float | None, start: float) -
     np.testing.assert_allclose(table.numbers("CH1"), LEFT, atol=6e-5)
 
 
+def test_a_row_that_is_cut_off_stays_a_sample_where_no_times_are_stated() -> None:
+    rows = "1.5,2.5\n" * 10 + "1.\n" + "1.5,2.5\n" * 10
+    table = tables.read(f"left,right\n{rows}".encode(), "a.csv")
+    assert (table.rows, table.line(10), table.line(11)) == (21, 12, 13)
+    np.testing.assert_array_equal(np.flatnonzero(np.isnan(table.numbers("left"))), [10])
+    assert table.notes[-1] == "rows cut off that stand for missing samples: 1"
+    assert tables.read(f"time,right\n{rows}".encode(), "a.csv").rows == 20
+
+
 def test_large_tables_are_read_in_parts() -> None:
     """Cells of later parts count as those of the first: an empty one, a word, another sign."""
     count = 40_000

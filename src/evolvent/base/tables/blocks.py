@@ -32,6 +32,7 @@ class Block:
     width, least : most cells of a row, and most without the empty ones at its end
     letters : kinds of the cells of the first rows
     short, others, heads : places of rows with fewer cells, of lines that are none, and of heads that stand again
+    cut : those of the others that are rows with fewer cells, with rows behind them
     long : place of the first row with too many cells, or -1
     counts : whether the first cells are the numbers of the rows
     named : cells of the line above the first row, a head
@@ -44,6 +45,7 @@ class Block:
     short: list[int] = dataclasses.field(default_factory=list)
     others: list[int] = dataclasses.field(default_factory=list)
     heads: list[int] = dataclasses.field(default_factory=list)
+    cut: list[int] = dataclasses.field(default_factory=list)
     long: int = -1
     counts: bool = False
     named: int = 0
@@ -117,7 +119,7 @@ class _Blocks:
             if row.least:
                 self._take(place, row)
         if self.found and self.waiting:
-            self._sort()
+            self._sort(is_end=True)
         return self.found
 
     def _take(self, place: int, row: Kinds) -> None:
@@ -179,7 +181,7 @@ class _Blocks:
         block = self.found[-1]
         return self.lines[place].strip() in self.seen or row.is_row or row.least < block.least
 
-    def _sort(self) -> None:
+    def _sort(self, *, is_end: bool = False) -> None:
         """Keep the lines between rows with the run. Shorter rows are its rows where several follow one another."""
         block = self.found[-1]
         are_rows = self.all_short and len(self.waiting) > 1
@@ -196,6 +198,8 @@ class _Blocks:
                 block.rows.append(place)
             else:
                 block.others.append(place)
+                if row.is_row and not is_end:
+                    block.cut.append(place)
         self.waiting = []
 
 

@@ -12,6 +12,7 @@ from evolvent.base.tables.cells import is_missing, quantity
 from evolvent.base.tables.heads import Head, head_of
 from evolvent.base.tables.layout import decoded, is_comment, kind, kinds, lines_of, separator_of, split
 from evolvent.base.tables.table import Table
+from evolvent.base.tables.words import time_columns
 
 #: Rows by which cells are told to be parted by decimal commas.
 _JUDGED = 200
@@ -74,7 +75,11 @@ def read(raw: bytes, path: str, *, whole: bool = False) -> Table:
         raise InputError(f"cannot read {path!r}: it is no table of numbers of two lines or more")
     first = block.letters[: max(1, len(block.letters) // 2)]
     clocks = [c for c in range(block.width) if {row[c : c + 1] for row in first} in ({"t"}, {"t", "e"})]
-    own = [lines[k] for k in rows]
+    if block.cut and not clocks and not time_columns(head.names, head.units):  # without times every row counts
+        rows = sorted([*rows, *block.cut])
+        head = head._replace(notes=(*head.notes, f"rows cut off that stand for missing samples: {len(block.cut)}"))
+    cut = set(block.cut)
+    own = ["" if k in cut else lines[k] for k in rows]
     marks = _units_in_cells(own, separator, len(head.units))
     head = head._replace(units=[unit or marks.get(c, "") for c, unit in enumerate(head.units)])
     return Table(path, head, own, [numbers[k] for k in rows], separator, block.width, clocks, marks)
