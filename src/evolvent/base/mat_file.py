@@ -184,14 +184,14 @@ class _Reader:
             raise _Damaged
         texts = []
         for k, (_, _, whole) in enumerate(parts):
-            own = (*path[:-1], f"{path[-1]}{{{k + 1}}}")
+            own = (*path[:-1], f"{path[-1]}{{{k + 1}}}") if len(parts) > 1 else path
             self.matrix(whole, own, deep + 1)
             found = self.leaves.get(own)
             if isinstance(found, tuple) and len(found) <= 1:
                 texts.append((own, found[0] if found else ""))
         if parts and len(texts) == len(parts):
             for own, _ in texts:
-                del self.leaves[own]
+                self.leaves.pop(own, None)
             self.leaves[path] = tuple(text for _, text in texts)
 
     def _struct(

@@ -69,7 +69,7 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     names = tuple(s.name or source.names[c] for s, c in zip(sensors, places, strict=True))
     if len(set(names)) < len(names):
         raise InputError(f"signals.sensors have the names {', '.join(names)}; they must be different")
-    data = np.column_stack([source.column(k + 1) for k in places])
+    data = np.column_stack([source.samples(k)[: base.size] for k in places])
     notes += [note for note in source.notes if note not in notes]  # reading of a column adds to them
     if base.time is None:
         assert base.rate is not None

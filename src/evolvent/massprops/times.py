@@ -31,6 +31,8 @@ MOST_UNLIKE = 4.0
 STRETCHES, STRETCH = 64, 16
 #: A clock wanders where a stretch's mean deviation exceeds that of the scatter so many times.
 WANDER = 6.0
+#: ... and where so many stretches or more are alike to their neighbours.
+FOLLOW = 12
 #: Times scatter where their rms distance from a smooth clock exceeds this share of UNEVEN.
 SCATTER = 0.25
 #: Steps that differ by less than this share are one; times from 1970 on in s are kept to 2e-7 s.
@@ -387,7 +389,9 @@ def _deviation(t: Array, place: Array, resolution: float) -> tuple[Array | None,
         return None, (f"{found}, {1.0 / step:.6g} samples a second on average",)
     least = len(parts[-1])
     clear = max(WANDER * scatter / np.sqrt(least), UNEVEN * step, 0.5 * resolution)
-    wanders = len(parts) >= 4 and float(np.abs(mean).max()) > clear
+    # means of a scatter that lasts over a few samples are large as well, but do not follow each other
+    follow = len(parts) < FOLLOW or float((np.diff(mean) ** 2).sum()) < 1.4 * float((mean**2).sum())
+    wanders = len(parts) >= 4 and float(np.abs(mean).max()) > clear and follow
     slow = np.zeros(length)
     found = []
     if wanders:

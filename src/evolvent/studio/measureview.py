@@ -455,7 +455,7 @@ def _signal_chart(source: signals.Signals, columns: Mapping[str, Any], rate: flo
     for n, k in enumerate(drawn):
         with contextlib.suppress(InputError):  # of a column of words; it is said where it is used
             x = _times_of(source, k, times, rate)
-            lines.append(Line(x=x, y=source.column(k + 1), label=labels[n], color=n))
+            lines.append(Line(x=x, y=source.samples(k), label=labels[n], color=n))
     panel = Panel(x_label=x_label, y_label=f"reading, {common}" if common else "reading", lines=lines)
     made = charts.charts(Figure(name="signals", title="", panels=[panel]))[0]
     return charts.Chart(options=made.options, timed=False)

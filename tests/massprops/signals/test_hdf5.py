@@ -33,6 +33,16 @@ def step_in_ms(file: h5py.File) -> None:
     file["dt"].attrs["units"] = "ms"
 
 
+def start_of_waveform(file: h5py.File) -> None:
+    file["left"] = X[:, 0]
+    file["left"].attrs.update({"wf_increment": 1.0 / RATE, "wf_start_offset": -1.0})
+
+
+def rate_with_blank(file: h5py.File) -> None:
+    file["left (mm)"] = X[:, 0]
+    file.attrs["Sampling Frequency [Hz]"] = np.array([20], dtype="i4")
+
+
 def another_group(file: h5py.File) -> None:
     file["data/left"] = X[:, 0]
     file["axes/time"] = TIME - 1.0
@@ -66,6 +76,8 @@ def frame(file: h5py.File) -> None:
 WAYS: dict[Callable[[h5py.File], None], tuple[tuple[str, ...], str, float]] = {
     attributes: (("rig/left",), "mm", 0.0),
     step_in_ms: (("left",), "", 0.0),
+    start_of_waveform: (("left",), "", -1.0),
+    rate_with_blank: (("left (mm)",), "mm", 0.0),
     another_group: (("data/left",), "", -1.0),
     scale: (("a", "b", "c"), "", -1.0),
     records: (("log/table/left",), "", -1.0),

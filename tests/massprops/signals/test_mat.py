@@ -93,8 +93,17 @@ WAYS: dict[str, tuple[dict[str, Any], tuple[str, ...], str, float, float]] = {
                            ("x 1", "x 2", "x 3"), "", 1.3, 0.0),
     "constants": ({"x": X, "fs": RATE, "cal": np.array([1.0, 2.0]), "other": np.arange(50.0) ** 2, "text": "abc"},
                   ("x 1", "x 2", "x 3"), "", 1.3, 0.0),
+    "identification toolbox": ({"z": {"OutputData": X, "Ts": 1.0 / RATE, "OutputName": CELL, "OutputUnit": "mm"}},
+                               ("left", "right", "top"), "mm", 1.3, 0.0),
+    "a column of times each": ({"D_AI_1": X[:, :1], "D_time_AI_1": TIME - 1.0, "D_AI_2": X[::2, :1],
+                                "D_time_AI_2": 2.0 * TIME[:200]}, ("D_AI_1",), "", 1.3, -1.0),
+    "a rate as text": ({"x": X[:, :1], "Fs": "20 Hz"}, ("x",), "", 1.3, 0.0),
+    "a rate in a cell": ({"x": X[:, :1], "Fs": np.array([RATE], dtype=object)}, ("x",), "", 1.3, 0.0),
+    "times in a named matrix": ({"m": np.column_stack([TIME - 1.0, X[:, :2]]),
+                                 "names": np.array(["time", "left", "right"], dtype=object)},
+                                ("left", "right"), "", 1.3, -1.0),
 }  # fmt: skip
-NAMED = ("two structs", "T beside Ts", "rising T beside Ts", "constants")
+NAMED = ("a column of times each", "two structs", "T beside Ts", "rising T beside Ts", "constants")
 
 
 @pytest.mark.parametrize("version", ["5", "5 compressed", "7.3"])
@@ -111,8 +120,8 @@ def test_a_decay_in_every_form(way: str, version: str, tmp_path: pathlib.Path) -
     assert found.reading.source.units[found.reading.source.index(names[0])] == unit
     assert found.frequency / (2.0 * np.pi) == pytest.approx([hertz], rel=3e-3)
     assert found.reading.start == pytest.approx(start, abs=1e-9)
-    stated = "x" if "column" not in way and way != "rows" and "Workspace" not in way else ""
-    assert ("the time states no unit: taken in s" in found.reading.notes) == (stated == "")
+    open_ = any(word in way for word in ("column of times", "rows", "Workspace", "matrix"))
+    assert ("the time states no unit: taken in s" in found.reading.notes) == open_
 
 
 def test_structs_in_arrays_and_cells(tmp_path: pathlib.Path) -> None:
@@ -135,6 +144,28 @@ def test_samples_are_along_the_axis_that_is_as_long_as_the_times(tmp_path: pathl
     np.testing.assert_array_equal(found.column("x 60"), wide[:, 59])
     np.testing.assert_array_equal(found.column("y 3"), deep[0, 2])
     assert found.left_out == {"z": "it has 3 dimensions"}
+
+
+def test_days_and_counts_since_1970(tmp_path: pathlib.Path) -> None:
+    """Times without a unit whose size says what they count."""
+    for time, what in (
+        (738_000.5 + TIME / 86400.0, "days as datenum does"),
+        (1.7e9 + TIME, "s since 1970"),
+        (1.7e12 + 1e3 * TIME, "ms since 1970"),
+    ):
+        found = vibration(saved(tmp_path / "a.mat", {"time": time, "x": X[:, 0]}))
+        assert found.frequency / (2.0 * np.pi) == pytest.approx([1.3], rel=3e-3)
+        assert f"the time states no unit: by its size it counts {what}" in " ".join(found.reading.notes)
+
+
+def test_a_column_that_rises_evenly_is_offered_as_the_time(tmp_path: pathlib.Path) -> None:
+    path = saved(tmp_path / "a.mat", {"m": np.column_stack([TIME, X])})
+    with pytest.raises(InputError, match=r"states neither times nor a rate; .*; 'm 1' rises evenly, as times do"):
+        vibration(path)
+    assert vibration(path, (), {"signals.time": "m 1"}).reading.names == ("m 2", "m 3", "m 4")
+    other = saved(tmp_path / "b.mat", {"t": TIME[1:], "x": X})
+    with pytest.raises(InputError, match="'t' has 399 values for 400 samples of 'x 1'"):
+        vibration(other)
 
 
 def test_two_bases_are_listed(tmp_path: pathlib.Path) -> None:

@@ -118,6 +118,15 @@ def test_names(tmp_path: pathlib.Path) -> None:
     assert frequencies(path, "h/b") == pytest.approx([1.3], rel=1e-3)
 
 
+def test_steps_that_others_state(tmp_path: pathlib.Path) -> None:
+    """The property of another writer, or the other channels of a group."""
+    path = written(tmp_path / "a.tdms", ("g/a (mm)", noisy(1), {"Sampling Rate": RATE}), ("g/b (mm)", noisy(2), {}))
+    found = vibration(path)
+    assert found.frequency / (2.0 * np.pi) == pytest.approx([1.3], rel=1e-3)
+    assert found.reading.unit == "mm"
+    assert found.reading.notes == ("'b (mm)' states no step: that of 'a (mm)' was taken",)
+
+
 def test_what_is_no_function_of_time_and_what_counts(tmp_path: pathlib.Path) -> None:
     path = written(
         tmp_path / "a.tdms",
@@ -131,6 +140,15 @@ def test_what_is_no_function_of_time_and_what_counts(tmp_path: pathlib.Path) -> 
         "'sample' is left out: it counts samples",
         "'dead' is left out: all its samples are 3",
     )
+
+
+def test_channels_that_end_a_sample_earlier(tmp_path: pathlib.Path) -> None:
+    """As those of a recorder that was stopped: what all of them have is used."""
+    path = written(tmp_path / "a.tdms", ("g/a", noisy(1), STEP), ("g/b", noisy(2)[:-1], STEP))
+    found = vibration(path)
+    assert found.frequency / (2.0 * np.pi) == pytest.approx([1.3], rel=1e-3)
+    assert found.reading.data.shape == (SIZE - 1, 2)
+    assert found.reading.notes == (f"'a' and others go on behind the {SIZE - 1} samples that all columns have",)
 
 
 def test_scaled_samples(tmp_path: pathlib.Path) -> None:

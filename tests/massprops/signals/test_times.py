@@ -108,6 +108,31 @@ def test_only_the_columns_that_are_wanted_are_judged(tmp_path: pathlib.Path) -> 
         vibration(path)
 
 
+def test_columns_are_counted_as_the_file_has_them(tmp_path: pathlib.Path) -> None:
+    found = signals.read(written(tmp_path / "a.csv", {"time (s)": TIME, "state": ["ok"] * SIZE, "x": DECAY}))
+    assert found.names[found.index(3)] == "x"
+    with pytest.raises(InputError, match=r"column is 'state', which is no signal in .*: no cell holds a number"):
+        found.index(2)
+    with pytest.raises(InputError, match=r"column is 4, but .* has 3 columns, counted from 1: time, state, x"):
+        found.index(4)
+
+
+def test_times_of_several_columns_go_to_those_behind_them(tmp_path: pathlib.Path) -> None:
+    """Or to those with their number."""
+    fine = 0.5 * TIME
+    for columns in (
+        {"Run 1: Time (s)": TIME, "Run 1: x": DECAY, "Run 2: Time (s)": fine, "Run 2: x": DECAY},
+        {"t1": TIME, "t2": fine, "x1": DECAY, "x2": DECAY},
+        {"Zeit": TIME, "x": DECAY, "Zeit ": fine, "y": DECAY},
+    ):
+        path = written(tmp_path / "a.csv", columns)
+        first, second = [name for name in columns if "x" in name or "y" in name]
+        assert hertz(vibration(path, [first])) == pytest.approx([1.3], rel=1e-3)
+        assert hertz(vibration(path, [second])) == pytest.approx([2.6], rel=1e-3)
+        with pytest.raises(InputError, match="columns of different times"):
+            vibration(path)
+
+
 def test_the_notes_are_in_what_is_measured(tmp_path: pathlib.Path, call: Any) -> None:
     """On the terminal, in a certificate and in Python."""
     from evolvent.massprops import certificate

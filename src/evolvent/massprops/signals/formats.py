@@ -17,6 +17,7 @@ import numpy as np
 from evolvent.base import mat_file, safe_open, tables
 from evolvent.base.errors import EvolventError, InputError, visible
 from evolvent.base.tables import distinct
+from evolvent.base.units import head_and_unit, is_unit
 from evolvent.massprops.signals import hdf5, tdms, text, trees, uff
 from evolvent.massprops.signals.recording import Column, Signals, column
 
@@ -30,6 +31,7 @@ class Content(NamedTuple):
     columns: list[Column]
     left: Mapping[str, str] = MappingProxyType({})
     notes: Sequence[str] = ()
+    places: Sequence[str] = ()
 
 
 def read(path: str | os.PathLike[str], variables: Iterable[str] = ()) -> Signals:
@@ -74,15 +76,25 @@ def read(path: str | os.PathLike[str], variables: Iterable[str] = ()) -> Signals
     new_names = dict(zip([one.name for one in columns], names, strict=True))
     return Signals(
         columns=tuple(
-            dataclasses.replace(one, name=n, unit=visible(one.unit).strip(), times=new_names.get(one.times, ""))
+            dataclasses.replace(one, name=n, unit=_unit(one, format_), times=new_names.get(one.times, ""))
             for one, n in zip(columns, names, strict=True)
         ),
         path=name,
         format=format_,
         sha256=hashlib.sha256(raw).hexdigest(),
         notes=content.notes,
+        places=content.places,
         left_out={visible(key): visible(why) for key, why in content.left.items()},
     )
+
+
+def _unit(one: Column, format_: str) -> str:
+    """Unit of a column as the file states it, else behind its name, as in "x (mm)"; those of texts are known."""
+    unit = visible(one.unit).strip()
+    if unit or format_ in ("CSV", "run"):
+        return unit
+    behind = head_and_unit(one.name)[1]
+    return behind if is_unit(behind) else ""
 
 
 def is_text(raw: bytes, name: str) -> bool:

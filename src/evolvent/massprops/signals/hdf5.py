@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from evolvent.base import safe_open
-from evolvent.massprops.signals.trees import RATES, STARTS, STEPS, Path, Tree
+from evolvent.massprops.signals.statements import is_statement
+from evolvent.massprops.signals.trees import Path, Tree
 
 #: Levels of cells and structs that refer to others, at most, and texts of a data set that are read.
 _DEEPEST, _MOST = 32, 10_000
-_ATTRIBUTES = ("unit", "units", "label", *RATES, *STEPS, *STARTS)
+_ATTRIBUTES = ("unit", "units", "label")
 
 
 def read(raw: bytes, name: str, *, of_matlab: bool) -> Tree:
@@ -53,7 +54,7 @@ class _Reader:
     def attributes(self, item: Any, path: Path) -> None:
         """Keep attributes that state a rate, a start or a unit."""
         for key in item.attrs:
-            if key.lower().replace("_", "") not in _ATTRIBUTES:
+            if key.lower() not in _ATTRIBUTES and not is_statement(key):
                 continue
             value = item.attrs[key]
             lowered = "units" if key.lower() == "unit" else key

@@ -61,6 +61,7 @@ class Signals:
     sha256 : of the file's bytes, hexadecimal
     left_out : names that the file has beside these -> why they are no columns of numbers
     notes : sentences on the file, to which reading of a column may add
+    places : names of all columns of a table in its order, by which they are counted; () for those of `columns`
     """
 
     columns: tuple[Column, ...]
@@ -69,6 +70,7 @@ class Signals:
     sha256: str
     left_out: Mapping[str, str] = field(default_factory=dict)
     notes: Sequence[str] = ()
+    places: Sequence[str] = ()
 
     @classmethod
     def of(
@@ -127,12 +129,13 @@ class Signals:
             If there is no such column; it names the nearest.
         """
         if isinstance(column, int):
-            if 1 <= column <= len(self.columns):
-                return column - 1
-            raise InputError(
-                f"{key} is {column}, but {self.path!r} has {counted(len(self.columns), 'column')}, counted from 1: "
-                f"{', '.join(self.names)}"
-            )
+            known = self.places or self.names
+            if not 1 <= column <= len(known):
+                raise InputError(
+                    f"{key} is {column}, but {self.path!r} has {counted(len(known), 'column')}, counted from 1: "
+                    f"{', '.join(known)}"
+                )
+            column = known[column - 1]
         if column in self.left_out:
             raise InputError(f"{key} is {column!r}, which is no signal in {self.path!r}: {self.left_out[column]}")
         if column in self.names:
@@ -147,6 +150,15 @@ class Signals:
             return ends[0]
         raise InputError(f"{key} is {column!r}, which {self.path!r} does not hold; {nearest(column, self.names)}")
 
+    def samples(self, k: int) -> np.ndarray:
+        """(N,) the samples of the column of index k; see `column`."""
+        one = self.columns[k]
+        values = one.samples()
+        if np.isinf(values).any():
+            place = int(np.argmax(np.isinf(values))) + 1
+            raise InputError(f"cannot read {self.path!r}: sample {place} of {visible(one.name)!r} is infinite")
+        return values
+
     def column(self, column: str | int) -> np.ndarray:
         """(N,) the samples of one column.
 
@@ -155,9 +167,4 @@ class Signals:
         InputError
             If there is no such column, or a sample of it is no finite number.
         """
-        one = self.columns[self.index(column)]
-        values = one.samples()
-        if np.isinf(values).any():
-            place = int(np.argmax(np.isinf(values))) + 1
-            raise InputError(f"cannot read {self.path!r}: sample {place} of {visible(one.name)!r} is infinite")
-        return values
+        return self.samples(self.index(column))

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import importlib
 import io
 import logging
 from collections import Counter
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from evolvent.base.tables import distinct, words
 from evolvent.massprops.signals.recording import Column
+from evolvent.massprops.signals.statements import statement
+from evolvent.massprops.signals.timebase import is_named_time
 
 #: Properties that hold a channel's unit, and names that say nothing.
 _UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit", "units")
@@ -35,7 +39,8 @@ def read(raw: bytes) -> tuple[list[Column], dict[str, str]]:
     channels = [c for group in file.groups() for c in group.channels() if len(c)]
     count = Counter(map(_own_name, channels))
     names = distinct(n if count[n := _own_name(c)] == 1 else f"{c.group_name}/{n}" for c in channels)
-    begun = [c.properties["wf_start_time"] for c in channels if "wf_start_time" in c.properties]
+    begun = [c.properties.get("wf_start_time") for c in channels]
+    begun = [one for one in begun if isinstance(one, np.datetime64)]
     found, left = [], {}
     for name, channel in zip(names, channels, strict=True):
         if channel.dtype.kind == "M":
@@ -45,10 +50,20 @@ def read(raw: bytes) -> tuple[list[Column], dict[str, str]]:
             if why:
                 left[name] = why
             else:
-                found.append(_column(name, channel, min(begun, default=None), notes))
+                above = {**file.properties, **file[channel.group_name].properties}
+                found.append(_column(name, channel, min(begun, default=None), above, notes))
         else:
             left[name] = "its channel holds no numbers"
-    return found, left
+    return [_with_step(one, found) for one in found], left
+
+
+def _with_step(one: Column, channels: list[Column]) -> Column:
+    """A channel without a step, with that of the others of its group and length, where all have the same."""
+    others = [o for o in channels if o.rate is not None and o.group == one.group and o.size == one.size]
+    if one.rate is not None or len({(o.rate, o.start) for o in others}) != 1 or is_named_time(one.name):
+        return one
+    note = f"{one.name!r} states no step: that of {others[0].name!r} was taken"
+    return dataclasses.replace(one, rate=others[0].rate, start=others[0].start, notes=(*one.notes, note))
 
 
 def _own_name(channel: Any) -> str:
@@ -68,13 +83,16 @@ def _step_unit(channel: Any) -> str:
     return str(channel.properties.get("wf_xunit_string", "")).strip()
 
 
-def _column(name: str, channel: Any, first: Any, notes: tuple[str, ...]) -> Column:
-    """A channel of numbers; `first` : the earliest start of all channels."""
+def _column(name: str, channel: Any, first: Any, above: Mapping[str, Any], notes: tuple[str, ...]) -> Column:
+    """A channel of numbers; `first` : the earliest start of all channels, `above` : what its group and file state."""
     properties = channel.properties
     factor = words.factor(_step_unit(channel)) or 1.0
     step = float(properties.get("wf_increment") or 0.0) * factor
     start = float(properties.get("wf_start_offset") or 0.0) * factor
-    if "wf_start_time" in properties:
+    if step <= 0.0:
+        stated = [statement(key, value) for own in (properties, above) for key, value in own.items()]
+        step = next((one[1] for one in stated if one is not None and one[0] == "step"), 0.0)
+    if isinstance(properties.get("wf_start_time"), np.datetime64):
         start += float((properties["wf_start_time"] - first) / np.timedelta64(1, "s"))
     unit = next((str(properties[key]).strip() for key in _UNITS if str(properties.get(key, "")).strip()), "")
     return Column(

@@ -12,8 +12,8 @@ from evolvent.base.tables.cells import is_missing, is_number
 from evolvent.massprops.signals.recording import Column
 
 
-def read(raw: bytes, name: str) -> tuple[list[Column], dict[str, str], list[str]]:
-    """Columns of a text, names of the others -> why they are left out, and notes, to which reading adds.
+def read(raw: bytes, name: str) -> tuple[list[Column], dict[str, str], list[str], tuple[str, ...]]:
+    """Columns of a text, names of the others -> why they are left out, notes, to which reading adds, and all names.
 
     Columns of dates, clocks and counters that wrap are in s.
 
@@ -46,7 +46,7 @@ def read(raw: bytes, name: str) -> tuple[list[Column], dict[str, str], list[str]
             )
     if not found or (left and all(one.name in _clocks(table, clock) for one in found)):
         raise InputError(f"cannot read {name!r}: no column of it holds numbers")
-    return found, left, table.notes
+    return found, left, table.notes, table.names
 
 
 def _clocks(table: tables.Table, clock: int | None) -> list[str]:

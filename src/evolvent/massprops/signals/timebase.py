@@ -35,10 +35,14 @@ _COUNTERS = (
 )
 #: Relative difference of a stated rate from the file's own that is refused.
 RATE = 1e-3
+#: Share of the samples by which columns of one rate and start may end apart.
+ENDS = 0.01
 #: Samples that a signal has at least.
 FEWEST = 8
 #: Units that a time without one may have, in s.
 _OTHER_UNITS = {"ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0}
+#: Days that MATLAB counts from the year 0, 1985 to 2114.
+_DATENUM = (725_000.0, 772_000.0)
 #: Columns that a sentence names at most.
 _LISTED = 6
 
@@ -50,6 +54,7 @@ class Base:
     Attributes
     ----------
     columns : indices of the columns
+    size : samples that all of them have
     rate : Hz, None where the times of a column stand for it
     start : s, the file's time of the first sample, where a rate stands
     time : (N,) s, the times of a column, None where a rate stands
@@ -58,6 +63,7 @@ class Base:
     """
 
     columns: tuple[int, ...]
+    size: int
     rate: float | None
     start: float = 0.0
     time: np.ndarray | None = None
@@ -97,14 +103,14 @@ def times(source: Signals) -> tuple[int, ...]:
 
 def in_seconds(source: Signals, k: int) -> np.ndarray:
     """Times of a column, s; of one whose unit is no unit of time as they are."""
-    return source.column(k + 1) * (words.factor(_unit(source.columns[k])) or 1.0)
+    return source.samples(k) * (words.factor(_unit(source.columns[k])) or 1.0)
 
 
 class _Choice:
     def __init__(self, source: Signals, time: str | int | None, rate: float | None) -> None:
         self.source, self.rate = source, rate
         self.given = None if time is None else source.index(time, "signals.time")
-        self.samples = functools.cache(source.column)
+        self.samples = functools.cache(source.samples)
         self.unexplained = functools.cache(self._unexplained)
         stated = {one.times for one in source.columns if one.times}
         self.stated = {k for k, one in enumerate(source.columns) if one.name in stated}
@@ -145,19 +151,19 @@ class _Choice:
 
     def _is_even(self, k: int) -> bool:
         """Whether a column rises by about the same at each sample, as no temperature T does."""
-        steps = np.diff(self.samples(k + 1))
+        steps = np.diff(self.samples(k))
         return float(steps.max()) < 1.5 * float(steps.min())
 
     def _rises(self, k: int) -> bool:
         try:
-            steps = np.diff(self.samples(k + 1))
+            steps = np.diff(self.samples(k))
         except InputError:
             return False
         return bool(steps.size and np.all(np.isfinite(steps)) and np.all(steps > 0.0))
 
     def _own_rate(self, k: int) -> float:
         """Samples in a unit of a column of times."""
-        values = self.samples(k + 1)
+        values = self.samples(k)
         return (values.size - 1) / float(values[-1] - values[0])
 
     def _near(self, k: int) -> int | None:
@@ -183,7 +189,7 @@ class _Choice:
     def _kind(self, k: int) -> tuple[tuple[str, ...], str]:
         """What columns of times that belong to others each have in common: group, and name without numbers."""
         one = self.source.columns[k]
-        return one.group, re.sub(r"\d+", "", _last(one))
+        return one.group, re.sub(r"[\W\d_]+", "", _last(one))
 
     def _base(self, k: int) -> Base:
         """The times of one column."""
@@ -199,9 +205,16 @@ class _Choice:
             return self._by_rate(k, one.rate, near, "the rate that the file states")
         if near is not None:
             return self._by_times(k, near, None)
+        others = [t for t in self.times if self.source.columns[t].size > 1]
+        hint = ""
+        if others:
+            t = self.source.columns[others[0]]
+            hint = f"; {t.name!r} has {t.size} values for {one.size} samples of {one.name!r}"
+        elif rising := [n for n in range(len(self.source.columns)) if self._rises(n) and self._is_even(n)]:
+            hint = f"; {self._name(rising[0])!r} rises evenly, as times do"
         raise InputError(
             f"{self.source.path!r} states neither times nor a rate; give signals.rate, such as 50 Hz, or signals.time, "
-            f"one of its columns {', '.join(self.source.names)}"
+            f"one of its columns {', '.join(self.source.names)}{hint}"
         )
 
     def _by_times(self, k: int, times: int, rate: float | None) -> Base:
@@ -212,12 +225,17 @@ class _Choice:
                 f"{one.name!r} of {self.source.path!r} has {one.size} times for {size} samples of {self._name(k)!r}; "
                 "give signals.rate, or the column of its times as signals.time"
             )
-        found = tables.seconds(_Vector(self.source.path, one, self.samples(times + 1)).as_table(), 1)
-        time, notes = found.start + found.seconds, (*one.notes, *found.notes)
+        values = self.samples(times)
+        if not _unit(one) and self.source.format == "MAT" and _DATENUM[0] < values[0] <= values[-1] < _DATENUM[1]:
+            time = 86400.0 * (values - values[0])
+            notes = (*one.notes, "the time states no unit: by its size it counts days as datenum does, to 1e-05 s")
+        else:
+            found = tables.seconds(_Vector(self.source.path, one, values).as_table(), 1)
+            time, notes = found.start + found.seconds, (*one.notes, *found.notes)
         own = (size - 1) / float(time[-1] - time[0]) if time[-1] > time[0] else 0.0
         if rate is not None and own and abs(own / rate - 1.0) > RATE:
             notes = (*notes, f"the file states a rate of {rate:.6g} Hz, its column {one.name!r} has {own:.6g} Hz")
-        return Base((k,), None, time=time, times=times, notes=notes)
+        return Base((k,), size, None, time=time, times=times, notes=notes)
 
     def _by_rate(self, k: int, rate: float, near: int | None, what: str) -> Base:
         """Samples at even times; the file's own rate and times, where it has them, must agree."""
@@ -238,7 +256,7 @@ class _Choice:
             if not unit and forced and self._counts(near):
                 notes = (f"the column {other.name!r} counts samples: signals.rate was taken",)
             elif abs(own / factor / rate - 1.0) <= RATE:
-                start = float(self.samples(near + 1)[0]) * factor
+                start = float(self.samples(near)[0]) * factor
                 notes = (*notes, *self.unexplained(near, factor, rate, what))
             elif forced:
                 self._agree(rate, own / factor, f"the column {other.name!r}")
@@ -247,10 +265,10 @@ class _Choice:
                     f"{self.source.path!r} states a rate of {rate:.6g} Hz, but by its column {other.name!r} it has "
                     f"{own / factor:.6g} Hz; give signals.rate, or signals.time"
                 )
-        return Base((k,), rate, start, notes=notes)
+        return Base((k,), one.size, rate, start, notes=notes)
 
     def _unexplained(self, times: int, factor: float, rate: float, what: str) -> tuple[str, ...]:
-        return instead_of(factor * self.samples(times + 1), rate, f"the column {self._name(times)!r}", what)
+        return instead_of(factor * self.samples(times), rate, f"the column {self._name(times)!r}", what)
 
     def _agree(self, rate: float, own: float, what: str) -> None:
         if abs(own / rate - 1.0) > RATE:
@@ -279,7 +297,10 @@ class _Choice:
             else:
                 kept = groups[same]
                 groups[same] = dataclasses.replace(
-                    kept, columns=(*kept.columns, k), notes=tuple(dict.fromkeys((*kept.notes, *one.notes)))
+                    kept,
+                    columns=(*kept.columns, k),
+                    size=min(kept.size, one.size),
+                    notes=tuple(dict.fromkeys((*kept.notes, *one.notes))),
                 )
         if len(groups) > 1:
             told = "; ".join(map(self._told, groups))
@@ -287,6 +308,11 @@ class _Choice:
             how = "evaluate them one by one" if named else "name the ones wanted under signals.sensors or --variables"
             raise InputError(f"{what} columns of different times: {told}; {how}")
         (found,) = groups
+        longest = max(found.columns, key=lambda k: self.source.columns[k].size)
+        if self.source.columns[longest].size > found.size:
+            notes.append(
+                f"{self._name(longest)!r} and others go on behind the {found.size} samples that all columns have"
+            )
         if not named:
             near = {found.times, *(self._near(k) for k in found.columns)}
             notes += [f"{self._name(t)!r} is left out: it is another time" for t in self.times if t not in near]
@@ -304,19 +330,19 @@ class _Choice:
             elif self._counts(k):
                 notes.append(f"{one.name!r} is left out: it counts samples")
             else:
-                values = self.samples(k + 1)
+                values = self.samples(k)
                 if np.nanmin(values, initial=np.inf) == np.nanmax(values, initial=-np.inf):
                     constant.append(k)
                 found.append(k)
         if len(constant) < len(found):
             for k in constant:
-                notes.append(f"{self._name(k)!r} is left out: all its samples are {self.samples(k + 1)[0]:g}")
+                notes.append(f"{self._name(k)!r} is left out: all its samples are {self.samples(k)[0]:g}")
                 found.remove(k)
         return found
 
     def _counts(self, k: int) -> bool:
         """Whether a column counts samples: it rises by 1 at each, but where it begins again; or cycles, by its name."""
-        values = self.samples(k + 1)
+        values = self.samples(k)
         if not np.all(np.isfinite(values)) or np.any(values != np.round(values)):
             return False
         steps = np.diff(values)
@@ -327,8 +353,7 @@ class _Choice:
 
     def _are_one(self, one: Base, other: Base) -> bool:
         """Whether two columns have the same times."""
-        sizes = {self.source.columns[base.columns[0]].size for base in (one, other)}
-        if len(sizes) > 1 or (one.rate is None) != (other.rate is None):
+        if abs(one.size - other.size) > (ENDS * one.size if one.rate is not None else 0):
             return False
         if one.rate is not None and other.rate is not None:
             same = abs(one.rate / other.rate - 1.0) <= 1e-9
@@ -338,7 +363,7 @@ class _Choice:
     def _told(self, base: Base) -> str:
         names = [self._name(k) for k in base.columns]
         listed = ", ".join(names[:_LISTED]) + (f" and {len(names) - _LISTED} more" if len(names) > _LISTED else "")
-        size = self.source.columns[base.columns[0]].size
+        size = base.size
         if base.rate is None:
             assert base.times is not None
             return f"{listed} at the times of {self._name(base.times)!r} with {size} samples"
@@ -347,8 +372,9 @@ class _Choice:
 
 
 def _last(one: Column) -> str:
-    """The name of a column without those of its groups."""
-    return (one.path or one.name)[sum(len(name) + 1 for name in one.group) :]
+    """The name of a column without those of its groups, as it stands in the file."""
+    tail = one.path[sum(len(name) + 1 for name in one.group) :] if one.path else one.name
+    return tail if tail in one.name or one.name in tail else one.name
 
 
 def _unit(one: Column) -> str:
@@ -381,6 +407,9 @@ class _Vector:
 
     def words(self, column: Any) -> list[str]:
         return [repr(float(value)) for value in self.values]
+
+    def cell(self, column: Any, row: int) -> str:
+        return f"{self.values[row]:.15g}"
 
     def line(self, row: int) -> int:
         return row + 1

@@ -10,19 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.base.tables import distinct, words
 from evolvent.massprops.signals.recording import Column, column
+from evolvent.massprops.signals.statements import statement
 from evolvent.massprops.signals.timebase import is_named_time
 
 Path = tuple[str, ...]
 
-#: Names of scalars that are a rate, Hz, a step, s, or the time of the first sample, s; letter case and _ do not matter.
-RATES = ("rate", "fs", "sr", "fsamp", "samplerate", "samplingrate", "samplefrequency", "samplingfrequency")
-STEPS = ("dt", "ts", "step", "deltat", "timestep", "increment", "sampletime", "sampletimes", "samplingtime",
-         "sampleperiod", "samplingperiod", "sampleinterval", "samplinginterval")  # fmt: skip
-STARTS = ("t0", "tstart", "timestart", "startvalue")
 _NAMES = re.compile(r"name|label|channel|signal|column|header|heading|items|title|legend", re.IGNORECASE)
 _UNITS = re.compile(r"unit", re.IGNORECASE)
 #: What is done in MATLAB to save an object of a class as arrays.
@@ -102,19 +97,12 @@ class _Reading:
 
     def _stated(self, path: Path, leaf: np.ndarray | tuple[str, ...]) -> None:
         """Keep a rate, step or start."""
-        whole = path[-1].lower()
-        match = re.fullmatch(r"(.+)_(hz|khz|s|ms|us)", whole)
-        own = _text(self.tree.leaves.get((*path, "units")))
-        for key, unit in ((whole, own), (match[1], match[2].replace("hz", "Hz")) if match else (whole, own)):
-            kind = next((known for known in (RATES, STEPS, STARTS) if re.sub("[_ ]", "", key) in known), None)
-            value = _quantity(leaf, unit, "Hz" if kind is RATES else "s") if kind else None
-            if value is None:
-                continue
-            if kind is STARTS:
-                self.starts.setdefault(self._scope(path), value)
-            elif value > 0.0:
-                self.steps.setdefault(self._scope(path), []).append(1.0 / value if kind is RATES else value)
-            return
+        value = leaf[0] if isinstance(leaf, tuple) else leaf
+        found = statement(path[-1], value, _text(self.tree.leaves.get((*path, "units"))))
+        if found is not None and found[0] == "start":
+            self.starts.setdefault(self._scope(path), found[1])
+        elif found is not None:
+            self.steps.setdefault(self._scope(path), []).append(found[1])
 
     def columns(self) -> tuple[list[Column], dict[str, str]]:
         """All columns, and what is left out."""
@@ -232,17 +220,6 @@ def _is_unit_of(key: str, name: str) -> bool:
 
 def _text(leaf: object) -> str:
     return str(leaf[0]).strip() if isinstance(leaf, tuple) and leaf else ""
-
-
-def _quantity(leaf: np.ndarray | tuple[str, ...], unit: str, wanted: str) -> float | None:
-    """A number, or a text such as "50 Hz", in the unit that is wanted; None where it is none."""
-    try:
-        if isinstance(leaf, tuple):
-            return units.parse(leaf[0] if units.split(leaf[0])[2] else f"{leaf[0]} {wanted}", wanted)  # type: ignore[index]
-        value = float(leaf.ravel()[0])
-        return value * units.factor(unit, wanted) if unit else value
-    except (units.UnitError, TypeError):
-        return None
 
 
 def _other(key: str, what: str) -> str:
