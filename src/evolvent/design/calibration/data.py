@@ -167,6 +167,8 @@ def _keys(table: Any, others: set[int | None], content: Mapping[str, Any]) -> li
     kind = cases.system(content["system"]).Case
     found = []
     for place, name in enumerate(table.names):
+        if name.partition(".")[0] not in kind.model_fields:
+            continue
         try:
             schema.locate(kind, name, content)
         except InputError:
