@@ -1,6 +1,6 @@
 """Coverage of the truth: how often the stated uncertainty of mass properties holds it, for each stand and disturbance.
 
-    python benchmarks/coverage_of_truth.py [-o docs/coverage.json] [--repetitions 200] [--stands torsion,...] [--only drag,...]
+    python benchmarks/coverage_of_truth.py [-o docs/coverage.json] [--repetitions 200] [--stands torsion,...] [--only ...]
 
 Motions are simulated by equations of their own (tests/massprops/motions.py), with bodies, amplitudes, phases, damping,
 rates and disturbances drawn anew for each repetition, and evaluated as a user would: signals and a description. All
@@ -130,7 +130,7 @@ def recording(t: Array, x: Array, unit: str, number: int) -> Signals:
     """Signals as of a file with a column of times."""
     names = ("time", *(f"s{c + 1}" for c in range(x.shape[1])))
     units = ("s", *([unit] * x.shape[1]))
-    return Signals(names, np.column_stack([t, x]), units, None, f"{number}.csv", "CSV", f"{number}")
+    return Signals.of(names, np.column_stack([t, x]), units, None, path=f"{number}.csv", format="CSV", sha256=f"{number}")
 
 
 # ------------------------------------------------------------------------------------------------ stands

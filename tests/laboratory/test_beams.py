@@ -242,9 +242,9 @@ def test_other_files_are_compared(tmp_path: pathlib.Path) -> None:
 @pytest.mark.parametrize(
     ("name", "text", "sentence"),
     [
-        ("wing-spar", "kg,percent\n1,2\n", "the first line must be mass_kg,deflection_percent"),
-        ("wing-spar", "mass_kg,deflection_percent\n", "has no rows"),
-        ("wing-spar", "mass_kg,deflection_percent\n1,2\n1,2,3\n", "line 3 has 3 values; it must have 2"),
+        ("wing-spar", "kg,percent\n1,2\n", "the columns must be mass_kg,deflection_percent"),
+        ("wing-spar", "mass_kg,deflection_percent\n", "it is no table of numbers"),
+        ("wing-spar", "mass_kg,deflection_percent\n1,2\n1,2,3\n", "line 3 is no row of the table: '1,2,3'"),
         ("wing-spar", "mass_kg,deflection_percent\n,2\n", "mass_kg in line 2 is ''; it must be a finite number"),
         ("wing-spar", "mass_kg,deflection_percent\n1,inf\n", "is 'inf'; it must be a finite number, or empty where"),
         ("rotating-beam", BEAM + "4,0,1,1,1\n", "mode is 4; it must be 1, 2 or 3"),
@@ -264,7 +264,7 @@ def test_files_that_cannot_be_used(name: str, text: str, sentence: str, tmp_path
 
 
 def test_folders_without_a_table_are_refused(tmp_path: pathlib.Path) -> None:
-    with pytest.raises(InputError, match=r"has no CSV file whose first line is mass_kg,deflection_percent"):
+    with pytest.raises(InputError, match=r"has no CSV file with the columns mass_kg,deflection_percent"):
         laboratory.found("wing-spar").validate(data=str(tmp_path))
     with pytest.raises(InputError, match=r"none\.csv"):
         laboratory.found("wing-spar").validate(data=str(tmp_path / "none.csv"))

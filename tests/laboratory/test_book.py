@@ -59,17 +59,18 @@ def test_a_direction_without_a_trace_gets_no_variance() -> None:
 
 
 def test_tables_are_read_or_refused(tmp_path) -> None:
-    assert tables.table("a", "t,x\n0,1\n1,2\n", ("t", "x")).shape == (2, 2)
+    for text in ("t,x\n0,1.5\n1,2\n", "\ufeffx;t\n1,5;0\n2;1\n", "t\tx\t\n0\t1.5\t\n1\t2\t\n"):
+        np.testing.assert_array_equal(tables.table("a", text.encode(), ("t", "x")), [[0.0, 1.5], [1.0, 2.0]])
     for text, sentence in (
-        ("t,y\n0,1\n", r"a: the first line must be t,x"),
-        ("t,x\n0,b\n", r"a: it is no table of numbers"),
+        ("t,y\n0,1\n", r"a: the columns must be t,x"),
+        ("t,x\n0,b\n", r"cannot read 'a': line 2 holds 'b' in column 'x', where a number must be"),
         ("t,x\n0,1\n", r"a: it needs two rows of finite numbers"),
         ("t,x\n0,1\n0,nan\n", r"a: it needs two rows of finite numbers"),
     ):
         with pytest.raises(InputError, match=sentence):
-            tables.table("a", text, ("t", "x"))
+            tables.table("a", text.encode(), ("t", "x"))
     with pytest.raises(InputError, match="is not a folder"):
-        tables.texts(str(tmp_path / "none"), pathlib.Path("stored.zip"))
+        tables.contents(str(tmp_path / "none"), pathlib.Path("stored.zip"))
 
 
 def made_set(name: str, difference: float, needs: str = "") -> Set:

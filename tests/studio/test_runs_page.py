@@ -189,8 +189,14 @@ def test_downloads(page, tmp_path):
     page.wait_for_selector(part("export"), state="detached")
 
 
-@pytest.mark.parametrize(("kind", "name"), [("report", ""), ("vtk", "about.txt"), ("figures", "animation.html")])
-def test_files_of_downloads(folder, tmp_path, sketched, kind, name):
+@pytest.mark.parametrize(
+    ("kind", "name", "first"),
+    [
+        ("report", "", b"<html"), ("mat", "", b"MATLAB 5.0"), ("glb", "", b"glTF"), ("vtk", "about.txt", b""),
+        ("figures", "animation.html", b""),
+    ],
+)  # fmt: skip
+def test_files_of_downloads(folder, tmp_path, sketched, kind, name, first):
     """What the process of a download writes."""
     if reason := exports.missing(kind):
         pytest.skip(reason)
@@ -200,7 +206,7 @@ def test_files_of_downloads(folder, tmp_path, sketched, kind, name):
         with zipfile.ZipFile(target) as archive:
             assert name in archive.namelist()
     else:
-        assert b"<html" in target.read_bytes()[:200]
+        assert first in target.read_bytes()[:200]
 
 
 @pytest.mark.release

@@ -271,6 +271,13 @@ def test_commas_that_part_cells_and_decimals(head: str) -> None:
         tables.read((head + rows).encode(), "a.csv")
 
 
+def test_two_whole_numbers_or_one_with_a_decimal_comma() -> None:
+    with pytest.raises(InputError, match="may part two columns of whole numbers, or be decimal signs of one"):
+        tables.read(b"1877,6\n1373,2\n1690,7\n", "a.csv")
+    for told in (b"a,b\n1877,6\n1373,2\n", b"1877,60\n1373,2\n", b"1877,6\n1373,-2\n", b"1877;6\n1373;2\n"):
+        assert len(tables.read(told, "a.csv").names) == 2
+
+
 @pytest.mark.parametrize("head", ["friction (N m)\n", ""])
 def test_one_column_with_decimal_commas(head: str) -> None:
     table = tables.read(f"{head}0,031\n0,029\n".encode(), "a.csv")
@@ -303,9 +310,12 @@ def test_columns_are_found_by_name_head_and_number() -> None:
         (
             "t,x\n" + "0,1\n" * 20 + "\nmotor stopped\n",
             20,
-            "1 line within or behind the table is no row.*line 23: 'motor",
+            "1 line within or behind the table is no whole row.*line 23: 'motor",
         ),
-        ("t,x,y\n" + "0,1,2\n" * 20 + "0,1\n" + "0,1,2\n" * 20, 41, "1 row of the file has fewer cells.*line 22"),
+        ("t,x,y\n" + "0,1,2\n" * 20 + "0,1\n" + "0,1,2\n" * 20, 40, "no whole row.*line 22: '0,1'"),
+        ("t,x,y\n" + "0,1,2\n" * 20 + "0,1\n" * 15, 35, "15 rows of the file have fewer cells.*line 22"),
+        ("t x y\n" + "0 1 2\n" * 20 + "0 1\n" + "0 1 2\n" * 20, 40, "no whole row.*line 22: '0 1'"),
+        ("t,x,y\n" + "0,1,2\n" * 20 + "3,4\n", 20, "no whole row.*line 22: '3,4'"),
         ("t,x,y\n" + "0,1,2\n" * 9 + "\nf,a\n" + "1,2\n" * 5, 9, "holds 2 tables; the longest, from line 2 to line 10"),
         ("t,x\n0,1,2\n0.5,1,2\n", 2, "the head names 2 of 3 columns"),
     ],

@@ -178,9 +178,9 @@ def _number(x: Any) -> Any:
     return float(x) if np.isfinite(x) else ""
 
 
-def _cell(value: Any, decimal: str) -> Any:
+def _cell(value: Any, decimal: str = ".") -> Any:
     """A number as it is; a text that a spreadsheet would take for a formula with an apostrophe before it."""
-    if isinstance(value, float):
+    if isinstance(value, float) and decimal != ".":
         return repr(value).replace(".", decimal)
     if not isinstance(value, str):
         return value

@@ -28,7 +28,9 @@ _NEWTON = 12
 def _restoring(p, x):
     """G(x)."""
     G = p[LINE] * x + p[CUBE] * x * x * x
-    if p[SINE] != 0.0:
+    if p[PRODUCT] == 0.0:
+        G += p[SINE] * math.sin(x)
+    else:
         H0, H = math.sqrt(p[SQUARE] + 2.0 * p[PRODUCT]), math.sqrt(p[SQUARE] + 2.0 * p[PRODUCT] * math.cos(x))
         G += p[SINE] * math.sin(x) * H0 / H
     return G

@@ -297,7 +297,7 @@ def records_of(folder: str | None) -> tuple[Record, Record]:
     InputError
         If one of them is missing or cannot be read.
     """
-    stored = dict(tables.texts(folder, pathlib.Path(__file__).with_name("data") / "driven-arm.zip"))
+    stored = dict(tables.contents(folder, pathlib.Path(__file__).with_name("data") / "driven-arm.zip"))
     found = []
     for name in (FITTED, PREDICTED):
         if name not in stored:

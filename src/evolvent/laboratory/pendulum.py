@@ -198,16 +198,16 @@ def pieces_of(name: str, folder: str | None, most: int) -> list[Piece]:
     head = ["time_s", *(f"angle{k + 1}_rad" for k in range(arms)), *(f"rate{k + 1}_rad_s" for k in range(arms))]
     found = []
     stored = pathlib.Path(__file__).with_name("data") / "pendulum.zip"
-    for file, text in tables.texts(folder, stored, name.partition("-")[0]):
-        if folder is not None and len(tables.head_of(text)) != len(head):
+    for file, raw in tables.contents(folder, stored, name.partition("-")[0]):
+        if folder is not None and not tables.has(file, raw, head):
             continue  # of the other pendulum
-        values = tables.table(file, text, head)
+        values = tables.table(file, raw, head)
         time = values[:, 0] - values[0, 0]
         found.append(Piece(name=file, time=time, angles=values[:, 1 : 1 + arms], rates=values[:, 1 + arms :]))
         if len(found) == most:
             break
     if not found:
-        raise InputError(f"{folder} has no CSV file whose first line is {','.join(head)}")
+        raise InputError(f"{folder} has no CSV file with the columns {','.join(head)}")
     return found
 
 

@@ -20,7 +20,7 @@ from evolvent.results.figures import Figure, Line, Panel, stacked
 SOURCE = (
     "bending test of the Pazy wing (Technion): loads and deflections cited as numbers, no file of the source is used"
 )
-MEASURED = """mass_kg,deflection_percent
+MEASURED = b"""mass_kg,deflection_percent
 1,21.15
 1.8,34.90
 2.6,45.90

@@ -150,7 +150,10 @@ def _modes(given: Description, source: files.Signals) -> tuple[Description, tupl
     quiet = modal.late_start_warning(reading)
     try:
         progress.report(f"identifying the modes of {name}")
-        swing = None if isinstance(own_given, OnSprings) else pendulum.swing(own_given, reading.unit, reading.rate)
+        if isinstance(own_given, OnSprings):
+            swing = modal.Kind(restoring=modal.LINEAR, derivative=modal.derivative(reading.unit)[0])
+        else:
+            swing = pendulum.swing(own_given, reading.unit, reading.rate)
         return own_given, own, modal.find(reading, own_given, swing), quiet
     except InputError as error:
         raise InputError(f"{error}; {quiet}" if quiet else str(error)) from None
@@ -165,7 +168,7 @@ def _evaluation(given: Description, source: files.Signals) -> Evaluation:
         else:
             evaluation = pendulum.evaluate(own_given, found, own)
     except InputError as error:
-        raise InputError(f"{error}; {quiet}" if quiet else str(error)) from None
+        raise InputError("; ".join([str(error), *([quiet] if quiet else []), *found.clipped])) from None
     return dataclasses.replace(evaluation, warnings=(quiet, *evaluation.warnings)) if quiet else evaluation
 
 

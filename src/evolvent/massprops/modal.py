@@ -6,13 +6,16 @@ import dataclasses
 
 import numpy as np
 
+from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.massprops.description import Signalling
 from evolvent.massprops.identification import Modes, identify
+from evolvent.massprops.identification.clipping import clipped
 from evolvent.massprops.identification.noise_density import density
 from evolvent.massprops.identification.orders import WHITE, whiteness
 from evolvent.massprops.identification.signals import read_signal
-from evolvent.massprops.identification.swings import Kind
+from evolvent.massprops.identification.swing_model import LINEAR as LINEAR
+from evolvent.massprops.identification.swings import Kind as Kind
 from evolvent.massprops.recordings import Reading
 
 #: A mode this near to half the sampling rate may be a faster one seen through too few samples.
@@ -48,6 +51,7 @@ class Modal:
     shape_covariance : (m, c, c), widened
     warnings : sentences
     hum : indices of modes that mains hum explains
+    clipped : those of the warnings that tell of sensors that were clipped before a filter
     """
 
     reading: Reading
@@ -60,6 +64,7 @@ class Modal:
     shape_covariance: np.ndarray
     warnings: tuple[str, ...]
     hum: tuple[int, ...] = ()
+    clipped: tuple[str, ...] = ()
 
     @property
     def frequency_std(self) -> np.ndarray:
@@ -70,6 +75,22 @@ class Modal:
     def has_uncertainties(self) -> bool:
         """Whether the method gives uncertainties."""
         return bool(np.all(np.isfinite(self.frequency_covariance)))
+
+
+#: Units of what sensors read of a swing, by the number of derivatives: angles, and lengths.
+_ANGLES, _LENGTHS = ("rad", "rad/s", "rad/s^2"), ("m", "m/s", "m/s^2")
+
+
+def derivative(unit: str) -> tuple[int, float]:
+    """How often a motion is differentiated that sensors read in a unit, and its size in rad, rad/s, rad/s^2 or nan."""
+    for wanted in (_ANGLES, _LENGTHS):
+        for n, one in enumerate(wanted):
+            try:
+                ratio = units.parse(f"1 {unit}", one)
+            except units.UnitError:
+                continue
+            return n, ratio if wanted is _ANGLES else np.nan
+    return 0, np.nan
 
 
 def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Modal:
@@ -92,7 +113,7 @@ def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Moda
             band=chosen.band,
             detrend=chosen.detrend,
             decay=chosen.decay,
-            swing=swing,
+            swing=swing or Kind(derivative=derivative(reading.unit)[0]),
         )
     except InputError as error:
         raise InputError(f"{error}{_drift(reading) if chosen.detrend == 'constant' else ''}") from None
@@ -100,6 +121,8 @@ def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Moda
     found = modes.mode_shapes()
     widened = np.outer(widening, widening)
     hum, steady = _steady(modes, reading, widening)
+    signal = read_signal(reading.data, time=reading.time, names=reading.names, noise=reading.noise)
+    cut = tuple(clipped(modes, signal))
     return Modal(
         reading=reading,
         modes=modes,
@@ -109,8 +132,9 @@ def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Moda
         frequency_covariance=modes.natural_frequency_covariance * widened,
         shapes=found.real,
         shape_covariance=found.shape_covariance * np.diag(widened)[:, None, None],
-        warnings=(*_identification_warnings(modes, widening, p, reading), *_edge(modes, reading), *steady),
+        warnings=(*_identification_warnings(modes, widening, p, reading), *_edge(modes, reading), *steady, *cut),
         hum=hum,
+        clipped=cut,
     )
 
 
@@ -205,13 +229,15 @@ def _steady(modes: Modes, reading: Reading, widening: np.ndarray) -> tuple[tuple
             if abs(seen - own) < near + WANDER * mains / MAINS[0]:
                 hum.append(k)
                 texts.append(
-                    f"{name} does not decay and lies where mains hum of {mains:g} Hz appears at {reading.rate:.6g} samples "
-                    "a second: it is no free vibration"
+                    f"{name} does not decay and lies where mains hum of {mains:g} Hz appears at {reading.rate:.6g} "
+                    "samples a second: it is no free vibration"
                 )
                 break
         else:
             if modes.decay_rate[k] + 2.0 * std[k] < STEADY * modes.decay_rate[strongest]:
-                texts.append(f"{name} does not decay as the others do: hum or a drive, perhaps seen through too few samples")
+                texts.append(
+                    f"{name} does not decay as the others do: hum or a drive, perhaps seen through too few samples"
+                )
     return tuple(hum), texts
 
 

@@ -8,14 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.massprops.description import Bifilar, CompoundPendulum, OnPivot, Pendulum, TorsionWire, Trifilar
 from evolvent.massprops.estimates import Evaluation, Output, Share
 from evolvent.massprops.identification.swing_model import PENDULUM, Reach, Restoring
 from evolvent.massprops.identification.swings import Kind, Swing
 from evolvent.massprops.inertia import pendulums
-from evolvent.massprops.modal import Modal, refuse_rate
+from evolvent.massprops.modal import Modal, derivative, refuse_rate
 from evolvent.massprops.rounding import shown
 from evolvent.massprops.uncertain import Uncertain
 
@@ -28,8 +27,6 @@ _UNITS = {"mass": "kg", "inertia": "kg m²", "gravity": "m/s²", "stiffness": "N
 _STAND_KEYS = ("stiffness", "radius", "top_radius", "length", "distance", "amplitude", "wire_stiffness", "gravity")
 
 
-#: Units of what sensors read of a swing, by the number of derivatives: angles, and lengths.
-_ANGLES, _LENGTHS = ("rad", "rad/s", "rad/s^2"), ("m", "m/s", "m/s^2")
 #: Difference of a stated amplitude from that of the signals, of the latter, that is reported.
 _AMPLITUDE = 0.05
 
@@ -50,20 +47,13 @@ def swing(given: Pendulum, unit: str, rate: float) -> Kind:
     stand = given.stand
     if isinstance(stand, (Bifilar, Trifilar)) and given.body.mass is None:
         raise InputError(f"body.mass is missing; on {stand.kind} wires the weight turns the body back")
-    derivative, factor = 0, math.nan
-    for angles, one_unit in [(True, u) for u in _ANGLES] + [(False, u) for u in _LENGTHS]:
-        try:
-            ratio = units.parse(f"1 {unit}", one_unit)
-        except units.UnitError:
-            continue
-        derivative, factor = (_ANGLES if angles else _LENGTHS).index(one_unit), ratio if angles else math.nan
-        break
+    order, factor = derivative(unit)
     stated = getattr(stand, "amplitude", None)
     reach = Reach(factor, abs(stated.value) if stated else math.nan, stated.std if stated else math.nan)
     avoid = _sway(given)
     if avoid is not None:
         refuse_rate(avoid, rate, "the body's sway sqrt(g / H)")
-    kind = Kind(PENDULUM, reach, derivative, math.nan if avoid is None else avoid)
+    kind = Kind(PENDULUM, reach, order, math.nan if avoid is None else avoid)
     if isinstance(stand, CompoundPendulum):
         return kind
     if not isinstance(stand, (Bifilar, Trifilar)):

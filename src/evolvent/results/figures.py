@@ -139,7 +139,7 @@ class Quantity(NamedTuple):
 
     Attributes
     ----------
-    value : float, NaN for none
+    value : float
     unit : str, without a prefix, "1" for a plain number; of angles and rates, that in which they are shown
     what : str, what it is of the result; '' for the result itself
     """
@@ -159,9 +159,16 @@ class Number:
 
 
 def numbers_of(rows: Iterable[tuple[Any, ...]]) -> list[Number]:
-    """Results of rows (label, text, *numbers), each number as (value, unit, what), the last two if they are needed."""
+    """Results of rows (label, text, *numbers), each number as (value, unit, what), the last two if they are needed.
+
+    Values that are not finite are left out.
+    """
     return [
-        Number(label=label, value=text, quantities=tuple(Quantity(float(x), *rest) for x, *rest in quantities))
+        Number(
+            label=label,
+            value=text,
+            quantities=tuple(Quantity(float(x), *rest) for x, *rest in quantities if np.isfinite(x)),
+        )
         for label, text, *quantities in rows
     ]
 

@@ -18,8 +18,8 @@ from evolvent.studio import child
 
 #: Kinds of downloads that are written by a process of their own: ending of the file's name.
 KINDS = {
-    "report": "-report.html", "figures": "-figures.zip", "csv": "-csv.zip", "vtk": "-vtk.zip", "mp4": ".mp4",
-    "gif": ".gif",
+    "report": "-report.html", "figures": "-figures.zip", "csv": "-csv.zip", "mat": ".mat", "vtk": "-vtk.zip",
+    "glb": ".glb", "mp4": ".mp4", "gif": ".gif",
 }  # fmt: skip
 
 
@@ -67,6 +67,11 @@ def _write(kind: str, path: str, target: str) -> None:
             from evolvent.exports import moving
 
             getattr(moving, kind)(run, target, Request())
+        case "glb" | "mat":
+            from evolvent.exports import gltf, matlab
+
+            progress.report(f"writing {kind.upper()}")
+            (gltf if kind == "glb" else matlab).write(run, target, Request())
         case _:
             with tempfile.TemporaryDirectory(prefix="evolvent-export-") as folder:
                 _fill(kind, run, folder)

@@ -30,7 +30,8 @@ if TYPE_CHECKING:
 _FILES = {"run": "Results (NetCDF)", "case": "Case (YAML)"}
 _EXPORTS = {
     "report": "Report (HTML)", "figures": "Figures and animation (ZIP)", "csv": "Tables (CSV, ZIP)",
-    "vtk": "ParaView files (VTK, ZIP)", "mp4": "Film (MP4)", "gif": "Film (GIF)",
+    "mat": "MATLAB and Octave (MAT)", "vtk": "ParaView files (VTK, ZIP)", "glb": "Animated model (glTF)",
+    "mp4": "Film (MP4)", "gif": "Film (GIF)",
 }  # fmt: skip
 
 

@@ -72,7 +72,7 @@ def block_of(
     if not found:
         raise InputError(f"cannot read {path!r}: it is no table of numbers")
     best = max(found, key=lambda block: (len(block.rows), block.width))
-    many = len(best.others) + len(best.short) + len(best.heads)
+    many = len(best.others) + len(best.heads)
     if many > 5 and many > _MOST_OTHERS * len(best.rows):
         raise InputError(
             f"cannot read {path!r}: it is no table of numbers; {counted(many, 'line')} between its "
@@ -96,6 +96,7 @@ class _Blocks:
         self.seen: set[str] = set()  # lines above the current run
         self.waiting: list[tuple[int, Kinds]] = []  # lines since its last row
         self.named = 0  # cells of the line above it
+        self.all_short = False  # whether those lines are rows with fewer cells
 
     def find(self, begin: int, end: int) -> list[Block]:
         """All runs."""
@@ -114,7 +115,7 @@ class _Blocks:
             if row.least:
                 self._take(place, row)
         if self.found and self.waiting:
-            self._close()
+            self._sort()
         return self.found
 
     def _take(self, place: int, row: Kinds) -> None:
@@ -134,9 +135,11 @@ class _Blocks:
             and len(set(split(self.lines[place], self.separator))) == 1
         )
         if again or not block.fits(row) or not (row.is_row or lone):
+            is_short = row.is_row and not again and row.least < block.least and self.separator not in ("", " ")
+            self.all_short = is_short and (self.all_short or not self.waiting)
             self.waiting.append((place, row))
             if row.is_row and not again and len(self.waiting) > 1:
-                self._originbehind()
+                self._begin_behind()
         elif all(self._is_between(*one) for one in self.waiting):
             self._sort()
             block.add(place, row)
@@ -154,18 +157,20 @@ class _Blocks:
         self.found.append(Block([], row.width, row.least, named=self.named))
         self.found[-1].add(place, row)
 
-    def _originbehind(self) -> None:
+    def _begin_behind(self) -> None:
         """A new run where the last line is a row that the line before, a row or a line of names, fits."""
         (before, one), (place, row) = self.waiting[-2:]
         if not Block([], one.width, one.least).fits(row) or self.lines[before].strip() in self.seen:
             return
+        if self.all_short and len(self.waiting) <= len(self.found[-1].rows):
+            return  # columns that end before others
         self.waiting.pop()
-        if one.is_row:
-            self.waiting.pop()
-            self._begin(before, one)
-            self.found[-1].add(place, row)
-        else:
-            self._begin(place, row)
+        rows = [(place, row)]
+        while self.waiting and self.waiting[-1][1].is_row and Block([], row.width, row.least).fits(self.waiting[-1][1]):
+            rows.insert(0, self.waiting.pop())
+        self._begin(*rows[0])
+        for later in rows[1:]:
+            self.found[-1].add(*later)
 
     def _is_between(self, place: int, row: Kinds) -> bool:
         """Whether a run goes on behind a line: a head seen before, a row of another width, a text of fewer cells."""
@@ -173,31 +178,23 @@ class _Blocks:
         return self.lines[place].strip() in self.seen or row.is_row or row.least < block.least
 
     def _sort(self) -> None:
-        """Keep the lines between rows with the run."""
+        """Keep the lines between rows with the run. Shorter rows are its rows where several follow one another."""
         block = self.found[-1]
+        are_rows = self.all_short and len(self.waiting) > 1
         for place, row in self.waiting:
             if self.lines[place].strip() in self.seen:
                 block.heads.append(place)
-            elif not row.is_row:
-                block.others.append(place)
-            elif row.least > max(block.width, block.named):
+            elif row.is_row and row.least > max(block.width, block.named):
                 block.long = place if block.long < 0 else block.long
-            elif row.least > block.width:
+            elif row.is_row and row.least > block.width:
                 block.rows.append(place)
                 block.width = row.width
-            else:
+            elif are_rows:
                 block.short.append(place)
                 block.rows.append(place)
-        self.waiting = []
-
-    def _close(self) -> None:
-        """Lines behind the last row: one with too many cells is a row of the table, others are none."""
-        block = self.found[-1]
-        for place, row in self.waiting:
-            if row.is_row and row.least > block.width and block.long < 0 and place == block.rows[-1] + 1:
-                block.long = place
             else:
                 block.others.append(place)
+        self.waiting = []
 
 
 def _trim(block: Block) -> None:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from evolvent.base.errors import InputError
 from evolvent.base.tables.cells import is_missing, is_number, quantity
 
-#: What may separate cells; the first of those that do equally well is taken. A blank stands for any white space.
+#: What may separate cells; the first of those that do equally well is taken. A blank stands for blanks and tabs.
 SEPARATORS = ("\t", ";", "|", ",", " ")
 #: Lines by which the separator is judged, and most characters of them: at the beginning, and as many in the middle.
 _JUDGED, _CHARACTERS = 300, 200_000
@@ -92,7 +92,11 @@ def split(line: str, separator: str) -> list[str]:
     if not separator:
         cells = [line[1:-1].replace('""', '"') if len(line) > 1 and line[0] == line[-1] == '"' else line]
     elif separator == " ":
-        cells = line.split() if '"' not in line else _quoted(line.replace("\t", " ").strip(), " ")
+        cells = (
+            [cell for cell in line.replace("\t", " ").split(" ") if cell]
+            if '"' not in line
+            else _quoted(line.replace("\t", " ").strip(), " ")
+        )
     elif '"' not in line:
         cells = line.split(separator)
     else:
@@ -179,6 +183,12 @@ def separator_of(lines: Sequence[str]) -> str:
         score = (width > 1, max(whole, 0.5 * half))
         if score[0] > best[0] or (score[0] == best[0] and score[1] > 1.02 * best[1]):
             best, found = score, separator if width > 1 else ""
+            if (
+                separator == " "
+                and len(widths) > 1
+                and all(is_number(line.strip()) for line in judged if line[:1].isdigit())
+            ):
+                found = ""  # one column, its digits grouped by blanks
     return found
 
 

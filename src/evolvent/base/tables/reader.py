@@ -10,13 +10,16 @@ from evolvent.base.tables import labview, oscilloscope, serial
 from evolvent.base.tables.blocks import Block, block_of
 from evolvent.base.tables.cells import is_missing, quantity
 from evolvent.base.tables.heads import Head, head_of
-from evolvent.base.tables.layout import decoded, is_comment, kinds, lines_of, separator_of, split
+from evolvent.base.tables.layout import decoded, is_comment, kind, kinds, lines_of, separator_of, split
 from evolvent.base.tables.table import Table
 
 #: Rows by which cells are told to be parted by decimal commas.
 _JUDGED = 200
 #: Characters of a line that a sentence shows.
 _SHOWN = 40
+#: A whole number, its digits grouped or not; by points as well.
+_WHOLE = re.compile(r"[-+\u2212]?\d+(?:[ '\u00a0\u202f]\d{3})*")
+_GROUPED = re.compile(r"[-+\u2212]?\d+(?:[ '.\u00a0\u202f]\d{3})*")
 
 
 def read(raw: bytes, path: str, *, whole: bool = False) -> Table:
@@ -95,22 +98,35 @@ def _is_decimal_comma(lines: Sequence[str], numbers: Sequence[int], block: Block
     """Whether the commas of a table are decimal signs of its only column; refused where they part cells as well."""
     judged = [lines[k] for k in block.rows[:_JUDGED]]
     rows = [split(line, ",") for line in judged]
-    if any('"' in line for line in judged) or not all(
-        is_missing(cell) or re.fullmatch(r"[-+\u2212]?\d+", cell) for row in rows for cell in row
-    ):
-        return False
     head = head_of(lines, ",", block)
-    named = len([one for one in head.heads if one])
-    zeros = sum(len(cell) > 1 and cell[0] == "0" for row in rows for cell in row[1:])
-    above = [lines[k] for k in range(block.rows[0]) if lines[k].strip()]
-    if block.width == 2 and ((above and named < 2 and "," not in above[-1]) or zeros):
+    named = len([one for one in head.heads if one]) or _words_above(lines, block)
+    whole = _GROUPED if named == 1 or 0 < named < block.width - 1 else _WHOLE
+    if any('"' in line for line in judged) or not all(is_missing(x) or whole.fullmatch(x) for row in rows for x in row):
+        return False
+    later = [cell for row in rows for cell in row[1:]]
+    zeros = sum(len(cell) > 1 and cell[0] == "0" for cell in later)
+    if block.width == 2 and (named == 1 or zeros):
         return True
-    if (named and named < block.width - 1) or (named != block.width and zeros > len(rows) // 10):
+    above = any(line.strip() for line in lines[: block.rows[0]])
+    if (
+        block.width == 2
+        and not above
+        and len({len(cell) for cell in later}) == 1
+        and all(x[:1].isdigit() for x in later)
+    ):
+        raise InputError(
+            f"cannot read {path!r}: its commas may part two columns of whole numbers, or be decimal signs of one; name "
+            "the columns in a first line, or write it with semicolons or decimal points"
+        )
+    is_odd = zeros > len(rows) // 10 or any(
+        not cell.lstrip("+-\u2212").isdigit() for row in rows for cell in row if cell
+    )
+    if (named and named < block.width - 1) or (named != block.width and is_odd):
         names = f"the head names {counted(named, 'column')}, " if named else ""
         raise InputError(
-            f"cannot read {path!r}: {names}line {numbers[block.rows[0]]} has {block.width} whole numbers; commas part "
-            "the cells and seem to be decimal signs as well, so that the cells cannot be told apart; write it with "
-            "semicolons between the cells"
+            f"cannot read {path!r}: {names}line {numbers[block.rows[0]]} has {block.width} cells without decimals; "
+            "commas part the cells and seem to be decimal signs as well, so that the cells cannot be told apart; write "
+            "it with semicolons between the cells"
         )
     return False
 
@@ -125,6 +141,12 @@ def _check_whole(block: Block, lines: Sequence[str], numbers: Sequence[int], sep
         if row.least and (row.is_row or k > block.rows[0]):
             text = line.strip()
             raise InputError(f"cannot read {path!r}: line {numbers[k]} is no row of the table: {text[:_SHOWN]!r}")
+
+
+def _words_above(lines: Sequence[str], block: Block) -> int:
+    """How many cells the nearest of the lines above the rows has that holds words alone; 0 where none does."""
+    above = [split(line, ",") for line in lines[max(0, block.rows[0] - 5) : block.rows[0]] if line.strip()]
+    return next((len(cells) for cells in reversed(above) if all(kind(cell) == "w" for cell in cells)), 0)
 
 
 def _notes(block: Block, lines: Sequence[str], numbers: Sequence[int], tables: int) -> list[str]:
@@ -142,8 +164,8 @@ def _notes(block: Block, lines: Sequence[str], numbers: Sequence[int], tables: i
         text = lines[first].strip()
         shown = text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."
         notes.append(
-            f"{counted(len(block.others), 'line')} within or behind the table {_are(block.others)} no row and left "
-            f"out, the first line {numbers[first]}: {shown!r}"
+            f"{counted(len(block.others), 'line')} within or behind the table {_are(block.others)} no whole row and "
+            f"left out, the first line {numbers[first]}: {shown!r}"
         )
     if block.short:
         notes.append(

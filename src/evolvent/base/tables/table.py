@@ -54,7 +54,7 @@ class Table:
         self.stamps = tuple(place for place in stamps if place < len(self.names))
         self._parsed: dict[int, np.ndarray] = {}
         self._clean: list[np.ndarray | None] | None = None
-        self._usual = "."
+        self._usual, self._is_quoted = ".", False
         self._signs: dict[int, bool] = {}
         self._decimals: dict[int, str] = {}
 
@@ -143,6 +143,7 @@ class Table:
         """Columns of numbers with the usual decimal sign of the file; None of others, which are read cell by cell."""
         if self._clean is None:
             self._usual = self._stated or self._first_sign()
+            self._is_quoted = any('"' in line for line in self._lines[:_FIRST])
             parts: list[list[np.ndarray] | None] = [[] for _ in self.names]
             whole: list[int] = []  # columns without empty cells, so far
             begin = 0
@@ -172,7 +173,7 @@ class Table:
 
     def _loaded(self, lines: Sequence[str], places: list[int]) -> dict[int, np.ndarray | None]:
         """Columns of numbers alone, read at once; none of them where one holds something else."""
-        if not places or not self._separator:
+        if not places or not self._separator or (self._separator == " " and not all(map(str.isascii, lines))):
             return {}
         if self._usual == ",":
             if any("." in line for line in lines):
@@ -201,7 +202,7 @@ class Table:
         values = self._fast()[place]
         if values is None:
             return False
-        if self._usual == self._stated or (self._separator == "," and self._usual == "."):
+        if self._usual == self._stated or (self._separator == "," and self._usual == "." and not self._is_quoted):
             return True
         known = values[np.isfinite(values)]
         below = (np.abs(known) < 1.0) & (known != 0.0)

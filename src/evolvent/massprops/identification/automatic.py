@@ -104,9 +104,8 @@ def identify(
         raise InputError(f"highest_order is {highest_order!r}; it must be a whole number, 1 or more")
     try:
         modes, signal = _exponential(method, data, order, highest_order, options)
-        known = decay != "auto" or swing is not None
-        if method == "varpro" and (order is None or known):
-            modes = refine(modes, signal, swing, decay)
+        if method == "varpro":
+            modes = refine(modes, signal, swing, decay, fixed=order is not None)
         return _with_clock(modes, signal.unsure)
     except np.linalg.LinAlgError as error:
         asked = f"{order} modes" if order is not None else "the modes"

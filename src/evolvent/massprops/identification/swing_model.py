@@ -79,6 +79,7 @@ class Component:
     cube : coefficient of x^3, for the amplitude 1
     sinusoidal : whether its waveform is
     free_square, free_cube : bool
+    held : whether no parameter of it is free
     restoring : Restoring
     reach : Reach
     derivative : 0, 1, 2: sensors read x, x', x''
@@ -94,6 +95,7 @@ class Component:
     sinusoidal: bool = False
     free_square: bool = False
     free_cube: bool = False
+    held: bool = False
     restoring: Restoring = LINEAR
     reach: Reach = UNKNOWN
     derivative: int = 0
@@ -105,6 +107,11 @@ class Component:
         return self.rates is not None
 
     @property
+    def is_exponential(self) -> bool:
+        """Whether it decays as a linear mode does."""
+        return self.law == (True, False, False) and self.restoring.linear and not self.free_cube
+
+    @property
     def fixed_gain(self) -> bool:
         """Whether its reference sensor reads its angle."""
         return bool(self.is_swing and self.free_square and np.isfinite(self.reach.factor))
@@ -113,6 +120,8 @@ class Component:
 
     def values(self) -> Array:
         """Free parameters."""
+        if self.held:
+            return np.empty(0)
         if self.rates is None:
             return np.array([self.pole.imag, -self.pole.real])
         found = [self.pole.imag, self.phase, *(r for r, free in zip(self.rates, self.law, strict=True) if free)]
@@ -120,6 +129,8 @@ class Component:
 
     def resolution(self, length: float) -> Array:
         """What a record of `length`, s, resolves of each parameter."""
+        if self.held:
+            return np.empty(0)
         line = 2.0 * np.pi / length
         if self.rates is None:
             return np.array([line, line])
@@ -129,6 +140,8 @@ class Component:
 
     def least(self) -> Array:
         """Bounds of the parameters from below: nothing pushes a swing on, but one that grows exponentially."""
+        if self.held:
+            return np.empty(0)
         if self.rates is None:
             return np.array([0.0, -np.inf])
         alone = self.law == (True, False, False)
@@ -137,6 +150,8 @@ class Component:
 
     def moved(self, values: Array) -> Component:
         """The same with other values."""
+        if self.held:
+            return self
         if self.rates is None:
             return replace(self, pole=complex(-values[1], values[0]))
         rest = list(values[2:])
@@ -350,7 +365,7 @@ def fit(components: tuple[Component, ...], signal: Signal, noise: Array | None =
             break
     squares = np.nansum(now.residual**2, axis=0)
     own = sum(len(used) * len(sensors) for _, sensors, used in _groups(now.components, signal))
-    unknowns = sum(len(one.values()) for one in now.components) + own - len(now.penalty)
+    unknowns = sum(len(replace(one, held=False).values()) for one in now.components) + own - len(now.penalty)
     return Found(now, weight, squares, unknowns, steps, converged)
 
 

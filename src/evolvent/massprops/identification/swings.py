@@ -35,6 +35,12 @@ _WORDS = ("viscous damping", "dry friction", "quadratic drag")
 DECISIVE = 10.0
 #: Share of a group's amplitude below which a mode may be a part of it, at odd harmonics, or nearer than these lines.
 WEAK, HARMONICS, SIDE = 0.15, (3, 5, 7, 9), 10.0
+#: Share of the strongest amplitude below which a swing is not looked at.
+SMALL = 1e-3
+#: Share of a swing's amplitude below which a mode near it does not speak for another law of decay.
+FAINT = 1e-5
+#: Share of the strongest swing in the squares of all amplitudes above which what is left is its own.
+DOMINANT = 0.8
 #: Share of a signal's square that a fit may leave which has followed the swing from the first period to the last.
 FOLLOWED = 0.25
 #: Parts of the motion of a swing that comes to rest, that are fitted one after the other.
@@ -143,7 +149,9 @@ def groups(modes: Modes, signal: Signal) -> list[list[int]]:
     return sorted(found, key=lambda group: -float(weight[group].sum()))
 
 
-def refine(modes: Modes, signal: Signal, kind: Kind | None = None, decay: str = "auto") -> Modes:
+def refine(
+    modes: Modes, signal: Signal, kind: Kind | None = None, decay: str = "auto", *, fixed: bool = False
+) -> Modes:
     """The same record with swings in place of groups of exponential modes, where they describe it better.
 
     Parameters
@@ -152,62 +160,76 @@ def refine(modes: Modes, signal: Signal, kind: Kind | None = None, decay: str = 
     signal : Signal
     kind : of the strongest swing
     decay : one of `DECAY`; its law
+    fixed : whether the number of modes is given: then only the strongest becomes a swing, where it is known to be one
     """
-    known = kind is not None and kind.restoring is not None and not kind.restoring.linear
-    free = kind is None or kind.restoring is None
-    if not (known or decay != "auto" or _suspicious(modes, signal)):
-        return modes
-    linear = criteria(signal, np.nansum(modes.residual**2, axis=0), modes.order)[1]
     given = kind or Kind()
     main = [one for one in groups(modes, signal) if not _is_avoided(modes, one, given.avoid)]
-    if not main:
-        return modes
+    known = given.restoring is not None and not given.restoring.linear
+    asked = known or decay != "auto"
+    linear = criteria(signal, np.nansum(modes.residual**2, axis=0), modes.order)[1]
     poles = {k: Component(pole=complex(pole)) for k, pole in enumerate(modes.pole)}
     swings: list[Component] = []
     spreads: list[float] = []
     best: Found | None = None
     for place, group in enumerate(main):
-        if not set(group) <= set(poles) or (place > 0 and len(group) == 1):
+        first = place == 0
+        if not (set(group) <= set(poles) and ((first and asked) or (not fixed and _suspicious(modes, group, signal)))):
             continue
-        own = given if place == 0 else Kind(derivative=given.derivative)
-        start = _start(modes, group, signal, own)
-        if start is None or not _alike(modes, group):
-            continue
+        own = given if first else Kind(given.restoring and model.LINEAR, derivative=given.derivative)
         trials: list[tuple[_Choice, set[int]]] = []
-        for parts in _parts(modes, group, signal):
+        for parts, begun in [({*group}, {*group})] if fixed else _parts(modes, group, signal):
+            start = _start(modes, sorted(begun), signal, own)
+            if start is None:
+                continue
             others = [*swings, *(poles[k] for k in poles if k not in parts)]
-            law = decay if place == 0 else "auto"
-            trial = _best_law(start, others, signal, modes.noise, law, free=free or place > 0)
+            cubic = own.restoring is None and _share(modes, parts) > DOMINANT
+            trial = _best_law(start, others, signal, modes.noise, decay if first else "auto", cubic=cubic)
             if trial is not None:
                 trials.append((trial, parts))
                 if _is_white(trial.found, signal):
                     break
         choice, parts = min(trials, key=lambda one: one[0].found.bic(signal), default=(None, set()))
         limit = linear if best is None else best.bic(signal)
-        if choice is None or (choice.found.bic(signal) >= limit and not (place == 0 and (known or decay != "auto"))):
+        if choice is None or (choice.found.bic(signal) >= limit and not (first and asked)):
             continue
         best, now = choice.found, choice.found.solution.components
         swings, spreads = [one for one in now if one.is_swing], [choice.spread, *spreads]
         poles = dict(zip([k for k in poles if k not in parts], [one for one in now if not one.is_swing], strict=True))
-    if best is None:
+    if best is None or all(one.is_exponential for one in swings):
         return replace(modes, warnings=(*modes.warnings, *_near(modes, signal)))
-    return _modes(_with_lines(best, signal), spreads, signal, modes, linear)
+    return _modes(best if fixed else _with_lines(best, signal), spreads, signal, modes, linear)
 
 
 def _is_avoided(modes: Modes, group: Iterable[int], avoid: float) -> bool:
     return bool(np.any(np.abs(modes.natural_frequency[list(group)] / avoid - 1.0) < 0.05))
 
 
-def _suspicious(modes: Modes, signal: Signal) -> bool:
-    """Whether exponential modes may be parts of one swing, or leave something of it."""
-    parts = groups(modes, signal)
-    if any(len(_parts(modes, group, signal)[0]) > 1 for group in parts):
+def _share(modes: Modes, parts: Iterable[int]) -> float:
+    """Share of some modes in the squares of all amplitudes."""
+    weight = ((modes.amplitude / modes.noise) ** 2).sum(axis=1)
+    return float(weight[list(parts)].sum() / weight.sum())
+
+
+def _suspicious(modes: Modes, group: list[int], signal: Signal) -> bool:
+    """Whether a group of exponential modes may be one swing, or leaves something of it."""
+    strength = np.sqrt((modes.amplitude**2).sum(axis=1))
+    if strength[group].max() < SMALL * strength.max():
+        return False
+    parts = [k for k in _parts(modes, group, signal)[0][0] if strength[k] > FAINT * strength[group].max()]
+    near = [k for k in parts if modes.frequency[k] < 2.0 * modes.frequency[group[0]]]
+    if len(near) > 1:
         return True
-    return whiteness(signal, modes.residual, modes.noise, own_unknowns(modes, signal)) < WHITE
+    alone = _share(modes, parts) > DOMINANT
+    return alone and (
+        len(parts) > 1 or whiteness(signal, modes.residual, modes.noise, own_unknowns(modes, signal)) < WHITE
+    )
 
 
-def _parts(modes: Modes, group: list[int], signal: Signal) -> list[set[int]]:
-    """A group with weaker modes near it or near odd multiples of its frequency; then with strong ones near it too."""
+def _parts(modes: Modes, group: list[int], signal: Signal) -> list[tuple[set[int], set[int]]]:
+    """Modes that may be parts of a swing, and those of them by which it begins.
+
+    First a group with weaker modes near it or near odd multiples of its frequency; then with strong ones near it too.
+    """
     strength = np.sqrt((modes.amplitude**2).sum(axis=1))
     strongest = max(group, key=lambda k: float(strength[k]))
     w, line = modes.frequency[strongest], resolved(signal)
@@ -215,8 +237,9 @@ def _parts(modes: Modes, group: list[int], signal: Signal) -> list[set[int]]:
     near = np.abs(modes.frequency - w) < SIDE * line
     weak = strength < WEAK * strength[strongest]
     parts = {*group, *np.flatnonzero(weak & (near | (away < 2.0 * line))).tolist()}
-    whole = parts | set(np.flatnonzero(near).tolist())
-    return [parts] if whole == parts else [parts, whole]
+    beside = {*group, *np.flatnonzero(near).tolist()}
+    found = [(parts, set(group))]
+    return found if beside <= parts else [*found, (parts | beside, beside)]
 
 
 def _near(modes: Modes, signal: Signal) -> tuple[str, ...]:
@@ -247,7 +270,9 @@ def _alike(modes: Modes, group: list[int]) -> bool:
 
 
 def _start(modes: Modes, group: list[int], signal: Signal, kind: Kind) -> Component | None:
-    """A swing that begins and decays as a group of exponential modes does; None where they beat."""
+    """A swing that begins and decays as a group of exponential modes does; None where they beat, or differ in shape."""
+    if not _alike(modes, group):
+        return None
     weight = (modes.amplitude[group] / modes.noise) ** 2
     reference = int(np.argmax(np.abs(modes.complex_amplitude[group].sum(axis=0)) / modes.noise))
     if np.isfinite(kind.reach.factor):
@@ -337,7 +362,7 @@ class _Choice(NamedTuple):
 
 
 def _best_law(
-    start: Component, others: list[Component], signal: Signal, noise: Array, decay: str, *, free: bool
+    start: Component, others: list[Component], signal: Signal, noise: Array, decay: str, *, cubic: bool
 ) -> _Choice | None:
     """The best fit of one swing beside other components, over laws of decay and waveforms.
 
@@ -346,6 +371,7 @@ def _best_law(
     The spread is that of Bayesian model averaging, with weights exp(-BIC / 2).
     """
     mean = float(np.clip(start.envelope(signal.time).mean(), 0.05, 1.0))
+    others = [replace(one, held=True) for one in others]  # until the law is found
     begun = _followed(start, others, signal, noise)
     found: list[Found] = []
     for sinusoidal in (False, True)[: 1 + start.restoring.linear]:
@@ -354,17 +380,19 @@ def _best_law(
         singles = [_grown(_with_law(now, LAWS[name], mean), others, signal, noise) for name in names]
         found += _greedy(singles, signal) if decay == "auto" else singles
     best = _least(found, signal)
-    if best is not None and start.restoring.linear and free and not _is_white(best, signal):
+    if best is not None and cubic and not _is_white(best, signal):
         one = replace(best.solution.components[0], free_cube=True, sinusoidal=False)
-        cubic = model.fit((one, *best.solution.components[1:]), signal, noise)
-        found += _greedy([cubic], signal) if decay == "auto" else [cubic]
+        more = model.fit((one, *best.solution.components[1:]), signal, noise)
+        found += _greedy([more], signal) if decay == "auto" else [more]
         best = _least(found, signal)
     if best is None:
         return None
     good = [one for one in found if one.converged and _plausible(one)]
     weight = np.exp(-0.5 * (np.array([one.bic(signal) for one in good]) - best.bic(signal)))
     away = np.array([natural(one) - natural(best) for one in good])
-    return _Choice(best, float(weight @ away**2 / weight.sum()))
+    freed = [replace(one, held=False) for one in best.solution.components]
+    last = model.fit(tuple(freed), signal, best.noise) if others else best
+    return _Choice(_least([last, best], signal) or best, float(weight @ away**2 / weight.sum()))
 
 
 def natural(found: Found) -> float:

@@ -23,7 +23,7 @@ def numbers(run: Any) -> list[Number]:
         (
             "boom lengths at the end",
             " / ".join(f"{length:.6g}" for length in lengths[-1]) + " m",
-            *((length, "m", f"boom {n}") for n, length in enumerate(lengths[-1], 1)),
+            *((length, "m", f"booms of pair {n}") for n, length in enumerate(lengths[-1], 1)),
         ),
         (
             "largest difference from straight wires",
