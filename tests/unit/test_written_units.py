@@ -39,7 +39,7 @@ SIZES = {
     ("kg/m^3", 1000.0): "g/cc g/cm3 g/cm³ gm/cc",
     ("Pa", 1e6): "MPa MPA N/mm² N/mm2",
     ("Pa", LBF / INCH**2): "psi PSI lbf/in² psia",
-    ("rad", 1.0): "rad radian radians Radians 1",
+    ("rad", 1.0): "rad radian radians Radians",
     ("rad", DEG): "deg degree degrees Degrees ° º Grad",
     ("rad", 2.0 * math.pi): "rev revs turn turns revolutions Umdrehungen",
     ("rad/s", DEG): "deg/s dps DPS °/s deg/sec degrees/s degrees°per°second °·s⁻¹",
@@ -98,6 +98,7 @@ def test_a_recording_of_any_quantity(text: str, found: str) -> None:
         ("kg", "N", "'kg' is a unit of something else; did you mean 'kgf'"),
         ("nm", "N m", "'nm' is a unit of something else; did you mean 'N m'"),
         ("counts", "rad", "'counts' is a unit of something else"),
+        ("1", "rad", "'1' is a unit of something else"),
         ("%", "rad", "'%' is a unit of something else"),
         ("1/min", "rad/s", "'1/min' does not say whether it counts turns or radians; write rpm"),
         ("Hz", "rad s^-1", "'Hz' does not say whether it counts turns or radians"),
@@ -120,7 +121,10 @@ def test_degrees_celsius_have_no_factor() -> None:
         units.factor("°C", "K")
 
 
-@pytest.mark.parametrize(("text", "wanted"), [("5 px", "m"), ("60 rpm", "Hz"), ("10 turn/s", "Hz")])
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [("5 px", "m"), ("60 rpm", "Hz"), ("10 turn/s", "Hz"), ("5 count", "rad"), ("5 %", "rad"), ("5 ppm/s", "rad/s")],
+)
 def test_what_the_units_library_takes_for_another_quantity(text: str, wanted: str) -> None:
     with pytest.raises(UnitError, match="is a unit of something else"):
         units.parse(text, wanted)

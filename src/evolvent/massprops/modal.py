@@ -86,7 +86,7 @@ def derivative(unit: str) -> tuple[int, float]:
     for wanted in (_ANGLES, _LENGTHS):
         for n, one in enumerate(wanted):
             try:
-                ratio = units.parse(f"1 {unit}", one)
+                ratio = units.factor(unit, one)
             except units.UnitError:
                 continue
             return n, ratio if wanted is _ANGLES else np.nan

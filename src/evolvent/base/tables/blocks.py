@@ -16,6 +16,8 @@ _JUDGED = 60
 _MOST_OTHERS = 0.25
 #: Rows from which on a word alone in a table of one column is a row, not a head.
 _MANY = 10
+#: Most digits of the number of a row.
+_LONGEST_COUNT = 15
 #: What a row may begin with; other lines are looked at closely.
 _BEGINNINGS = frozenset("0123456789+-.,;|\t\"' \u2212")
 
@@ -80,7 +82,7 @@ def block_of(
         )
     _trim(best)
     firsts = [split(lines[place], separator)[0] for place in best.rows[:_JUDGED]]
-    origin = int(firsts[0]) if firsts[0].isdecimal() else -1
+    origin = int(firsts[0]) if firsts[0].isdecimal() and len(firsts[0]) <= _LONGEST_COUNT else -1
     best.counts = len(firsts) > 1 and firsts == [str(origin + k) for k in range(len(firsts))]
     place = next(k for k, one in enumerate(found) if one is best)
     others = [len(one.rows) for one in found[:place] if len(one.rows) > max(2, len(best.rows) // 4)]

@@ -149,6 +149,10 @@ def parse(text: str, unit: str) -> float:
         raise UnitError(f"{given!r} is a unit of something else, or not of SI")
     if unit.startswith("rad") and re.search(r"hertz|Hz\b", given):
         raise UnitError("hertz does not say whether it counts turns or radians")
+    if unit.startswith("rad") and re.search(
+        r"(?<![A-Za-z])(counts?|percent|ppm|dB|decibel|bits?)(?![A-Za-z])|%", given
+    ):
+        raise UnitError(f"{cut(given)!r} is a unit of something else; an angle is in rad or deg")
     if unit == "Hz" and re.search(r"rpm|(?<![A-Za-z])(rad|deg|turn|rev)", given):
         raise UnitError(f"{cut(given)!r} is a unit of something else; a frequency is in Hz or 1/s")
     exponents = re.sub(r"(?<=[A-Za-z])(-?[2-6])(?![\w.])", r"^\1", given)  # "kg m2" and "m/s2" as well

@@ -140,7 +140,7 @@ def _fits(unit: str, wanted: str) -> bool:
     """Whether a unit is of a kind; an angle must be said to be one."""
     if known(unit).dimensionality != known(wanted or "1").dimensionality:
         return False
-    return not wanted.startswith("rad") or (unit, wanted) == ("1", "rad") or bool(_ANGLE.search(unit))
+    return not wanted.startswith("rad") or bool(_ANGLE.search(unit))
 
 
 def _refused(text: str, unit: str, wanted: str) -> str:

@@ -145,6 +145,7 @@ def _times(table: Any, clock: int | None, place: int, notes: list[str]) -> Array
         notes += _sentences(base.notes)
         if base.time is not None:
             return base.time
+        assert base.rate is not None
         return np.asarray(base.start + np.arange(table.source.columns[place].size) / base.rate)
     if clock is None and table.rate is not None:
         return np.asarray(table.start + np.arange(table.rows) / table.rate)

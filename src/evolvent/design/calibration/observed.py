@@ -50,7 +50,7 @@ def values(run: Any, one: Series, content: Any) -> Array:
     if at.min() < time[0] - slack or at.max() > time[-1] + slack:
         raise InputError(
             f"the data go from {at.min():.9g} s to {at.max():.9g} s, the run from {time[0]:g} s to {time[-1]:g} s; let "
-            f"the run cover the data{_other_unit(np.ptp(at), time[-1] - time[0])}"
+            f"the run cover the data{_why(np.ptp(at), time[-1] - time[0])}"
         )
     from scipy.interpolate import CubicSpline
 
@@ -58,8 +58,10 @@ def values(run: Any, one: Series, content: Any) -> Array:
     return np.asarray(CubicSpline(time, found.values)(inside)) * factor(str(found.attrs.get("units", "1")), one)
 
 
-def _other_unit(data: float, run: float) -> str:
-    """What a sentence adds where data last a thousand or a million times as long as the run."""
+def _why(data: float, run: float) -> str:
+    """What a sentence adds on data that last no longer than the run, or a thousand or a million times as long."""
+    if data <= run * (1.0 + 1e-9):
+        return f"; the data last {data:.6g} s: their time must count from the start of the run"
     for unit, size in (("ms", 1e3), ("us", 1e6)):
         if 0.1 * size < data / run < 3.0 * size:
             return f"; if their time is in {unit}, its head must say so: time ({unit})"

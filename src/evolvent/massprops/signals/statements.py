@@ -60,6 +60,6 @@ def _quantity(value: object, unit: str, wanted: str) -> float | None:
             text = value.decode() if isinstance(value, bytes) else value
             return units.parse(text if re.search(r"[A-Za-z]", text) else f"{text} {unit or wanted}", wanted)
         number = float(np.asarray(value).ravel()[0])
-        return number * units.parse(f"1 {unit}", wanted) if unit else number
+        return number * units.factor(unit, wanted) if unit else number
     except (units.UnitError, TypeError, ValueError, IndexError):
         return None
