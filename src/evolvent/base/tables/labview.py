@@ -65,9 +65,9 @@ def _head(head: Head, whole: dict[str, list[str]], stated: dict[str, list[str]],
     decimal = (whole.get("decimal_separator") or stated.get("decimal_separator") or ["", ""])[1:2]
     sign = decimal[0] if decimal and decimal[0] in (".", ",") else ""
     names, units = list(head.names), list(head.units)
-    for c, whole in enumerate(head.heads):
-        if units[c] and units[c] in whole and not texts.is_unit(units[c]):
-            names[c], units[c] = whole, ""  # "Response (Trigger)" is a name
+    for c, title in enumerate(head.heads):
+        if units[c] and units[c] in title and not texts.is_unit(units[c]):
+            names[c], units[c] = title, ""  # "Response (Trigger)" is a name
     own = stated.get("y_unit_label", [])
     dimensions = [cell.lower() for cell in cells("x_dimension")]
     is_time = not dimensions or set(dimensions) == {"time"}
