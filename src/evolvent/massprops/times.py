@@ -85,7 +85,8 @@ def read_times(times: Array) -> Times:
     significant digits or to 32 bits; and a line with gaps, from which a slow deviation is the wander of the clock and
     the rest a scatter.
     """
-    times, notes = np.asarray(times, dtype=float), ()
+    times = np.asarray(times, dtype=float)
+    notes: tuple[str, ...] = ()
     if _in_blocks(times):
         found = _rounded_grid(times)
         if found is not None:
@@ -382,15 +383,15 @@ def _deviation(t: Array, place: Array, resolution: float) -> tuple[Array | None,
     )
     scatter = float(np.sqrt((within**2).sum() / (length - 2 * len(parts))))
     if scatter > SCATTERED * step:
-        found = f"the times follow no even grid: steps are {np.diff(t).min():.3g} to {np.diff(t).max():.3g} s long"
-        return None, (f"{found}, {1.0 / step:.6g} samples a second on average",)
+        no_grid = f"the times follow no even grid: steps are {np.diff(t).min():.3g} to {np.diff(t).max():.3g} s long"
+        return None, (f"{no_grid}, {1.0 / step:.6g} samples a second on average",)
     least = len(parts[-1])
     clear = max(WANDER * scatter / np.sqrt(least), UNEVEN * step, 0.5 * resolution)
     # means of a scatter that lasts over a few samples are large as well, but do not follow each other
     follow = len(parts) < FOLLOW or float((np.diff(mean) ** 2).sum()) < 1.4 * float((mean**2).sum())
     wanders = len(parts) >= 4 and float(np.abs(mean).max()) > clear and follow
     slow = np.zeros(length)
-    found = []
+    found: list[str] = []
     if wanders:
         slow, rate = _smooth(place, off, step)
         found.append(
