@@ -383,8 +383,8 @@ def _deviation(t: Array, place: Array, resolution: float) -> tuple[Array | None,
     )
     scatter = float(np.sqrt((within**2).sum() / (length - 2 * len(parts))))
     if scatter > SCATTERED * step:
-        found = f"the times follow no even grid: steps are {np.diff(t).min():.3g} to {np.diff(t).max():.3g} s long"
-        return None, (f"{found}, {1.0 / step:.6g} samples a second on average",)
+        no_grid = f"the times follow no even grid: steps are {np.diff(t).min():.3g} to {np.diff(t).max():.3g} s long"
+        return None, (f"{no_grid}, {1.0 / step:.6g} samples a second on average",)
     least = len(parts[-1])
     clear = max(WANDER * scatter / np.sqrt(least), UNEVEN * step, 0.5 * resolution)
     # means of a scatter that lasts over a few samples are large as well, but do not follow each other
