@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from evolvent.base import units
 from evolvent.base.errors import InputError
+from evolvent.base.tables import mark_of_missing
 from evolvent.massprops import description as schema
 from evolvent.massprops.signals import Signals, timebase
 from evolvent.massprops.times import check_rate, read_times
@@ -70,6 +72,7 @@ def read(source: Signals, given: schema.Signals) -> Reading:
     if len(set(names)) < len(names):
         raise InputError(f"signals.sensors have the names {', '.join(names)}; they must be different")
     data = np.column_stack([source.samples(k)[: base.size] for k in places])
+    _check_marks(data, [source.names[k] for k in places], source.path)
     notes += [note for note in source.notes if note not in notes]  # reading of a column adds to them
     if base.time is None:
         assert base.rate is not None
@@ -112,6 +115,17 @@ def _left_out(source: Signals) -> list[str]:
     for name, why in source.left_out.items():
         names.setdefault(why, []).append(repr(name))
     return [f"{', '.join(own)} {'is' if len(own) == 1 else 'are'} left out: {why}" for why, own in names.items()]
+
+
+def _check_marks(data: np.ndarray, names: Sequence[str], path: str) -> None:
+    """Refuse a sample far from all others that is written as a missing one is."""
+    for name, values in zip(names, data.T, strict=True):
+        far = mark_of_missing(values)
+        if far is not None:
+            raise InputError(
+                f"sample {far + 1} of {name!r} in {path!r} is {values[far]:.12g}, far from all others; leave the cell "
+                "empty if it marks a missing value"
+            )
 
 
 # ------------------------------------------------------------------------------------------------ time

@@ -15,6 +15,7 @@ import scipy.io
 
 from evolvent import InputError
 from evolvent.massprops import signals
+from evolvent.massprops.measurement import vibration
 
 RATE = 50.0
 
@@ -255,3 +256,12 @@ def test_a_library_that_is_missing_is_named(tmp_path: pathlib.Path) -> None:
         [sys.executable, "-c", code, str(tmp_path / "a.tdms")], capture_output=True, text=True, check=True
     )
     assert "TDMS files need the package 'nptdms'; pip install 'evolvent[signals]'" in done.stdout
+
+
+@pytest.mark.parametrize("mark", ["-9999", "99999", "1e10", "32767"])
+def test_marks_of_missing_samples_are_refused(tmp_path: pathlib.Path, mark: str) -> None:
+    path = tmp_path / "a.csv"
+    rows = [f"{k / 20:.2f},{np.cos(0.4 * k):.4f}" if k != 37 else f"{k / 20:.2f},{mark}" for k in range(100)]
+    path.write_text("time (s),a (mm)\n" + "\n".join(rows))
+    with pytest.raises(InputError, match=r"sample 38 of 'a' .* far from all others; leave the cell empty"):
+        vibration(path)

@@ -13,6 +13,7 @@ units or heads below preambles, or reads clock times. Each takes 0.2 to 0.3 s to
 
 from evolvent.base.tables.heads import distinct as distinct
 from evolvent.base.tables.layout import is_text as is_text
+from evolvent.base.tables.marks import mark_of_missing as mark_of_missing
 from evolvent.base.tables.reader import read as read
 from evolvent.base.tables.table import Table as Table
 from evolvent.base.tables.times import NO_UNIT as NO_UNIT, Times as Times, seconds as seconds, time_of as time_of

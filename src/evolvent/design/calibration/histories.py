@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import functools
 import itertools
-import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -13,14 +12,13 @@ import numpy as np
 
 from evolvent.base import units
 from evolvent.base.errors import InputError, counted
+from evolvent.base.tables import mark_of_missing
 
 Array = np.ndarray
 #: Share of rows at the time of the row before, with other values, above which the times are too coarse.
 _EQUAL = 0.2
 #: Most parts in each of which time goes on, where they overlap by this share of the time: several runs in one file.
 _PARTS, _OVERLAP = 5, 0.1
-#: How often farther than all others a value is that marks a missing one, and what such marks look like.
-_FAR, _MARK = 50.0, re.compile(r"[-+]?(9{3,}([.,]9*)?0*|32767|32768|65535|1[eE]\+?\d\d+)([.,]0*)?")
 
 
 def fixed(times: Array) -> Callable[[Mapping[str, Any]], Array]:
@@ -105,10 +103,8 @@ class History:
     def _check_marks(self, rows: Array) -> None:
         """Refuse a value far from all others that is written as a missing one is."""
         values = self.values[rows]
-        off = np.abs(values - np.median(values))
-        far = int(np.argmax(off))
-        others = off[values != values[far]]
-        if not others.size or off[far] <= _FAR * others.max() or not _MARK.fullmatch(f"{values[far]:.12g}"):
+        far = mark_of_missing(values)
+        if far is None:
             return
         raise InputError(
             f"line {self.table.line(int(rows[far]))} of {self.table.path!r} holds {values[far]:.12g} in column "
