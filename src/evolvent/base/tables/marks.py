@@ -7,11 +7,11 @@ import re
 import numpy as np
 
 #: How often farther than all others a value is that marks a missing one, and what such marks look like.
-_FAR, _MARK = 50.0, re.compile(r"[-+]?(9{3,}([.,]9*)?0*|32767|32768|65535|1[eE]\+?\d\d+)([.,]0*)?")
+_FAR, _MARK = 50.0, re.compile(r"[-+]?(9{3,}([.,]9*)?0*|32767|32768|65535|1[eE]\+?\d\d+|10{9,})([.,]0*)?")
 
 
 def mark_of_missing(values: np.ndarray) -> int | None:
-    """Index of a value far from all others that is written as a missing one is, such as -9999; None where there is none.
+    """Index of a value far from all others that is written as a missing one is, such as -9999; None for none.
 
     Parameters
     ----------
