@@ -144,9 +144,7 @@ def test_a_fit_predicts_the_other_pieces() -> None:
 def test_pieces_are_those_of_the_package_or_of_a_folder(tmp_path) -> None:
     assert len(pendulum.pieces_of("double-pendulum", None, 1000)) == 26
     assert len(pendulum.pieces_of("triple-pendulum", None, 1000)) == 22
-    with pytest.raises(
-        InputError, match=r"has no CSV file with the columns time_s,angle1_rad,angle2_rad,rate1_rad_s"
-    ):
+    with pytest.raises(InputError, match=r"has no CSV file with the columns time_s,angle1_rad,angle2_rad,rate1_rad_s"):
         pendulum.pieces_of("double-pendulum", str(tmp_path), 10)
     with pytest.raises(InputError, match=r"is not a folder with CSV files"):
         pendulum.pieces_of("double-pendulum", str(tmp_path / "none"), 10)
