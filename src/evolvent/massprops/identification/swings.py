@@ -566,12 +566,18 @@ def _modes(found: Found, spreads: list[float], signal: Signal, before: Modes, li
 
 
 def _sentences(modes: Modes) -> tuple[str, ...]:
-    """What is said of swings that do not decay exponentially."""
-    return tuple(
-        f"mode {k + 1} ({w:.6g} rad/s) is one swing that decays by {one.law}, not exponentially alone"
-        for k, (w, one) in enumerate(zip(modes.natural_frequency, modes.swings, strict=True))
-        if one is not None and not one.exponential
-    )
+    """What is said of swings that do not decay exponentially, or whose stand is not known."""
+    found = []
+    for k, (w, one) in enumerate(zip(modes.natural_frequency, modes.swings, strict=True)):
+        name = f"mode {k + 1} ({w:.6g} rad/s)"
+        if one is not None and not one.exponential:
+            found.append(f"{name} is one swing that decays by {one.law}, not exponentially alone")
+        if one is not None and one.component.free_cube:
+            found.append(
+                f"{name} is one swing whose frequency follows its amplitude; that at zero amplitude holds for a cubic "
+                "restoring force: describe the stand if it is a pendulum"
+            )
+    return tuple(found)
 
 
 def _swing(one: Component, std: Array, signal: Signal, gain: float) -> Swing:
