@@ -49,8 +49,8 @@ def clipped(modes: Modes, signal: Signal) -> list[str]:
         one = look(modes, signal, c)
         if one is not None and one.gain > GAIN and one.gain > OVER_CUBIC * one.cubic and one.size > SIZE:
             found.append(
-                f"the crests of {name} are flattened where the swing is above {one.level:.3g}, and not below: it seems to "
-                "be clipped before a filter; amplitudes and decay rates are wrong there: measure again with a wider "
+                f"the crests of {name} are flattened where the swing is above {one.level:.3g}, and not below: it seems "
+                "to be clipped before a filter; amplitudes and decay rates are wrong there: measure again with a wider "
                 "range, or set signals.start to where the swing is smaller"
             )
     return found
@@ -61,14 +61,14 @@ def look(modes: Modes, signal: Signal, c: int) -> Found | None:
 
     Notes
     -----
-    Crests that are cut by max(|s| - level, 0), s the motion, leave odd harmonics that die away with the crests above the
-    level. They are compared above the modes' own frequencies, each sample's shape and its slope, which takes a filter's
+    Crests that are cut by max(|s| - level, 0), s the motion, leave odd harmonics that die away with the crests above
+    the level. They are compared above the modes' own frequencies, by their shape and its slope, which takes a filter's
     delay.
     """
     amplitude = modes.amplitude[:, c]
     strong = np.flatnonzero(amplitude >= STRONG * amplitude.max())
     motion, products = _sorted(modes, strong)
-    if not signal.present[:, c].all() or not modes.noise[c] > signal.rounding[c]:
+    if not signal.even or not signal.present[:, c].all() or not modes.noise[c] > signal.rounding[c]:
         return None
     low = ABOVE * float(modes.frequency[strong].max())
     count = len(modes.time)
