@@ -363,6 +363,7 @@ def main() -> None:
                 for text, count in texts.items():
                     print(f"      {count:4d} {text}")
             row.pop("seconds")
+            row = {"what": DISTURBANCES[name][0], **row}
             results.setdefault(stand, {})[name] = row
             if options.output:
                 options.output.write_text(json.dumps(results, indent=1) + "\n")

@@ -30,6 +30,7 @@ warnings.filterwarnings("ignore", message="First-class function type")
 # the validation book, and the statement of credibility that builds on it
 _here = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(_here.parent / "tests"))
+import coverage_page  # noqa: E402  (docs/_ext/coverage_page.py)
 import pages  # noqa: E402  (docs/_ext/pages.py)
 
 import book  # noqa: E402  (tests/book.py)
@@ -37,6 +38,8 @@ from evolvent.laboratory import credibility  # noqa: E402
 
 (_here / "validation.md").write_text(book.table(book.shipped()))
 (_here / "credibility.md").write_text(credibility.page())
+# coverage of the truth by stated uncertainties
+(_here / "coverage.md").write_text(coverage_page.page(), encoding="utf-8")
 # one page a part, a case, a command, a module
 pages.write()
 
@@ -111,6 +114,7 @@ html_sidebars = {
         "glossary",
         "changelog",
         "validation",
+        "coverage",
         "credibility",
     )
 }

@@ -23,7 +23,7 @@ from evolvent.design import studies
 ROOT = pathlib.Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 #: Folders and pages that a build writes, at times beside the tests: others are written by hand.
-MADE = {"_build", "jupyter_execute", "examples", "validation.md", "credibility.md"}
+MADE = {"_build", "jupyter_execute", "examples", "validation.md", "credibility.md", "coverage.md"}
 
 
 def is_made(path: pathlib.Path) -> bool:

@@ -62,13 +62,13 @@ def look(modes: Modes, signal: Signal, c: int) -> Found | None:
     Notes
     -----
     Crests that are cut by max(|s| - level, 0), s the motion, leave odd harmonics that die away with the crests above
-    the level. They are compared above the modes' own frequencies, each sample's shape and its slope, which takes a
-    filter's delay.
+    the level. They are compared above the modes' own frequencies, by their shape and its slope, which takes a filter's
+    delay.
     """
     amplitude = modes.amplitude[:, c]
     strong = np.flatnonzero(amplitude >= STRONG * amplitude.max())
     motion, products = _sorted(modes, strong)
-    if not signal.present[:, c].all() or not modes.noise[c] > signal.rounding[c]:
+    if not signal.even or not signal.present[:, c].all() or not modes.noise[c] > signal.rounding[c]:
         return None
     low = ABOVE * float(modes.frequency[strong].max())
     count = len(modes.time)
