@@ -12,18 +12,23 @@ NEAR = 12
 
 
 def density(modes: Modes, signal: Signal) -> Array:
-    """(m, c) variance that white noise of the spectral density near each mode would have, over that of the sensor.
+    """(m, c) variance that white noise of the spectral density near each mode would have, over that of the sensor."""
+    return density_near(modes.frequency, modes.residual, modes.noise, signal)
+
+
+def density_near(frequency: Array, residual: Array, noise: Array, signal: Signal) -> Array:
+    """As `density`, near frequencies (m,), rad/s, for a residual (N, c) and the noise (c,) of the sensors.
 
     Notes
     -----
     The mean of 2 `NEAR` + 1 lines of the residual's spectrum. What a fit has taken off is added: a mode takes its two
     parameters of each sensor and its share of two common ones, or 1 + 1/c lines.
     """
-    sensors = len(modes.names)
-    lines = power(modes.residual, signal.cells) / (signal.counts * modes.noise**2)
+    sensors = len(noise)
+    lines = power(residual, signal.cells) / (signal.counts * noise**2)
     step = 2.0 * np.pi / (signal.extent * signal.step)
-    found = np.empty((modes.order, sensors))
-    places = np.round(modes.frequency / step).astype(int)
+    found = np.empty((len(frequency), sensors))
+    places = np.round(frequency / step).astype(int)
     for k, place in enumerate(places):
         near = lines[max(1, place - NEAR) : place + NEAR + 1]
         taken = np.count_nonzero(np.abs(places - place) <= NEAR) * (1.0 + 1.0 / sensors)

@@ -259,11 +259,19 @@ class Found(NamedTuple):
     steps: int
     converged: bool
 
-    def bic(self, signal: Signal) -> float:
-        """Bayesian information criterion, as in `orders.criteria`."""
-        counts = signal.counts
-        left = self.squares / counts + (100.0 * signal.rounding) ** 2
-        return float((counts * np.log(left)).sum() + self.unknowns * np.log(counts.sum()))
+    def bic(self, signal: Signal, colour: Array | float = 1.0) -> float:
+        """Bayesian information criterion, see `criterion`."""
+        return criterion(signal, self.squares, self.unknowns, colour)
+
+
+def criterion(signal: Signal, squares: Array, unknowns: int, colour: Array | float = 1.0) -> float:
+    """Bayesian information criterion of a fit that leaves sums of squares (c,), as in `orders.criteria`.
+
+    `colour` (c,) is the density of the noise near the swing over its mean: what a fit gains there counts so much less.
+    """
+    counts = signal.counts
+    left = squares / counts + (100.0 * signal.rounding) ** 2
+    return float((counts * np.log(left) / colour).sum() + unknowns * np.log(counts.sum()))
 
 
 def _polynomial(signal: Signal) -> Array:

@@ -17,7 +17,8 @@ import numpy as np
 from evolvent.kernels import swing as kernel
 from evolvent.massprops.identification import swing_model as model
 from evolvent.massprops.identification.modes import Modes
-from evolvent.massprops.identification.orders import WHITE, criteria, search, whiteness
+from evolvent.massprops.identification.noise_density import density_near
+from evolvent.massprops.identification.orders import WHITE, search, whiteness
 from evolvent.massprops.identification.signals import Array, Signal
 from evolvent.massprops.identification.swing_model import Component, Found, Reach, Restoring
 from evolvent.massprops.identification.variable_projection import colour, own_unknowns, remarks, unsupported
@@ -166,7 +167,8 @@ def refine(
     main = [one for one in groups(modes, signal) if not _is_avoided(modes, one, given.avoid)]
     known = given.restoring is not None and not given.restoring.linear
     asked = known or decay != "auto"
-    linear = criteria(signal, np.nansum(modes.residual**2, axis=0), modes.order)[1]
+    left = np.nansum(modes.residual**2, axis=0)
+    unknowns = own_unknowns(modes, signal) * len(left) + 2 * modes.order
     poles = {k: Component(pole=complex(pole)) for k, pole in enumerate(modes.pole)}
     swings: list[Component] = []
     spreads: list[float] = []
@@ -189,15 +191,19 @@ def refine(
                 if _is_white(trial.found, signal):
                     break
         choice, parts = min(trials, key=lambda one: one[0].found.bic(signal), default=(None, set()))
-        limit = linear if best is None else best.bic(signal)
-        if choice is None or (choice.found.bic(signal) >= limit and not (first and asked)):
+        if choice is None:
+            continue
+        colour = choice.colour
+        before = model.criterion(signal, left, unknowns, colour) if best is None else best.bic(signal, colour)
+        if choice.found.bic(signal, colour) >= before and not (first and asked):
             continue
         best, now = choice.found, choice.found.solution.components
         swings, spreads = [one for one in now if one.is_swing], [choice.spread, *spreads]
         poles = dict(zip([k for k in poles if k not in parts], [one for one in now if not one.is_swing], strict=True))
     if best is None or all(one.is_exponential for one in swings):
         return replace(modes, warnings=(*modes.warnings, *_near(modes, signal)))
-    return _modes(best if fixed else _with_lines(best, signal), spreads, signal, modes, linear)
+    gain = model.criterion(signal, left, unknowns) - best.bic(signal)
+    return _modes(best if fixed else _with_lines(best, signal), spreads, signal, modes, gain)
 
 
 def _is_avoided(modes: Modes, group: Iterable[int], avoid: float) -> bool:
@@ -355,10 +361,12 @@ class _Choice(NamedTuple):
     ----------
     found : Found
     spread : (rad/s)^2, of the frequencies that others give, which describe the record about as well
+    colour : (c,) density of the noise near the swing over its mean, 1 where it is white
     """
 
     found: Found
     spread: float
+    colour: Array
 
 
 def _best_law(
@@ -388,11 +396,21 @@ def _best_law(
     if best is None:
         return None
     good = [one for one in found if one.converged and _plausible(one)]
-    weight = np.exp(-0.5 * (np.array([one.bic(signal) for one in good]) - best.bic(signal)))
+    colour = _colour(best, signal)
+    best = min(good, key=lambda one: one.bic(signal, colour))
+    weight = np.exp(-0.5 * (np.array([one.bic(signal, colour) for one in good]) - best.bic(signal, colour)))
     away = np.array([natural(one) - natural(best) for one in good])
     freed = [replace(one, held=False) for one in best.solution.components]
     last = model.fit(tuple(freed), signal, best.noise) if others else best
-    return _Choice(_least([last, best], signal) or best, float(weight @ away**2 / weight.sum()))
+    return _Choice(_least([last, best], signal) or best, float(weight @ away**2 / weight.sum()), colour)
+
+
+def _colour(found: Found, signal: Signal) -> Array:
+    """(c,) density of the noise near the first component over its mean; 1 where the residual is white."""
+    if _is_white(found, signal):
+        return np.ones(len(found.noise))
+    frequency = np.array([found.solution.components[0].pole.imag])
+    return np.maximum(density_near(frequency, found.solution.residual, found.noise, signal)[0], 1.0)
 
 
 def natural(found: Found) -> float:
@@ -515,7 +533,7 @@ def _wild(found: Found, signal: Signal) -> bool:
 # ------------------------------------------------------------------------------------------------ result
 
 
-def _modes(found: Found, spreads: list[float], signal: Signal, before: Modes, linear: float) -> Modes:
+def _modes(found: Found, spreads: list[float], signal: Signal, before: Modes, gain: float) -> Modes:
     """Modes of the fit by rising frequency."""
     now = found.solution
     order = np.argsort([one.pole.imag for one in now.components], kind="stable")
@@ -533,7 +551,6 @@ def _modes(found: Found, spreads: list[float], signal: Signal, before: Modes, li
     )
     swings: list[Swing | None] = []
     first = 0
-    gain = linear - found.bic(signal)
     for one in components:
         size = len(one.values())
         std = np.sqrt(np.maximum(np.diag(own)[first : first + size], 0.0))
