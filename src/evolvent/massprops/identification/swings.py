@@ -512,7 +512,11 @@ def _with_lines(found: Found, signal: Signal) -> Found:
             return found
         new = Component(pole=complex(more.pole[0]))
         trial = model.fit((*found.solution.components, new), signal, found.noise)
-        if not trial.converged or trial.bic(signal) > found.bic(signal) - DECISIVE or _wild(trial, signal):
+        if not trial.converged or _wild(trial, signal):
+            return found
+        line = np.array([trial.solution.components[-1].pole.imag])
+        colour = np.maximum(density_near(line, trial.solution.residual, trial.noise, signal)[0], 1.0)
+        if trial.bic(signal, colour) > found.bic(signal, colour) - DECISIVE:
             return found
         found = trial
     return found
