@@ -1,7 +1,7 @@
 """Disturbed recordings: the truth lies within the stated uncertainty, or a warning names the cause; few repetitions.
 
-The whole count is `benchmarks/coverage_of_truth.py`. Of 20 repetitions 17 or more hold the truth in 99.8 of 100 tries,
-where 95 % do on average.
+The whole count is `benchmarks/coverage_of_truth.py`. Where 95 % do on average, 17 or more of 20 repetitions hold the
+truth in 99.7 of 100 tries, and 7 or more of 10 in 99.9.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def test_the_truth_is_covered(counting: ModuleType, name: str) -> None:
     n = 10 if name == "ar1" else 20  # whose search of the order takes longest
     row = counting.counted(counting.repetitions("torsion", name, n), counting.DISTURBANCES[name][1])
     assert row["refused"] == 0.0
-    assert row["inside"] >= 0.8
+    assert row["inside"] >= (0.7 if n == 10 else 0.85)
 
 
 @pytest.mark.slow
