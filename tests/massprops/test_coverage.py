@@ -1,7 +1,7 @@
 """Disturbed recordings: the truth lies within the stated uncertainty, or a warning names the cause; few repetitions.
 
 The whole count is `benchmarks/coverage_of_truth.py`. Where 95 % do on average, 17 or more of 20 repetitions hold the
-truth in 99.7 of 100 tries, and 7 or more of 10 in 99.9.
+truth in 98 of 100 tries, and 7 or more of 10 in 99.9; the draws are always the same.
 """
 
 from __future__ import annotations
