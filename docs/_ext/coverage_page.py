@@ -11,7 +11,7 @@ _INTRODUCTION = """# Coverage of the truth
 
 How often the truth lies within two stated standard uncertainties of the result of `evolvent identify`. Motions are
 simulated by equations of their own: sin θ of a pivot, the lift of a body on wires, full geometry of a body on springs.
-Bodies, amplitudes, phases, damping, rates and disturbances are drawn anew for each repetition. All inputs of the stand
+Bodies, amplitudes, phases, damping, rates and disturbances are drawn again for each repetition. All inputs of the stand
 are exact, so that u is that of the signals alone. 95.4 % are expected of a normal distribution; with n
 repetitions such a share
 is itself uncertain by 21 % / √n, that is 1.5 % with 200.

@@ -265,7 +265,7 @@ def moved(x: Array, d: Array) -> Array:
 
 
 def shaken(body: Hanging, x: Array, duration: float, fastest: float, sensors: Array, directions: Array) -> Path:
-    """Readings of bodies let go in states (n, 13)."""
+    """Readings of bodies released in states (n, 13)."""
     h = 2.5 * ANGLE / fastest
     count = int(np.ceil(duration / h)) + 2
     values, rates = (np.empty((count, len(x), len(sensors))) for _ in range(2))

@@ -38,8 +38,8 @@ def test_the_truth_is_covered(counting: ModuleType, name: str) -> None:
 
 
 @pytest.mark.slow
-def test_what_was_clipped_before_a_filter_is_told(counting: ModuleType) -> None:
-    """Without a flat run: nine of ten are told, and none is missed in silence."""
+def test_what_was_clipped_before_a_filter_is_reported(counting: ModuleType) -> None:
+    """Without a flat run: nine of ten are reported, and none is missed in silence."""
     row = counting.counted(counting.repetitions("torsion", "clipped", 10), counting.DISTURBANCES["clipped"][1])
     assert row["named"] >= 0.8
     assert row["silent"] <= 0.1
@@ -47,7 +47,7 @@ def test_what_was_clipped_before_a_filter_is_told(counting: ModuleType) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["white", "drag", "large"])
-def test_what_was_not_clipped_is_not_told_to_be(counting: ModuleType, name: str) -> None:
+def test_what_was_not_clipped_is_not_reported(counting: ModuleType, name: str) -> None:
     row = counting.counted(counting.repetitions("torsion", name, 12), "flattened|mains")
     assert row["named"] == 0.0
 

@@ -29,7 +29,7 @@ QUIET = 0.2
 TOO_FAST = 30.0
 #: Mains frequencies, Hz, of which so many harmonics are looked for, each so far from its place at most.
 MAINS, HARMONICS, WANDER = (50.0, 60.0), 3, 0.06
-#: Share of the strongest mode's decay rate below which a mode is told not to decay.
+#: Share of the strongest mode's decay rate below which a mode is said not to decay.
 STEADY = 0.2
 #: Residual over the stated noise above which the noise is stated too small.
 UNDERSTATED = 3.0
@@ -212,7 +212,7 @@ def _steady(
 ) -> tuple[tuple[int, ...], list[str]]:
     """Modes at a mains frequency, as it appears at this rate, and sentences on modes that do not decay.
 
-    Of a pendulum any such mode is told; a body on springs may have motions that nothing damps.
+    Of a pendulum any such mode is reported; a body on springs may have motions that nothing damps.
 
     Notes
     -----

@@ -186,7 +186,7 @@ def _falling(times: Array, steps: Array) -> str:
         return f"{said}: {equal} of {times.size} samples have the time of the one before; take doubled ones out"
     if np.any(times[back[0] + 2 : back[0] + 4] > times[back[0]]):
         return f"{said}: two samples there are out of order"
-    return f"{said}: the clock began anew there, or two recordings follow each other; evaluate the parts one by one"
+    return f"{said}: the clock started again there, or two recordings follow each other; evaluate the parts one by one"
 
 
 def _refuse_sparse(place: Array, t: Array) -> None:

@@ -74,7 +74,7 @@ GAP = np.where(np.arange(600) == 7, np.nan, X)
             {"rate": None, "time": np.where(np.arange(600) < 300, 0.0, 1e6) + np.arange(600)},
             "sample 301 is 1e",
         ),
-        (X, {"rate": None, "time": np.arange(600) % 400}, "at sample 401 .*the clock began anew there"),
+        (X, {"rate": None, "time": np.arange(600) % 400}, "at sample 401 .*the clock started again there"),
         (X, {"rate": None, "time": np.arange(600)[::-1]}, "it falls 599 times in all: sort"),
         (X, {"rate": None, "time": np.sort(np.append(np.arange(599), 7))}, "1 of 600 samples have the time of the one"),
         (X, {"rate": None, "time": UNEVEN, "method": "esprit"}, "the time is not even, but esprit needs even times"),

@@ -14,7 +14,7 @@ from evolvent.base.tables.layout import decoded, is_comment, kind, kinds, lines_
 from evolvent.base.tables.table import Table
 from evolvent.base.tables.words import time_columns
 
-#: Rows by which cells are told to be parted by decimal commas.
+#: Rows that show whether cells are parted by decimal commas.
 _JUDGED = 200
 #: Characters of a line that a sentence shows.
 _SHOWN = 40
