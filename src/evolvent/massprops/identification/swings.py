@@ -179,7 +179,11 @@ def refine(
             continue
         own = given if first else Kind(given.restoring and model.LINEAR, derivative=given.derivative)
         trials: list[tuple[_Choice, set[int]]] = []
-        for parts, begun in [({*group}, {*group})] if fixed else _parts(modes, group, signal):
+        ways = [({*group}, {*group})] if fixed else _parts(modes, group, signal)
+        beside = first and known and len(group) > 1
+        if beside:  # the others of the group may be modes of their own
+            ways.append(({_strongest(modes, group)},) * 2)
+        for parts, begun in ways:
             start = _start(modes, sorted(begun), signal, own)
             if start is None:
                 continue
@@ -188,7 +192,7 @@ def refine(
             trial = _best_law(start, others, signal, modes.noise, decay if first else "auto", cubic=cubic)
             if trial is not None:
                 trials.append((trial, parts))
-                if _is_white(trial.found, signal):
+                if _is_white(trial.found, signal) and not beside:
                     break
         choice, parts = min(trials, key=lambda one: one[0].found.bic(signal), default=(None, set()))
         if choice is None:
@@ -216,6 +220,10 @@ def _share(modes: Modes, parts: Iterable[int]) -> float:
     return float(weight[list(parts)].sum() / weight.sum())
 
 
+def _strongest(modes: Modes, group: list[int]) -> int:
+    return max(group, key=lambda k: float((modes.amplitude[k] ** 2).sum()))
+
+
 def _suspicious(modes: Modes, group: list[int], signal: Signal) -> bool:
     """Whether a group of exponential modes may be one swing, or leaves something of it."""
     strength = np.sqrt((modes.amplitude**2).sum(axis=1))
@@ -237,7 +245,7 @@ def _parts(modes: Modes, group: list[int], signal: Signal) -> list[tuple[set[int
     First a group with weaker modes near it or near odd multiples of its frequency; then with strong ones near it too.
     """
     strength = np.sqrt((modes.amplitude**2).sum(axis=1))
-    strongest = max(group, key=lambda k: float(strength[k]))
+    strongest = _strongest(modes, group)
     w, line = modes.frequency[strongest], resolved(signal)
     away = np.abs(modes.frequency[:, None] / np.array((1, *HARMONICS)) - w).min(axis=1)
     near = np.abs(modes.frequency - w) < SIDE * line
@@ -582,7 +590,7 @@ def _modes(found: Found, spreads: list[float], signal: Signal, before: Modes, ga
         iterations=found.steps,
         swings=tuple(swings),
     )
-    warnings = (*unsupported(modes), *remarks(modes), *colour(modes, signal), *_sentences(modes))
+    warnings = (*unsupported(modes), *remarks(modes), *colour(modes, signal), *_near(modes, signal), *_sentences(modes))
     return replace(modes, warnings=warnings)
 
 
