@@ -284,7 +284,7 @@ def test_files_that_are_no_table_are_refused(tmp_path: Any) -> None:
     (tmp_path / "plain.csv").write_text("0, 1\n1, 2\n")
     with pytest.raises(
         InputError,
-        match=r"head of '.*plain\.csv', no names, has no column in a unit of an angle or a",
+        match="no names, has no column in a unit of an angle or a",
     ):
         harness(loop=str(tmp_path / "plain.csv"))
     with pytest.raises(InputError, match=r"none\.csv"):

@@ -4,6 +4,8 @@ m(x) x'' + m'(x) x'^2 / 2 + w0^2 G(x) = -2 d x' - mu sgn(x') - q x' |x'|
 
 G is `sine` sin(x) H(0) / H(x) + `line` x + `cube` x^3 with H = sqrt(S + 2 P cos x), the depth at which a body hangs on
 wires; m = 1 + w0^2 e H'^2 is the inertia of the lift. A pendulum has P = 0, S = 1, sine = 1; a linear spring line = 1.
+An imaginary x, whose square is negative, has the frequency rise with its size as that of a real one falls: so an
+estimate of the square about zero is not biased.
 
 Runge-Kutta's method of fourth order with steps that end where the velocity changes its sign, since dry friction and the
 drag of air change there; between steps x is the quintic that has the places, velocities and accelerations of their
@@ -16,8 +18,9 @@ from numba import types
 
 from evolvent.compiled.jit import MATRIX, VECTOR, indirect, inlined
 
-#: Places in `p`: frequency w0, rad/s; d, 1/s; mu; q; x(0); x'(0) / w0; sine, line, cube; P, S, e.
-W, VISCOUS, DRY, DRAG, START, RATE, SINE, LINE, CUBE, PRODUCT, SQUARE, LIFT, SIZE = range(13)
+#: Places in `p`: frequency w0, rad/s; d, 1/s; mu; q; x(0); x'(0) / w0; sine, line, cube; P, S, e; 1 for an imaginary
+#: amplitude, else 0.
+W, VISCOUS, DRY, DRAG, START, RATE, SINE, LINE, CUBE, PRODUCT, SQUARE, LIFT, IMAGINARY, SIZE = range(14)
 #: Steps in a period: frequencies are then 3e-9 too low.
 STEPS = 256
 #: Newton steps by which the end of a step is found where the velocity is zero.
@@ -25,14 +28,21 @@ _NEWTON = 12
 
 
 @inlined
+def _circular(p, x):
+    """sin x and cos x; sinh x and cosh x where the amplitude is imaginary."""
+    if p[IMAGINARY] != 0.0:
+        return math.sinh(x), math.cosh(x)
+    return math.sin(x), math.cos(x)
+
+
+@inlined
 def _restoring(p, x):
     """G(x)."""
     G = p[LINE] * x + p[CUBE] * x * x * x
-    if p[PRODUCT] == 0.0:
-        G += p[SINE] * math.sin(x)
-    else:
-        H0, H = math.sqrt(p[SQUARE] + 2.0 * p[PRODUCT]), math.sqrt(p[SQUARE] + 2.0 * p[PRODUCT] * math.cos(x))
-        G += p[SINE] * math.sin(x) * H0 / H
+    if p[SINE] != 0.0:
+        sine, cosine = _circular(p, x)
+        H0, H = math.sqrt(p[SQUARE] + 2.0 * p[PRODUCT]), math.sqrt(p[SQUARE] + 2.0 * p[PRODUCT] * cosine)
+        G += p[SINE] * sine * H0 / H
     return G
 
 
@@ -42,10 +52,13 @@ def _acceleration(p, x, v, s):
     w2 = p[W] * p[W]
     a = -w2 * _restoring(p, x) - 2.0 * p[VISCOUS] * v - s * (p[DRY] + p[DRAG] * v * v)
     if p[LIFT] != 0.0:
-        H = math.sqrt(p[SQUARE] + 2.0 * p[PRODUCT] * math.cos(x))
-        slope = -p[PRODUCT] * math.sin(x) / H
-        bend = -p[PRODUCT] * math.cos(x) / H - slope * slope / H
-        a = (a - w2 * p[LIFT] * slope * bend * v * v) / (1.0 + w2 * p[LIFT] * slope * slope)
+        sine, cosine = _circular(p, x)
+        sign = 1.0 if p[IMAGINARY] != 0.0 else -1.0
+        H = math.sqrt(p[SQUARE] + 2.0 * p[PRODUCT] * cosine)
+        slope = sign * p[PRODUCT] * sine / H
+        bend = sign * p[PRODUCT] * cosine / H - slope * slope / H
+        lift = -sign * w2 * p[LIFT]
+        a = (a - lift * slope * bend * v * v) / (1.0 + lift * slope * slope)
     return a
 
 

@@ -104,6 +104,12 @@ def spectrum(modal: Modal) -> pages.Picture:
     return sheet.image("spectra of signals and residual")
 
 
+def _root(C: np.ndarray) -> np.ndarray:
+    """A square root of a covariance, which may be singular: dry friction has no decay rate."""
+    values, vectors = np.linalg.eigh(C)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
 def poles(e: Evaluation) -> pages.Picture:
     """Each mode's pole with its ellipse of 95 %."""
     modal, modes = e.modal, e.modal.modes
@@ -113,7 +119,7 @@ def poles(e: Evaluation) -> pages.Picture:
     circle = np.sqrt(5.991) * np.stack([np.cos(angle), np.sin(angle)])
     for k, axis in enumerate(sheet.axes.ravel()[:m]):
         C = modes.pole_covariance[np.ix_([k, m + k], [k, m + k])] * modal.widening[k] ** 2
-        x, y = np.linalg.cholesky(C) @ circle if np.all(np.isfinite(C)) else np.zeros((2, 1))
+        x, y = _root(C) @ circle if np.all(np.isfinite(C)) else np.zeros((2, 1))
         color = _BLUE if k in e.used else "0.5"
         axis.plot(1e3 * x, modes.decay_rate[k] + y, color=color, linewidth=1.0)
         axis.plot(0.0, modes.decay_rate[k], "+", color=color)

@@ -75,7 +75,7 @@ class Component:
     rates : (3,) d, D, Q of a swing, 1/s at the first amplitude; None of a linear mode
     law : (3,) bool, which of them are free
     phase : rad
-    square : amplitude squared, rad^2, of a swing whose restoring is not linear
+    square : amplitude squared, rad^2, of a swing whose restoring is not linear; an estimate may be below zero
     cube : coefficient of x^3, for the amplitude 1
     sinusoidal : whether its waveform is
     free_square, free_cube : bool
@@ -146,7 +146,8 @@ class Component:
             return np.array([0.0, -np.inf])
         alone = self.law == (True, False, False)
         found = [0.0, -np.inf] + [-np.inf if alone else 0.0] * sum(self.law)
-        return np.array(found + [0.0] * self.free_square + [-np.inf] * self.free_cube)
+        square = 0.0 if self.fixed_gain else -1.0
+        return np.array(found + [square] * self.free_square + [-np.inf] * self.free_cube)
 
     def moved(self, values: Array) -> Component:
         """The same with other values."""
@@ -167,7 +168,7 @@ class Component:
     @property
     def amplitude(self) -> float:
         """At the first sample: rad, or 1 where only the shape matters."""
-        return float(np.sqrt(max(self.square, 1e-12))) if not self.restoring.linear else 1.0
+        return float(np.sqrt(max(abs(self.square), 1e-12))) if not self.restoring.linear else 1.0
 
     def kernel_parameters(self) -> Array:
         """What `kernels.swing.motion` takes."""
@@ -179,7 +180,7 @@ class Component:
             [
                 w, d, dry * a * np.pi * w / 2.0, drag * 3.0 * np.pi / (4.0 * w * a),
                 a * np.cos(self.phase), -a * np.sin(self.phase),
-                r.sine, r.line, self.cube, r.product, r.square, r.lift,
+                r.sine, r.line, self.cube, r.product, r.square, r.lift, float(self.square < 0.0),
             ]
         )  # fmt: skip
 

@@ -199,7 +199,9 @@ def refine(
             continue
         colour = choice.colour
         before = model.criterion(signal, left, unknowns, colour) if best is None else best.bic(signal, colour)
-        if choice.found.bic(signal, colour) >= before and not (first and asked):
+        # a pendulum is taken for one unless exponential modes are plainly better
+        allowed = (np.inf if decay != "auto" else DECISIVE * known) if first else 0.0
+        if choice.found.bic(signal, colour) >= before + allowed:
             continue
         best, now = choice.found, choice.found.solution.components
         swings, spreads = [one for one in now if one.is_swing], [choice.spread, *spreads]
@@ -614,6 +616,6 @@ def _swing(one: Component, std: Array, signal: Signal, gain: float) -> Swing:
     rates = np.array([rest.pop(0) if free else 0.0 for free in one.law])
     amplitude = amplitude_std = np.nan
     if one.free_square:
-        amplitude, square_std = float(np.sqrt(one.square)), float(rest.pop(0))
+        amplitude, square_std = float(np.sqrt(max(one.square, 0.0))), float(rest.pop(0))
         amplitude_std = square_std / (2.0 * max(amplitude, 0.5 * np.sqrt(square_std)))
     return Swing(one, rates, float(one.envelope(signal.time)[-1]), amplitude, amplitude_std, gain)
