@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -177,8 +178,9 @@ def refine(
             continue
         own = given if first else Kind(given.restoring and model.LINEAR, derivative=given.derivative)
         trials: list[tuple[_Choice, set[int]]] = []
-        for parts, begun in [({*group}, {*group})] if fixed else _parts(modes, group, signal):
-            start = _start(modes, sorted(begun), signal, own)
+        several = [({*group}, {*group})] if fixed else _parts(modes, group, signal)
+        for (parts, begun), read in product(several, _readings(own)):
+            start = _start(modes, sorted(begun), signal, read)
             if start is None:
                 continue
             others = [*swings, *(poles[k] for k in poles if k not in parts)]
@@ -188,16 +190,49 @@ def refine(
                 trials.append((trial, parts))
                 if _is_white(trial.found, signal):
                     break
-        choice, parts = min(trials, key=lambda one: one[0].found.bic(signal), default=(None, set()))
+        choice, parts = min(trials, key=lambda one: _judged(one[0], own, signal), default=(None, set()))
         limit = linear if best is None else best.bic(signal)
         if choice is None or (choice.found.bic(signal) >= limit and not (first and asked)):
             continue
         best, now = choice.found, choice.found.solution.components
+        kept = choice.kept[len(swings) :]
         swings, spreads = [one for one in now if one.is_swing], [choice.spread, *spreads]
-        poles = dict(zip([k for k in poles if k not in parts], [one for one in now if not one.is_swing], strict=True))
+        left = [k for k, stays in zip((k for k in poles if k not in parts), kept, strict=True) if stays]
+        poles = dict(zip(left, now[len(swings) :], strict=True))
     if best is None or all(one.is_exponential for one in swings):
         return replace(modes, warnings=(*modes.warnings, *_near(modes, signal)))
-    return _modes(best if fixed else _with_lines(best, signal), spreads, signal, modes, linear)
+    found = _modes(best if fixed else _with_lines(best, signal), spreads, signal, modes, linear)
+    return replace(found, warnings=(*found.warnings, *_misread(found, given)))
+
+
+def _judged(choice: _Choice, kind: Kind, signal: Signal) -> float:
+    """Information criterion; what the sensors say of the angle is not given up for little."""
+    read = choice.found.solution.components[0].fixed_gain or not np.isfinite(kind.reach.factor)
+    return choice.found.bic(signal) + (0.0 if read else DECISIVE)
+
+
+def _readings(kind: Kind) -> list[Kind]:
+    """What is known of a swing, and that without what its sensors say of its angle, should they disagree with it."""
+    if not np.isfinite(kind.reach.factor):
+        return [kind]
+    return [kind, kind._replace(reach=kind.reach._replace(factor=np.nan))]
+
+
+def _misread(modes: Modes, given: Kind) -> tuple[str, ...]:
+    """A sentence on sensors of angles that do not show the amplitude by which the frequency changes."""
+    if not np.isfinite(given.reach.factor):
+        return ()
+    found = []
+    for k, one in enumerate(modes.swings):
+        if one is not None and one.component.free_square and not one.component.fixed_gain:
+            size = modes.amplitude[k] * given.reach.factor / modes.frequency[k] ** given.derivative
+            listed = ", ".join(f"{name} {np.degrees(x):.3g}" for name, x in zip(modes.names, size, strict=True))
+            found.append(
+                f"the frequency of mode {k + 1} changes as that of a swing of {np.degrees(one.amplitude):.3g} ± "
+                f"{np.degrees(one.amplitude_std):.1g} deg at first, but the sensors show {listed} deg: these are not "
+                "used; check their units, their sensitivities and where they are"
+            )
+    return tuple(found)
 
 
 def _is_avoided(modes: Modes, group: Iterable[int], avoid: float) -> bool:
@@ -355,10 +390,12 @@ class _Choice(NamedTuple):
     ----------
     found : Found
     spread : (rad/s)^2, of the frequencies that others give, which describe the record about as well
+    kept : which of the other components are left
     """
 
     found: Found
     spread: float
+    kept: list[bool]
 
 
 def _best_law(
@@ -392,7 +429,20 @@ def _best_law(
     away = np.array([natural(one) - natural(best) for one in good])
     freed = [replace(one, held=False) for one in best.solution.components]
     last = model.fit(tuple(freed), signal, best.noise) if others else best
-    return _Choice(_least([last, best], signal) or best, float(weight @ away**2 / weight.sum()))
+    found, kept = _without_idle(_least([last, best], signal) or best, signal)
+    return _Choice(found, float(weight @ away**2 / weight.sum()), kept)
+
+
+def _without_idle(found: Found, signal: Signal) -> tuple[Found, list[bool]]:
+    """Without exponential modes that do not better the criterion beside the swing, and which of them stay."""
+    kept = [True] * len(found.solution.components)
+    for k in reversed(range(1, len(kept))):
+        components = found.solution.components
+        if not components[k].is_swing:
+            less = model.fit((*components[:k], *components[k + 1 :]), signal, found.noise)
+            if less.converged and _plausible(less) and less.bic(signal) < found.bic(signal):
+                found, kept[k] = less, False
+    return found, kept[1:]
 
 
 def natural(found: Found) -> float:
