@@ -175,6 +175,22 @@ def test_without_an_angle_the_rate_shows_the_amplitude() -> None:
     assert found.swings[0].amplitude == pytest.approx(np.radians(25.0), rel=0.02)
 
 
+@pytest.mark.parametrize("gain", [0.5, 2.0])
+def test_angles_that_the_frequency_contradicts_are_not_used(gain: float) -> None:
+    """A sensor of angles with a wrong sensitivity; its reading was taken for the amplitude."""
+    x = gain * motion(parameters(VISCOUS=0.05, START=np.radians(25.0), SINE=1.0, LINE=0.0))[:, 0]
+    found = identify(noisy(x), rate=RATE, swing=Kind(PENDULUM, Reach(1.0)))
+    assert found.natural_frequency[0] == pytest.approx(W, abs=4.0 * found.natural_frequency_std[0])
+    assert any("but the sensors show sensor 1" in text and "sensitivities" in text for text in found.warnings)
+
+
+def test_parts_of_a_swing_do_not_stay_beside_it() -> None:
+    """Exponential modes by which a swing was described until its law was known."""
+    x = motion(parameters(DRY=0.011 * W**2))[:, 0]
+    for seed in range(2):
+        assert identify(noisy(x, seed), rate=RATE).order == 1
+
+
 def test_two_modes_stay_two() -> None:
     """A beat is no decay: neither of nearly equal decays, nor where the sensors move differently."""
     for shift, second in ((0.3, 0.8), (0.3, -0.8)):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -166,50 +167,114 @@ def refine(
     given = kind or Kind()
     main = [one for one in groups(modes, signal) if not _is_avoided(modes, one, given.avoid)]
     known = given.restoring is not None and not given.restoring.linear
-    asked = known or decay != "auto"
-    left = np.nansum(modes.residual**2, axis=0)
-    unknowns = own_unknowns(modes, signal) * len(left) + 2 * modes.order
+    squares = np.nansum(modes.residual**2, axis=0)
+    unknowns = own_unknowns(modes, signal) * len(squares) + 2 * modes.order
     poles = {k: Component(pole=complex(pole)) for k, pole in enumerate(modes.pole)}
+    plain = Kind(given.restoring and model.LINEAR, derivative=given.derivative)
     swings: list[Component] = []
     spreads: list[float] = []
     best: Found | None = None
     for place, group in enumerate(main):
         first = place == 0
-        if not (set(group) <= set(poles) and ((first and asked) or (not fixed and _suspicious(modes, group, signal)))):
+        suspicious = not fixed and _suspicious(modes, group, signal)
+        if not (set(group) <= set(poles) and ((first and (known or decay != "auto")) or suspicious)):
             continue
-        own = given if first else Kind(given.restoring and model.LINEAR, derivative=given.derivative)
-        trials: list[tuple[_Choice, set[int]]] = []
-        ways = [({*group}, {*group})] if fixed else _parts(modes, group, signal)
-        beside = first and known and len(group) > 1
-        if beside:  # the others of the group may be modes of their own
-            ways.append(({_strongest(modes, group)},) * 2)
-        for parts, begun in ways:
-            start = _start(modes, sorted(begun), signal, own)
-            if start is None:
+        law = decay if first else "auto"
+        tried = [given, plain][: 1 + known * suspicious] if first else [plain]
+        for own in tried:
+            ways = [({*group}, {*group})] if fixed else _parts(modes, group, signal)
+            beside = own is given and known and len(group) > 1
+            if beside:  # the others of the group may be modes of their own
+                ways.append(({_strongest(modes, group)},) * 2)
+            choice, parts = _choose(modes, signal, own, ways, (swings, poles), law, every=beside)
+            if choice is None:
                 continue
-            others = [*swings, *(poles[k] for k in poles if k not in parts)]
-            cubic = own.restoring is None and _share(modes, parts) > DOMINANT
-            trial = _best_law(start, others, signal, modes.noise, decay if first else "auto", cubic=cubic)
-            if trial is not None:
-                trials.append((trial, parts))
-                if _is_white(trial.found, signal) and not beside:
-                    break
-        choice, parts = min(trials, key=lambda one: one[0].found.bic(signal), default=(None, set()))
-        if choice is None:
-            continue
-        colour = choice.colour
-        before = model.criterion(signal, left, unknowns, colour) if best is None else best.bic(signal, colour)
-        # a pendulum is taken for one unless exponential modes are plainly better
-        allowed = (np.inf if decay != "auto" else DECISIVE * known) if first else 0.0
-        if choice.found.bic(signal, colour) >= before + allowed:
+            frequency = np.array([choice.found.solution.components[0].pole.imag])
+            colour = np.minimum(choice.colour, _density(frequency, modes.residual, modes.noise, signal))
+            before = model.criterion(signal, squares, unknowns, colour) if best is None else best.bic(signal, colour)
+            # a pendulum is taken for one unless exponential modes are plainly better
+            allowed = np.inf if law != "auto" else DECISIVE * (own is given and known)
+            if choice.found.bic(signal, colour) < before + allowed:
+                break
+        else:
             continue
         best, now = choice.found, choice.found.solution.components
+        kept = choice.kept[len(swings) :]
         swings, spreads = [one for one in now if one.is_swing], [choice.spread, *spreads]
-        poles = dict(zip([k for k in poles if k not in parts], [one for one in now if not one.is_swing], strict=True))
+        stay = [k for k, stays in zip((k for k in poles if k not in parts), kept, strict=True) if stays]
+        poles = dict(zip(stay, now[len(swings) :], strict=True))
     if best is None or all(one.is_exponential for one in swings):
         return replace(modes, warnings=(*modes.warnings, *_near(modes, signal)))
-    gain = model.criterion(signal, left, unknowns) - best.bic(signal)
-    return _modes(best if fixed else _with_lines(best, signal), spreads, signal, modes, gain)
+    gain = model.criterion(signal, squares, unknowns) - best.bic(signal)
+    found = _modes(best if fixed else _with_lines(best, signal), spreads, signal, modes, gain)
+    return replace(found, warnings=(*found.warnings, *_misread(found, given)))
+
+
+def _choose(
+    modes: Modes,
+    signal: Signal,
+    own: Kind,
+    ways: list[tuple[set[int], set[int]]],
+    beside: tuple[list[Component], dict[int, Component]],
+    decay: str,
+    *,
+    every: bool,
+) -> tuple[_Choice, set[int]] | tuple[None, set[int]]:
+    """The best description of a swing over the modes that may be its parts, and these.
+
+    An amplitude that only the change of the frequency shows counts where the swing leaves nothing but white noise:
+    other motions change the frequency as well.
+    """
+    trials: list[tuple[_Choice, set[int]]] = []
+    swings, poles = beside
+    for (parts, begun), read in product(ways, _readings(own)):
+        start = _start(modes, sorted(begun), signal, read)
+        if start is None:
+            continue
+        others = [*swings, *(poles[k] for k in poles if k not in parts)]
+        cubic = own.restoring is None and _share(modes, parts) > DOMINANT
+        trial = _best_law(start, others, signal, modes.noise, decay, cubic=cubic)
+        if trial is None:
+            continue
+        white = _is_white(trial.found, signal)
+        shown = start.free_square and not start.fixed_gain and not np.isfinite(read.reach.mean)
+        if white or not shown:
+            trials.append((trial, parts))
+        if white and not every:
+            break
+    if not trials:
+        return None, set()
+    return min(trials, key=lambda one: _judged(one[0], own, signal))
+
+
+def _judged(choice: _Choice, kind: Kind, signal: Signal) -> float:
+    """Information criterion; what the sensors say of the angle is not given up for little."""
+    read = choice.found.solution.components[0].fixed_gain or not np.isfinite(kind.reach.factor)
+    return choice.found.bic(signal) + (0.0 if read else DECISIVE)
+
+
+def _readings(kind: Kind) -> list[Kind]:
+    """What is known of a swing, and that without what its sensors say of its angle, should they disagree with it."""
+    if not np.isfinite(kind.reach.factor):
+        return [kind]
+    return [kind, kind._replace(reach=kind.reach._replace(factor=np.nan))]
+
+
+def _misread(modes: Modes, given: Kind) -> tuple[str, ...]:
+    """A sentence on sensors of angles that do not show the amplitude by which the frequency changes."""
+    if not np.isfinite(given.reach.factor):
+        return ()
+    found = []
+    for k, one in enumerate(modes.swings):
+        if one is not None and one.component.free_square and not one.component.fixed_gain:
+            size = modes.amplitude[k] * given.reach.factor / modes.frequency[k] ** given.derivative
+            listed = ", ".join(f"{name} {np.degrees(x):.3g}" for name, x in zip(modes.names, size, strict=True))
+            found.append(
+                f"the frequency of mode {k + 1} changes as that of a swing of {np.degrees(one.amplitude):.3g} ± "
+                f"{np.degrees(one.amplitude_std):.1g} deg at first, but the sensors show {listed} deg: these are not "
+                "used; check their units, their sensitivities and where they are"
+            )
+    return tuple(found)
 
 
 def _is_avoided(modes: Modes, group: Iterable[int], avoid: float) -> bool:
@@ -372,11 +437,13 @@ class _Choice(NamedTuple):
     found : Found
     spread : (rad/s)^2, of the frequencies that others give, which describe the record about as well
     colour : (c,) density of the noise near the swing over its mean, 1 where it is white
+    kept : which of the other components are left
     """
 
     found: Found
     spread: float
     colour: Array
+    kept: list[bool]
 
 
 def _best_law(
@@ -412,7 +479,13 @@ def _best_law(
     away = np.array([natural(one) - natural(best) for one in good])
     freed = [replace(one, held=False) for one in best.solution.components]
     last = model.fit(tuple(freed), signal, best.noise) if others else best
-    return _Choice(_least([last, best], signal) or best, float(weight @ away**2 / weight.sum()), colour)
+    found, kept = _without_idle(_least([last, best], signal) or best, signal)
+    return _Choice(found, float(weight @ away**2 / weight.sum()), colour, kept)
+
+
+def _density(frequency: Array, residual: Array, noise: Array, signal: Signal) -> Array:
+    """(c,) density of the noise near a frequency (1,) over its mean, 1 at least."""
+    return np.maximum(density_near(frequency, residual, noise, signal)[0], 1.0)
 
 
 def _colour(found: Found, signal: Signal) -> Array:
@@ -420,7 +493,19 @@ def _colour(found: Found, signal: Signal) -> Array:
     if _is_white(found, signal):
         return np.ones(len(found.noise))
     frequency = np.array([found.solution.components[0].pole.imag])
-    return np.maximum(density_near(frequency, found.solution.residual, found.noise, signal)[0], 1.0)
+    return _density(frequency, found.solution.residual, found.noise, signal)
+
+
+def _without_idle(found: Found, signal: Signal) -> tuple[Found, list[bool]]:
+    """Without exponential modes that do not better the criterion beside the swing, and which of them stay."""
+    kept = [True] * len(found.solution.components)
+    for k in reversed(range(1, len(kept))):
+        components = found.solution.components
+        if not components[k].is_swing:
+            less = model.fit((*components[:k], *components[k + 1 :]), signal, found.noise)
+            if less.converged and _plausible(less) and less.bic(signal) < found.bic(signal):
+                found, kept[k] = less, False
+    return found, kept[1:]
 
 
 def natural(found: Found) -> float:
@@ -525,7 +610,7 @@ def _with_lines(found: Found, signal: Signal) -> Found:
         if not trial.converged or _wild(trial, signal):
             return found
         line = np.array([trial.solution.components[-1].pole.imag])
-        colour = np.maximum(density_near(line, trial.solution.residual, trial.noise, signal)[0], 1.0)
+        colour = _density(line, trial.solution.residual, trial.noise, signal)
         if trial.bic(signal, colour) > found.bic(signal, colour) - DECISIVE:
             return found
         found = trial
