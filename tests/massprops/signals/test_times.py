@@ -177,7 +177,7 @@ def test_the_notes_are_in_what_is_measured(tmp_path: pathlib.Path, call: Any) ->
     assert NO_UNIT in " ".join(out.split())
 
 
-@pytest.mark.parametrize("line", ["# Ts = 0.05 s", "dt = 50 ms", "# fs: 0.02 kHz", "Sample rate: 20 Hz"])
+@pytest.mark.parametrize("line", ["# Ts = 0.05 s", "dt (ms),50", "# fs: 0.02 kHz", "Sample rate,20,Hz"])
 @pytest.mark.parametrize(("name", "beside"), [("T", 20.0 + 0.2 * TIME), ("time", 1000.0 * TIME)])
 def test_a_rate_above_the_head_comes_before_a_guessed_time(
     tmp_path: pathlib.Path, line: str, name: str, beside: Any

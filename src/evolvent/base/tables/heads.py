@@ -113,6 +113,8 @@ def _above(lines: Sequence[str], separator: str, block: Block) -> list[list[str]
         line = lines[place]
         if not line.strip() or (_RULE.fullmatch(line) and line.strip(separator + " ")):
             continue
+        if found and len(line) <= _LONGEST and _RATE.fullmatch(line):  # it states a rate, it names no columns
+            continue
         comment = is_comment(line, separator)
         line = _SIGN_OF_COMMENT.sub("", line, count=1) if comment else line
         cells = split(line, separator)
