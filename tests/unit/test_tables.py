@@ -411,3 +411,9 @@ def test_large_tables_are_read_in_parts() -> None:
     assert table.numbers("y")[30_000] == 1.5
     assert table.rows == count
     assert table.words("z")[30_000] == "late"
+
+
+def test_trailing_commas_are_no_columns_without_a_name() -> None:
+    rows = "\n".join(f"{k},{1 + k / 10:.3f},{2 + k / 10:.3f},,," for k in range(30))
+    table = tables.read(f"n,left,right\n{rows}\n".encode(), "rig.csv")
+    assert table.numbers("left") == pytest.approx([1 + k / 10 for k in range(30)])

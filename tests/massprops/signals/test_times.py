@@ -177,6 +177,16 @@ def test_the_notes_are_in_what_is_measured(tmp_path: pathlib.Path, call: Any) ->
     assert NO_UNIT in " ".join(out.split())
 
 
+@pytest.mark.parametrize("line", ["# Ts = 0.05 s", "dt (ms),50", "# fs: 0.02 kHz", "Sample rate,20,Hz"])
+@pytest.mark.parametrize(("name", "beside"), [("T", 20.0 + 0.2 * TIME), ("time", 1000.0 * TIME)])
+def test_a_rate_above_the_head_comes_before_a_guessed_time(
+    tmp_path: pathlib.Path, line: str, name: str, beside: Any
+) -> None:
+    path = written(tmp_path / "a.csv", {name: beside, "x": DECAY})
+    path.write_text(f"{line}\n{path.read_text()}")
+    assert hertz(vibration(path, ["x"])) == pytest.approx([1.3], rel=1e-3)
+
+
 def test_samples_of_full_scale(tmp_path: pathlib.Path) -> None:
     scipy.io.wavfile.write(tmp_path / "a.wav", int(RATE), (0.1 * DECAY).astype("f4"))
     found = vibration(tmp_path / "a.wav", (), {"signals.start": "1 s"})

@@ -21,7 +21,7 @@ _RULE = re.compile(r"[-=_*+|:\s]+")
 #: A line of a head that states a rate or a step: its key, and its value with a unit.
 _RATE = re.compile(
     r"[#%/;!\s\"]*(sampl(?:e|ing)[ _]?(?:rate|frequency|interval|period)|(?:frame|scan|acquisition|data) ?rate"
-    r"|abtastrate|abtastfrequenz|delta[ _]?t)"
+    r"|abtastrate|abtastfrequenz|delta[ _]?t|dt|ts|fs)"
     r"(?:\s*[\[(]\s*([^\])]*?)\s*[\])])?[\s\"]*[:=,;\t|][\s\"]*([-+.,\deE]+)[\s\"]*([A-Za-zµ/]*).*",
     re.IGNORECASE,
 )
@@ -57,7 +57,9 @@ def head_of(lines: Sequence[str], separator: str, block: Block) -> Head:
     found = _names(above, block)
     found = _with_units(lines[max(0, block.rows[0] - _NEAR) : block.rows[0]], separator, found)
     stated = _instrument(above, found, block) or found
-    if stated.rate is None and not words.time_columns(stated.names, stated.units):
+    times = words.time_columns(stated.names, stated.units)
+    dated = block.letters[0] if block.letters else ""
+    if stated.rate is None and not any(stated.units[k] or dated[k : k + 1] == "t" for k in times):
         rate = _rate(lines[: block.rows[0]])
         if rate is not None:
             return stated._replace(rate=rate)
@@ -110,6 +112,8 @@ def _above(lines: Sequence[str], separator: str, block: Block) -> list[list[str]
     for place in range(block.rows[0] - 1, max(-1, block.rows[0] - _NEAR - 1), -1):
         line = lines[place]
         if not line.strip() or (_RULE.fullmatch(line) and line.strip(separator + " ")):
+            continue
+        if found and len(line) <= _LONGEST and _RATE.fullmatch(line):  # it states a rate, it names no columns
             continue
         comment = is_comment(line, separator)
         line = _SIGN_OF_COMMENT.sub("", line, count=1) if comment else line
@@ -259,7 +263,7 @@ def _rate(lines: Sequence[str]) -> float | None:
         if found is None:
             continue
         key, unit = found[1].lower(), found[2] or found[4] or ""
-        is_step = key.endswith(("interval", "period", "t")) and not key.startswith("abtast")
+        is_step = key.endswith(("interval", "period", "t", "ts")) and not key.startswith("abtast")
         try:
             value = float(found[3].replace(",", "."))
             value *= texts.parse(f"1 {unit or ('s' if is_step else 'Hz')}", "s" if is_step else "Hz")

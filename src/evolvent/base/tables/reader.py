@@ -105,7 +105,8 @@ def _is_decimal_comma(lines: Sequence[str], numbers: Sequence[int], block: Block
     rows = [split(line, ",") for line in judged]
     head = head_of(lines, ",", block)
     named = len([one for one in head.heads if one]) or _words_above(lines, block)
-    whole = _GROUPED if named == 1 or 0 < named < block.width - 1 else _WHOLE
+    filled = max((c + 1 for row in rows for c, cell in enumerate(row) if cell), default=0)  # not the trailing commas
+    whole = _GROUPED if named == 1 or 0 < named < min(filled, block.width - 1) else _WHOLE
     if any('"' in line for line in judged) or not all(is_missing(x) or whole.fullmatch(x) for row in rows for x in row):
         return False
     later = [cell for row in rows for cell in row[1:]]

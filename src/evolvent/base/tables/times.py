@@ -59,8 +59,10 @@ def time_of(table: Table) -> int | None:
         found = others[0] if others else None if table.is_empty(found + 1) else found
     if found is None and len(table.stamps) == 1:
         return table.stamps[0]
-    if found is not None and table.rate is not None and found not in table.stamps and not rises(found):
-        return None  # segments that begin at 0 each
+    if found is not None and table.rate is not None and found not in table.stamps:
+        is_other = table.names[found] == "T" and not table.units[found]  # a temperature beside a stated rate
+        if is_other or not rises(found):  # or segments that begin at 0 each
+            return None
     return found
 
 
