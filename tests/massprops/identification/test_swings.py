@@ -191,6 +191,15 @@ def test_parts_of_a_swing_do_not_stay_beside_it() -> None:
         assert identify(noisy(x, seed), rate=RATE).order == 1
 
 
+def test_accelerations_that_jump_with_dry_friction() -> None:
+    """A jump that passed a sample in a difference was taken for a slope: u was up to 50 times too small."""
+    x = motion(parameters(DRY=0.006 * W**2))[:, 2]
+    found = [identify(noisy(x, seed), rate=RATE, swing=Kind(derivative=2)) for seed in range(5)]
+    std = [one.natural_frequency_std[0] for one in found]
+    assert max(std) < 1.5 * min(std)
+    assert max(abs(one.natural_frequency[0] - W) for one in found) < 4.0 * max(std)
+
+
 def test_two_modes_stay_two() -> None:
     """A beat is no decay: neither of nearly equal decays, nor where the sensors move differently."""
     for shift, second in ((0.3, 0.8), (0.3, -0.8)):
