@@ -281,7 +281,7 @@ def test_a_file_that_cannot_be_read_is_named_with_its_line(tmp_path: Any, line: 
 
 
 def test_files_that_are_no_table_are_refused(tmp_path: Any) -> None:
-    (tmp_path / "plain.csv").write_text("0, 1\n1, 2\n")
+    (tmp_path / "plain.csv").write_text("0.5, 1.5\n1.5, 2.5\n")
     with pytest.raises(
         InputError,
         match="no names, has no column in a unit of an angle or a",

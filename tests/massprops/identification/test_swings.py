@@ -186,9 +186,20 @@ def test_angles_that_the_frequency_contradicts_are_not_used(gain: float) -> None
 
 def test_parts_of_a_swing_do_not_stay_beside_it() -> None:
     """Exponential modes by which a swing was described until its law was known."""
-    x = motion(parameters(DRY=0.011 * W**2))[:, 0]
+    w, time = 2.0 * np.pi * 0.9, np.arange(1500) / 40.0
+    x = motion(parameters(w, DRY=0.011 * w**2), time)[:, 0]
     for seed in range(2):
-        assert identify(noisy(x, seed), rate=RATE).order == 1
+        assert identify(noisy(x, seed), rate=40.0).order == 1
+
+
+def test_accelerations_that_jump_with_dry_friction() -> None:
+    """A jump that passed a sample in a difference was taken for a slope: u was up to 50 times too small."""
+    w, time = 2.0 * np.pi * 0.9, np.arange(1500) / 40.0
+    x = motion(parameters(w, DRY=0.006 * w**2), time)[:, 2]
+    found = [identify(noisy(x, seed), rate=40.0, swing=Kind(derivative=2)) for seed in range(5)]
+    std = [one.natural_frequency_std[0] for one in found]
+    assert max(std) < 1.5 * min(std)
+    assert max(abs(one.natural_frequency[0] - w) for one in found) < 4.0 * max(std)
 
 
 def test_two_modes_stay_two() -> None:

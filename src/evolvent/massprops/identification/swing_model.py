@@ -462,7 +462,11 @@ def covariance(found: Found, signal: Signal) -> tuple[Array, Array]:
         moved = values.copy()
         moved[k] += h
         other = _split(components, moved)
-        slopes.append((columns(other, signal) - base) / h)
+        ahead = columns(other, signal) - base
+        moved[k] -= 2.0 * h
+        back = base - columns(_split(components, moved), signal)
+        # an acceleration jumps where dry friction turns: no jump that passes a sample is a slope
+        slopes.append(np.where(np.abs(ahead) <= np.abs(back), ahead, back) / h)
         penalties.append((_penalty(other, signal) - now.penalty) / h)
     groups = _groups(components, signal)
     p = len(values)

@@ -479,8 +479,8 @@ def _best_law(
     away = np.array([natural(one) - natural(best) for one in good])
     freed = [replace(one, held=False) for one in best.solution.components]
     last = model.fit(tuple(freed), signal, best.noise) if others else best
-    found, kept = _without_idle(_least([last, best], signal) or best, signal)
-    return _Choice(found, float(weight @ away**2 / weight.sum()), colour, kept)
+    least, kept = _without_idle(_least([last, best], signal) or best, signal)
+    return _Choice(least, float(weight @ away**2 / weight.sum()), colour, kept)
 
 
 def _density(frequency: Array, residual: Array, noise: Array, signal: Signal) -> Array:
