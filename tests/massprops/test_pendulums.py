@@ -101,7 +101,9 @@ def test_the_torsion_mode_must_be_plain(tmp_path: pathlib.Path) -> None:
     path = tmp_path / "a.csv"
     noise = 0.1 * np.random.default_rng(4).standard_normal(len(t))
     path.write_text("x\n" + "\n".join(f"{v:.6f}" for v in np.cos(6.0 * t) * 90 + np.cos(8.0 * t) * 80 + noise))
-    with pytest.raises(InputError, match=r"modes at (6|5\.99).* and 8.* rad/s are about as strong.* identification.band"):
+    with pytest.raises(
+        InputError, match=r"modes at (6|5\.99).* and 8.* rad/s are about as strong.*identification.band"
+    ):
         mass_properties(path, wires())
     found = mass_properties(path, wires(), {"identification.band": ["5 rad/s", "7 rad/s"], "identification.order": 1})
     assert found["I"] > 0.0

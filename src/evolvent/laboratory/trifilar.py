@@ -62,7 +62,7 @@ def description(radii: dict[str, float]) -> dict[str, Any]:
     return {
         "title": "Platform of a trifilar pendulum",
         "signals": {"rate": "240 Hz", "unit": "px"},
-        "stand": {"kind": "trifilar", "radius": ATTACHED, "length": LENGTH, "gravity": GRAVITY},
+        "stand": {"kind": "trifilar", "radius": ATTACHED, "length": LENGTH, "gravity": GRAVITY, "amplitude": "0 deg"},
         "body": {"name": "platform", "mass": PLATFORM},
         "tare": [{"name": "two nuts", "mass": NUTS, "radius": 0.25}],
         "recordings": {name: {"tare.0.radius": radius} for name, radius in radii.items()},
