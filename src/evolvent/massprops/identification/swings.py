@@ -183,8 +183,8 @@ def refine(
         tried = [given, plain][: 1 + known * suspicious] if first else [plain]
         for own in tried:
             ways = [({*group}, {*group})] if fixed else _parts(modes, group, signal)
-            beside = own is given and known and len(group) > 1
-            if beside:  # the others of the group may be modes of their own
+            beside = own is given and known and not fixed and len(ways[0][0]) > 1
+            if beside:  # what is near the strongest may be modes of their own
                 ways.append(({_strongest(modes, group)},) * 2)
             choice, parts = _choose(modes, signal, own, ways, (swings, poles), law, every=beside)
             if choice is None:
