@@ -349,7 +349,7 @@ def test_a_dispersion_of_the_open_case(page, folder, shots):
     text = report.locator("body").inner_text()
     assert "60 runs, plain random over 2 draws" in text
     assert "standardised coefficient" in text
-    assert "table(98 mN m/rad, 101 mN m/rad" in text
+    assert "table(98.0 mN m/rad, 101.0 mN m/rad" in text
     assert report.locator("figure img").count() == 2
     checked(page, shots, "dispersion")
     page.click(part("open-runs"))
