@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError, nearest
+from evolvent.massprops.identification.decay_laws import DECAY
 from evolvent.massprops.identification.linear_prediction import prony, tls_prony
 from evolvent.massprops.identification.modes import Modes
 from evolvent.massprops.identification.orders import search
 from evolvent.massprops.identification.signals import Array, Sampling, Signal, read_signal, refuse_uneven
 from evolvent.massprops.identification.subspace import esprit, matrix_pencil
-from evolvent.massprops.identification.swings import DECAY, Kind, refine
+from evolvent.massprops.identification.swing_starts import Kind
+from evolvent.massprops.identification.swings import refine
 from evolvent.massprops.identification.variable_projection import fit, varpro
 
 METHODS: dict[str, Callable[..., Modes]] = {

@@ -75,7 +75,7 @@ def look(modes: Modes, signal: Signal, c: int) -> Found | None:
     kept = np.fft.rfftfreq(count, signal.step / (2.0 * np.pi)) > low
     if np.count_nonzero(kept) < 8:
         return None
-    parts = _parts(modes)[:, :, c]
+    parts = modes.parts(modes.time)[:, :, c].T
     x = 2.0 * signal.time / signal.time[-1] - 1.0
     slow = np.polynomial.legendre.legvander(x, SLOW)
     E = np.exp(np.multiply.outer(signal.time, modes.pole[motion]))
@@ -116,15 +116,6 @@ def _explained(q: Array, e: Array, high: Callable[[Array], Array]) -> tuple[floa
         return 0.0, 0.0
     gain = float(np.sum((X @ found) ** 2))
     return gain, float(np.sqrt(2.0 * gain / len(q)))
-
-
-def _parts(modes: Modes) -> Array:
-    """(m, N, c) samples of each mode."""
-    found = (np.exp(np.multiply.outer(modes.time, modes.pole))[:, :, None] * modes.complex_amplitude).real
-    for k, swing in enumerate(modes.swings):
-        if swing is not None:
-            found[:, k] = swing.predict(modes.time, modes.complex_amplitude[k])
-    return np.swapaxes(found, 0, 1)
 
 
 def _sorted(modes: Modes, strong: Array) -> tuple[list[int], set[int]]:

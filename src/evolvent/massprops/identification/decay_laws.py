@@ -22,7 +22,7 @@ LAWS = {
     "mixed": (True, True, True),
 }
 DECAY = ("auto", *LAWS)
-#: Gain of the information criterion below which two descriptions are not told apart.
+#: Gain of the information criterion below which two descriptions are not distinguished.
 DECISIVE = 10.0
 #: Share of a signal's square that a fit may leave which has followed the swing from the first period to the last.
 FOLLOWED = 0.25
@@ -87,7 +87,7 @@ def best_law(
     colour = _colour(best, signal)
     best = min(good, key=lambda one: one.bic(signal, colour))
     weight = np.exp(-0.5 * (np.array([one.bic(signal, colour) for one in good]) - best.bic(signal, colour)))
-    away = np.array([natural(one) - natural(best) for one in good])
+    away = np.array([_natural(one) - _natural(best) for one in good])
     freed = [replace(one, held=False) for one in best.solution.components]
     last = model.fit(tuple(freed), signal, best.noise) if others else best
     least, kept = _without_idle(_least([last, best], signal) or best, signal)
@@ -119,7 +119,7 @@ def _without_idle(found: Found, signal: Signal) -> tuple[Found, list[bool]]:
     return found, kept[1:]
 
 
-def natural(found: Found) -> float:
+def _natural(found: Found) -> float:
     """Undamped frequency of the first component, rad/s."""
     one = found.solution.components[0]
     return float(np.hypot(one.pole.imag, (one.rates or (0.0,))[0])) if one.sinusoidal else one.pole.imag

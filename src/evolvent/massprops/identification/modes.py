@@ -234,14 +234,18 @@ class Modes:
             T[np.ix_(rows, rows + size)] = -by_re.imag - np.outer(shape[k].imag, angle.real)
         return ModeShapes(shape, shape.real, realness, T @ self.covariance @ T.T)
 
-    def predict(self, time: Array) -> Array:
-        """The fitted model (n, c) at other times, s from the first sample."""
+    def parts(self, time: Array) -> Array:
+        """(n, m, c) samples of each mode at times (n,), s from the first sample."""
         time = np.asarray(time, dtype=float)
         found = (np.exp(np.multiply.outer(time, self.pole))[:, :, None] * self.complex_amplitude).real
         for k, swing in enumerate(self.swings):
             if swing is not None:
                 found[:, k] = swing.predict(time, self.complex_amplitude[k])
-        return np.asarray(found.sum(axis=1) + self.offset + np.multiply.outer(time, self.drift))
+        return found
+
+    def predict(self, time: Array) -> Array:
+        """The fitted model (n, c) at other times, s from the first sample."""
+        return np.asarray(self.parts(time).sum(axis=1) + self.offset + np.multiply.outer(time, self.drift))
 
     def __str__(self) -> str:
         lines = [f"{self.order} modes by {self.method} from {len(self.time)} samples of {len(self.names)} sensors"]

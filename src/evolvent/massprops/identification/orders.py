@@ -12,7 +12,9 @@ from evolvent.massprops.identification.signals import (
     Array,
     Signal,
     fit_linear,
+    fit_term,
     highest_order,
+    information,
     noise_of,
 )
 from evolvent.massprops.identification.subspace import Starts, add_peaks
@@ -46,13 +48,10 @@ def criteria(signal: Signal, squares: Array, m: int) -> tuple[float, float]:
     amplitudes and the offset of a sensor, N^3 for each frequency and decay rate (Rissanen 1989; Djurić 1996, eq. 26).
     BIC = sum_c n_c log s_c^2 + k log(sum_c n_c), k all parameters. s_c^2 is the mean square of the residual.
     """
-    counts = signal.counts
-    left = squares / counts + (100.0 * signal.rounding) ** 2
-    fit_term = float((counts * np.log(left)).sum())
-    own = 2 * m + 1 + signal.degree
-    mdl = 0.5 * fit_term + 0.5 * own * float(np.log(counts).sum()) + 0.5 * 2 * m * 3.0 * np.log(len(signal.time))
-    bic = fit_term + (own * len(counts) + 2 * m) * float(np.log(counts.sum()))
-    return float(mdl), bic
+    counts, own = signal.counts, 2 * m + 1 + signal.degree
+    unknown = own * float(np.log(counts).sum()) + 2 * m * 3.0 * float(np.log(len(signal.time)))
+    mdl = 0.5 * (fit_term(signal, squares) + unknown)
+    return mdl, information(signal, squares, own * len(counts) + 2 * m)
 
 
 class _Row(NamedTuple):

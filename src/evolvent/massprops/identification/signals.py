@@ -365,13 +365,28 @@ def fit_linear(poles: Array, signal: Signal) -> tuple[Array, Array]:
     return coefficients, signal.data - A @ coefficients
 
 
-def noise_of(signal: Signal, squares: Array, m: int) -> Array:
+def noise_of(signal: Signal, squares: Array, m: int, *, common: int = 2) -> Array:
     """(c,) standard deviation of the noise, from the sums of squares (c,) of the residual of a fit of `m` modes.
 
-    Degrees of freedom: the samples less the sensor's own 2 m + 1 unknowns and its share of the 2 m common ones.
+    Degrees of freedom: the samples less the sensor's own 2 m + 1 unknowns and its share of those that a mode has in
+    `common` at all sensors, a frequency and a decay rate; 1 at least.
     """
-    free = signal.counts - (2 * m + 1 + signal.degree) - 2 * m / len(squares)
-    return np.maximum(np.sqrt(squares / free), signal.rounding)
+    free = signal.counts - (2 * m + 1 + signal.degree) - common * m / len(squares)
+    return np.maximum(np.sqrt(squares / np.maximum(free, 1.0)), signal.rounding)
+
+
+def fit_term(signal: Signal, squares: Array, colour: Array | float = 1.0) -> float:
+    """sum_c n_c log s_c^2 with s_c^2 the mean squares of a residual whose sums of squares are (c,).
+
+    `colour` (c,) is the density of the noise near a mode over its mean: what a fit gains there counts so much less.
+    """
+    left = squares / signal.counts + (100.0 * signal.rounding) ** 2
+    return float((signal.counts * np.log(left) / colour).sum())
+
+
+def information(signal: Signal, squares: Array, unknowns: int, colour: Array | float = 1.0) -> float:
+    """Bayesian information criterion of a fit with so many unknowns in all, see `fit_term`."""
+    return fit_term(signal, squares, colour) + unknowns * float(np.log(signal.counts.sum()))
 
 
 def power(data: Array, places: Array | None = None, *, padded: int = 1) -> Array:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.kernels import swing as kernel
-from evolvent.massprops.identification.signals import Array, Signal, exponentials
+from evolvent.massprops.identification.signals import Array, Signal, basis, exponentials, information, noise_of
 
 #: Steps of Levenberg and Marquardt at most; converged where a step changes the weighted sum of squares by less.
 MOST_STEPS, TOLERANCE = 40, 1e-5
@@ -261,23 +261,8 @@ class Found(NamedTuple):
     converged: bool
 
     def bic(self, signal: Signal, colour: Array | float = 1.0) -> float:
-        """Bayesian information criterion, see `criterion`."""
-        return criterion(signal, self.squares, self.unknowns, colour)
-
-
-def criterion(signal: Signal, squares: Array, unknowns: int, colour: Array | float = 1.0) -> float:
-    """Bayesian information criterion of a fit that leaves sums of squares (c,), as in `orders.criteria`.
-
-    `colour` (c,) is the density of the noise near the swing over its mean: what a fit gains there counts so much less.
-    """
-    counts = signal.counts
-    left = squares / counts + (100.0 * signal.rounding) ** 2
-    return float((counts * np.log(left) / colour).sum() + unknowns * np.log(counts.sum()))
-
-
-def _polynomial(signal: Signal) -> Array:
-    last = max(float(signal.time[-1]), 1e-300)
-    return np.column_stack([(signal.time / last) ** k for k in range(1 + signal.degree)])
+        """Bayesian information criterion, see `signals.information`."""
+        return information(signal, self.squares, self.unknowns, colour)
 
 
 def _split(components: tuple[Component, ...], values: Array) -> tuple[Component, ...]:
@@ -308,7 +293,7 @@ def _groups(components: tuple[Component, ...], signal: Signal) -> list[tuple[Any
 
 def columns(components: tuple[Component, ...], signal: Signal) -> Array:
     """(N, 2 m + 1 + degree) of all components and the polynomial."""
-    return np.hstack([*(one.columns(signal.time) for one in components), _polynomial(signal)])
+    return np.hstack([*(one.columns(signal.time) for one in components), basis(np.empty(0, dtype=complex), signal)])
 
 
 def solve(components: tuple[Component, ...], signal: Signal) -> Solution:
@@ -351,17 +336,12 @@ def _stacked(solution: Solution, noise: Array) -> Array:
     return np.append(r[np.isfinite(r)], solution.penalty)
 
 
-def _noise(signal: Signal, squares: Array, m: int) -> Array:
-    free = signal.counts - (2 * m + 1 + signal.degree) - 3 * m / len(squares)
-    return np.maximum(np.sqrt(squares / np.maximum(free, 1.0)), signal.rounding)
-
-
 def fit(components: tuple[Component, ...], signal: Signal, noise: Array | None = None) -> Found:
     """Least squares from a start, each sensor weighted by its noise, known or estimated again."""
     known = signal.noise
     now = solve(components, signal)
     m, steps, converged = len(components), 0, False
-    weight = known if known is not None else _noise(signal, np.nansum(now.residual**2, axis=0), m)
+    weight = known if known is not None else noise_of(signal, np.nansum(now.residual**2, axis=0), m, common=3)
     if noise is not None and known is None:
         weight = np.maximum(noise, signal.rounding)
     for _ in range(REWEIGHTS):
@@ -369,7 +349,7 @@ def fit(components: tuple[Component, ...], signal: Signal, noise: Array | None =
         steps += taken
         if known is not None:
             break
-        before, weight = weight, _noise(signal, np.nansum(now.residual**2, axis=0), m)
+        before, weight = weight, noise_of(signal, np.nansum(now.residual**2, axis=0), m, common=3)
         if np.ptp(np.log(weight / before)) < 0.02:
             break
     squares = np.nansum(now.residual**2, axis=0)

@@ -11,14 +11,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.kernels import swing as kernel
 from evolvent.massprops.identification import swing_model as model
 from evolvent.massprops.identification.decay_laws import (
-    DECAY as DECAY,
     DECISIVE,
     LAWS,
     Choice,
@@ -28,43 +25,22 @@ from evolvent.massprops.identification.decay_laws import (
 )
 from evolvent.massprops.identification.modes import Modes
 from evolvent.massprops.identification.orders import WHITE, search, whiteness
-from evolvent.massprops.identification.signals import Array, Signal
-from evolvent.massprops.identification.swing_model import Component, Found, Reach, Restoring
+from evolvent.massprops.identification.signals import Array, Signal, information
+from evolvent.massprops.identification.swing_model import Component, Found
+from evolvent.massprops.identification.swing_starts import Kind, start_of
 from evolvent.massprops.identification.variable_projection import colour, own_unknowns, remarks, unsupported
 
 _WORDS = ("viscous damping", "dry friction", "quadratic drag")
 #: Share of a group's amplitude below which a mode may be a part of it, at odd harmonics, or nearer than these lines.
 WEAK, HARMONICS, SIDE = 0.15, (3, 5, 7, 9), 10.0
-#: Share of the strongest amplitude below which a swing is not looked at.
+#: Share of the strongest amplitude below which a swing is not examined.
 SMALL = 1e-3
 #: Share of a swing's amplitude below which a mode near it does not speak for another law of decay.
 FAINT = 1e-5
 #: Share of the strongest swing in the squares of all amplitudes above which what is left is its own.
 DOMINANT = 0.8
-#: Root mean square, of the first amplitude, by which the envelope of a group may differ from that of a swing; agreement
-#: of the shapes of its modes.
-RIPPLE, ALIKE = 0.08, 0.9
-#: Points at which the envelope is compared for starts.
-_POINTS = 200
 #: Lines that may be added beside swings.
 _LINES = 3
-
-
-class Kind(NamedTuple):
-    """What is known of the strongest swing before.
-
-    Attributes
-    ----------
-    restoring : Restoring; None where it is not known: a linear one, or one with a cubic term
-    reach : Reach
-    derivative : 0, 1, 2: sensors read x, x', x''
-    avoid : rad/s, of another motion of the body, such as the sway on wires; nan for none
-    """
-
-    restoring: Restoring | None = None
-    reach: Reach = model.UNKNOWN
-    derivative: int = 0
-    avoid: float = np.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +54,6 @@ class Swing:
     last : amplitude at the last sample over that at the first
     amplitude, amplitude_std : rad at the first sample; nan where the frequency does not depend on it. Where it is not
         seen, the deviation is about the largest that it may have.
-    gain : by which the information criterion of exponential modes is larger
     """
 
     component: Component
@@ -86,7 +61,6 @@ class Swing:
     last: float
     amplitude: float
     amplitude_std: float
-    gain: float
 
     @property
     def law(self) -> str:
@@ -185,7 +159,7 @@ def refine(
                 continue
             frequency = np.array([choice.found.solution.components[0].pole.imag])
             colour = np.minimum(choice.colour, density_at(frequency, modes.residual, modes.noise, signal))
-            before = model.criterion(signal, squares, unknowns, colour) if best is None else best.bic(signal, colour)
+            before = information(signal, squares, unknowns, colour) if best is None else best.bic(signal, colour)
             # a pendulum is taken for one unless exponential modes are plainly better
             allowed = np.inf if law != "auto" else DECISIVE * (own is given and known)
             if choice.found.bic(signal, colour) < before + allowed:
@@ -199,8 +173,7 @@ def refine(
         poles = dict(zip(stay, now[len(swings) :], strict=True))
     if best is None or all(one.is_exponential for one in swings):
         return replace(modes, warnings=(*modes.warnings, *_near(modes, signal)))
-    gain = model.criterion(signal, squares, unknowns) - best.bic(signal)
-    found = _modes(best if fixed else _with_lines(best, signal), spreads, signal, modes, gain)
+    found = _modes(best if fixed else _with_lines(best, signal), spreads, signal, modes)
     return replace(found, warnings=(*found.warnings, *_misread(found, given)))
 
 
@@ -222,16 +195,16 @@ def _choose(
     trials: list[tuple[Choice, set[int]]] = []
     swings, poles = beside
     for (parts, begun), read in product(ways, _readings(own)):
-        start = _start(modes, sorted(begun), signal, read)
-        if start is None:
+        begin = start_of(modes, sorted(begun), signal, read)
+        if begin is None:
             continue
         others = [*swings, *(poles[k] for k in poles if k not in parts)]
         cubic = own.restoring is None and _share(modes, parts) > DOMINANT
-        trial = best_law(start, others, signal, modes.noise, decay, cubic=cubic)
+        trial = best_law(begin, others, signal, modes.noise, decay, cubic=cubic)
         if trial is None:
             continue
         white = is_white(trial.found, signal)
-        shown = start.free_square and not start.fixed_gain and not np.isfinite(read.reach.mean)
+        shown = begin.free_square and not begin.fixed_gain and not np.isfinite(read.reach.mean)
         if white or not shown:
             trials.append((trial, parts))
         if white and not every:
@@ -242,7 +215,7 @@ def _choose(
 
 
 def _judged(choice: Choice, kind: Kind, signal: Signal) -> float:
-    """Information criterion; what the sensors say of the angle is not given up for little."""
+    """Information criterion; a fit that drops the sensors' angles must better it by `DECISIVE`."""
     read = choice.found.solution.components[0].fixed_gain or not np.isfinite(kind.reach.factor)
     return choice.found.bic(signal) + (0.0 if read else DECISIVE)
 
@@ -331,85 +304,6 @@ def _near(modes: Modes, signal: Signal) -> tuple[str, ...]:
     return tuple(found)
 
 
-# ------------------------------------------------------------------------------------------------ starts
-
-
-def _alike(modes: Modes, group: list[int]) -> bool:
-    """Whether the modes of a group move the sensors alike, as parts of one swing do."""
-    a = modes.complex_amplitude[group] / modes.noise
-    size = np.sqrt((np.abs(a) ** 2).sum(axis=1))
-    k = int(np.argmax(size))
-    strong = size > 0.2 * size[k]
-    agreement = np.abs(a @ a[k].conj()) / np.maximum(size * size[k], 1e-300)
-    return bool(np.all(agreement[strong] > ALIKE))
-
-
-def _start(modes: Modes, group: list[int], signal: Signal, kind: Kind) -> Component | None:
-    """A swing that begins and decays as a group of exponential modes does; None where they beat, or differ in shape."""
-    if not _alike(modes, group):
-        return None
-    weight = (modes.amplitude[group] / modes.noise) ** 2
-    reference = int(np.argmax(np.abs(modes.complex_amplitude[group].sum(axis=0)) / modes.noise))
-    if np.isfinite(kind.reach.factor):
-        reference = int(np.argmax(weight.sum(axis=0)))
-    time = np.linspace(0.0, float(signal.time[-1]), _POINTS)
-    z = np.exp(np.multiply.outer(time, modes.pole[group])) @ modes.complex_amplitude[group, reference]
-    carrier = float(modes.frequency[group][np.argmax(weight.sum(axis=1))])
-    size = np.abs(z)
-    phase = np.unwrap(np.angle(z * np.exp(-1j * carrier * time)))
-    share = size**2 / max(float((size**2).sum()), 1e-300)
-    b = size / max(float(size[: max(2, _POINTS // 20)].max()), 1e-300)
-    rates, left = _envelope_rates(time, b)
-    mean = float(np.clip(b.mean(), 0.05, 1.0))
-    total = rates[0] + rates[1] / mean + rates[2] * mean
-    if left > RIPPLE:
-        return None
-    restoring = kind.restoring if kind.restoring is not None else model.LINEAR
-    slope = np.gradient(phase, time)
-    w = carrier + float((slope * share).sum())
-    square = 1.0
-    if not restoring.linear:
-        if np.isfinite(kind.reach.factor):
-            square = (kind.reach.factor * float(size.max()) / w**kind.derivative) ** 2
-        elif np.isfinite(kind.reach.mean):
-            square = (kind.reach.mean / max(float(b.mean()), 1e-3)) ** 2
-        else:
-            fit = np.polyfit(b**2, slope, 1, w=np.sqrt(share))
-            square = float(np.clip(-16.0 * fit[0] / w, 1e-4, 4.0))
-        w *= 1.0 + square * float((b**2 * share).sum()) / 16.0
-    return Component(
-        pole=complex(0.0, w),
-        rates=(total, 0.0, 0.0),
-        phase=float(np.angle(z[0])) - kind.derivative * np.pi / 2.0,
-        square=square,
-        free_square=not restoring.linear,
-        restoring=restoring,
-        reach=kind.reach,
-        derivative=kind.derivative,
-        reference=reference,
-    )
-
-
-def _envelope_rates(time: Array, b: Array) -> tuple[tuple[float, float, float], float]:
-    """d, D, Q of the envelope (n,) nearest to b, which begins at about 1, and the root mean square of what is left."""
-    from scipy.optimize import least_squares
-
-    found = np.empty_like(b)
-
-    def rest(x: Array) -> Array:
-        kernel.envelope(np.ascontiguousarray(x[:3] / time[-1]), time, found)
-        return x[3] * found - b
-
-    there = b > 0.05
-    last = max(int(np.argmin(there)) if not there.all() else len(b), 3)
-    slope = max(float(-np.polyfit(time[:last], np.log(np.maximum(b[:last], 1e-6)), 1)[0]) * time[-1], 1e-2)
-    limits = ([0.0, 0.0, 0.0, 0.5], [np.inf, np.inf, np.inf, 2.0])
-    starts = ([slope, 1e-3, 1e-3, 1.0], [1e-3, 0.5 * slope, 1e-3, 1.0])
-    best = min((least_squares(rest, x, bounds=limits, max_nfev=50) for x in starts), key=lambda r: r.cost)
-    rates = best.x[:3] / time[-1]
-    return (float(rates[0]), float(rates[1]), float(rates[2])), float(np.sqrt(2.0 * best.cost / len(b)))
-
-
 # ------------------------------------------------------------------------------------------------ others beside
 
 
@@ -448,7 +342,7 @@ def _wild(found: Found, signal: Signal) -> bool:
 # ------------------------------------------------------------------------------------------------ result
 
 
-def _modes(found: Found, spreads: list[float], signal: Signal, before: Modes, gain: float) -> Modes:
+def _modes(found: Found, spreads: list[float], signal: Signal, before: Modes) -> Modes:
     """Modes of the fit by rising frequency."""
     now = found.solution
     order = np.argsort([one.pole.imag for one in now.components], kind="stable")
@@ -469,7 +363,7 @@ def _modes(found: Found, spreads: list[float], signal: Signal, before: Modes, ga
     for one in components:
         size = len(one.values())
         std = np.sqrt(np.maximum(np.diag(own)[first : first + size], 0.0))
-        swings.append(_swing(one, std, signal, gain) if one.is_swing else None)
+        swings.append(_swing(one, std, signal) if one.is_swing else None)
         first += size
     coefficients = found.solution.coefficients
     drift = coefficients[2 * m + 1] / signal.time[-1] if signal.degree else np.zeros(sensors)
@@ -512,11 +406,11 @@ def _sentences(modes: Modes) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _swing(one: Component, std: Array, signal: Signal, gain: float) -> Swing:
+def _swing(one: Component, std: Array, signal: Signal) -> Swing:
     rest = list(std[2:])
     rates = np.array([rest.pop(0) if free else 0.0 for free in one.law])
     amplitude = amplitude_std = np.nan
     if one.free_square:
         amplitude, square_std = float(np.sqrt(max(one.square, 0.0))), float(rest.pop(0))
         amplitude_std = square_std / (2.0 * max(amplitude, 0.5 * np.sqrt(square_std)))
-    return Swing(one, rates, float(one.envelope(signal.time)[-1]), amplitude, amplitude_std, gain)
+    return Swing(one, rates, float(one.envelope(signal.time)[-1]), amplitude, amplitude_std)
