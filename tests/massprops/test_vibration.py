@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import pathlib
+import typing
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,10 @@ import pytest
 
 import evolvent
 from evolvent import InputError, System, parts
-from evolvent.massprops import signals, vibration
+from evolvent.massprops import description, modal, recordings, signals, vibration
+from evolvent.massprops.identification.decay_laws import DECAY
+from evolvent.massprops.signals import Signals
+from massprops import rig
 from massprops.test_refusals import call
 
 #: Two masses on three springs between walls, x, moved apart: frequencies sqrt(k/m) and sqrt(3 k/m).
@@ -140,3 +144,24 @@ def test_modes_of_a_boom_are_those_of_its_linear_model(tmp_path: pathlib.Path) -
     linear = np.sort(system.modes(count=4).frequency)
     strongest = int(found.modes.amplitude[:, 0].argmax())
     assert found.modes.frequency[strongest] == pytest.approx(linear[0], rel=2e-3)
+
+
+def test_motions_that_nothing_damps_are_reported_of_pendulums_alone() -> None:
+    """A body on springs may sway without damping; on a pendulum such a mode is hum or a drive."""
+    t = np.arange(800) / 40.0
+    x = (
+        np.exp(-0.1 * t) * np.cos(6.0 * t)
+        + 0.2 * np.cos(9.0 * t)
+        + 1e-3 * np.random.default_rng(1).standard_normal(800)
+    )
+    source = Signals.of(("a",), x[:, None], ("mm",), 40.0, path="a.csv", sha256="a")
+    reading = recordings.read(source, description.without_stand(()).signals)
+    springs = description.load(rig.EXAMPLES / "stand.yaml")
+    pendulum = description.load(rig.EXAMPLES / "compound.yaml")
+    said = "does not decay as the others do"
+    assert not any(said in text for text in modal.find(reading, springs).warnings)
+    assert any(said in text for text in modal.find(reading, pendulum).warnings)
+
+
+def test_the_laws_of_decay_are_those_that_are_fitted() -> None:
+    assert typing.get_args(description.Identification.model_fields["decay"].annotation) == DECAY

@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.massprops.identification import identify
 from evolvent.massprops.inertia.mounted import turned, whole
@@ -14,7 +13,7 @@ from evolvent.massprops.inertia.problem import mac, matching
 from evolvent.massprops.inertia.stand import Setup
 from evolvent.massprops.inertia.statics import Z, cross, guides, rotation_matrix, spring_state
 from evolvent.massprops.inertia.vibration import linearise
-from evolvent.massprops.modal import Modal
+from evolvent.massprops.modal import Modal, sensed
 
 #: Steps in a period of the fastest mode, and at most in all.
 STEPS, MOST_STEPS = 16, 1200
@@ -50,8 +49,8 @@ def shift(s: Setup, modal: Modal, used: tuple[int, ...], sensors: np.ndarray, di
     once from a tiny one, in all modes of the record that are the body's by their frequency and shape, over the record's
     length. The modes of both simulations are identified in the same way as those of the signals, as many as move.
     """
-    order = _derivatives(modal.reading.unit)
-    if order is None:
+    read = sensed(modal.reading.unit)
+    if np.isnan(read.length):
         return None
     s = whole(s)
     modes = linearise(s).modes(refuse_unstable=False)
@@ -64,9 +63,8 @@ def shift(s: Setup, modal: Modal, used: tuple[int, ...], sensors: np.ndarray, di
     pick = matching(cost)
     v, phi = v[pick], modes.shapes[:, pick]
     pole = -modal.modes.decay_rate[rows] + 1j * modal.modes.frequency[rows]
-    length, n = order
     z = np.sum(v * modal.modes.complex_amplitude[rows], axis=1) / np.maximum(np.sum(v * v, axis=1), 1e-300)
-    z = length * z / pole**n
+    z = read.length * z / pole**read.derivative
     reach = np.abs(z) @ np.abs(modes.at(s.points)[pick])
     spring = int(np.argmax(reach / s.length))
     if reach[spring] < SMALL * s.length[spring]:
@@ -131,21 +129,11 @@ def large(length: np.ndarray, modal: Modal) -> str:
 
 def _furthest(modal: Modal) -> tuple[str, float]:
     """The sensor that moves most, and how far, m; 0 where the signals are no lengths."""
-    order = _derivatives(modal.reading.unit)
-    if order is None:
+    read = sensed(modal.reading.unit)
+    if np.isnan(read.length):
         return "", 0.0
-    each = (order[0] * modal.modes.amplitude / modal.frequency[:, None] ** order[1]).sum(axis=0)
+    each = (read.length * modal.modes.amplitude / modal.frequency[:, None] ** read.derivative).sum(axis=0)
     return modal.reading.names[int(np.argmax(each))], float(each.max())
-
-
-def _derivatives(unit: str) -> tuple[float, int] | None:
-    """Factor to SI and how often a displacement was differentiated: 0, 1, 2 for m, m/s, m/s^2."""
-    for n, wanted in enumerate(("m", "m/s", "m/s^2")):
-        try:
-            return units.parse(f"1 {unit}", wanted), n
-        except units.UnitError:
-            continue
-    return None
 
 
 def _motion(

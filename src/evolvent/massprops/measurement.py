@@ -22,6 +22,8 @@ from evolvent.massprops.description import (
     without_stand,
 )
 from evolvent.massprops.estimates import Evaluation, MassProperties, Share
+from evolvent.massprops.identification.swing_model import LINEAR
+from evolvent.massprops.identification.swing_starts import Kind
 from evolvent.massprops.recordings import read
 
 
@@ -151,7 +153,7 @@ def _modes(given: Description, source: files.Signals) -> tuple[Description, tupl
     try:
         progress.report(f"identifying the modes of {name}")
         if isinstance(own_given, OnSprings):
-            swing = modal.Kind(restoring=modal.LINEAR, derivative=modal.derivative(reading.unit)[0])
+            swing = Kind(restoring=LINEAR)
         else:
             swing = pendulum.swing(own_given, reading.unit, reading.rate)
         return own_given, own, modal.find(reading, own_given, swing), quiet

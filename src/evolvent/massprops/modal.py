@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import NamedTuple
 
 import numpy as np
 
 from evolvent.base import units
 from evolvent.base.errors import InputError
-from evolvent.massprops.description import Signalling
+from evolvent.massprops.description import Pendulum, Signalling
 from evolvent.massprops.identification import Modes, identify
 from evolvent.massprops.identification.clipping import clipped
 from evolvent.massprops.identification.noise_density import density
 from evolvent.massprops.identification.orders import WHITE, whiteness
-from evolvent.massprops.identification.signals import read_signal
-from evolvent.massprops.identification.swing_model import LINEAR as LINEAR
-from evolvent.massprops.identification.swings import Kind as Kind
+from evolvent.massprops.identification.signals import Signal, read_signal
+from evolvent.massprops.identification.swing_starts import Kind
 from evolvent.massprops.recordings import Reading
 
 #: A mode this near to half the sampling rate may be a faster one seen through too few samples.
@@ -81,16 +81,30 @@ class Modal:
 _ANGLES, _LENGTHS = ("rad", "rad/s", "rad/s^2"), ("m", "m/s", "m/s^2")
 
 
-def derivative(unit: str) -> tuple[int, float]:
-    """How often a motion is differentiated that sensors read in a unit, and its size in rad, rad/s, rad/s^2 or nan."""
-    for wanted in (_ANGLES, _LENGTHS):
-        for n, one in enumerate(wanted):
+class Sensed(NamedTuple):
+    """What sensors read of a motion.
+
+    Attributes
+    ----------
+    derivative : how often it is differentiated: 0, 1, 2
+    angle : size of the sensors' unit in rad, rad/s, rad/s^2; nan where they read no angle
+    length : in m, m/s, m/s^2; nan where they read no length
+    """
+
+    derivative: int = 0
+    angle: float = np.nan
+    length: float = np.nan
+
+
+def sensed(unit: str) -> Sensed:
+    """What sensors read in a unit."""
+    for n, (angle, length) in enumerate(zip(_ANGLES, _LENGTHS, strict=True)):
+        for key, one in (("angle", angle), ("length", length)):
             try:
-                ratio = units.factor(unit, one)
+                return Sensed(n, **{key: units.factor(unit, one)})
             except units.UnitError:
                 continue
-            return n, ratio if wanted is _ANGLES else np.nan
-    return 0, np.nan
+    return Sensed()
 
 
 def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Modal:
@@ -113,15 +127,15 @@ def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Moda
             band=chosen.band,
             detrend=chosen.detrend,
             decay=chosen.decay,
-            swing=swing or Kind(derivative=derivative(reading.unit)[0]),
+            swing=(swing or Kind())._replace(derivative=sensed(reading.unit).derivative),
         )
     except InputError as error:
         raise InputError(f"{error}{_drift(reading) if chosen.detrend == 'constant' else ''}") from None
-    p, widening = _widening(reading, modes)
+    signal = read_signal(modes.data, time=modes.time, names=reading.names, noise=reading.noise)
+    p, widening = _widening(signal, modes)
     found = modes.mode_shapes()
     widened = np.outer(widening, widening)
-    hum, steady = _steady(modes, reading, widening, pendulum=swing is not None)
-    signal = read_signal(reading.data, time=reading.time, names=reading.names, noise=reading.noise)
+    hum, steady = _steady(modes, reading, widening, pendulum=isinstance(given, Pendulum))
     cut = tuple(clipped(modes, signal))
     return Modal(
         reading=reading,
@@ -245,7 +259,7 @@ def _steady(
     return tuple(hum), texts
 
 
-def _widening(reading: Reading, modes: Modes) -> tuple[float, np.ndarray]:
+def _widening(signal: Signal, modes: Modes) -> tuple[float, np.ndarray]:
     """p-value of a white residual, and the factors.
 
     Notes
@@ -253,7 +267,6 @@ def _widening(reading: Reading, modes: Modes) -> tuple[float, np.ndarray]:
     In noise of the spectral density S a frequency's variance is S(frequency) over the mean of S times that in white
     noise of the same power, for S is smooth over the width of a line.
     """
-    signal = read_signal(modes.data, time=modes.time, names=reading.names, noise=reading.noise)
     p = whiteness(signal, modes.residual, modes.noise)
     if p >= WHITE:
         return p, np.ones(modes.order)

@@ -12,9 +12,10 @@ from evolvent.base.errors import InputError
 from evolvent.massprops.description import Bifilar, CompoundPendulum, OnPivot, Pendulum, TorsionWire, Trifilar
 from evolvent.massprops.estimates import Evaluation, Output, Share
 from evolvent.massprops.identification.swing_model import PENDULUM, Reach, Restoring
-from evolvent.massprops.identification.swings import Kind, Swing
+from evolvent.massprops.identification.swing_starts import Kind
+from evolvent.massprops.identification.swings import Swing
 from evolvent.massprops.inertia import pendulums
-from evolvent.massprops.modal import Modal, derivative, refuse_rate
+from evolvent.massprops.modal import Modal, refuse_rate, sensed
 from evolvent.massprops.rounding import shown
 from evolvent.massprops.uncertain import Uncertain
 
@@ -47,13 +48,13 @@ def swing(given: Pendulum, unit: str, rate: float) -> Kind:
     stand = given.stand
     if isinstance(stand, (Bifilar, Trifilar)) and given.body.mass is None:
         raise InputError(f"body.mass is missing; on {stand.kind} wires the weight turns the body back")
-    order, factor = derivative(unit)
+    factor = sensed(unit).angle
     stated = getattr(stand, "amplitude", None)
     reach = Reach(factor, abs(stated.value) if stated else math.nan, stated.std if stated else math.nan)
     avoid = _sway(given)
     if avoid is not None:
         refuse_rate(avoid, rate, "the body's sway sqrt(g / H)")
-    kind = Kind(PENDULUM, reach, order, math.nan if avoid is None else avoid)
+    kind = Kind(PENDULUM, reach, avoid=math.nan if avoid is None else avoid)
     if isinstance(stand, CompoundPendulum):
         return kind
     if not isinstance(stand, (Bifilar, Trifilar)):

@@ -11,7 +11,7 @@ from evolvent import InputError
 from evolvent.kernels import swing as kernel
 from evolvent.massprops.identification import identify
 from evolvent.massprops.identification.swing_model import PENDULUM, Component, Reach
-from evolvent.massprops.identification.swings import Kind
+from evolvent.massprops.identification.swing_starts import Kind
 
 W, RATE, COUNT = 2.0 * np.pi * 1.3, 50.0, 1000
 TIME = np.arange(COUNT) / RATE

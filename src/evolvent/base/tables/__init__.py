@@ -1,7 +1,7 @@
 r"""Tables in text files, whoever wrote them: separators, decimal signs, heads, units and times are found in the text.
 
 This is the one reader of such files in the package. It takes the columns apart with the module `csv` and looks at a
-column's cells when the column is asked for. Libraries were weighed: `clevercsv` and the sniffers of pandas, polars and
+column's cells when the column is asked for. Libraries were compared: `clevercsv` and the sniffers of pandas, polars and
 DuckDB find the separator alone, and `frictionless` checks against a schema; none tells a decimal comma from thousands,
 units or heads below preambles, or reads clock times. Each takes 0.2 to 0.3 s to start.
 

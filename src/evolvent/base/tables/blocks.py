@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from evolvent.base.errors import InputError, counted
 from evolvent.base.tables.layout import Kinds, is_comment, kinds, split
 
-#: Characters from the beginning of which every cell is looked at.
+#: Characters of the beginning in which every cell is examined.
 _CLOSELY = 1_000_000
 #: Rows at the beginning of a run by which the kinds of its columns are judged.
 _JUDGED = 60
@@ -18,7 +18,7 @@ _MOST_OTHERS = 0.25
 _MANY = 10
 #: Most digits of the number of a row.
 _LONGEST_COUNT = 15
-#: What a row may begin with; other lines are looked at closely.
+#: What a row may begin with; other lines are examined in full.
 _BEGINNINGS = frozenset("0123456789+-.,;|\t\"' \u2212")
 
 

@@ -128,7 +128,7 @@ def _clock(text: str) -> tuple[float, str]:
     found = _CLOCK.fullmatch(text)
     if found is None or int(found[2]) > 59 or (found[3] and int(found[3]) > 60):
         return np.nan, ""
-    if found[4] == ":" and len(found[5]) != 3:  # what is neither milliseconds nor anything that can be told
+    if found[4] == ":" and len(found[5]) != 3:  # neither milliseconds nor another known part
         return np.nan, ""
     fraction = float(f"0.{found[5]}") if found[5] else 0.0
     if found[3] is not None:

@@ -96,7 +96,7 @@ class Table:
         Raises
         ------
         InputError
-            If a cell holds something else, or it cannot be told whether a sign is decimal or groups thousands.
+            If a cell holds something else, or it is not clear whether a sign is decimal or groups thousands.
         """
         place = self.index(column)
         if place not in self._parsed:

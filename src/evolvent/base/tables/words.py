@@ -24,12 +24,12 @@ _BESIDE = frozenset((
     "in", "and", "date", "datum", "unix", "epoch", "channel", "ch", "relativ", "trial", "axis", "test", "total",
     "running", "scan", "log", "recording", "default", "rate", "seit", "beginn", "received",
 ))  # fmt: skip
-#: Names of an axis, which is that of the time where its unit says so.
+#: Names of an axis, which is the time if its unit is one of time.
 AXES = ("x", "x-axis", "x axis", "x_axis", "abscissa", "source", "trace_x")
 #: Names of a time that say what it is counted in.
 _OWN_UNITS = {"millis": "ms", "milliseconds": "ms", "millisekunden": "ms", "micros": "us", "microseconds": "us",
               "seconds": "s", "sekunden": "s"}  # fmt: skip
-#: Longest name and form that is looked at.
+#: Longest name and form that is examined.
 _LONGEST = 60
 #: Forms that a unit of stamps may be stated in, which says nothing of their size.
 _FORMS_OF_STAMPS = re.compile(r"[hHyYmMdDsSfF:./\- T,]*[hHyYmMdDsS]{2}[:./\-][hHyYmMdDsSfF:./\- T,]*|utc|gmt|iso.*")
@@ -91,7 +91,7 @@ def time_columns(names: Sequence[str], units: Sequence[str]) -> list[int]:
 
 
 def find_time(names: Sequence[str], units: Sequence[str], rises: Callable[[int], bool] | None = None) -> int | None:
-    """Place of the column that holds the time by its name; None where no name says so.
+    """Place of the column that holds the time by its name; None if no name is one of a time.
 
     A name with a unit of time comes first, then the order of the columns. `T` is the time where its column rises and
     none is called `Ts`.
