@@ -193,3 +193,10 @@ def test_samples_of_full_scale(tmp_path: pathlib.Path) -> None:
     assert found.reading.start == pytest.approx(1.0)
     assert "the samples of a WAV file are parts of full scale" in found.reading.notes
     assert signals.read(tmp_path / "a.wav").units == ("",)
+
+
+def test_a_unit_that_is_none_of_a_time_is_named(tmp_path: pathlib.Path) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text("time (parsec),a (mm)\n" + "\n".join(f"{k / 20:.2f},{np.cos(0.4 * k):.4f}" for k in range(100)))
+    with pytest.raises(InputError, match=r"'time' has the unit 'parsec'; a time is in s, ms, us or min"):
+        vibration(path)

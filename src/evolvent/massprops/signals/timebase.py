@@ -212,6 +212,8 @@ class _Choice:
         if others:
             t = self.source.columns[others[0]]
             hint = f"; {t.name!r} has {t.size} values for {one.size} samples of {one.name!r}"
+        elif wrong := [c for c in self.source.columns if is_named_time(_last(c)) and _unit(c)]:
+            hint = f"; {wrong[0].name!r} has the unit {_unit(wrong[0])!r}; a time is in s, ms, us or min"
         elif rising := [n for n in range(len(self.source.columns)) if self._rises(n) and self._is_even(n)]:
             hint = f"; {self._name(rising[0])!r} rises evenly, as times do"
         hint += "".join(f"; {note}" for note in one.notes if "rate" in note)
