@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import BeforeValidator
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
+from evolvent.base import tables, units
 from evolvent.base.errors import InputError
 from evolvent.base.file_keys import FileKey
 from evolvent.kernels import resistance as kernels
@@ -28,7 +28,7 @@ Array = np.ndarray
 
 
 #: Mark of a table that may be a file.
-_FILE = FileKey(endings=table_file.ENDINGS, rows=table_file.rows_of)
+_FILE = FileKey(endings=tables.ENDINGS, rows=table_file.rows_of)
 
 
 def _curve_rows(value: Any) -> Any:

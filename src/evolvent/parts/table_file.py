@@ -11,8 +11,6 @@ from evolvent.base import safe_open, tables
 from evolvent.base.errors import InputError
 from evolvent.base.units import UnitError, file_unit
 
-#: Endings of such files.
-ENDINGS = (".csv", ".tsv", ".txt")
 #: What the two columns hold, and its units.
 _COLUMNS = {"an angle or a travel": ("rad", "m"), "a torque or a force": ("N m", "N")}
 
@@ -22,7 +20,7 @@ def rows_of(path: str) -> list[list[str]]:
 
     Parameters
     ----------
-    path : str, of a file with a column of angles or travels and one of torques or forces, which their units tell apart;
+    path : str, of a file with a column of angles or travels and one of torques or forces, found by their units;
         other columns are not read
 
     Raises
@@ -37,8 +35,8 @@ def rows_of(path: str) -> list[list[str]]:
 
 
 def _rows(path: str) -> list[list[str]]:
-    if not path.lower().endswith(ENDINGS):
-        raise InputError(f"{path!r} is neither a list of rows nor a file that ends with {' or '.join(ENDINGS)}")
+    if not path.lower().endswith(tables.ENDINGS):
+        raise InputError(f"{path!r} is neither a list of rows nor a file that ends with {' or '.join(tables.ENDINGS)}")
     table = tables.read(safe_open.content(path, most=safe_open.LARGEST_TEXT), path, whole=True)
     columns = []
     for what, wanted in _COLUMNS.items():

@@ -24,3 +24,6 @@ from evolvent.base.tables.words import (
     find_time as find_time,
     time_columns as time_columns,
 )
+
+#: Endings of the names of such files.
+ENDINGS = (".csv", ".tsv", ".txt")

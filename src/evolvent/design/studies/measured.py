@@ -15,8 +15,8 @@ from evolvent.base import safe_open, schema, tables
 from evolvent.base.errors import InputError
 from evolvent.base.units import UnitError, file_unit
 
-#: Endings of files of values, and how the distribution begins.
-ENDINGS, _BEGIN = (".csv", ".tsv", ".txt"), "table("
+#: How the distribution begins.
+_BEGIN = "table("
 #: Most values of a table.
 MOST = 10_000
 
@@ -27,7 +27,7 @@ def file_of(given: Any) -> tuple[str, str] | None:
     if not (text.startswith(_BEGIN) and text.endswith(")")):
         return None
     file, _, column = (part.strip() for part in text[len(_BEGIN) : -1].partition(","))
-    return (file, column) if file.lower().endswith(ENDINGS) else None
+    return (file, column) if file.lower().endswith(tables.ENDINGS) else None
 
 
 def renamed(over: Any, name: Callable[[str], str]) -> Any:
