@@ -95,8 +95,8 @@ def test_open_rows_are_looked_at():
     for what, names in existing().items():
         new = sorted(set(names) ^ set(before[what]))
         assert not new, (
-            f"the {what} {', '.join(new)} were added or removed since the rows that are open or name what is absent were "
-            f"looked at. Read {rows}; then run python {pathlib.Path(__file__).name}"
+            f"the {what} {', '.join(new)} were added or removed since the rows that are open or name what is absent "
+            f"were looked at. Read {rows}; then run python {pathlib.Path(__file__).name}"
         )
 
 
