@@ -9,7 +9,8 @@ import numpy as np
 
 from evolvent.massprops.identification import Modes
 from evolvent.massprops.identification.signals import DETREND
-from evolvent.massprops.planning.expected import Option, Task, lines, modal_of
+from evolvent.massprops.planning.expected import Expected, Option, lines, modal_of
+from evolvent.massprops.planning.pulls import Pull
 
 #: Deviations within this share of one another make no difference.
 SAME = 0.05
@@ -32,8 +33,8 @@ class Rule(NamedTuple):
     verdict: str
 
 
-def rules(task: Task, best: Option) -> tuple[Rule, ...]:
-    """The paper's rules (2.5) to (2.7) for the recommended recording, beside the Cramér-Rao bound.
+def rules(one: Expected, pull: Pull, best: Option) -> tuple[Rule, ...]:
+    """The paper's rules (2.5) to (2.7) for a recording of the recommended option, beside the Cramér-Rao bound.
 
     Notes
     -----
@@ -43,12 +44,12 @@ def rules(task: Task, best: Option) -> tuple[Rule, ...]:
     used for the frequencies. They were made for Prony's method, whose bias the bound does not have.
     """
     rows = [k - 1 for k in best.sensors]
-    w = lines(task, best.spring - 1, rows).frequency
-    least = 4 * w.size + 2 + DETREND[task.given.identification.detrend]
+    w = lines(one, pull, rows).frequency
+    least = 4 * w.size + 2 + DETREND[one.given.identification.detrend]
     fastest, N = float(w.max()), best.samples
 
     def modes(rate: float, samples: int) -> Modes:
-        return modal_of(task, best.spring - 1, rate, samples, rows).modes
+        return modal_of(one, pull, rate, samples, rows).modes
 
     def deviation(rate: float, samples: int) -> float:
         """Largest relative deviation of a frequency."""
