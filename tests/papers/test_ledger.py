@@ -26,7 +26,8 @@ LONG = (
     "thread-boundary-along",
     "thread-figure-4-4",
     "thread-momentum-kept",
-    "thread-one-rotation",
+    "thread-more-accurate",
+    "thread-needs-spin",
     "thread-only",
     "thread-stiffness-lowered",
 )
