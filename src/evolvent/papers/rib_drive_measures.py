@@ -10,7 +10,8 @@ import numpy as np
 Values = dict[str, float]
 #: A rib of carbon fibre, which is wound slowly.
 STIFF: dict[str, Any] = {
-    "rib.young_modulus": 50e9, "damping.alpha": 0.1, "solver.tolerance": 1e-4, "output.every": 20.0, "output.fine": False,
+    "rib.young_modulus": 50e9, "damping.alpha": 0.1, "solver.tolerance": 1e-4, "output.every": 20.0,
+    "output.fine": False,
 }  # fmt: skip
 #: Torques, N m, and ends of the runs, s.
 TORQUES = {"below": (0.002, 600.0), "weak": (0.0062, 4000.0), "mean": (0.025, 600.0), "strong": (0.06, 600.0)}
@@ -55,7 +56,7 @@ def torque() -> Values:
 
 
 def hub_speed() -> Values:
-    """Turns that touch a hub that turns in drag, those of a string, and mean torque while it winds, of alpha m v L R."""
+    """Turns that touch a hub that turns in drag, those of a string, and mean torque in winding, of alpha m v L R."""
     from evolvent import closed_forms
 
     found: Values = {}
