@@ -1,4 +1,4 @@
-"""Figures of studies: when the tip is fastest (Yi, figure 7), and what touches the hub over torque or rate of the hub."""
+"""Figures of studies: when the tip is fastest (Yi, figure 7), and what touches the hub over its rate or the torque."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ UNKNOWN = "before.nc"
 
 
 def study_figures(dataset: xr.Dataset) -> dict[str, Figure]:
-    """Figures of a grid: over torque or rate of the drive what touches the hub; over one key when the tip is fastest."""
+    """Figures of a grid: over the drive's torque or rate what touches the hub; over one key when the tip is fastest."""
     return _peak_figures(dataset) | _touching_figures(dataset)
 
 
@@ -71,7 +71,7 @@ def _strings(study: xr.Dataset, key: str, stage: str) -> np.ndarray:
 
 
 class _Row(NamedTuple):
-    """Runs that differ in one key alone: their label, cases, values of the key, and share of the rib up to its last contact."""
+    """Runs that differ in one key alone: label, cases, values of the key, and share of the rib up to its last contact."""
 
     label: str
     cases: list[Any]

@@ -23,7 +23,7 @@ FOLLOWED = 8
 
 
 def derived(case: Case, begin: Start, solution: Solution) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
-    """Wound and touching angle, radius of the tips, their largest speeds, angle and torque of the hub, and the end state."""
+    """Wound and touching angle, radius and largest speed of the tips, angle and torque of the hub, the end state."""
     from evolvent.results.observe import View
     from evolvent.results.observe.lumped import attitude
     from evolvent.results.observe.variables import turned_back, unwrapped
