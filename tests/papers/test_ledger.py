@@ -16,10 +16,12 @@ QUICK = [one for one in ALL if one.measure and one.seconds <= ledger.QUICK]
 LONG = (
     "stand-accuracy",
     "stand-euler-angles",
+    "stand-motion",
     "stand-plan",
     "stand-prony-accuracy",
     "stand-scheme",
     "stand-signals",
+    "stand-step-1",
     "stand-step-error",
     "stand-step-6",
     "stand-step-7",

@@ -86,6 +86,7 @@ class Grid(NamedTuple):
         return np.array([self.energies(x, z, k + 1).min(axis=-1) for k in range(len(self.stand.points))])
 
 
+@functools.cache
 def grid() -> Grid:
     """The grid of the built-in map."""
     from evolvent.design.studies.study import read
