@@ -105,7 +105,7 @@ def _join(*words: str | bytes) -> bytes:
     return found.digest()
 
 
-def _layout(kind: type[Struct], names: frozenset[str]) -> bytes:
+def _layout(kind: Any, names: frozenset[str]) -> bytes:
     """Where the fields of these names stand in a struct, and of what kind they are."""
     return _join(kind.__name__, *(text for name, text in _places(kind).items() if name in names))
 
