@@ -112,8 +112,8 @@ def buckling() -> Mapping[str, float]:
     from evolvent import cases
     from evolvent.closed_forms import payout_buckling_modes
 
-    fast, slow = strip(PAPER), strip(SLOW)
-    middle = strip(0.015, {"payout.start": 3.5})
+    fast, slow = (strip(rate, {"payout.start": 2.5}) for rate in (PAPER, SLOW))
+    middle = strip(0.015, {"payout.start": 4.0})
     case = cases.of_run(fast.attrs["case"])
 
     def over(out: float) -> float:
@@ -154,6 +154,15 @@ def beside() -> Mapping[str, float]:
         rates.append(100.0 * float(np.abs(own.rate / other.rate - 1.0)[late].max()))
         tensions.append(100.0 * float(np.abs(own.tension / other.tension - 1.0)[late].max()))
     return found | {"rate": max(rates), "tension": max(tensions)}
+
+
+def buckled() -> Mapping[str, float]:
+    """Largest difference of the lags of a strip that has buckled at 35 mm/s and of the thread, and the lag, deg."""
+    run = strip(PAPER, {"payout.start": 3.0, "payout.length": 4.5})
+    own = _of_strip(run)
+    after = own.out >= float(run.buckled_length)
+    other = _thread(run, PAPER, 40).at(own.out)
+    return {"buckled": float(np.abs(own.lag - other.lag)[after].max()), "lag": float(own.lag[after].mean())}
 
 
 def figure(options: Options) -> Made:
