@@ -305,8 +305,8 @@ def polyline() -> Numbers:
 def velocity_of_q() -> Numbers:
     """Speed at which the damper of the boundary segment shows thread to come from Q, mm/s, along the thread.
 
-    Also the damper's pull at d = 1 N s/m by (8, 9) on a segment that lags by 13.49 deg and does not stretch, mN, and
-    what it changes in the lag after 7 s, deg.
+    Also the damper's pull at d = 1 N s/m by (8, 9) on a segment that lags by 13.49 deg and does not stretch, mN, its
+    share of the mean tension at the spool from 7 to 30 s, percent, and what d changes in the lag then, deg.
     """
     from evolvent.papers.thread_variants import Data, deploy
 
@@ -317,10 +317,12 @@ def velocity_of_q() -> Numbers:
     constant = np.linalg.lstsq(np.stack([u, w, np.ones_like(u)], axis=1), left, rcond=None)[0]
     steady = math.asin(2.0 * R * SPOOL / (L0 * 6.0))
     least, most = (deploy(Data(stiffness=1e3, damping=d), until=30.0, step=1e-4) for d in (1e-3, 1.0))
+    late, pull = least.t > 7.0, R * SPOOL * (1.0 - math.cos(steady))
     return {
         "speed": -1e3 * float(constant[2] / constant[1]),
-        "pull": 1e3 * R * SPOOL * (1.0 - math.cos(steady)),
-        "lag": float(np.abs(least.lag - most.lag)[least.t > 7.0].max()),
+        "pull": 1e3 * pull,
+        "percent": 100.0 * pull / float(least.pull[late].mean()),
+        "lag": float(np.abs(least.lag - most.lag)[late].max()),
     }
 
 
