@@ -85,6 +85,8 @@ def test_what_a_longer_record_does_not_improve() -> None:
     assert lengths == sorted(lengths)  # fewer sensors need longer records
     assert {o.spring for o in better.springs} == {1, 2, 3, 4}
     assert [rule.name for rule in better.rules] == ["(2.5)", "(2.6)", "(2.7)"]
+    assert "(2.5) holds for the Cramér-Rao bound of as many samples, and is refuted for Prony" in better.rules[0].finds
+    assert better.rules[0].verdict == "yes"
 
 
 @pytest.mark.parametrize(
