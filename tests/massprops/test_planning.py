@@ -87,6 +87,8 @@ def test_what_a_longer_record_does_not_improve() -> None:
     assert [o.label for o in better.pulls[:4]] == [f"spring {k}" for k in (1, 2, 3, 4)]
     assert [o.pulls[0].kind for o in better.pulls[4:]] == ["two springs", "point"]
     assert [rule.name for rule in better.rules] == ["(2.5)", "(2.6)", "(2.7)"]
+    assert "(2.5) holds for the Cramér-Rao bound of as many samples, and is refuted for Prony" in better.rules[0].finds
+    assert better.rules[0].verdict == "yes"
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,8 @@ from evolvent.massprops.identification.signals import DETREND
 from evolvent.massprops.planning.expected import Expected, Option, lines, modal_of
 from evolvent.massprops.planning.pulls import Pull
 
+#: What is measured of (2.5), in `evolvent claims stand-rule-2-5`.
+PRONY = "is refuted for Prony's method, which is best at 2.5 samples a period and fails from 6 on"
 #: Deviations within this share of one another make no difference.
 SAME = 0.05
 
@@ -61,12 +63,14 @@ def rules(one: Expected, pull: Pull, best: Option) -> tuple[Rule, ...]:
         far, max(round(best.duration * far) + 1, least)
     )
     same_count = deviation(near, N) / deviation(far, N)
+    kept = "holds" if same_count < 1.0 else "does not hold"
     found = [
         Rule(
             "(2.5)",
             f"2 to 10 samples in a period of the fastest mode, better towards 2 (the plan has {per_period:.3g})",
             f"2.5 instead of 10 samples a period: deviations of the frequencies times {same_count:.2g} for as many "
-            f"samples, times {same_time:.2g} for a record as long",
+            f"samples, times {same_time:.2g} for a record as long. (2.5) {kept} for the Cramér-Rao bound of as many "
+            f"samples, and {PRONY}",
             "yes" if same_count < 1.0 else "no",
         )
     ]
