@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from evolvent import cases
+from evolvent.analysis import feedback
 from evolvent.analysis.step_results import ResultAddress as ResultAddress, StepResults
 from evolvent.analysis.system import System
-from evolvent.assembly import needs
+from evolvent.assembly import families, needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import EvolventError, InputError, RunFailed, naming_keys, nearest
 from evolvent.flow.rhs import rhs
@@ -109,7 +110,29 @@ class Stepper:
         self._failed = ""
         self._keys: Mapping[str, str] = {}
         self._events: list[tuple[np.ndarray, np.ndarray]] = []
-        assembly, times = _with_inputs(system, self.inputs), np.array([start, until])
+        self._set_up(_with_inputs(system, self.inputs), step=step, tolerance=tolerance, spectral_radius=spectral_radius)
+
+    @classmethod
+    def of_assembly(
+        cls, assembly: Assembly, *, method: str, start: float, until: float, step: float | None = None,
+        tolerance: float = 1e-4, absolute_tolerance: float | None = None,
+    ) -> Stepper:  # fmt: skip
+        """An assembled system without inputs, stepped by an explicit method."""
+        found = cls.__new__(cls)
+        found.method, found.time, found.until, found.inputs = method, start, until, ()
+        found._changed, found._held, found._failed, found._keys, found._events = False, {}, "", {}, []
+        found._set_up(assembly, step=step, tolerance=tolerance, absolute_tolerance=absolute_tolerance)
+        return found
+
+    def _set_up(
+        self, assembly: Assembly, *, step: float | None, tolerance: float, spectral_radius: float = 1.0,
+        absolute_tolerance: float | None = None,
+    ) -> None:  # fmt: skip
+        """Prepare the steps, close the loops of feedback, and look at the start."""
+        method, times = self.method, np.array([self.time, self.until])
+        if families.is_open(assembly.model):
+            feedback.method_of(assembly, method)
+        assembly, loops = feedback.with_tables(assembly, self.time, self.until)
         if method in IMPLICIT:
             self._run = implicit.Run(
                 implicit.plan(
@@ -127,14 +150,20 @@ class Stepper:
             self._begin()
         else:
             self._plan = explicit_plan.plan(
-                assembly, samples=times, method=method, step=step, rtol=tolerance, atol=1e-2 * tolerance
-            )
+                assembly, samples=times, method=method, step=step, rtol=tolerance,
+                atol=1e-2 * tolerance if absolute_tolerance is None else absolute_tolerance,
+            )  # fmt: skip
             self.assembly = self._plan.assembly
             self._y, self._s = assembly.y.copy(), assembly.s.copy()
         self._results = StepResults(self.assembly, self._solution)
         self._first = self._sample()
+        self._loops = feedback.Loops(self, loops)
         with refusing_laws(self.assembly):
             self._look()
+        try:
+            self._loops.act(self.time)
+        except RunFailed as error:
+            raise InputError(str(error)) from None
 
     @classmethod
     def of_case(
@@ -338,17 +367,27 @@ class Stepper:
         end = self.time + dt
         if end > self.until * (1.0 + 1e-12):
             raise InputError(f"dt is {dt:g} s, which leads to {end:g} s, beyond the stepper's end at {self.until:g} s")
+        for stop in self.stops(end):
+            self.go_to(stop)
+
+    def stops(self, end: float) -> Iterator[float]:
+        """Times from now to `end` at which loops of feedback sample or command, then `end`, s."""
+        return self._loops.stops(self.time, end)
+
+    def go_to(self, end: float) -> None:
+        """Go on to `end` (s), at most the next one of `stops`."""
         try:
             with naming_keys(self._keys):
                 self._advance(end)
+                self.time = end
+                self._changed = False
+                self._look()
+                self._loops.act(end)
         except RunFailed as error:
             self._failed = str(error)
             if self.method in IMPLICIT:  # which may have come a part of the way
                 self.time = self._run.reached
             raise
-        self.time = end
-        self._changed = False
-        self._look()
 
     def _advance(self, end: float) -> None:
         try:

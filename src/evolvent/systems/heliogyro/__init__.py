@@ -85,6 +85,7 @@ class Heliogyro(SystemDefinition):
         "until": "solver.duration", "every": "output.every", "tolerance": "solver.rtol",
         "absolute_tolerance": "solver.atol", "drive": "spool.rate", "angle": "spool.start_length",
         "stiffness": "blade.stiffness", "length": "blade.length", "separates": "blade.separates",
+        **{f"reel-*.drive.{key}": f"spool.feedback.{key}" for key in ("law", "constants", "sensor", "limits", "rate")},
         "reel-*.drive.inertia": "spool.free.inertia", "reel-*.drive.steps": "spool.changes", "reel-*.drive": "spool",
         "reel-*.radius": "spool.radius", "blade-*.thickness": "spool.film_thickness", "blade-*.": "blade.",
         "spin-up.": "spin_up.", "RigidBody.": "body.",
@@ -111,6 +112,8 @@ class Heliogyro(SystemDefinition):
             which = "no blade is ever all out after the start"
             if "drive" in laws or case.spool.free is not None:
                 which = "a law in Python drives the spools" if "drive" in laws else "the spools turn freely"
+            elif case.spool.feedback is not None:
+                which = "the spools react to what is measured"
             raise InputError(f"solver.duration is auto, but {which}; give it, such as '60 s'")
         found = {"until": end, "every": case.output.every, "fine": case.output.fine, "method": solver.method}
         step = {} if solver.step == "auto" else {"step": solver.step}
