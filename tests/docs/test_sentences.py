@@ -273,8 +273,8 @@ SENTENCES = (
         lambda: [0.5 / math.sqrt(12.0), 0.5e3 * cases.load("film-blade").film.gyration * 6.0],
     ),
     Sentence(
-        "For all 5 m the largest rate is {13.3} mm/s, in place of the paper's 35 mm/s; an edge is slack from {7.9} mm/s "
-        "on.",
+        "For all 5 m the largest rate is {13.3} mm/s, in place of the paper's 35 mm/s; an edge is slack from {7.9} "
+        "mm/s on.",
         FILM,
         film_limits,
     ),

@@ -192,7 +192,7 @@ def figure(options: Options) -> Made:
             row = [f"{1e3 * width:g}", f"{1e3 * rate:g}", _number(at[-1]), f"{end:.2f}"]
             rows.append([*row, _number(own_lag), _number(thread_lag)])
         label = f"strip, {1e3 * width:g} mm"
-        dots = {"label": label, "color": k, "style": "", "marker": "o"}
+        dots: dict[str, Any] = {"label": label, "color": k, "style": "", "marker": "o"}
         runs.append(Line(x=np.array(at), y=1e3 * np.array(rates), **dots))
         curves.append(Line(x=lengths, y=1e3 * limit, label="closed form" if k == 0 else "", color=k))
         found = np.array(seen)
