@@ -17,8 +17,6 @@ import numpy as np
 if TYPE_CHECKING:
     from evolvent.papers.thread_variants import Data, Deployment, Start
 
-#: E thickness width of the film, N: 2e3 N/m for a segment of 0.25 m.
-FILM = 500.0
 #: Mean lag of the tip of the limit of many nodes between 20 and 60 s, degrees.
 LAG = 13.32
 LINKS = {"blade.segments": "inextensible", "solver.method": "dopri5", "output.every": "1 s"}
@@ -35,21 +33,6 @@ def _deploy(nodes: int = 20, stiffness: float = 1e3, start: Start = "departure",
     from evolvent.papers.thread_variants import deploy
 
     return deploy(_data(nodes, stiffness), start, **options)
-
-
-def _on_the_spool(
-    per_turn: int, turns: float, start: Start = "spool node", rate: float = 6.0, change: float = 0.0
-) -> tuple[Data, Deployment]:
-    """The film with so many nodes a turn, over the first turns of the spool; its stiffness changed by a share."""
-    from evolvent.papers.thread_variants import Data, deploy
-
-    nodes = round(per_turn / Data(nodes=1).nodes_a_turn)
-    data = Data(nodes=nodes, stiffness=FILM * nodes / 5.0 * (1.0 + change), rate=rate)
-    return data, deploy(data, start, until=turns * 2.0 * math.pi / data.spool_rate, samples=4)
-
-
-def _off(data: Data, found: Deployment) -> float:
-    return found.off_plane / data.radius
 
 
 def scheme() -> Mapping[str, float]:
@@ -73,7 +56,9 @@ def chord() -> Mapping[str, float]:
 
     Of the film with 6 nodes a turn over its first turns, and of 20 nodes; `departure` is that of the line to Q.
     """
-    six, twenty = _on_the_spool(6, 1.2, "departure", rate=0.0), (_data(20), _deploy())
+    from evolvent.papers.thread_spool_node import paid_out
+
+    six, twenty = paid_out(6, start="departure"), (_data(20), _deploy())
     found = {name: _to_the_spool(*run) for name, run in (("six", six), ("twenty", twenty))}
     return {name: line for name, (line, _) in found.items()} | {"departure": found["six"][1]}
 
@@ -99,24 +84,6 @@ def _least_distance(a: np.ndarray, b: np.ndarray) -> float:
     along = b - a
     share = np.clip(-(a @ along) / max(float(along @ along), 1e-300), 0.0, 1.0)
     return float(np.linalg.norm(a + share * along))
-
-
-def spool_node() -> Mapping[str, float]:
-    """Figure III.3: mean distance from the plane, of r, of 8 runs without spin over 0.6 turns, 6 and 12 nodes a turn.
-
-    The motion is chaotic: the runs differ by a share of 1e-6 of the stiffness. Their mean is reproducible to 5 %.
-    """
-    return {
-        f"off_{per}": float(np.mean([_off(*_on_the_spool(per, 0.6, rate=0.0, change=1e-6 * k)) for k in range(1, 9)]))
-        for per in (6, 12)
-    }
-
-
-def departure_point() -> Mapping[str, float]:
-    """Figure III.4: the same with the departure point; distance of the tip from where it belongs, of r."""
-    data, found = _on_the_spool(6, 1.2, "departure", rate=0.0)
-    gap = np.abs(found.positions[:, 0, 0] - data.speed * found.t).max()
-    return {"off": _off(data, found), "tip": float(gap) / data.radius}
 
 
 def any_step() -> Mapping[str, float]:
@@ -237,18 +204,6 @@ def unequal_blades() -> Mapping[str, float]:
         "rigid": math.degrees(float(run.nutation_rigid.values.max())),
         "offset": 1e3 * float(np.linalg.norm(run.mass_centre.values, axis=1).max()),
     }
-
-
-def nodes_64() -> Mapping[str, float]:
-    """Nodes of the blade at 64 nodes a turn, mean distance from the plane of 4 runs of `spool_node`, of r, and work.
-
-    The work is that of the film's nodes and stable step, beside 20 nodes.
-    """
-    from evolvent.papers.thread_variants import Data
-
-    nodes = round(64 / Data(nodes=1).nodes_a_turn)
-    off = [_off(*_on_the_spool(64, 0.6, rate=0.0, change=1e-6 * k)) for k in range(1, 5)]
-    return {"nodes": float(nodes), "off": float(np.mean(off)), "work": (nodes / 20.0) ** 2}
 
 
 def torque_as_printed() -> Mapping[str, float]:
