@@ -124,7 +124,7 @@ def figure_7(options: Options) -> Made:
     for k, run in enumerate(found):
         peak = run.t[run.peak]
         near = (run.t > peak + DETAIL[0]) & (run.t < peak + DETAIL[1])
-        drawn = [Line(x=run.t[near], y=run.speed[near], color=k)]
+        drawn = [Line(x=run.t[near], y=run.speed[near], label=_name(run), color=k)]
         coarse = near & run.even
         drawn.append(Line(x=run.t[coarse], y=run.speed[coarse], color=k, style="", marker="o", label="every 0.25 s"))
         text = f"ours: detail, {run.speed[run.peak]:.1f} m/s at {peak:.2f} s"
