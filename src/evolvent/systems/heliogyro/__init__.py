@@ -119,7 +119,7 @@ class Heliogyro(SystemDefinition):
 
         solver, end = case.solver, case.solver.duration
         if end == "auto":
-            end = None if "drive" in laws else payout.all_deployed(assembly)
+            end = None if "drive" in laws or case.spool.feedback is not None else payout.all_deployed(assembly)
         if end is None:
             which = "no blade is ever all out after the start"
             if "drive" in laws or case.spool.free is not None:
