@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -14,14 +15,17 @@ from evolvent.base import safe_open, schema, units
 from evolvent.base.errors import InputError, nearest
 from evolvent.base.schema import Section
 from evolvent.massprops import uncertain
+from evolvent.massprops.excitation_keys import Excitation
 from evolvent.massprops.keys import ColumnKey, DirectionKey, PointKey, TextKey
-from evolvent.massprops.mounting_keys import Air, Mounting, SpringTare, refuse_massless
+from evolvent.massprops.mounting_keys import Air, Mounting, SpringTare, TurnsKey, refuse_massless
 from evolvent.massprops.uncertain import Uncertain
 
 #: Names of a body's mass properties: here, and in `evolvent.massprops.inertia`.
 PROPERTIES = {"mass": "mass", "offset_x": "ex", "height": "h", "offset_z": "ez"} | {
     name: name for name in ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 }
+#: Keys of which a recording may have its own, where all recordings go into one estimate.
+COMBINED = ("mounting", "tare", "air", "plan")
 KINDS = ("springs", "torsion", "bifilar", "trifilar", "compound")
 
 
@@ -278,14 +282,32 @@ _RECORDINGS: Any = Field({}, description="what differs from file to file: file n
 class Planned(Section):
     """How the body is set swinging and recorded, for `evolvent plan`; signals need no file for it."""
 
-    force: Annotated[float, units.Quantity(what="a force", unit="N", example="1000 N", above=0.0)] = Field(
-        description="of the pull at a spring, straight down, that is released at once"
+    force: Annotated[float, units.Quantity(what="a force", unit="N", example="1000 N", above=0.0)] | None = Field(
+        None, description="of the pull, straight down, that is released at once; where it acts is compared"
+    )
+    places: Annotated[tuple[Literal["spring", "two springs", "point"], ...], Field(min_length=1)] = Field(
+        ("spring", "two springs", "point"),
+        description="where the force may act: at a spring, at two springs with shares of it, at a point between the "
+        "springs",
+    )
+    excitation: Excitation | None = Field(
+        None, description="in place of force: what sets the body in motion, as of the case inertia-stand"
     )
     noise: Annotated[float, units.Quantity(what="a length", unit="m", example="0.1 mm", above=0.0)] | None = Field(
         None, description="standard deviation of the noise of sensors that state none"
     )
     rate: units.Frequency | None = Field(None, description="of sampling; several are compared unless given")
     duration: units.Duration = Field(60.0, description="of the longest record")
+    mountings: tuple[Annotated[Any, TurnsKey()], ...] = Field(
+        (), description="rotations in which the body could be recorded as well, as of mounting.rotation"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Planned:
+        if (self.force is None) == (self.excitation is None):
+            given = "neither" if self.force is None else "both"
+            raise InputError(f"plan gives {given} of force and excitation; give one of them, such as force: 1000 N")
+        return self
 
 
 class Signalling(Section):
@@ -347,8 +369,8 @@ class OnSprings(_Description):
 
     @property
     def has_mounting(self) -> bool:
-        """Whether the stand carries more than a body in its own axes, so that recordings go into one estimate."""
-        own = any(key.split(".")[0] in ("mounting", "tare", "air") for keys in self.recordings.values() for key in keys)
+        """Whether recordings go into one estimate: they differ in what is on the stand or in how it is set swinging."""
+        own = any(key.split(".")[0] in COMBINED for keys in self.recordings.values() for key in keys)
         return own or bool(self.tare) or self.mounting is not None or self.air is not None
 
 
@@ -401,18 +423,63 @@ def load(stand: Any, overrides: Mapping[str, Any] | None = None) -> Description:
 
     Parameters
     ----------
-    stand : path, mapping, or a description
-    overrides : mapping, dotted key -> value
+    stand : path, mapping, a description, or the name, file or content of a case of a system that is a stand
+    overrides : mapping, dotted key -> value; of a case its own keys, or those of the description that it makes
 
     Raises
     ------
     InputError
         One sentence that names the key, its value and what is allowed.
     """
+    given = dict(overrides or {})
     content = _content(stand)
-    for key, value in (overrides or {}).items():
+    if "system" in content or "parts" in content:
+        content, given = _of_case(content, given)
+    for key, value in given.items():
         cases.override(content, key, cases.copied(value))
     return _checked(content)
+
+
+def _of_case(content: dict[str, Any], overrides: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The description that a case makes, and those of the overrides that are its own keys and not the case's."""
+    content = cases.with_system(content)
+    definition = cases.system_of(content)
+    own = {key: value for key, value in overrides.items() if key.split(".")[0] in definition.Case.model_fields}
+    if not _is_case(content, own):
+        alone = {key: value for key, value in own.items() if _is_case(content, {key: value})}
+        for key in own.keys() - alone.keys():
+            if "+-" not in str(own[key]) and "unknown" not in str(own[key]) and not _is_key(key):
+                cases.load(content, alone | {key: own[key]})  # says what is wrong
+        own = alone
+    rest = {key: value for key, value in overrides.items() if key not in own}
+    found = definition.stand_description(cases.load(content, own))
+    if found is None:
+        raise InputError(
+            f"the system {definition.Case.model_fields['system'].default!r} is no stand; give a description of a "
+            "stand, or a case of the system 'inertia-stand'"
+        )
+    if any(key.split(".")[:2] == ["plan", "excitation"] for key in rest):
+        found["plan"].pop("force", None)
+    return found, rest
+
+
+def _is_case(content: Mapping[str, Any], overrides: Mapping[str, Any]) -> bool:
+    """Whether a case with changed keys can be used."""
+    try:
+        cases.load(content, overrides)
+    except InputError:
+        return False
+    return True
+
+
+def _is_key(key: str) -> bool:
+    """Whether a description of springs has a key."""
+    kind: Any = OnSprings
+    for name in key.split("."):
+        if name not in kind.model_fields:
+            return False
+        kind = {"body": SpringBody, "stand": Springs, "identification": Identification}.get(name, Section)
+    return True
 
 
 def without_stand(columns: Sequence[str], overrides: Mapping[str, Any] | None = None) -> Signalling:
@@ -488,6 +555,10 @@ def _content(stand: Any) -> dict[str, Any]:
     if not isinstance(stand, (str, os.PathLike)):
         raise InputError(f"a stand is a file or a mapping, not {type(stand).__name__}")
     name = os.fspath(stand)
+    if not os.path.exists(name) and not re.search(r"[./\\]", name):
+        if name not in cases.built_in():
+            raise InputError(f"there is neither a file nor a case {name!r}; {nearest(name, cases.built_in())}")
+        return cases.content_of(name)
     content = cases.parse_yaml(safe_open.text(name), name)
     if not isinstance(content, dict):
         what = "is empty" if content is None else "is no mapping of keys to values"

@@ -74,7 +74,7 @@ def evaluate(recordings: Sequence[Recording]) -> Joint:
     _refuse_unstated(recordings)
     groups = mountings(recordings)
     first = next(k for k, r in enumerate(recordings) if occupied(r.given))
-    unknown = _unknown(recordings, groups)
+    unknown = unknowns(recordings, groups)
     keys = tuple(unknown)
     tasks, why, warnings = [], [], []
     for r in recordings:
@@ -82,27 +82,27 @@ def evaluate(recordings: Sequence[Recording]) -> Joint:
         tasks.append(task)
         why.append(reasons)
         warnings.append(cautions)
-    p = _combined(recordings, tasks, groups, unknown)
-    spelled, known = _spelled(unknown, recordings), None
+    p = joined(recordings, tasks, groups, unknown)
+    spelled, known = spelled_by_user(unknown, recordings), None
     try:
         inertia = best_of_searches(p, recordings, first)
         if recordings[first].given.body.Iyy is None:  # it follows the moments found
             known = inertia.values
-            p = _combined(recordings, tasks, groups, unknown, known)
+            p = joined(recordings, tasks, groups, unknown, known)
             inertia = solve(p, "least squares", [np.array([known[name] for name in p.unknown])])
         refuse_tare(p, inertia, recordings)
     except InputError as error:
         hints = [f"{r.name}: {h}" for r in recordings if (h := amplitude.large(stand_of(r.given).length, r.modal))]
-        raise InputError("; ".join([_with_keys(str(error), spelled), *hints])) from None
-    inputs = _inputs(recordings, tasks, groups, known)
+        raise InputError("; ".join([with_keys(str(error), spelled), *hints])) from None
+    inputs = shared_inputs(recordings, tasks, groups, known)
     values = np.array([inertia.values[name] for name in p.unknown])
     if reasons := undetermined_near(p, values):
-        raise InputError(_with_keys(open_sentence(reasons, recordings), spelled))
+        raise InputError(with_keys(open_sentence(reasons, recordings), spelled))
     compared = [
         compare(task, part, values[places], warned)
         for task, (part, places), warned in zip(tasks, p.parts, warnings, strict=True)
     ]
-    budget = budget_of(tasks[0], p, values, inputs, _own_labels(recordings))
+    budget = budget_of(tasks[0], p, values, inputs, own_labels(recordings))
     together = [w for w in inertia.warnings if not w.startswith("the model misses")]
     together += _consistency_warnings(recordings, budget)
     shares, covariance = budget.shares, budget.covariance
@@ -125,7 +125,7 @@ def evaluate(recordings: Sequence[Recording]) -> Joint:
     values, covariance = values * scale, covariance * np.outer(scale, scale)
     shares = tuple(s._replace(contribution=s.contribution * scale) for s in shares)
     draws = None if draws is None else draws * scale
-    outputs = tuple(Output(k, *_labelled(k, recordings)) for k in keys)
+    outputs = tuple(Output(k, *labelled(k, recordings)) for k in keys)
     cannot, statement = _undetermined(p, values / scale, spelled), _statement(p, recordings, budget)
     evaluations = []
     for k, (r, task) in enumerate(zip(recordings, tasks, strict=True)):
@@ -176,7 +176,7 @@ def _refuse_unstated(recordings: Sequence[Recording]) -> None:
             )
 
 
-def _spelled(unknown: dict[str, tuple[str, float, float]], recordings: Sequence[Recording]) -> dict[str, str]:
+def spelled_by_user(unknown: dict[str, tuple[str, float, float]], recordings: Sequence[Recording]) -> dict[str, str]:
     """Names of the unknowns as the user writes them."""
     found = {own: key for key, own in PROPERTIES.items()} | {"stiffness": "stand.common_factor"}
     for key, (name, _, _) in unknown.items():
@@ -186,14 +186,14 @@ def _spelled(unknown: dict[str, tuple[str, float, float]], recordings: Sequence[
     return found
 
 
-def _with_keys(text: str, spelled: dict[str, str]) -> str:
+def with_keys(text: str, spelled: dict[str, str]) -> str:
     """A sentence on unknowns with keys in place of their names."""
     if not text.startswith("the data do not determine"):
         return text
     return re.sub(r"(?<![\w.])[A-Za-z]\w*(?:@\d+)?", lambda m: spelled.get(m[0], m[0]), text)
 
 
-def _unknown(recordings: Sequence[Recording], groups: Sequence[int]) -> dict[str, tuple[str, float, float]]:
+def unknowns(recordings: Sequence[Recording], groups: Sequence[int]) -> dict[str, tuple[str, float, float]]:
     """Unknowns of all recordings by key: name, and value and deviation of another measurement, or nan."""
     found: dict[str, tuple[str, float, float]] = {}
     for k, r in enumerate(recordings):
@@ -240,7 +240,7 @@ def _moving_mass(given: OnSprings) -> float:
     return float(mass)
 
 
-def _combined(
+def joined(
     recordings: Sequence[Recording],
     tasks: Sequence[Task],
     groups: Sequence[int],
@@ -294,7 +294,7 @@ def _tare_starts(recordings: Sequence[Recording], tasks: Sequence[Task]) -> dict
     return found
 
 
-def _inputs(
+def shared_inputs(
     recordings: Sequence[Recording],
     tasks: Sequence[Task],
     groups: Sequence[int],
@@ -319,7 +319,8 @@ def _inputs(
     return list(found.values())
 
 
-def _own_labels(recordings: Sequence[Recording]) -> tuple[str, ...]:
+def own_labels(recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """Keys that recordings state themselves."""
     return tuple(dict.fromkeys(key for r in recordings for key in r.own))
 
 
@@ -362,7 +363,7 @@ def _statement(p: Combined, recordings: Sequence[Recording], budget: Budget) -> 
     return f"{text}: chi-square {chi:.4g} for {budget.free} degrees of freedom (p = {chance:.2g})."
 
 
-def _labelled(key: str, recordings: Sequence[Recording]) -> tuple[str, str]:
+def labelled(key: str, recordings: Sequence[Recording]) -> tuple[str, str]:
     """Name and unit of an output; that of a mounting names its first recording."""
     label, unit = label_of(key, recordings[0].given)
     _, _, mark = key.partition("@")

@@ -113,11 +113,12 @@ def _pitch(case: Case) -> float:
 def _law(case: Case, begin: Start) -> dict[str, Any]:
     """Law of contact and contact points, of the hub and of the turns."""
     contact = case.contact
+    taken = {"paper": contact.damping, "hunt-crossley": contact.dissipation, "conservative": 0.0}
     return {
         "law": contact.law,
         "stiffness": begin.stiffness,
         "exponent": contact.exponent,
-        "damping": contact.damping if contact.law == "paper" else contact.dissipation,
+        "damping": taken[contact.law],
         "points": contact.points,
         "friction": contact.friction,
         "bristle_stiffness": STICK * begin.stiffness,
