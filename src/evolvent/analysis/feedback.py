@@ -63,7 +63,8 @@ class Loop:
     start : float, s
     late : int, samples that were taken between that of a command and the command
     offset : float, s, from a sample to the next command
-    measured : list of (k,) arrays, what every sample measured; filtered : the values and rates that the law gets
+    measured : list of (k,) arrays, what every sample measured, NaN of what cannot be; filtered : list of (2 k,), values
+        and rates that the law gets
     commands : list of Command
     """
 
@@ -87,6 +88,7 @@ class Loop:
         self.filtered: list[Array] = []
         self.commands = [Command(start, drive.angle, drive.rate, drive.rate)]
         self.noise = np.zeros(len(drive.variables))
+        self.known = np.zeros(len(drive.variables), dtype=bool)
         self.first = 0
 
     def breaks(self, end: float) -> Array:
@@ -108,7 +110,7 @@ class Loop:
         InputError
             For a result that is not known, is not one number, or has another unit than its noise.
         """
-        self.addresses = []
+        self.addresses, self.units = [], []
         for k, (name, result) in enumerate(self.drive.variables.items()):
             key = f"{self.name}.drive.variables.{name}"
             try:
@@ -118,9 +120,10 @@ class Loop:
             if np.ndim(address.at) != 0:
                 raise InputError(f"{key} is {result!r}, which is not one number; name one of its components")
             self.addresses.append(address)
+            self.units.append(stepper.describe(result)[0])
             size = self.drive.sensor.noise.get(name, 0.0)
             if isinstance(size, str):
-                size = _size(size, stepper.describe(result)[0], f"{self.name}.drive.sensor.noise.{name}")
+                size = _size(size, self.units[-1], f"{self.name}.drive.sensor.noise.{name}")
             self.noise[k] = size
         self.first = int(stepper.assembly.model.threads["first"][self.row])
 
@@ -130,16 +133,26 @@ class Loop:
         self.measure(values + self.noise * self.random.standard_normal(values.size))
 
     def measure(self, values: Array) -> None:
-        """Take what a sample measured, with its noise; what is not finite keeps its last value."""
-        last = self.measured[-1] if self.measured else np.zeros(values.size)
-        values = np.where(np.isfinite(values), values, last)
-        k, before = values.size, self.filtered[-1] if self.filtered else np.append(values, np.zeros(values.size))
+        """Take what a sample measured, with its noise; what is not finite keeps its last value, 0 before the first."""
+        seen, k = np.isfinite(values), values.size
+        before = self.filtered[-1] if self.filtered else np.zeros(2 * k)
+        first, self.known = seen & ~self.known, seen | self.known
+        values = np.where(seen, values, before[:k])
+        last = np.where(first, values, before[:k])
         share = 1.0
         if self.drive.sensor.filter > 0.0:
             share = -math.expm1(-self.period / self.drive.sensor.filter)
-        now = before[:k] + share * (values - before[:k])
-        self.measured.append(values)
-        self.filtered.append(np.append(now, (now - before[:k]) / self.period))
+        now = last + share * (values - last)
+        self.measured.append(np.where(seen, values, np.nan))
+        self.filtered.append(np.append(now, (now - last) / self.period))
+
+    def signals(self) -> dict[str, tuple[Array, Array, str]]:
+        """What was measured: variable -> times (s), values with noise, unit."""
+        times = self.start + self.period * np.arange(len(self.measured))
+        values = np.array(self.measured).reshape(times.size, -1).T
+        return {
+            name: (times, own, unit) for name, own, unit in zip(self.drive.variables, values, self.units, strict=True)
+        }
 
     def law(self, t: float, angle: float, rate: float, filtered: Array) -> float:
         """Rate that the law commands, without limits, rad/s."""
@@ -226,6 +239,11 @@ class Loops:
                 last = float(t)
                 yield last
         yield end
+
+    @property
+    def measured(self) -> dict[str, dict[str, tuple[Array, Array, str]]]:
+        """As of `evolvent.solvers.Solution`."""
+        return {loop.name: loop.signals() for loop in self.loops}
 
     def act(self, t: float) -> None:
         """Sample and command what is due at t, where the stepper is."""
@@ -325,6 +343,7 @@ class ClosedPlan:
         if status:  # up to where the tables are written
             own = own.going_on(np.append(times[times < stop], stop), own.assembly.y, own.assembly.s)
         solution = own.run(None if progress is None else lambda t: progress(0.5 * (t + end)))
+        solution.measured = self.stepper.measured
         if status and solution.status == "success":
             solution = solution.chosen(solution.t <= self.stepper.time)
             solution.status, solution.message = status, message

@@ -10,6 +10,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.analysis import feedback
+from evolvent.analysis.step_inputs import listed, of_case, with_inputs
 from evolvent.analysis.step_results import ResultAddress as ResultAddress, StepResults
 from evolvent.analysis.system import System
 from evolvent.assembly import families, needs
@@ -17,7 +18,6 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import EvolventError, InputError, RunFailed, naming_keys, nearest
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import rigid
-from evolvent.parts import Force, Torque
 from evolvent.parts.checks import number, positive, vector
 from evolvent.results.motion import quaternions
 from evolvent.solvers import balance as eb, explicit_plan, implicit
@@ -104,13 +104,13 @@ class Stepper:
         step = None if step is None else positive("step", step, allowed=STEP_ALLOWED)
         tolerance = positive("tolerance", tolerance)
         self.method, self.time, self.until = method, start, until
-        self.inputs = _listed(inputs)
+        self.inputs = listed(inputs)
         self._changed = False
         self._held: dict[str, np.ndarray] = {}
         self._failed = ""
         self._keys: Mapping[str, str] = {}
         self._events: list[tuple[np.ndarray, np.ndarray]] = []
-        self._set_up(_with_inputs(system, self.inputs), step=step, tolerance=tolerance, spectral_radius=spectral_radius)
+        self._set_up(with_inputs(system, self.inputs), step=step, tolerance=tolerance, spectral_radius=spectral_radius)
 
     @classmethod
     def of_assembly(
@@ -374,6 +374,30 @@ class Stepper:
         """Times from now to `end` at which loops of feedback sample or command, then `end`, s."""
         return self._loops.stops(self.time, end)
 
+    @property
+    def loops(self) -> list[feedback.Loop]:
+        """Loops of feedback."""
+        return self._loops.loops
+
+    def place(self, y: np.ndarray) -> None:
+        """Look at another state of an explicit method, at the time now."""
+        self._y = y
+        self._look()
+
+    def moved(self, y: np.ndarray, s: np.ndarray, length: float) -> np.ndarray:
+        """The state that follows from y and s, `length` s from now, by an explicit method; the stepper's own stays."""
+        own = y.copy()
+        own[int(self.assembly.model.info.nq + self.assembly.model.info.nv) :] = 0.0
+        found = self._plan.going_on(np.array([self.time, self.time + length]), own, s.copy()).run()
+        if found.status != "success":
+            raise RunFailed(found.message, self)
+        return found.y[-1]
+
+    @property
+    def measured(self) -> dict[str, dict[str, tuple[np.ndarray, np.ndarray, str]]]:
+        """What loops of feedback have measured, as of `evolvent.solvers.Solution`."""
+        return self._loops.measured
+
     def go_to(self, end: float) -> None:
         """Go on to `end` (s), at most the next one of `stops`."""
         try:
@@ -472,52 +496,3 @@ class _Sample(NamedTuple):
 def _time(name: str, value: Any) -> float:
     """`value` as a finite time, s."""
     return number(name, value, allowed="a finite time in seconds")
-
-
-def _listed(inputs: str | Sequence[str]) -> tuple[str, ...]:
-    """Names of bodies, given as one name or several."""
-    if isinstance(inputs, str):
-        return (inputs,)
-    try:
-        return tuple(inputs)
-    except TypeError:
-        raise InputError(f"inputs is {inputs!r}; it must be names of bodies, such as ['hub']") from None
-
-
-def of_case(case: Any, until: float | None) -> tuple[System, dict[str, Any], float]:
-    """System of a checked case, how it asks to be stepped, and the end of the time that may be stepped through, s.
-
-    Raises
-    ------
-    InputError
-        If its system cannot be stepped from outside.
-    """
-    module = cases.system(case.system)
-    if not module.steps:
-        able = [name for name in cases.systems() if cases.system(name).steps]
-        raise InputError(f"system is {case.system!r}, which is not stepped from outside; known: {', '.join(able)}")
-    options = module.stepping(case)
-    return module.build(case), options, module.plan(case).duration if until is None else until
-
-
-def movable(system: System) -> dict[str, bool]:
-    """Names of a system's bodies, and whether forces move them."""
-    assembly = system.assemble()
-    rows = {name: row for name, (family, row) in assembly.names.items() if family == "bodies" and name != "ground"}
-    return {name: int(assembly.model.bodies["motion"][row]) in (rigid.FREE, rigid.SPIN) for name, row in rows.items()}
-
-
-def _with_inputs(system: System, inputs: Sequence[str]) -> Assembly:
-    """The system with a force and a torque, none so far, on each of some bodies."""
-    known = movable(system)
-    copy = system.copy()
-    for k, body in enumerate(inputs):
-        if not isinstance(body, str) or body not in known:
-            raise InputError(f"inputs name {body!r}, which is no body; {nearest(str(body), known)}")
-        if body in inputs[:k]:
-            raise InputError(f"inputs name {body!r} twice; name it once")
-        if not known[body]:
-            raise InputError(f"inputs name {body!r}, which no force moves: it is held, or turned at a given rate")
-        copy.add(Force(at=body, force=(0.0, 0.0, 0.0)), f"{body}-input-force")
-        copy.add(Torque(at=body, torque=(0.0, 0.0, 0.0)), f"{body}-input-torque")
-    return copy.assemble()

@@ -97,6 +97,18 @@ class Heliogyro(SystemDefinition):
     motion = staticmethod(show.motion)
     study_figures = staticmethod(study_figures)
 
+    def modes(self, case: Any, *, count: int | None = None, mesh_error: bool = False) -> Any:
+        """As of all systems; of spools that react, modes of the closed loop at several lengths."""
+        if case.spool.feedback is None:
+            return super().modes(case, count=count, mesh_error=mesh_error)
+        if mesh_error:
+            raise InputError(
+                "mesh errors are not found of modes of a closed loop; compare them with blade.nodes doubled"
+            )
+        from evolvent.systems.heliogyro import feedback
+
+        return feedback.modes(case, count)
+
     def settings(self, case: Any) -> dict[str, Any]:
         """How a case is run."""
         return self.prepared_settings(case, build(case).assemble(), {})
@@ -107,7 +119,7 @@ class Heliogyro(SystemDefinition):
 
         solver, end = case.solver, case.solver.duration
         if end == "auto":
-            end = None if "drive" in laws else payout.all_deployed(assembly)
+            end = None if "drive" in laws or case.spool.feedback is not None else payout.all_deployed(assembly)
         if end is None:
             which = "no blade is ever all out after the start"
             if "drive" in laws or case.spool.free is not None:
