@@ -26,6 +26,9 @@ PROPERTIES = {"mass": "mass", "offset_x": "ex", "height": "h", "offset_z": "ez"}
 }
 #: Keys of which a recording may have its own, where all recordings go into one estimate.
 COMBINED = ("mounting", "tare", "air", "plan")
+#: Keys of the stand that a recording may be asked for: here, and in `evolvent.massprops.inertia`.
+CALIBRATED = {"half_length": "a", "half_width": "b", "common_factor": "stiffness"}
+NO_UNKNOWN = "body has no unknown; write 'unknown' for what is to be identified, such as Ixx: unknown"
 KINDS = ("springs", "torsion", "bifilar", "trifilar", "compound")
 
 
@@ -91,8 +94,8 @@ class Springs(Section):
     support: Literal["hanging", "guided", "standing"] = Field(
         "hanging", description="hanging, standing: free in six degrees of freedom; guided: lateral motion and yaw held"
     )
-    half_length: uncertain.Length | None = Field(None, description="a: four springs at x = +-a")
-    half_width: uncertain.Length | None = Field(None, description="b: and z = +-b")
+    half_length: uncertain.LengthOrUnknown | None = Field(None, description="a: four springs at x = +-a")
+    half_width: uncertain.LengthOrUnknown | None = Field(None, description="b: and z = +-b")
     points: tuple[tuple[uncertain.Position, uncertain.Position, uncertain.Position], ...] | None = Field(
         None, description="attachment points of any number of springs, in place of half_length and half_width"
     )
@@ -117,6 +120,9 @@ class Springs(Section):
         if self.points is None and len(sides) < 2:
             missing = "half_width" if sides == ["half_length"] else "half_length"
             raise InputError(f"stand.{missing} is missing; give half_length and half_width, or points")
+        for key in sides:
+            if np.isnan(getattr(self, key).value):
+                raise InputError(f"stand.{key} is unknown; give it a start, such as unknown near 0.87 m +- 1 mm")
         if self.points is not None and len(self.points) < 3:
             raise InputError(f"stand.points has {len(self.points)}; at least three springs hold a body")
         for key in ("stiffness", "natural_length", "lateral_stiffness", "damping", "lateral_damping"):
@@ -124,6 +130,11 @@ class Springs(Section):
             if given not in (1, self.number):
                 raise InputError(f"stand.{key} has {given} values, but there are {self.number} springs")
         return self
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """Keys that are asked."""
+        return tuple(k for k in CALIBRATED if (v := getattr(self, k)) is not None and v.unknown)
 
     @property
     def number(self) -> int:
@@ -298,6 +309,9 @@ class Planned(Section):
     )
     rate: units.Frequency | None = Field(None, description="of sampling; several are compared unless given")
     duration: units.Duration = Field(60.0, description="of the longest record")
+    reference: SpringBody | None = Field(
+        None, description="a body with known mass properties, with which the stand could be calibrated"
+    )
     mountings: tuple[Annotated[Any, TurnsKey()], ...] = Field(
         (), description="rotations in which the body could be recorded as well, as of mounting.rotation"
     )
@@ -307,6 +321,9 @@ class Planned(Section):
         if (self.force is None) == (self.excitation is None):
             given = "neither" if self.force is None else "both"
             raise InputError(f"plan gives {given} of force and excitation; give one of them, such as force: 1000 N")
+        if self.reference is not None and self.reference.unknown:
+            asked = ", ".join(self.reference.unknown)
+            raise InputError(f"plan.reference has the unknown {asked}; a reference body is known: give its value")
         return self
 
 
@@ -347,9 +364,10 @@ class OnSprings(_Description):
                 raise InputError(
                     f"signals.sensors.{k}.point is {sensor.point}, but there are {self.stand.number} springs"
                 )
-        if not self.body.unknown and not any(self.unknown_of_tare):
-            raise InputError("body has no unknown; write 'unknown' for what is to be identified, such as Ixx: unknown")
-        factor = self.stand.common_factor.unknown
+        if not self.body.unknown and not any(self.unknown_of_tare) and not self.stand.unknown and not self.recordings:
+            raise InputError(NO_UNKNOWN)
+        known = any(key.split(".")[0] == "body" for keys in self.recordings.values() for key in keys)
+        factor = self.stand.common_factor.unknown and not known
         if factor and "mass" in self.body.unknown and not (self.body.mass.std or self.stand.common_factor.std):
             raise InputError(
                 "body.mass and stand.common_factor are both unknown; vibrations determine only their ratio: "
@@ -369,9 +387,10 @@ class OnSprings(_Description):
 
     @property
     def has_mounting(self) -> bool:
-        """Whether recordings go into one estimate: they differ in what is on the stand or in how it is set swinging."""
+        """Whether recordings go into one estimate: what is on the stand differs, the pull, or the stand is asked."""
         own = any(key.split(".")[0] in COMBINED for keys in self.recordings.values() for key in keys)
-        return own or bool(self.tare) or self.mounting is not None or self.air is not None
+        calibrated = {"half_length", "half_width"} & set(self.stand.unknown) or not self.body.unknown
+        return own or bool(self.tare) or self.mounting is not None or self.air is not None or bool(calibrated)
 
 
 class OnTorsion(_Description):

@@ -211,7 +211,9 @@ def measured_of(task: Task) -> dict[str, Any]:
     given, modal, rows = task.given, task.modal, list(task.used)
     shapes: dict[str, Any] = {}
     if given.identification.shapes:
+        at = [sensor.point - 1 if isinstance(sensor.point, int) else -1 for sensor in given.signals.sensors]
         shapes = {"shapes": modal.shapes[rows], "points": task.sensors, "directions": task.directions}
+        shapes["at_springs"] = tuple(at)
         if modal.has_uncertainties:
             shapes["shape_covariance"] = modal.shape_covariance[rows]
     known = modal.has_uncertainties

@@ -187,6 +187,8 @@ class Problem:
     prior : tuple of (name, value, standard deviation)
         Measurements of unknowns made otherwise.
     weighted : bool, whether the covariances were given and may be propagated
+    at_springs : (s,) tuple of int
+        Number of the spring, from 0, at whose end each sensor sits, wherever that is; -1 for a sensor at its point.
     """
 
     base: Setup
@@ -201,6 +203,7 @@ class Problem:
     release: np.ndarray | None
     prior: tuple[tuple[str, float, float], ...]
     weighted: bool
+    at_springs: tuple[int, ...] = ()
 
     @property
     def initial_estimate(self) -> np.ndarray:
@@ -252,6 +255,17 @@ class Problem:
         none = np.zeros(s.stiffness.shape[-1])
         return MODELS[self.model](s._replace(damping=none, lateral_damping=none)).modes()
 
+    def sensors(self, s: Setup) -> np.ndarray | None:
+        """(..., s, 3) m, points of the sensors on a setup: of those at springs the springs' own."""
+        if self.points is None or max(self.at_springs, default=-1) < 0:
+            return self.points
+        batch = np.broadcast_shapes(self.points.shape[:-2], s.points.shape[:-2])
+        points = np.broadcast_to(self.points, (*batch, *self.points.shape[-2:])).copy()
+        for k, spring in enumerate(self.at_springs):
+            if spring >= 0:
+                points[..., k, :] = s.points[..., spring, :]
+        return points
+
     def residual(
         self,
         values: np.ndarray,
@@ -282,10 +296,11 @@ class Problem:
         frequency = self.frequency if frequency is None else frequency
         shapes = self.shapes if shapes is None else shapes
         s = self.base if known_values is None else assign(self.base, known, known_values)
-        modes = self.modes(assign(s, self.unknown, values))
+        s = assign(s, self.unknown, values)
+        modes, points = self.modes(s), self.sensors(s)
         batch = np.broadcast_shapes(modes.eigenvalue.shape[:-1], frequency.shape[:-1], np.shape(values)[:-1])
         f = np.sqrt(modes.eigenvalue)
-        v = None if self.points is None or shapes is None else modes.at(self.points, self.directions)
+        v = None if points is None or shapes is None else modes.at(points, self.directions)
         if v is not None and self.release is not None:
             v = modes.release(*self.release).real[..., None] * v
         cost = np.abs(np.log(f[..., None, :] / frequency[..., :, None]))
@@ -415,6 +430,7 @@ def problem(
     release: Any = None,
     prior: dict[str, tuple[float, float]] | None = None,
     mounting: Mounting | None = None,
+    at_springs: Sequence[int] = (),
 ) -> Problem:
     """A checked `Problem`; parameters as of `evolvent.massprops.inertia.fit`."""
     s = setup(stand, body)._replace(mounting=mounting)
@@ -472,6 +488,7 @@ def problem(
         release=None if release is None else array("release", release, (2, 3)),
         prior=tuple(rows),
         weighted=weighted,
+        at_springs=tuple(at_springs),
     )
 
 
