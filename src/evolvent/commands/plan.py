@@ -177,7 +177,7 @@ def _modes(found: Plan) -> Any:
 def _needs(found: Plan) -> Any:
     """How well the stand has to be known, and other inputs that count."""
     from evolvent.commands.massprops import made_table
-    from evolvent.massprops.description import CALIBRATED
+    from evolvent.massprops.spring_keys import CALIBRATED
 
     title = f"u that {100.0 * found.wanted:.3g} % needs, with the others as stated, and with all else exact"
     table = made_table(title, "", "value", "u stated", "part of U", "needed", "all else exact", "unit")

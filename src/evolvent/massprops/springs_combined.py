@@ -12,13 +12,14 @@ import scipy.stats
 
 from evolvent.base.errors import InputError
 from evolvent.massprops import amplitude, mode_selection
-from evolvent.massprops.description import CALIBRATED, NO_UNKNOWN, PROPERTIES, OnSprings
+from evolvent.massprops.description import NO_UNKNOWN, OnSprings
 from evolvent.massprops.estimates import Evaluation, Output, Share
 from evolvent.massprops.inertia.combined import NO_BODY, Combined
 from evolvent.massprops.inertia.least_squares import solve
 from evolvent.massprops.inertia.problem import BODY_NAMES, problem, undetermined, value_of
 from evolvent.massprops.modal import refuse_fast, refuse_rate
 from evolvent.massprops.mounting_keys import AIR_SHAPES
+from evolvent.massprops.spring_keys import CALIBRATED, PROPERTIES
 from evolvent.massprops.springs import compare, data_fitted, measured_of, refuse_flexible
 from evolvent.massprops.springs_inputs import (
     LABELS,

@@ -8,12 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.description import CALIBRATED, PROPERTIES, OnSprings
+from evolvent.massprops.description import OnSprings
 from evolvent.massprops.inertia import Body, Stand
 from evolvent.massprops.inertia.stand import Mounting, inertia_defect
 from evolvent.massprops.keys import DIRECTIONS
 from evolvent.massprops.modal import Modal
 from evolvent.massprops.rounding import shown
+from evolvent.massprops.spring_keys import CALIBRATED, PROPERTIES
 from evolvent.massprops.uncertain import Uncertain
 
 #: Name and unit of every quantity that may be asked for.

@@ -10,10 +10,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.description import CALIBRATED, OnSprings, load
+from evolvent.massprops.description import OnSprings, load
 from evolvent.massprops.inertia.stand import MOMENTS
 from evolvent.massprops.planning.expected import Expected, Option, Task, expected
 from evolvent.massprops.planning.promises import at, promised, relative
+from evolvent.massprops.spring_keys import CALIBRATED
 from evolvent.massprops.springs_inputs import first_body
 from evolvent.massprops.springs_search import occupied
 
