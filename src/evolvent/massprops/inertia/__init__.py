@@ -12,7 +12,7 @@ from evolvent.massprops.inertia.initial_motion import (
     struck,
 )
 from evolvent.massprops.inertia.inverse import fit, from_modes, from_shapes, from_six_modes, from_three_frequencies
-from evolvent.massprops.inertia.partners import mode_energies, partners
+from evolvent.massprops.inertia.mode_partners import mode_energies, partners
 from evolvent.massprops.inertia.pendulums import (
     bifilar,
     compound,
