@@ -140,6 +140,7 @@ STAND: dict[str, Entry] = _entries(
     ("figure-5", 5, 3, "stand.figure_5", "two frequencies over the x offset"),
     ("energies", 8, 4, "stand.energies", "ours: energies of the three modes over the offset"),
     ("amplitudes", 8, 4, "stand.amplitudes", "ours: amplitudes of each mode at each spring over the offset"),
+    ("pulls", 4, 4, "stand_pulls.figure", "ours: least energies with pulls at two springs, at a point, in two records"),
     ("prony", 60, 8, "stand_prony.figure_prony",
      "ours: frequencies and decrements by Prony's method and VARPRO: errors over rate, number of samples, noise"),
     ("error", 15, 6, "stand_error.table_error",
