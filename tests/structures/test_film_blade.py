@@ -58,6 +58,17 @@ def test_eight_elements_are_enough() -> None:
 
 
 @pytest.mark.slow
+def test_the_twist_at_a_held_root_begins_at_the_limit_of_short_waves_and_stays_small() -> None:
+    """24 elements, at 1 m: next to nothing below 25 mm/s, some degrees above."""
+    fixed = {"payout.start": 0.9, "payout.length": 1.1, "payout.ramp": 3.0, "blade.root": "held", "blade.elements": 24}
+    found = [ev.run("film-blade", fixed | {"payout.rate": rate}) for rate in (0.022, 0.03)]
+    assert 0.022 < float(found[0].limit_estimate) < float(found[0].limit_modes) < 0.03
+    none, some = (float(np.degrees(run.twist.values[-100:]).mean()) for run in found)
+    assert none < 0.5
+    assert 1.5 < some < 5.0
+
+
+@pytest.mark.slow
 def test_a_study_draws_the_rate_over_the_length() -> None:
     """Points of the runs and curves of the closed forms, two values of the width."""
     study = {
@@ -94,6 +105,8 @@ def test_the_case_of_strips_pays_out_at_less_than_a_tenth_of_its_limit() -> None
         ({"payout.start": 0.001}, "at least a thousandth"),
         ({"payout.ramp": 1000.0}, "payout.ramp is 1000 s; it must be at most half of the run"),
         ({"blade.width": 1e-5}, "blade.width is 1e-05 m; it must be above blade.thickness"),
+        ({"blade.pitch": "0 deg"}, "blade.pitch is 0 deg; it must be within 2.5 deg"),
+        ({"blade.pitch": "-3 deg"}, "blade.pitch is -3 deg; it must be within 2.5 deg"),
         ({"blade.root": "fixed"}, "blade.root"),
         ({"blade.elements": 2}, "blade.elements"),
     ],

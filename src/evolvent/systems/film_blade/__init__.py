@@ -18,8 +18,8 @@ from typing import Any, ClassVar
 
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.systems.film_blade import show
-from evolvent.systems.film_blade.case import Case
-from evolvent.systems.film_blade.derived import BUCKLED, derived
+from evolvent.systems.film_blade.case import BUCKLED, Case
+from evolvent.systems.film_blade.derived import derived
 from evolvent.systems.film_blade.structure import build
 
 

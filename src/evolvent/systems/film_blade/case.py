@@ -12,6 +12,9 @@ from evolvent.base.errors import InputError
 from evolvent.base.schema import Section
 from evolvent.closed_forms import Film, Rotor, payout_lag
 
+#: Twist between two sections from which on the blade counts as buckled, rad.
+BUCKLED = math.radians(5.0)
+
 
 class Body(Section):
     """The spinning body, which turns freely about a fixed axis."""
@@ -35,7 +38,7 @@ class Blade(Section):
         "free", description="whether the root turns in the plane of the spin (free) or keeps its direction (held)"
     )
     pitch: units.Angle = Field(
-        math.radians(0.5), description="of the root, kept: the imperfection from which buckling grows"
+        math.radians(0.5), description="of the root, kept: the imperfection from which buckling grows, up to 2.5 deg"
     )
     elements: Annotated[int, units.Whole(least=4, most=1000)] = 8
     stiffness_damping: units.DurationOrZero = Field(0.01, description="of strains, times the stiffness")
@@ -88,6 +91,12 @@ class Case(Section):
         if self.blade.width <= self.blade.thickness:
             raise InputError(
                 f"blade.width is {self.blade.width:g} m; it must be above blade.thickness, {self.blade.thickness:g} m"
+            )
+        if not 0.0 < abs(self.blade.pitch) <= 0.5 * BUCKLED:
+            most = math.degrees(0.5 * BUCKLED)
+            raise InputError(
+                f"blade.pitch is {math.degrees(self.blade.pitch):g} deg; it must be within {most:g} deg, half of the "
+                f"twist of a buckled blade, and not 0, from which buckling does not grow"
             )
         if out.ramp > 0.5 * self.duration:
             raise InputError(f"payout.ramp is {out.ramp:g} s; it must be at most half of the run, {self.duration:g} s")

@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent.closed_forms import payout_buckling, payout_buckling_modes, payout_slack
-from evolvent.systems.film_blade.case import Case
+from evolvent.systems.film_blade.case import BUCKLED, Case
 
 if TYPE_CHECKING:
     from evolvent.solvers.solution import Solution
 
 Array = np.ndarray
-#: Twist between two sections from which on the blade counts as buckled, rad; the root's pitch is a tenth of it.
-BUCKLED = math.radians(5.0)
 
 
 def derived(case: Case, solution: Solution) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
