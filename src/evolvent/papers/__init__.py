@@ -107,8 +107,10 @@ THREAD: dict[str, Entry] = _entries(
     ("figure-4-3", 45, 10, "thread.figure_4_3", "lag of the tip, n = 20 and 40, seven dampings"),
     ("figure-4-4", 60, 8, "thread.figure_4_4", "lag of the tip, c = 1e7, 1e8 and 1e9 N/m"),
     ("soft", 6, 6, "thread.soft", "ours: lag of the tip, c = 1e2, 1e3 and 1e4 N/m, beside figure IV.4"),
+    ("strip-payout", 30, 15, "thread_strip.figure",
+     "ours: largest pay-out rate of a strip before it buckles in its plane, and its lag beside the thread"),
     ("table-4-1", 1, 1, "thread.table_4_1", "data of the deployment, and what they imply for the film"),
-)
+)  # fmt: skip
 
 #: Tables and figures of the paper on the wrapped rib.
 RIB: dict[str, Entry] = _entries(

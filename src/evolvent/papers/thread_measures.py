@@ -307,7 +307,11 @@ def strip() -> Numbers:
 
 
 def taut() -> Numbers:
-    """Least tension at the spool after the first second, mN, of links and of springs; how far the lag varies along."""
+    """Least tension at the spool after the first second, mN, of links and of springs; how far the lag varies along.
+
+    `buckled` and `lag` are those of `thread_strip.buckled`.
+    """
+    from evolvent.papers import thread_strip
     from evolvent.papers.thread_variants import Data, deploy
 
     run = tree(RIGID | {"blade.nodes": 40})
@@ -319,4 +323,4 @@ def taut() -> Numbers:
         "tension": 1e3 * float(run.hub_tension.values[late].min()),
         "springs": 1e3 * float(own.pull[own.t > 1.0, 0].min()),
         "spread": float(np.nanmax(spread)),
-    }
+    } | dict(thread_strip.buckled())
