@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from evolvent import cases, papers
-from evolvent.papers import Options, thread, thread_runs, thread_schematics
+from evolvent.papers import Options, thread, thread_runs, thread_schematics, thread_spool_node
 
 QUICK = Options(quick=True)
 
@@ -109,15 +109,51 @@ def test_entries_have_the_numbers_of_the_paper():
 
 @pytest.mark.slow
 def test_the_boundary_node_leaves_the_plane_by_eqs_3_4_and_stays_in_it_by_eqs_7_8(monkeypatch):
-    """Figures III.3 and III.4: the fewer nodes on a turn, the larger the oscillation along Z."""
-    monkeypatch.setattr(thread, "NODES_A_TURN", (6, 12))
-    shaken, straight = (cells(make(QUICK).text) for make in (thread.figure_3_3, thread.figure_3_4))
-    assert [row[0] for row in shaken] == ["6", "12"]
-    assert float(shaken[0][1]) > float(shaken[1][1]) > 1.0
-    assert all(float(tip) < 0.8 * float(out) for _, _, tip, out in shaken)
-    for _, off, tip, out in straight:
-        assert float(off) == 0.0
+    """Figures III.3 and III.4: the fewer nodes on a turn, the larger the oscillation along Z; the thread stays out.
+
+    The last row is the film, which is not drawn as the paper's: it winds about itself.
+    """
+    monkeypatch.setattr(thread_spool_node, "NODES", (6, 12, 24))
+    shaken, straight = (
+        [[float(cell) for cell in row] for row in cells(make(QUICK).text)]
+        for make in (thread_spool_node.figure_3_3, thread_spool_node.figure_3_4)
+    )
+    assert [row[0] for row in shaken] == [6, 12, 24, 12]
+    *regular, film = shaken
+    assert regular[0][3] > 1.25 * regular[1][3] > 1.5 * regular[2][3] > 0.1
+    assert all(tip > 0.9 * out for *_, tip, out in regular)
+    assert film[3] > 1.0
+    assert film[4] < 0.8 * film[5]
+    for *_, off, tip, out in straight:
+        assert off == 0.0
         assert tip == out
+
+
+@pytest.mark.slow
+def test_the_map_has_a_value_for_each_stiffness_damping_number_of_nodes_and_weight(monkeypatch):
+    monkeypatch.setattr(thread_spool_node, "NODES", (6, 12))
+    made = thread_spool_node.node_map(QUICK)
+    stiffnesses, dampings = thread_spool_node.QUICK_TENSILE, thread_spool_node.QUICK_DAMPINGS
+    assert [row[:3] for row in cells(made.text)] == [
+        [str(n), weight, f"{c:g}"] for n in (6, 12) for weight in ("no", "yes") for c in stiffnesses
+    ]
+    assert all(len(row) == 3 + len(dampings) for row in cells(made.text))
+    for panel in made.figure.panels:
+        assert panel.map.values.shape == (len(dampings), len(stiffnesses))
+        assert {note.text for note in panel.notes} <= {cell for row in cells(made.text) for cell in row}
+    boxes = [line.label for line in made.figure.panels[0].lines]
+    assert boxes == ["figure III.3"]
+    six, twelve = (made.figure.panels[k].map.values[-1] for k in (0, 2))
+    assert np.all(six > twelve)
+
+
+def test_regular_cells_are_those_of_the_same_ratio_of_stiffness_to_damping():
+    """Where the damper outweighs the inertia only E b h / d matters; a chaotic cell is named so."""
+    one, other = (thread_spool_node.amplitude(12, c, 2.0 * c, weight=False) for c in (0.05, 0.1))
+    assert not one.chaotic
+    assert one.off == pytest.approx(other.off, rel=0.02)
+    assert one.out > 0.98
+    assert thread_spool_node.amplitude(6, 500.0, 1e-3, weight=False).chaotic
 
 
 @pytest.mark.slow

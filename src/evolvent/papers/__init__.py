@@ -100,8 +100,8 @@ THREAD: dict[str, Entry] = _entries(
     ("figure-2-1", 2, 2, "thread_schematics.figure_2_1", "schematic: unwinding from the spool"),
     ("figure-3-1", 2, 2, "thread_schematics.figure_3_1", "schematic: nodes of the model"),
     ("figure-3-2", 2, 2, "thread_schematics.figure_3_2", "schematic: the boundary node"),
-    ("figure-3-3", 5, 5, "thread.figure_3_3", "eqs. (3, 4) on the boundary node, no external forces"),
-    ("figure-3-4", 5, 5, "thread.figure_3_4", "eqs. (7, 8) on the boundary node, no external forces"),
+    ("figure-3-3", 8, 8, "thread_spool_node.figure_3_3", "eqs. (3, 4) on the boundary node, no external forces"),
+    ("figure-3-4", 8, 8, "thread_spool_node.figure_3_4", "eqs. (7, 8) on the boundary node, no external forces"),
     ("figure-4-1", 2, 2, "thread_schematics.figure_4_1", "schematic: sail with two blades, lag of a node"),
     ("figure-4-2", 45, 10, "thread.figure_4_2", "rate of the body: 14 runs and eq. (18) for each"),
     ("figure-4-3", 45, 10, "thread.figure_4_3", "lag of the tip, n = 20 and 40, seven dampings"),
@@ -109,6 +109,8 @@ THREAD: dict[str, Entry] = _entries(
     ("soft", 6, 6, "thread.soft", "ours: lag of the tip, c = 1e2, 1e3 and 1e4 N/m, beside figure IV.4"),
     ("strip-payout", 30, 15, "thread_strip.figure",
      "ours: largest pay-out rate of a strip before it buckles in its plane, and its lag beside the thread"),
+    ("spool-node-map", 160, 12, "thread_spool_node.node_map",
+     "ours: distance from the plane by eqs. (3, 4), over c, d and nodes a turn, beside figure III.3"),
     ("table-4-1", 1, 1, "thread.table_4_1", "data of the deployment, and what they imply for the film"),
 )  # fmt: skip
 

@@ -1,12 +1,10 @@
-"""Figures III.3, III.4 and IV.2 to IV.4 and table IV.1 of Tenenbaum (2014): unwinding alone, and the heliogyro.
+"""Figures IV.2 to IV.4 and table IV.1 of Tenenbaum (2014): the heliogyro.
 
 Panels are those of the paper, in its colours, but for those whose titles begin with "ours".
 """
 
 from __future__ import annotations
 
-import dataclasses
-import functools
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -28,7 +26,7 @@ from evolvent.papers.thread_runs import (
     run_all,
     springs,
 )
-from evolvent.papers.thread_variants import Data, Deployment as Variant, Start, deploy
+from evolvent.papers.thread_variants import Data
 from evolvent.papers.winding import markdown
 from evolvent.results.figures import Figure, Line, Panel
 
@@ -38,9 +36,6 @@ PAPER = Data()
 MODULUS, DENSITY = 1e9, 1400.0
 #: Colour and style of the curves of figure IV.4.
 CURVES_4_4 = (("black", "-"), ("green", "--"), ("red", ":"))
-Array = np.ndarray
-#: Figures III.3 and III.4, ours: nodes on a turn, turns, E b h of the film (N), shares of the time that are drawn.
-NODES_A_TURN, TURNS, TENSILE, SHAPES = (6, 12, 24), 1.2, 500.0, (0.25, 0.5, 1.0)
 #: Numbers of nodes of the paper.
 NODES = (20, 40)
 #: Dampings of a segment, N s/m: the paper's range in seven, and those of the quick form.
@@ -76,80 +71,6 @@ class _Runs(NamedTuple):
 def _run(trials: Sequence[Trial], options: Options) -> _Runs:
     runs = list(run_all(trials, options.report))
     return _Runs(runs, len(runs) == len(trials) and all(one.status != "interrupted" for _, one in runs))
-
-
-def figure_3_3(options: Options) -> Made:
-    """Shapes of the thread where the boundary node is pulled towards the next node, on the spool."""
-    title = "Eqs. (3, 4) on the boundary node: shapes of the thread (Tenenbaum 2014, figure III.3)"
-    return _unwinding("thread-figure-3-3", title, "spool node")
-
-
-def figure_3_4(options: Options) -> Made:
-    """Shapes of the thread where the boundary node is pulled towards the departure point."""
-    title = "Eqs. (7, 8) on the boundary node: shapes of the thread (Tenenbaum 2014, figure III.4)"
-    return _unwinding("thread-figure-3-4", title, "departure")
-
-
-@functools.cache
-def unwound(nodes_a_turn: int, start: Start) -> tuple[Data, float, Variant]:
-    """A thread that is paid out over about 1.2 turns without rotation of the body: data, length out in m, and run."""
-    segment = 2.0 * math.pi * PAPER.radius / nodes_a_turn
-    count = math.ceil(TURNS * nodes_a_turn)
-    data = dataclasses.replace(
-        PAPER, rate=0.0, nodes=count + 1, length=(count + 1) * segment, stiffness=TENSILE / segment
-    )
-    return data, count * segment, deploy(data, start, until=count * segment / data.speed)
-
-
-def _unwinding(name: str, title: str, start: Start) -> Made:
-    """Shapes in the plane of X and Z at times, for each number of nodes on a turn."""
-    panels, rows = [], []
-    distances: list[Line] = []
-    turn = np.linspace(0.0, 2.0 * math.pi, 121)
-    for nodes in NODES_A_TURN:
-        data, out, run = unwound(nodes, start)
-        lines = [Line(x=np.cos(turn), y=np.sin(turn), color="0.6", width=1.0)]
-        for k, share in enumerate(SHAPES):
-            at = round(share * (len(run.t) - 1))
-            x, z = _shape(data, start, float(run.t[at]), run.positions[at]).T / data.radius
-            label = f"{data.spool_rate * run.t[at] / (2.0 * math.pi):.2f} turns"
-            lines.append(Line(x=x, y=z, label=label, color=k / (len(SHAPES) - 1), marker="o", width=1.2))
-        panels.append(
-            Panel(x_label="x / r", y_label="z / r", lines=lines, equal=True, title=f"{nodes} nodes on a turn")
-        )
-        far = np.nanmax(np.abs(run.positions[:, :, 2] / data.radius - 1.0), axis=1, initial=0.0)
-        turns = data.spool_rate * run.t / (2.0 * math.pi)
-        distances.append(Line(x=turns, y=far, label=f"{nodes} nodes", color=len(distances), width=1.2))
-        tip = run.positions[-1, 0] / data.radius
-        off = run.off_plane / data.radius
-        rows.append([str(nodes), f"{off:.3f}", f"{tip[0]:.4f}", f"{out / data.radius:.4f}"])
-    label = "largest distance from z = r over r"
-    panels.append(
-        Panel(
-            x_label="turns",
-            y_label="largest |z - r| / r",
-            lines=distances,
-            y_zero=True,
-            y_span=1.0,
-            title="ours: distance from the plane",
-        )
-    )
-    head = ["nodes on a turn", label, "x / r of the tip at the end", "length out / r"]
-    note = (
-        f"No external forces, body at rest; r, rate of the spool and masses of the paper. Our reading: shapes "
-        f"in the plane of X and Z. Stiffness and duration are not given; our choice: E b h = {TENSILE:g} N, "
-        f"{TURNS:g} turns, rounded up to a whole segment, d = {PAPER.damping:g} N s/m. Computed with the equations of "
-        "the paper, by RK4, without the package's solvers.\n"
-    )
-    figure = Figure(name=name, title=title, panels=panels, columns=2, height=160.0)
-    return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure)
-
-
-def _shape(data: Data, start: Start, t: float, nodes: Array) -> Array:
-    """Coordinates x and z of the free nodes and of what the boundary node is pulled towards, (k, 2), m."""
-    free = nodes[np.isfinite(nodes[:, 0])][:, [0, 2]]
-    angle = data.spool_rate * t - data.segment / data.radius * len(free) if start == "spool node" else 0.0
-    return np.vstack([free, data.radius * np.array([math.sin(angle), math.cos(angle)])])
 
 
 def _n(trial: Trial) -> int:

@@ -17,8 +17,6 @@ import numpy as np
 if TYPE_CHECKING:
     from evolvent.papers.thread_variants import Data, Deployment, Start
 
-#: E thickness width of the film, N: 2e3 N/m for a segment of 0.25 m.
-FILM = 500.0
 #: Mean lag of the tip of the limit of many nodes between 20 and 60 s, degrees.
 LAG = 13.32
 LINKS = {"blade.segments": "inextensible", "solver.method": "dopri5", "output.every": "1 s"}
@@ -35,25 +33,6 @@ def _deploy(nodes: int = 20, stiffness: float = 1e3, start: Start = "departure",
     from evolvent.papers.thread_variants import deploy
 
     return deploy(_data(nodes, stiffness), start, **options)
-
-
-def _on_the_spool(
-    per_turn: int, turns: float, start: Start = "spool node", rate: float = 6.0, change: float = 0.0, kick: float = 0.0
-) -> tuple[Data, Deployment]:
-    """The film with so many nodes a turn, over the first turns of the spool; its stiffness changed by a share.
-
-    The tip starts along Z at the share `kick` of the pay-out's speed.
-    """
-    from evolvent.papers.thread_variants import Data, deploy
-
-    nodes = round(per_turn / Data(nodes=1).nodes_a_turn)
-    data = Data(nodes=nodes, stiffness=FILM * nodes / 5.0 * (1.0 + change), rate=rate)
-    end = turns * 2.0 * math.pi / data.spool_rate
-    return data, deploy(data, start, until=end, samples=4, kick=(0.0, 0.0, kick * data.speed))
-
-
-def _off(data: Data, found: Deployment) -> float:
-    return found.off_plane / data.radius
 
 
 def scheme() -> Mapping[str, float]:
@@ -77,7 +56,9 @@ def chord() -> Mapping[str, float]:
 
     Of the film with 6 nodes a turn over its first turns, and of 20 nodes; `departure` is that of the line to Q.
     """
-    six, twenty = _on_the_spool(6, 1.2, "departure", rate=0.0), (_data(20), _deploy())
+    from evolvent.papers.thread_spool_node import paid_out
+
+    six, twenty = paid_out(6, start="departure"), (_data(20), _deploy())
     found = {name: _to_the_spool(*run) for name, run in (("six", six), ("twenty", twenty))}
     return {name: line for name, (line, _) in found.items()} | {"departure": found["six"][1]}
 
@@ -103,41 +84,6 @@ def _least_distance(a: np.ndarray, b: np.ndarray) -> float:
     along = b - a
     share = np.clip(-(a @ along) / max(float(along @ along), 1e-300), 0.0, 1.0)
     return float(np.linalg.norm(a + share * along))
-
-
-def spool_node() -> Mapping[str, float]:
-    """Figure III.3: mean distance from the plane, of r, of 8 runs without spin over 0.6 turns, 6 and 12 nodes a turn.
-
-    The motion is chaotic: the runs differ by a share of 1e-6 of the stiffness. Their mean is reproducible to 5 %.
-    """
-    return {
-        f"off_{per}": float(np.mean([_off(*_on_the_spool(per, 0.6, rate=0.0, change=1e-6 * k)) for k in range(1, 9)]))
-        for per in (6, 12)
-    }
-
-
-def departure_point() -> Mapping[str, float]:
-    """Figure III.4: a tip that starts across at a tenth of the pay-out's speed, 6 nodes a turn, 1.2 turns, no spin.
-
-    Largest distance of a node from the straight line from Q to the tip, of r, with the departure point and with the
-    next node on the spool (mean of 8 runs as in `spool_node`); z of the tip at the end over that of a tip that nothing
-    pulls.
-    """
-
-    def bent(start: Start, change: float = 0.0) -> tuple[Data, Deployment, float]:
-        data, run = _on_the_spool(6, 1.2, start, rate=0.0, kick=0.1, change=change)
-        from_q = run.positions[1:] - np.array([0.0, 0.0, data.radius])
-        tip = from_q[:, :1]
-        along = np.sum(from_q * tip, axis=2, keepdims=True) / np.sum(tip * tip, axis=2, keepdims=True)
-        return data, run, float(np.nanmax(np.linalg.norm(from_q - along * tip, axis=2))) / data.radius
-
-    data, run, straight = bent("departure")
-    rise = float(run.positions[-1, 0, 2]) - data.radius
-    return {
-        "bent_departure": straight,
-        "bent_spool": float(np.mean([bent("spool node", 1e-6 * k)[2] for k in range(1, 9)])),
-        "drift": rise / (0.1 * data.speed * run.t[-1]),
-    }
 
 
 def any_step() -> Mapping[str, float]:
@@ -275,18 +221,6 @@ def unequal_blades() -> Mapping[str, float]:
         "rigid": math.degrees(float(run.nutation_rigid.values.max())),
         "offset": 1e3 * float(np.linalg.norm(run.mass_centre.values, axis=1).max()),
     }
-
-
-def nodes_64() -> Mapping[str, float]:
-    """Nodes of the blade at 64 nodes a turn, mean distance from the plane of 4 runs of `spool_node`, of r, and work.
-
-    The work is that of the film's nodes and stable step, beside 20 nodes.
-    """
-    from evolvent.papers.thread_variants import Data
-
-    nodes = round(64 / Data(nodes=1).nodes_a_turn)
-    off = [_off(*_on_the_spool(64, 0.6, rate=0.0, change=1e-6 * k)) for k in range(1, 5)]
-    return {"nodes": float(nodes), "off": float(np.mean(off)), "work": (nodes / 20.0) ** 2}
 
 
 def torque_as_printed() -> Mapping[str, float]:

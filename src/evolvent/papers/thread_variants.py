@@ -36,6 +36,8 @@ _KINDS: dict[Start, int] = {
 }  # fmt: skip
 #: Share of the stability limit that a step takes where it is not given.
 SHARE = 0.8
+#: Largest product of a step of RK4 and a decay rate that is stable.
+_REAL = 2.785
 #: Distance below which the direction of the thread at Q is that of the pay-out, eq. (11), m.
 TINY = 1e-10
 #: Least length of an element at Q, of l0, that its stiffness is computed of.
@@ -81,9 +83,11 @@ class Data:
         return 2.0 * math.pi * self.radius / self.segment
 
     def stable_step(self, start: Start) -> float:
-        """Largest stable step of RK4, s, by the largest stiffness of a node over its mass (Gershgorin)."""
-        square = 4.0 * self.stiffness / (self.line_density * self.segment)
-        return math.sqrt(8.0 / (2.0 * square if start in ("growing", "scaled") else square))
+        """Largest stable step of RK4, s, by the largest stiffness and damping of a node over its mass (Gershgorin)."""
+        share = (8.0 if start in ("growing", "scaled") else 4.0) / (self.line_density * self.segment)
+        square, half = share * self.stiffness, 0.5 * share * self.damping
+        decay = half + math.sqrt(max(half * half - square, 0.0))
+        return min(math.sqrt(8.0 / square), _REAL / decay if half * half > square else math.inf)
 
 
 @dataclasses.dataclass(frozen=True)
