@@ -115,29 +115,40 @@ def amplitude(nodes_a_turn: int, tensile: float, damping: float, *, weight: bool
 
 def figure_3_3(options: Options) -> Made:
     """Shapes of the thread where the boundary node is pulled towards the next node, on the spool."""
-    title = "Eqs. (3, 4) on the boundary node: shapes of the thread (Tenenbaum 2014, figure III.3)"
+    title = (
+        "Results of the numerical integration of the unwinding of the thread where eqs. (3, 4) are used to calculate "
+        "the reactions of the links on boundary nodes (no external forces) (Tenenbaum 2014, figure III.3; ours: "
+        "$c$, $d$, length, numbers of nodes)"
+    )
     return _unwinding("thread-figure-3-3", title, "spool node")
 
 
 def figure_3_4(options: Options) -> Made:
     """Shapes of the thread where the boundary node is pulled towards the departure point."""
-    title = "Eqs. (7, 8) on the boundary node: shapes of the thread (Tenenbaum 2014, figure III.4)"
+    title = (
+        "Unwinding of the thread where eqs. (7, 8) are used for boundary nodes (Tenenbaum 2014, figure III.4; ours: "
+        "caption, which is lost, $c$, $d$, length, numbers of nodes)"
+    )
     return _unwinding("thread-figure-3-4", title, "departure")
 
 
 def _unwinding(name: str, title: str, start: Start) -> Made:
-    """Shapes in the plane of X and Z for each number of nodes on a turn; below them the film, ours."""
-    cases = [(nodes, *REGULAR) for nodes in NODES] + [(12, *STIFF)]
+    """Shapes in the plane of X and Z for each number of nodes on a turn; below them the film, ours.
+
+    With the departure point the tip of the film starts along Z, since the thread leaves straight by symmetry else.
+    """
+    cases = [(nodes, *REGULAR, 0.0) for nodes in NODES] + [(12, *STIFF, 0.1 if start == "departure" else 0.0)]
     panels, rows = [], []
     distances: list[Line] = []
-    for nodes, tensile, damping in cases:
-        data, run = paid_out(nodes, tensile, damping, start=start)
+    for nodes, tensile, damping, kick in cases:
+        data, run = paid_out(nodes, tensile, damping, start=start, kick=kick)
         regular = (tensile, damping) == REGULAR
         film = "" if regular else f"ours: the film, {tensile:g} N, "
-        panels.append(_shapes(f"{film}{nodes} nodes on a turn", data, run, start))
+        across = ", tip starts along $Z$" if kick else ""
+        panels.append(_shapes(f"{film}{nodes} nodes on a turn{across}", data, run, start))
         far = np.nanmax(np.abs(run.positions[:, :, 2] / data.radius - 1.0), axis=1, initial=0.0)
         turns = data.spool_rate * run.t / (2.0 * math.pi)
-        label = f"{nodes} nodes" if regular else f"film, {nodes} nodes"
+        label = f"{nodes} nodes" if regular else f"film, {nodes} nodes{across}"
         distances.append(Line(x=turns, y=far, label=label, color=len(distances), width=1.2))
         values = (off((data, run)), run.positions[-1, 0, 0] / data.radius, data.speed * run.t[-1] / data.radius)
         rows.append([str(nodes), f"{tensile:g}", f"{damping:g}", *(f"{value:.4f}" for value in values)])
