@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pathlib
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -165,14 +166,82 @@ def test_the_case_is_no_output(tmp_path: pathlib.Path) -> None:
 
 
 def test_the_built_in_drive_is_of_the_built_in_case() -> None:
-    """The case beside the drive, and its end: 1.1 times that of the constant rate, then one period of the lag."""
+    """The case beside the drive, and its end: 1.1 times that of the constant rate, then two periods of the lag."""
     designed = cases.load("heliogyro-designed")
     asked = task(cases.load("heliogyro", {}), Bounds())
     end = designed.spool.table[-1][0]
     assert end == pytest.approx(asked.bounds.time, abs=1e-6)
-    duration = {"solver.duration": round(end + asked.period(5.0), 3)}
+    duration = {"solver.duration": round(end + 2.0 * asked.period(5.0), 3)}
     assert designed == cases.load("heliogyro", motion.table_keys(designed.spool.table) | duration)
     assert asked.corners == [(0.9, 0.9), (0.9, 1.1), (1.1, 0.9), (1.1, 1.1)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("nodes", [20, 40, 80])
+def test_the_built_in_drive_keeps_its_bounds_at_tip_and_spool_on_finer_meshes(nodes: int) -> None:
+    """With springs: the row `thread-designed-drive`."""
+    asked = task(cases.load("heliogyro", {}), Bounds())
+    table = cases.load("heliogyro-designed").spool.table
+    found = motion.run(asked, table, end=table[-1][0], nodes=nodes)
+    assert found.time[-1] - found.end == pytest.approx(2.0 * asked.period(5.0))
+    of = found.measures()
+    assert of.peak_lag < 1.02 * asked.steady_lag
+    assert of.tip_swing < 0.2 * DEG
+    assert of.spool_swing < 0.2 * DEG
+    assert of.residual_swing == max(of.tip_swing, of.spool_swing)
+
+
+def test_the_lag_at_the_spool_is_that_of_the_last_segment() -> None:
+    """From positions of the nodes: at the spool of one link it is the tip's; of more, of the line from Q to the last.
+
+    Where less than a tenth of the last segment is out, it is that of the segment before.
+    """
+    one = task(cases.load("heliogyro", SHORT | {"blade.nodes": 1}), Bounds(error=0.0))
+    found = motion.run(one, motion.constant_table(one), end=one.constant_time)
+    assert np.array_equal(found.spool_lag, found.lag)
+    lags = np.array([[0.1, np.nan, np.nan], [0.1, 0.2, np.nan], [0.1, 0.2, np.nan], [0.1, 0.2, 0.3]])
+    blade = {
+        name: SimpleNamespace(values=values)
+        for name, values in (
+            ("signed_lag", lags), ("released", np.isfinite(lags).astype(float)),
+            ("deployed_length", np.array([0.5, 1.05, 1.5, 2.09])),
+        )
+    }  # fmt: skip
+    assert motion._spool_lag(blade, 1.0).tolist() == [0.1, 0.1, 0.2, 0.2]
+
+
+def test_a_swing_at_the_spool_alone_misses_the_bound() -> None:
+    """The tip keeps it, with one of the models the spool does not."""
+    asked = task(cases.load("heliogyro", SHORT), Bounds(error=0.0))
+    ones = np.ones(4)
+    still = motion.Motion(
+        np.arange(4.0), 1e-3 * ones, 1e-3 * ones, 1e-3 * ones, ones, ones, end=1.0, radius=0.01, segment=0.3, failed=""
+    )
+    swinging = still._replace(spool_lag=np.array([1.0, 1e-3, -5e-3, 1e-3]))
+    found = drives.Design(asked, [], 1.0, still, still, {"6 links": swinging}, {}, 0)
+    assert found.missed() == [("spool_swing", 5e-3, 0.2 * DEG)]
+    assert found.largest.residual_swing == 5e-3
+    assert drives.text(found).startswith("residual swing at the spool 0.2865 deg, 0.086 above 0.2")
+    assert not found.nominal.measures().residual_swing > 0.2 * DEG
+
+
+@pytest.mark.slow
+def test_other_models_are_finer_meshes_and_the_case_s_springs() -> None:
+    """Links where the case has links; springs stiffer than needed are checked at 1e4 N/m, and lag as links do."""
+    asked = task(cases.load("heliogyro", SHORT | {"blade.stiffness": 1e7}), Bounds(error=0.0))
+    first = search.Search(asked)
+    table = first.table(first.start())
+    found = motion.others(asked, table, end=first.end)
+    assert list(found) == ["6 links", "12 links", "3 springs", "6 springs"]
+    links = motion.run(asked, table, end=first.end)
+    assert found["3 springs"].measures().tip_swing == pytest.approx(links.measures().tip_swing, rel=0.05)
+    rigid = task(
+        cases.load("heliogyro", SHORT | {"blade.segments": "inextensible", "solver.method": "dopri5"}), Bounds()
+    )
+    assert list(motion.others(rigid, table, end=first.end)) == ["6 links", "12 links"]
+    film = {"blade.young_modulus": "1 GPa", "blade.thickness": "5 um", "blade.width": "1 cm"}
+    soft = task(cases.load("heliogyro", SHORT | film), Bounds())
+    assert motion.run(soft, table, end=first.end, springs=True).failed == ""
 
 
 @pytest.mark.parametrize(("missed", "checks"), [(0, 1), (2, 3), (99, 1 + search.MOST_FURTHER)])

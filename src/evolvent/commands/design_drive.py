@@ -17,7 +17,10 @@ if TYPE_CHECKING:
 #: Options that are bounds, with what they bound.
 _BOUNDS = {
     "peak-lag": ("14deg", "Largest lag of the tip.  [default: 1.02 times the steady lag]"),
-    "residual-swing": ("0.2deg", "Largest lag after the drive has ended.  [default: 0.2deg]"),
+    "residual-swing": (
+        "0.2deg",
+        "Largest lag after the drive, of the tip and at the spool.  [default: 0.2deg]",
+    ),
     "lag-rate": ("5deg/s", "Largest rate of the lag."),
     "tension": ("20mN", "Largest tension at the spool."),
     "spool-torque": ("'0.2 mN m'", "Largest torque of the thread on the spool."),
@@ -109,13 +112,19 @@ def _print(found: Design) -> None:
 
     console = Console(highlight=False)
     last = ("worst corner",) if found.corners else ()
-    table = made_table("designed drive", "", "bound", "constant rate", "designed", "nodes doubled", *last)
+    table = made_table("designed drive", "", "bound", "constant rate", "designed", "other models", *last)
     for row in report.rows(found):
         table.add_row(*row)
     console.print(table)
+    lags = ("peak lag, deg", "swing of the tip, deg", "swing at the spool, deg")
+    console.print()
+    table = made_table("models of the blade", "segments", *lags)
+    for model in report.models(found):
+        table.add_row(*model)
+    console.print(table)
     if found.corners:
         console.print()
-        table = made_table("errors of inertia and spin", "inertia", "spin", "peak lag, deg", "residual swing, deg")
+        table = made_table("errors of inertia and spin", "inertia", "spin", *lags)
         for corner in report.corners(found):
             table.add_row(*corner)
         console.print(table)

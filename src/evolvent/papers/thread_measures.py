@@ -136,10 +136,20 @@ def loads() -> Numbers:
 
 
 def unwinding_law() -> Numbers:
-    """Largest lag and swing from 10 to 20 s, deg, at a constant rate and with a rate that rises within 5 s."""
-    found = {}
-    for name, ramp in (("none", 0.0), ("ramp", 5.0)):
-        one = deployed(RIGID | {"spool.ramp": ramp, "spool.start_length": 0.005, "solver.duration": 20.0})
+    """Largest lag and swing from 10 to 20 s, deg, of three laws of unwinding.
+
+    A constant rate, one that rises within 5 s, and the law of the case `heliogyro-designed`.
+    """
+    from evolvent import cases
+
+    found, designed = {}, cases.load("heliogyro-designed").spool.table
+    laws: dict[str, dict[str, object]] = {
+        "none": {},
+        "ramp": {"spool.ramp": 5.0},
+        "designed": {"spool.rate": None, "spool.table": designed},
+    }
+    for name, law in laws.items():
+        one = deployed(RIGID | law | {"spool.start_length": 0.005, "solver.duration": 20.0})
         found[f"peak_{name}"] = float(np.nanmax(one.lag[one.t >= 0.5]))
         found[f"swing_{name}"] = float(np.ptp(one.lag[one.t >= 10.0]))
     return found

@@ -163,10 +163,10 @@ def _unwinding(name: str, title: str, start: Start) -> Made:
     note = (
         "No external forces, body at rest, no weight at the tip; r, rate of the spool and mass per length of the "
         "paper. Our reading: shapes in the plane of X and Z. The paper gives no c, d and length for the figure; our "
-        f"choice: a regular motion, E b h = c l0 = {REGULAR[0]:g} N, d = {REGULAR[1]:g} N s/m, {TURNS:g} turns, rounded "
-        f"up to a whole segment. With the film of table IV.1, {STIFF[0]:g} N, and d = {STIFF[1]:g} N s/m the motion by "
-        "(3, 4) is chaotic; `evolvent figure thread-spool-node-map` has others. Computed with the equations of the "
-        "paper, by RK4, without the package's solvers.\n"
+        f"choice: a regular motion, E b h = c l0 = {REGULAR[0]:g} N, d = {REGULAR[1]:g} N s/m, {TURNS:g} turns, "
+        f"rounded up to a whole segment. With the film of table IV.1, {STIFF[0]:g} N, and d = {STIFF[1]:g} N s/m the "
+        "motion by (3, 4) is chaotic; `evolvent figure thread-spool-node-map` has others. Computed with the equations "
+        "of the paper, by RK4, without the package's solvers.\n"
     )
     figure = Figure(name=name, title=title, panels=panels, columns=2, height=205.0)
     return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure)
@@ -199,7 +199,7 @@ def node_map(options: Options) -> Made:
     for nodes in NODES:
         for weight in (False, True):
             found = [[amplitude(nodes, force, d, weight=weight) for d in dampings] for force in tensile]
-            words = "weight m_k" if weight else "no weight"
+            words = "weight $m_k$" if weight else "no weight"
             panels.append(_cells(f"{nodes} nodes on a turn, {words}", tensile, dampings, found, marked=not weight))
             for force, line in zip(tensile, found, strict=True):
                 rows.append([str(nodes), "yes" if weight else "no", f"{force:g}", *map(_written, line)])
@@ -209,7 +209,8 @@ def node_map(options: Options) -> Made:
         f"Ours: largest |z - r| / r of the nodes over {MAP_TURNS:g} turns of the spool, with eqs. (3, 4) on the "
         "boundary node, no external forces and the body at rest. c = E b h / l0, d in N s/m over the paper's range. "
         f"~ a chaotic motion: a change of c by {100.0 * CHANGE:g} % changes the value by more than "
-        f"{100.0 * CHAOTIC:g} %; the larger one is given. m_k = {1e3 * PAPER.tip_mass:g} g at the tip, as in table IV.1. Blue: below {SUFFICES:g} r.\n"
+        f"{100.0 * CHAOTIC:g} %; the larger one is given. m_k = {1e3 * PAPER.tip_mass:g} g at the tip, as "
+        f"in table IV.1. Blue: below {SUFFICES:g} r.\n"
     )
     title = f"ours: largest |z - r| / r over {MAP_TURNS:g} turns by eqs. (3, 4); ~: chaotic; blue: below {SUFFICES:g}"
     figure = Figure(name="thread-spool-node-map", title=title, panels=panels, columns=2, height=225.0)
@@ -243,7 +244,7 @@ def _cells(
     ends = (SUFFICES / 100.0, 100.0 * SUFFICES)
     drawn = Map(x=x, y=y, values=values, label="largest |z - r| / r", limits=ends, log=True, colors="RdBu_r")
     return Panel(
-        x_label="d, N s/m", y_label="c l0 = E b h, N", lines=lines, title=title, map=drawn, notes=notes,
+        x_label="d, N s/m", y_label="$c\\,l_0 = E\\,b\\,h$, N", lines=lines, title=title, map=drawn, notes=notes,
         x_names={float(k): f"{d:g}" for k, d in enumerate(dampings)},
         y_names={float(k): f"{force:g}" for k, force in enumerate(tensile)},
     )  # fmt: skip

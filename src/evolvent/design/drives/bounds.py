@@ -32,7 +32,7 @@ class Bounds(Section):
     peak_lag : float, rad
         Largest lag of the tip until the drive ends; left out: 1.02 times the steady lag at the case's rate.
     residual_swing : float, rad
-        Largest lag of the tip after the drive has ended.
+        Largest lag after the drive has ended, of the tip and of the last segment at the spool, for two of its periods.
     lag_rate : float, rad/s
         Largest rate of the tip's lag.
     tension : float, N

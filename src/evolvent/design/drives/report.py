@@ -8,10 +8,11 @@ from evolvent.design.drives import motion as mo
 from evolvent.design.drives.search import Design
 from evolvent.results.figures import Figure, Line, Panel, stacked
 
-#: Words, unit and factor to it of each bound.
+#: Words, unit and factor to it of each measure.
 WORDS = {
     "peak_lag": ("peak lag", "deg", np.degrees(1.0)),
-    "residual_swing": ("residual swing", "deg", np.degrees(1.0)),
+    "tip_swing": ("residual swing of the tip", "deg", np.degrees(1.0)),
+    "spool_swing": ("residual swing at the spool", "deg", np.degrees(1.0)),
     "lag_rate": ("rate of the lag", "deg/s", np.degrees(1.0)),
     "tension": ("tension at the spool", "mN", 1e3),
     "spool_torque": ("torque on the spool", "mN m", 1e3),
@@ -19,12 +20,12 @@ WORDS = {
 
 
 def rows(found: Design) -> list[tuple[str, ...]]:
-    """Rows of a table: measure, bound, constant rate, this drive, twice the nodes, worst corner."""
-    columns = [found.constant.measures(), found.nominal.measures(), found.refined.measures()]
+    """Rows of a table: measure, bound, constant rate, this drive, largest of all models, worst corner."""
+    columns = [found.constant.measures(), found.nominal.measures(), found.largest]
     corners = [one.measures() for one in found.corners.values()]
     table = []
     for key, (words, unit, factor) in WORDS.items():
-        bound = getattr(found.task.bounds, key)
+        bound = getattr(found.task.bounds, mo.BOUND_OF[key])
         values = [getattr(one, key) for one in columns]
         values += [max(getattr(one, key) for one in corners)] if corners else []
         cells = [f"{factor * value:.4g}" for value in values]
@@ -48,14 +49,23 @@ def text(found: Design) -> str:
     return "; ".join(parts)
 
 
-def corners(found: Design) -> list[tuple[str, str, str, str]]:
-    """Rows of a table: inertia, spin, peak lag and residual swing in degrees."""
-    made = []
-    for (inertia, spin), one in found.corners.items():
-        of = one.measures()
-        lags = (f"{np.degrees(of.peak_lag):.4g}", f"{np.degrees(of.residual_swing):.3g}")
-        made.append((f"{100.0 * (inertia - 1.0):+.3g} %", f"{100.0 * (spin - 1.0):+.3g} %", *lags))
-    return made
+def models(found: Design) -> list[tuple[str, ...]]:
+    """Rows of a table: model of the blade, peak lag, residual swing of the tip and at the spool in degrees."""
+    all_models = {f"{found.task.case.blade.nodes} links": found.nominal, **found.others}
+    return [(name, *_degrees(one.measures())) for name, one in all_models.items()]
+
+
+def _degrees(of: mo.Measures) -> tuple[str, str, str]:
+    """Peak lag and both swings in degrees."""
+    return f"{np.degrees(of.peak_lag):.4g}", f"{np.degrees(of.tip_swing):.3g}", f"{np.degrees(of.spool_swing):.3g}"
+
+
+def corners(found: Design) -> list[tuple[str, ...]]:
+    """Rows of a table: inertia, spin, peak lag, residual swing of the tip and at the spool in degrees."""
+    return [
+        (f"{100.0 * (inertia - 1.0):+.3g} %", f"{100.0 * (spin - 1.0):+.3g} %", *_degrees(one.measures()))
+        for (inertia, spin), one in found.corners.items()
+    ]
 
 
 def figure(found: Design) -> Figure:
@@ -67,13 +77,17 @@ def figure(found: Design) -> Figure:
     rate.append(
         Line(x=steps, y=np.array([0.0, 1.0, 1.0, 0.0]) * found.task.rate, label="constant", color=1, style="--")
     )
-    lags = [Line(x=one.time, y=np.degrees(one.lag), label="designed")]
-    lags.append(Line(x=constant.time, y=np.degrees(constant.lag), label="constant", color=1, style="--", width=1.0))
+    lags = [Line(x=one.time, y=np.degrees(one.lag), label="designed, tip")]
+    lags.append(
+        Line(x=constant.time, y=np.degrees(constant.lag), label="constant, tip", color=1, style="--", width=1.0)
+    )
+    after, words = one.ended, "designed, at the spool after the stop"
+    lags.append(Line(x=one.time[after], y=np.degrees(one.spool_lag[after]), label=words, color=2, width=0.8))
     bound = np.degrees(found.task.bounds.peak_lag or np.nan) * np.sign(found.task.rate)
     lags.append(Line(x=one.time[[0, -1]], y=np.full(2, bound), label="bound", color="gray", width=0.8))
     panels = [
         Panel(x_label="time, s", y_label="rate of the spools, rad/s", lines=rate),
-        Panel(x_label="time, s", y_label="lag of the tip, deg", lines=lags),
+        Panel(x_label="time, s", y_label="lag, deg", lines=lags),
     ]
     if found.corners:
         panels.append(

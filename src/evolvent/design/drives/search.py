@@ -43,7 +43,7 @@ class Design:
     table : list of (time s, rate rad/s) rows
     end : float, s
     nominal, constant : Motion, under this drive, and under the constant rate that starts and stops at once
-    refined : Motion, with twice the nodes
+    others : mapping, name -> Motion, of other models of the blade: more nodes, and springs where the case has them
     corners : mapping, (factor of the inertia, factor of the spin) -> Motion
     evaluations : int, runs of the search
     """
@@ -53,21 +53,26 @@ class Design:
     end: float
     nominal: mo.Motion
     constant: mo.Motion
-    refined: mo.Motion
+    others: Mapping[str, mo.Motion]
     corners: Mapping[tuple[float, float], mo.Motion]
     evaluations: int
 
+    @property
+    def largest(self) -> mo.Measures:
+        """The largest values of all models of the blade."""
+        models = [one.measures() for one in (self.nominal, *self.others.values())]
+        return mo.Measures(*map(max, zip(*models, strict=True)))
+
     def missed(self) -> list[tuple[str, float, float]]:
-        """Bounds that are not met, with the case's nodes or with twice as many: (key, larger value, bound)."""
-        both = zip(mo.Measures._fields, self.nominal.measures(), self.refined.measures(), strict=True)
-        given = ((key, max(one, other), getattr(self.task.bounds, key)) for key, one, other in both)
+        """Bounds that are not met by one of the models: (key of the measure, largest value, bound)."""
+        found = zip(mo.Measures._fields, self.largest, strict=True)
+        given = ((key, value, getattr(self.task.bounds, mo.BOUND_OF[key])) for key, value in found)
         return [(key, value, bound) for key, value, bound in given if bound is not None and value > bound]
 
     @property
     def content(self) -> dict[str, Any]:
         """The case with the drive, as a file holds it."""
-        after = self.task.period(self.task.bounds.length or 0.0)
-        given = mo.table_keys(self.table) | {"solver.duration": round(self.end + after, 3)}
+        given = mo.table_keys(self.table) | {"solver.duration": round(self.end + mo.after(self.task), 3)}
         return cases.written(cases.load(self.task.case.model_dump(mode="json"), given))
 
 
@@ -189,12 +194,12 @@ class Search:
         table, bounds, found = self.table(x), self.task.bounds, []
         for weight, corner in zip(self.weights, self.corners, strict=True):
             one = self._run(table, corner[0], corner[1])
-            after = one.lag[one.ended]
-            found.append(CORNER * weight * after / bounds.residual_swing / np.sqrt(after.size))
+            after = np.concatenate([one.lag[one.ended], one.spool_lag[one.ended]])
+            found.append(CORNER * weight * after / bounds.residual_swing / np.sqrt(one.ended.sum()))
         for nodes in self.nodes:
             one = self._run(table, nodes=nodes)
-            swing = np.abs(one.lag[one.ended]) / bounds.residual_swing / np.sqrt(one.ended.sum())
-            found.append(NOMINAL * np.maximum(swing - AIM["residual_swing"] / np.sqrt(one.ended.sum()), 0.0))
+            swing = np.abs(np.concatenate([one.lag[one.ended], one.spool_lag[one.ended]])) / bounds.residual_swing
+            found.append(NOMINAL * np.maximum(swing - AIM["residual_swing"], 0.0) / np.sqrt(one.ended.sum()))
             series = {"peak_lag": one.lag[~one.ended], "lag_rate": one.lag_rate, "tension": one.tension}
             series["spool_torque"] = one.tension * one.radius
             for key, values in series.items():
@@ -214,11 +219,12 @@ class Search:
         found = mo.run(self.task, table, end=self.end, inertia=inertia, spin=spin, nodes=nodes or self.nodes[0])
         if not found.failed:
             return found
-        times = mo.sample_times(self.end, self.task.period(self.task.bounds.length or 0.0))
+        times = mo.sample_times(self.end, mo.after(self.task))
         worst = np.full(times.size, np.pi)
         return found._replace(
-            time=times, lag=worst, tension=0.0 * worst, deployed=np.full(times.size, np.inf), body_rate=worst, failed=""
-        )
+            time=times, lag=worst, spool_lag=worst, tension=0.0 * worst, deployed=np.full(times.size, np.inf),
+            body_rate=worst, failed="",
+        )  # fmt: skip
 
     def design(self) -> Design:
         """The drive, and the motions under it with all nodes."""
@@ -254,13 +260,12 @@ class Search:
     def verified(self, table: list[list[float]]) -> Design:
         """A drive with the motions of the whole thread under it."""
         task, end = self.task, self.end
-        nodes = task.case.blade.nodes
-        nominal, refined = mo.run(task, table, end=end), mo.run(task, table, end=end, nodes=2 * nodes)
-        for count, one in ((nodes, nominal), (2 * nodes, refined)):
+        nominal, others = mo.run(task, table, end=end), mo.others(task, table, end=end)
+        for name, one in {f"{task.case.blade.nodes} links": nominal, **others}.items():
             if one.failed:
-                raise RunFailed(f"the run with {count} nodes under the drive found has failed: {one.failed}", one)
+                raise RunFailed(f"the run with {name} under the drive found has failed: {one.failed}", one)
         return Design(
-            task=task, table=table, end=end, nominal=nominal, refined=refined,
+            task=task, table=table, end=end, nominal=nominal, others=others,
             constant=mo.run(task, mo.constant_table(task), end=task.constant_time),
             corners={
                 (inertia, spin): mo.run(task, table, end=end, inertia=inertia, spin=spin)
