@@ -124,9 +124,12 @@ def test_the_boundary_node_leaves_the_plane_by_eqs_3_4_and_stays_in_it_by_eqs_7_
     assert all(tip > 0.9 * out for *_, tip, out in regular)
     assert film[3] > 1.0
     assert film[4] < 0.8 * film[5]
-    for *_, off, tip, out in straight:
+    *undisturbed, across = straight
+    for *_, off, tip, out in undisturbed:
         assert off == 0.0
         assert tip == out
+    *_, off, tip, out = across  # its tip starts along Z at a tenth of the pay-out's speed
+    assert [tip / out, off / out] == pytest.approx([1.0 / 1.01**0.5, 0.1 / 1.01**0.5], rel=1e-3)
 
 
 @pytest.mark.slow

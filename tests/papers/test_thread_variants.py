@@ -82,21 +82,6 @@ def test_an_unstable_run_ends_with_its_last_finite_sample():
     assert np.all(np.isfinite(found.rate))
 
 
-@pytest.mark.parametrize("damping", [0.1, 1.0])
-def test_a_step_is_stable_where_damping_limits_it(damping):
-    """Of a soft, damped thread the damper limits the step: a step by the stiffness alone is unstable."""
-    film = Data(nodes=477, stiffness=47.7, damping=damping, rate=0.0, tip_mass=0.0)
-    longest = film.stable_step("departure")
-    by_stiffness = math.sqrt(8.0 * film.line_density * film.segment / (4.0 * film.stiffness))
-    assert longest < 0.5 * by_stiffness
-    found, half, unstable = (
-        deploy(film, "spool node", until=1.5, samples=4, step=step)
-        for step in (SHARE * longest, 0.5 * SHARE * longest, SHARE * by_stiffness)
-    )
-    assert found.off_plane == pytest.approx(half.off_plane, rel=1e-3)
-    assert unstable.t[-1] < found.t[-1]
-
-
 def test_a_disturbance_grows_above_the_longest_stable_step_alone():
     """RK4 is stable up to 2 sqrt(2) over the largest frequency, near 2 sqrt(c/m) of many nodes."""
     from evolvent.papers.thread_stability_measures import longest_step
@@ -131,6 +116,21 @@ def test_a_tip_that_starts_across_draws_a_straight_thread_with_the_departure_poi
 
 def test_without_eq_11_the_first_step_is_singular():
     assert run(until=8.0, tiny=0.0).t.size == 1
+
+
+@pytest.mark.parametrize("damping", [0.1, 1.0])
+def test_a_step_is_stable_where_damping_limits_it(damping):
+    """Of a soft, damped thread the damper limits the step: a step by the stiffness alone is unstable."""
+    film = Data(nodes=477, stiffness=47.7, damping=damping, rate=0.0, tip_mass=0.0)
+    longest = film.stable_step("departure")
+    by_stiffness = math.sqrt(8.0 * film.line_density * film.segment / (4.0 * film.stiffness))
+    assert longest < 0.5 * by_stiffness
+    found, half, unstable = (
+        deploy(film, "spool node", until=1.5, samples=4, step=step)
+        for step in (SHARE * longest, 0.5 * SHARE * longest, SHARE * by_stiffness)
+    )
+    assert found.off_plane == pytest.approx(half.off_plane, rel=1e-3)
+    assert unstable.t[-1] < found.t[-1]
 
 
 def test_a_thread_without_forces_leaves_straight_with_the_departure_point_only():

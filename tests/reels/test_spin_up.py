@@ -188,3 +188,11 @@ def test_a_slowly_growing_torque_has_a_limit_too() -> None:
 def test_segments_by_length_become_links() -> None:
     case = cases.load("heliogyro", {"blade.boundary_segment": "by-length"})
     assert cases.load(case.model_dump(mode="json"), links.LINKS).blade.boundary_segment == "constant"
+
+
+def test_the_figure_has_points_at_the_computed_lengths_alone() -> None:
+    """Two lengths joined by a line would look like a computed curve."""
+    values = np.array([1.0, 2.0])
+    found = spin_up.Permissible(values, values, values, values, values, ramp=0.0, nodes=20)
+    lines = [line for panel in spin_up.figure(found).panels for line in panel.lines]
+    assert all(line.marker and not line.style.strip() for line in lines)

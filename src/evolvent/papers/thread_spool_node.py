@@ -70,7 +70,7 @@ def paid_out(
     tensile : float, E b h, N
     damping : float, d of a segment, N s/m
     weight : bool, whether the weight of table IV.1 hangs at the tip
-    kick : float, speed of the tip along Z at the start, of the speed of pay-out
+    kick : float, speed of the tip along Z at the start, of the pay-out's
     """
     segment = 2.0 * math.pi * PAPER.radius / nodes_a_turn
     count = math.ceil(turns * nodes_a_turn)
@@ -78,13 +78,23 @@ def paid_out(
         PAPER, rate=0.0, nodes=count + 1, length=(count + 1) * segment, stiffness=tensile / segment, damping=damping,
         tip_mass=PAPER.tip_mass if weight else 0.0,
     )  # fmt: skip
-    return data, deploy(data, start, until=count * segment / data.speed, samples=4, kick=(0.0, 0.0, kick * data.speed))
+    across = (0.0, 0.0, kick * data.speed)
+    return data, deploy(data, start, until=count * segment / data.speed, samples=4, kick=across)
 
 
 def off(found: tuple[Data, Deployment]) -> float:
     """Largest distance of a released node from the plane z = r, of r."""
     data, run = found
     return run.off_plane / data.radius
+
+
+def bent(found: tuple[Data, Deployment]) -> float:
+    """Largest distance of a released node from the straight line from Q to the tip, of r."""
+    data, run = found
+    from_q = run.positions[1:] - np.array([0.0, 0.0, data.radius])
+    tip = from_q[:, :1]
+    along = np.sum(from_q * tip, axis=2, keepdims=True) / np.sum(tip * tip, axis=2, keepdims=True)
+    return float(np.nanmax(np.linalg.norm(from_q - along * tip, axis=2))) / data.radius
 
 
 def out(found: tuple[Data, Deployment]) -> float:
@@ -105,29 +115,40 @@ def amplitude(nodes_a_turn: int, tensile: float, damping: float, *, weight: bool
 
 def figure_3_3(options: Options) -> Made:
     """Shapes of the thread where the boundary node is pulled towards the next node, on the spool."""
-    title = "Eqs. (3, 4) on the boundary node: shapes of the thread (Tenenbaum 2014, figure III.3)"
+    title = (
+        "Results of the numerical integration of the unwinding of the thread where eqs. (3, 4) are used to calculate "
+        "the reactions of the links on boundary nodes (no external forces) (Tenenbaum 2014, figure III.3; ours: "
+        "$c$, $d$, length, numbers of nodes)"
+    )
     return _unwinding("thread-figure-3-3", title, "spool node")
 
 
 def figure_3_4(options: Options) -> Made:
     """Shapes of the thread where the boundary node is pulled towards the departure point."""
-    title = "Eqs. (7, 8) on the boundary node: shapes of the thread (Tenenbaum 2014, figure III.4)"
+    title = (
+        "Unwinding of the thread where eqs. (7, 8) are used for boundary nodes (Tenenbaum 2014, figure III.4; ours: "
+        "caption, which is lost, $c$, $d$, length, numbers of nodes)"
+    )
     return _unwinding("thread-figure-3-4", title, "departure")
 
 
 def _unwinding(name: str, title: str, start: Start) -> Made:
-    """Shapes in the plane of X and Z for each number of nodes on a turn; below them the film, ours."""
-    cases = [(nodes, *REGULAR) for nodes in NODES] + [(12, *STIFF)]
+    """Shapes in the plane of X and Z for each number of nodes on a turn; below them the film, ours.
+
+    With the departure point the tip of the film starts along Z, since the thread leaves straight by symmetry else.
+    """
+    cases = [(nodes, *REGULAR, 0.0) for nodes in NODES] + [(12, *STIFF, 0.1 if start == "departure" else 0.0)]
     panels, rows = [], []
     distances: list[Line] = []
-    for nodes, tensile, damping in cases:
-        data, run = paid_out(nodes, tensile, damping, start=start)
+    for nodes, tensile, damping, kick in cases:
+        data, run = paid_out(nodes, tensile, damping, start=start, kick=kick)
         regular = (tensile, damping) == REGULAR
         film = "" if regular else f"ours: the film, {tensile:g} N, "
-        panels.append(_shapes(f"{film}{nodes} nodes on a turn", data, run, start))
+        across = ", tip starts along $Z$" if kick else ""
+        panels.append(_shapes(f"{film}{nodes} nodes on a turn{across}", data, run, start))
         far = np.nanmax(np.abs(run.positions[:, :, 2] / data.radius - 1.0), axis=1, initial=0.0)
         turns = data.spool_rate * run.t / (2.0 * math.pi)
-        label = f"{nodes} nodes" if regular else f"film, {nodes} nodes"
+        label = f"{nodes} nodes" if regular else f"film, {nodes} nodes{across}"
         distances.append(Line(x=turns, y=far, label=label, color=len(distances), width=1.2))
         values = (off((data, run)), run.positions[-1, 0, 0] / data.radius, data.speed * run.t[-1] / data.radius)
         rows.append([str(nodes), f"{tensile:g}", f"{damping:g}", *(f"{value:.4f}" for value in values)])

@@ -110,10 +110,11 @@ def spin() -> Numbers:
     return found
 
 
-def _whole(given: Mapping[str, Any]) -> Any:
+def _whole(given: dict[str, Any]) -> Any:
     import evolvent
 
-    return evolvent.run("heliogyro", RIGID | {"output.every": 1.0, "output.fine": False} | given)
+    shared: dict[str, Any] = {"output.every": 1.0, "output.fine": False}
+    return evolvent.run("heliogyro", RIGID | shared | given)
 
 
 def both_blades() -> Numbers:
