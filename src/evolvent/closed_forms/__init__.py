@@ -35,6 +35,7 @@ from evolvent.closed_forms.blades import (
     step_torque_limit,
 )
 from evolvent.closed_forms.membranes import driven_twist, spinning_strip_modes, sunlight_coning
+from evolvent.closed_forms.openings import Opening, opening
 from evolvent.closed_forms.strips import (
     STIFF,
     WOUND,
@@ -75,6 +76,7 @@ __all__ = [
     "WOUND",
     "WOUND_LAG",
     "HeldTail",
+    "Opening",
     "Rotor",
     "Snap",
     "SpunTail",
@@ -93,6 +95,7 @@ __all__ = [
     "lag_frequency",
     "least_winding_torque",
     "membrane_energy",
+    "opening",
     "parabola_energy",
     "payout_lag",
     "peel",
