@@ -123,6 +123,7 @@ RIB: dict[str, Entry] = _entries(
     ("figure-8", 12, 5, "rib_figures.figure_8", "winding of a rib: points that touch the hub (our torque and damping)"),
     ("figure-9", 12, 5, "rib_figures.figure_9", "winding of a rib: contact force for three mass dampings"),
     ("root-damping", 10, 5, "rib_figures.root_damping", "ours: damping in the first element or hinge alone"),
+    ("deployment-damping", 40, 20, "rib_deployment.figure", "ours: hinge dampers while the rib deploys"),
     ("points-at-rest", 3, 2, "rib_figures.points_at_rest", "ours: wound rib at rest, gaps of the contact points"),
     ("table-1", 240, 30, "rib.table_1",
      "winding of a rib, a = 0: CPU time and error over the step, implicit and explicit, two models"),
