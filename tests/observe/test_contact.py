@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from evolvent import System, elements, parts
+from evolvent.results.observe.contact import touching_span
 from observe.seeing import Array, Seen, at_rest, close, run
 
 SQUARE = elements.Rectangle(thickness=0.05, width=0.05)
@@ -79,6 +80,54 @@ def test_forces_of_contact_points(method: str, law: str) -> None:
     fine = run(falling(law), np.linspace(0.0, 0.5, 1001), method, **options)
     whole = np.trapezoid(fine.of("drum", "normal_force"), fine.t)
     close(fine.of("drum", "impulse")[-1:], [whole], part=0.01)
+
+
+ARC = np.arange(1, 41) / 10.0
+
+
+@pytest.mark.parametrize("power", [2.0, 3.0])
+@pytest.mark.parametrize(("first", "last"), [(1.234, 3.017), (1.251, 2.349)])
+def test_a_span_of_contact_ends_within_a_spacing_where_the_gap_opens(power: float, first: float, last: float) -> None:
+    gap = np.maximum(first - ARC, 0.0) ** power + np.maximum(ARC - last, 0.0) ** power
+    gap = np.where(gap == 0.0, -1e-6, gap)
+    gap[np.argmax(gap < 0.0) + 3] = 1e-3  # a polynomial departs from the surface
+    gap[-1] = np.nan
+    found = touching_span(ARC, np.stack([gap, np.full(40, np.nan), np.full(40, 0.1)]))
+    close(np.array(found)[:, 1:], np.zeros((2, 2)))
+    assert np.array(found)[:, 0] == pytest.approx([first, last], abs=1e-9 if power == 3.0 else 0.1)
+
+
+def test_a_point_that_hovers_by_vibration_touches() -> None:
+    gap = np.where(ARC > 3.0, 0.01, 1e-7)
+    assert np.ravel(touching_span(ARC, gap[None])) == pytest.approx([0.0, 3.0], abs=0.1)
+
+
+def test_a_span_of_contact_reaches_the_ends_of_the_beam() -> None:
+    found = touching_span(ARC, np.full((1, 40), -1e-6))
+    assert np.ravel(found) == pytest.approx([0.0, 4.0])
+    assert np.ravel(touching_span(ARC[:1], np.full((1, 1), -1e-6))) == pytest.approx([0.1, 0.1])
+    # the first elements are skipped: what touches begins at the first point
+    assert np.ravel(touching_span(ARC[10:], np.full((1, 30), -1e-6))) == pytest.approx([1.0, 4.0])
+
+
+def test_a_rod_wound_on_a_drum_touches_over_the_length_of_its_arc() -> None:
+    """A cable of 1 m, wound on a drum of 0.2 m but for a straight tail of 0.3 m, its root on the drum."""
+    radius, tail, n = 0.2, 0.3, 20
+    arc = np.linspace(0.0, 1.0, n + 1)
+    angle = np.minimum(arc, 1.0 - tail) / radius
+    off = np.maximum(arc - (1.0 - tail), 0.0)[:, None]
+    out, along = np.stack([np.cos(angle), np.sin(angle)], 1), np.stack([-np.sin(angle), np.cos(angle)], 1)
+    flat = np.stack([(radius - 1e-4) * out + off * along, along], axis=1)
+    nodes = np.concatenate([flat, np.zeros((n + 1, 2, 1))], axis=2)
+    system = System()
+    beam = {"length": 1.0, "section": SQUARE, "material": SOFT, "elements": n, "formulation": "cable", "nodes": nodes}
+    system.add(parts.Beam(**beam), "rod")
+    drum = parts.CylinderContact(
+        body="ground", beams=["rod"], radius=radius, stiffness=K, points=4, initial_overlap=0.1
+    )
+    system.add(drum, "drum")
+    found = run(system, np.array([0.0, 1e-4, 2e-4]), "rk4", step=1e-5)
+    assert found.of("drum", "touching_length")[0] == pytest.approx(1.0 - tail, abs=0.0125)
 
 
 def test_friction_holds_a_resting_rod() -> None:

@@ -90,6 +90,7 @@ def synthetic(content, overrides=None) -> xr.DataTree:
     data = {
         "tip_radius": (("time", "rib"), np.linalg.norm(places[:, :, -1], axis=-1), "m"),
         "wrap_angle": (("time", "rib"), of_ribs(wrap), "rad"),
+        "touching_angle": (("time", "rib"), of_ribs(wrap), "rad"),
         "tip_speed_peak": (("rib",), np.full(count, speed.max()), "m/s"),
         "tip_speed_peak_time": (("rib",), np.full(count, time[np.argmax(speed)]), "s"),
         "hub_torque": (("time",), zero, "N m"),

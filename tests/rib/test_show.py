@@ -32,7 +32,8 @@ def test_numbers_of_a_saved_run_are_those_of_the_run(run, tmp_path):
 
 def test_numbers_of_winding():
     found = _numbers(synthetic(WIND))
-    assert found["wound at the end"] == "3.183 turns, 100 % of the rib"
+    assert found["wound at the end"] == "3.183 turns"
+    assert found["touches the hub at the end"] == "3.183 turns, 100 % of the rib"
     assert found["98 % wound, estimate for a string"] == "66.402 s"
     assert found["largest tip speed"].startswith("33.35 m/s at 66.402 s")
     assert found["bending stiffness of the mesh, over the rib's"] == "1"
@@ -81,9 +82,11 @@ def test_a_tapered_rib_is_held_by_other_forces():
 
 def test_a_rib_that_lies_the_other_way_round():
     run = synthetic(DEPLOY)
-    run["wrap_angle"] = run["wrap_angle"] - 8.0
-    assert _numbers(run)["wound at the end"] == "1.273 turns, 40 % of the rib, the other way round"
-    (panel,) = (p for f in system.figures(run) for p in f.panels if p.y_label == "wound, rad")
+    for name in ("wrap_angle", "touching_angle"):
+        run[name] = run[name] - 8.0
+    assert _numbers(run)["wound at the end"] == "1.273 turns, the other way round"
+    assert _numbers(run)["touches the hub at the end"] == "1.273 turns, the other way round, 40 % of the rib"
+    (panel,) = (p for f in system.figures(run) for p in f.panels if p.y_label == "angle, rad")
     assert panel.lines[0].y.min() < 0.0
 
 

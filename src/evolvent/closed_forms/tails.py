@@ -21,13 +21,15 @@ class HeldTail(NamedTuple):
     ----------
     tail, torque : (k,) float, m, length that does not lie on the hub, and N m, torque that holds it
     tip_radius : (k,) float, m, distance of the tip from the axis
-    wrap : (k,) float, rad, angle covered, as if the tail were straight along the tangent: `wrap_angle` of results
+    wrap : (k,) float, rad, angle wound, as if the tail were straight along the tangent: `wrap_angle` of results
+    touching : (k,) float, rad, angle of the hub that the rib touches: `touching_angle` of results
     """
 
     tail: Array
     torque: Array
     tip_radius: Array
     wrap: Array
+    touching: Array
 
 
 def least_winding_torque(rib: Strip, curvature: float = 0.0) -> float:
@@ -174,7 +176,8 @@ def held_tails(rib: Strip, *, samples: int = 40, curvature: float = 0.0) -> Held
         moment = field * (whole - tail + float(np.trapezoid(x * x + y * y, nodes * tail)))
         radius = math.hypot(x[-1], y[-1])
         wrap = whole - tail + math.atan2(y[-1], x[-1]) - math.acos(min(1.0 / radius, 1.0))
-        found.append((tail * rib.radius, moment * rib.bending_stiffness / rib.radius, radius * rib.radius, wrap))
+        torque = moment * rib.bending_stiffness / rib.radius
+        found.append((tail * rib.radius, torque, radius * rib.radius, wrap, whole - tail))
         field *= (tail / (tail + tails[1] - tails[0])) ** 3
     return HeldTail(*np.array(found).T)
 
@@ -185,13 +188,15 @@ class SpunTail(NamedTuple):
     Attributes
     ----------
     tail, tip_radius : float, m, length that does not lie on the hub, and distance of the tip from the axis
-    wrap : float, rad, angle covered, as if the tail were straight along the tangent: `wrap_angle` of results
+    wrap : float, rad, angle wound, as if the tail were straight along the tangent: `wrap_angle` of results
+    touching : float, rad, angle of the hub that the string touches: `touching_angle` of results
     tension : float, N, where the tail begins
     """
 
     tail: float
     tip_radius: float
     wrap: float
+    touching: float
     tension: float
 
 
@@ -258,4 +263,4 @@ def spun_tail(rib: Strip, rate: float, alpha: float) -> SpunTail:
     turned = abs(float(np.unwrap(np.arctan2(found.y[1], found.y[0]))[-1]))
     wrap = (L - tail) / R + turned - math.acos(min(R / scale, 1.0))
     pull = rib.line_density * size * (rate * scale) ** 2 * math.hypot(fx, fy)
-    return SpunTail(tail=tail, tip_radius=scale, wrap=max(wrap, 0.0), tension=pull)
+    return SpunTail(tail=tail, tip_radius=scale, wrap=max(wrap, 0.0), touching=(L - tail) / R, tension=pull)

@@ -60,9 +60,9 @@ def claims(name: str | None, markdown: bool, every: bool, output: str | None) ->
 def _show(one: Claim) -> None:
     """Print a claim with its stored result."""
     echo(f"{one.where} ({one.source}): {one.claim}")
-    conditions = (("holds", one.holds), ("in part", one.in_part))
-    rule = "; ".join(f"{verdict} if {' and '.join(texts)}" for verdict, texts in conditions if texts)
-    echo(f"verdict: {one.verdict()}" + (f" ({rule})" if rule else ""))
+    echo(f"verdict: {one.verdict()}")
+    if one.rule:
+        echo(" ".join((f"rule: {one.rule}", *one.limits)))
     echo(f"paper: {one.paper or 'no number'}")
     echo(f"stored result{f' of {one.measured.date}' if one.measured else ''}: {one.text()}")
     if one.undecided:

@@ -60,7 +60,8 @@ class Claim:
     Attributes
     ----------
     name : str, unique, starts with the paper's short name ("thread-eq-18")
-    where : str, its location in the paper ("section IV, eq. (18)")
+    where : str, its location in the paper ("section IV, eq. (18)"); of a finding of ours "not in the paper", which may
+        be followed by what it stands beside ("not in the paper, beside figure 5")
     claim : str, what the paper says, in our words, one sentence
     source : how we know what the paper says
     paper : str, the paper's number; "" where it gives none
@@ -70,6 +71,9 @@ class Claim:
     in_part : tuple of str, the same for "in part", where it does not hold; where these are not true either it is
         refuted
     undecided : str, why the claim is open, in place of comparisons
+    limits : tuple of str, reasons of the numbers in the comparisons, one sentence each
+    absent : str, what of the claim evolvent cannot show, "" where that is nothing; it stands behind the finding, and is
+        looked at again when a kind of part or a case is added, as a row that is open is
     tolerance : float, relative difference up to which a new measurement agrees with the stored values; or one per key
     negligible : float, difference that always agrees: of round-off, or of adaptive steps
     seconds : int, CPU time of the measurement with compiled kernels; tests run those of at most `QUICK`
@@ -87,6 +91,8 @@ class Claim:
     holds: tuple[str, ...] = ()
     in_part: tuple[str, ...] = ()
     undecided: str = ""
+    limits: tuple[str, ...] = ()
+    absent: str = ""
     tolerance: float | Mapping[str, float] = 0.01
     negligible: float = 1e-9
     seconds: int = 1
@@ -97,6 +103,16 @@ class Claim:
     def values(self) -> Mapping[str, float]:
         """The values as measured last."""
         return {} if self.measured is None else self.measured.values
+
+    @property
+    def rule(self) -> str:
+        """From which comparisons the verdict follows, one sentence; "" where nothing is compared."""
+        found = [
+            f"{verdict.capitalize()} where {' and '.join(texts)}"
+            for verdict, texts in (("holds", self.holds), ("in part", self.in_part))
+            if texts
+        ]
+        return "; ".join(found[:1] + [one[0].lower() + one[1:] for one in found[1:]]) + "." if found else ""
 
     @property
     def shown_by(self) -> str:
@@ -122,7 +138,12 @@ class Claim:
     def text(self, values: Mapping[str, float] | None = None) -> str:
         """Our finding, with the stored values or with `values`."""
         found: dict[str, float] = defaultdict(lambda: math.nan, self.values if values is None else values)
-        return self.ours.format_map(found)
+        return " ".join(filter(None, (self.ours.format_map(found), self.absent)))
+
+    @property
+    def to_review(self) -> bool:
+        """Whether a new kind of part or a new case can make the row false."""
+        return bool(self.absent) or self.verdict() == "open"
 
     def run(self) -> Measurement:
         """Measure the values again."""
@@ -181,18 +202,36 @@ def claims(paper: str) -> tuple[Claim, ...]:
     InputError
         If there is no such paper.
     """
+    measured = read(FOLDER / f"{paper}.json")
+    content = _content(paper)
+    return tuple(_claim(row, content["limits"], measured.get(row["name"])) for row in content["claims"])
+
+
+def places(paper: str) -> dict[str, set[str]]:
+    """What the paper numbers ("section", "figure", "table", "eq", ...), and the numbers."""
+    return {kind: {str(number) for number in numbers} for kind, numbers in _content(paper)["places"].items()}
+
+
+def shared_limits(paper: str) -> dict[str, str]:
+    """Reasons of limits that several rows of a paper share, by their names."""
+    return dict(_content(paper)["limits"])
+
+
+@functools.cache
+def _content(paper: str) -> dict[str, Any]:
     from evolvent import cases
 
     if paper not in papers.CLAIMS_OF:
         raise InputError(f"no paper is called {paper!r}; {nearest(paper, papers.CLAIMS_OF)}")
-    measured = read(FOLDER / f"{paper}.json")
-    rows = cases.parse_yaml((FOLDER / f"{paper}.yaml").read_text(encoding="utf-8"), f"{paper}.yaml")
-    return tuple(_claim(row, measured.get(row["name"])) for row in rows)
+    found: dict[str, Any] = cases.parse_yaml((FOLDER / f"{paper}.yaml").read_text(encoding="utf-8"), f"{paper}.yaml")
+    return found
 
 
-def _claim(row: dict[str, Any], measured: Measurement | None) -> Claim:
+def _claim(row: dict[str, Any], shared: Mapping[str, str], measured: Measurement | None) -> Claim:
+    """The claim of a row, whose limits are sentences, or names of those that rows share."""
     lists: dict[str, Any] = {key: tuple(row[key]) for key in ("holds", "in_part") if key in row}
-    return Claim(**row | lists, measured=measured)
+    limits = tuple(shared.get(text, text) for text in row.get("limits", ()))
+    return Claim(**row | lists | {"limits": limits}, measured=measured)
 
 
 def every() -> list[Claim]:
@@ -251,7 +290,7 @@ def markdown(paper: str) -> str:
                 *([] if own else [one.source]),
                 one.verdict(),
                 *([] if own else [one.paper or "no number"]),
-                " ".join(filter(None, (one.text(), one.undecided))),
+                " ".join(filter(None, (one.text(), one.undecided, one.rule, *one.limits))),
                 one.measured.date if one.measured else "",
                 f"`{one.shown_by}`",
             ]

@@ -97,9 +97,7 @@ class ChainModel:
     dissipation : float, s/m, of its contacts
     """
 
-    def __init__(
-        self, end: float, overrides: Mapping[str, Any], links: int = LINKS, dissipation: float = 0.0
-    ) -> None:
+    def __init__(self, end: float, overrides: Mapping[str, Any], links: int = LINKS, dissipation: float = 0.0) -> None:
         self.name, self.end = "wrapped-rib", end
         self.chain = Chain(cases.load(self.name, dict(overrides)), links, dissipation)
 

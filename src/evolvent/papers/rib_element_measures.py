@@ -294,6 +294,25 @@ def masses() -> Values:
     }
 
 
+def weight() -> Values:
+    """Moment of the rib's weight at its root on the ground, over what bends it to the hub's radius: with 5 MPa, 50 GPa.
+
+    `air` is the mass of the air that moves with the rib across it, over its own.
+    """
+    line_density = 1600.0 * WIDTH * THICKNESS
+    moment = 0.5 * line_density * 9.81 * 12.0**2
+    stiffness = WIDTH * THICKNESS**3 / 12.0 / R
+    air = 1.2 * np.pi * WIDTH**2 / 4.0 / line_density
+    return {"soft": moment / (E * stiffness), "carbon": moment / (50e9 * stiffness), "air": float(air)}
+
+
+def stowage() -> Values:
+    """Diameter of a reflector with the paper's ribs, m, over that of its hub with the turns of a rib, by thickness."""
+    turns = 12.0 / (2.0 * np.pi * R)
+    open_, wound = 2.0 * (R + 12.0), 2.0 * (R + turns * THICKNESS)
+    return {"diameter": open_, "ratio": float(open_ / wound)}
+
+
 def search() -> Values:
     """Distance of the paper's nodes from the hub's surface when the middle of their element touches, m."""
     from evolvent.papers.rib_schematics import straddling_distances

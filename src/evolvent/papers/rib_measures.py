@@ -262,47 +262,36 @@ def elastica() -> Values:
     return {"near": means[0], "far": means[-1], "distance": float(np.polyfit(over, means, 1)[1]), "rate": rate}
 
 
-def hinge() -> Values:
-    """Largest distance of the root from the hinge during the winding, m."""
-    run = _of_alpha(0.2)
-    return {"drift": float(np.abs(run.x[:, 0, 0] - run.x[0, 0, 0]).max())}
-
-
 # ------------------------------------------------------------------------------------------------ beside the figures
 
 
 def folded() -> Values:
-    """The wound rib at rest: turns, mean curvature times R, largest distance from the hub but at its tip, mm."""
+    """The wound rib at rest: turns that touch, mean curvature times R, largest gap at the nodes but the tip, mm."""
     run = _of_alpha(0.2)
     slope, off = run.x[-1, :, 1, :2], np.hypot(*run.x[-1, :-1, 0, :2].T) - R
     angle = np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))
     return {
-        "turns": float(run.turns[-1]),
+        "turns": float(run.touching_turns[-1]),
         "curvature": float(angle[-2] - angle[1]) / (LENGTH * (1.0 - 2.0 / (angle.size - 1))) * R,
         "off": 1e3 * float(np.abs(off).max()),
     }
 
 
 def process() -> Values:
-    """Angle by which the tip's direction turns in the winding, rad, and the strain of the surface by bending, %."""
+    """Angle by which the tip's direction turns in the winding, rad, and the strain of the surface by bending, %.
+
+    `half` is the part of the bending that is there when half of this angle is turned.
+    """
     run = _of_alpha(0.2)
-    slope = run.x[:, -1, 1, :2]
-    angle = np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))
-    return {"turned": float(angle[-1] - angle[0]), "bending": 100.0 * run.case.rib.thickness / (2.0 * R)}
-
-
-def detection() -> Values:
-    """Largest difference of the gaps of contact points from |r| - R, m, and points wrongly found to touch."""
-    from evolvent.elements import axis_shape
-
-    run = _of_alpha(0.2)
-    points = run.case.contact.points
-    ends = np.concatenate([run.x[-1, :-1], run.x[-1, 1:]], axis=1)  # (elements, 4, 3)
-    shape = np.array(axis_shape(run.case.rib.element_length, np.arange(1, points + 1) / points))
-    gap = np.hypot(*np.einsum("jk,nji->nki", shape, ends)[..., :2].reshape(-1, 2).T) - R
-    known = np.isfinite(run.gap[-1])
-    wrong = (gap < 0.0) != run.touching[-1]
-    return {"off": float(np.abs(gap - run.gap[-1])[known].max()), "wrong": float(wrong.sum())}
+    slope = run.x[:, :, 1, :2]
+    angle = np.unwrap(np.arctan2(slope[..., 1], slope[..., 0]), axis=1)
+    turned, bent = angle[:, -1] - angle[0, -1], (np.diff(angle, axis=1) ** 2).sum(axis=1)
+    at = int(np.argmax(turned > 0.5 * turned[-1]))
+    return {
+        "turned": float(turned[-1]),
+        "half": float(bent[at] / bent[-1]),
+        "bending": 100.0 * run.case.rib.thickness / (2.0 * R),
+    }
 
 
 def helix() -> Values:
@@ -366,7 +355,11 @@ def _strains(run: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def released_from_wound() -> Values:
-    """A winding of 90 s as the start of a deployment: membrane over bending energy, and how the deployment ends."""
+    """A winding of 90 s as the start of a deployment of 10 s: membrane over bending energy in the wound rib.
+
+    `start`: elastic energy at the start of the deployment over that at the end of the winding; `opened`: turns by which
+    the rib has unwound.
+    """
     import tempfile
     from pathlib import Path
 
@@ -380,4 +373,9 @@ def released_from_wound() -> Values:
         keys = {"phase": "deploy", "start": str(file), "drive": None, "solver.duration": 10.0, "damping.beta": 0.02}
         run = evolvent.run("wrapped-rib", keys)
         elastic, bending = (float(wound["rib-1"][f"energy_{kind}"][-1]) for kind in ("elastic", "bending"))
-        return {"ratio": elastic / bending - 1.0, "reached": float(run.time[-1])}
+        turns = run.wrap_angle.values[:, 0] / (2.0 * math.pi)
+        return {
+            "ratio": elastic / bending - 1.0,
+            "start": float(run["rib-1"].energy_elastic[0]) / elastic,
+            "opened": float(turns[0] - turns[-1]),
+        }

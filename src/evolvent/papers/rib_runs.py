@@ -13,7 +13,8 @@ import numpy as np
 from evolvent import analysis, cases
 from evolvent.results.fine_samples import Times
 from evolvent.results.observe import View
-from evolvent.systems.wrapped_rib.derived import FOLLOWED, wrap_angle
+from evolvent.results.observe.contact import touching_span
+from evolvent.systems.wrapped_rib.derived import FOLLOWED, touching_angle, wrap_angle
 from evolvent.view.drawing import smooth
 
 if TYPE_CHECKING:
@@ -81,9 +82,20 @@ class Run:
 
     @property
     def turns(self) -> Array:
-        """Turns of the hub that the rib covers, (nt,), as `wrap_angle` of the results."""
-        path = smooth(self.x[:, :, 0], self.x[:, :, 1], self.case.rib.element_length, FOLLOWED)
-        return wrap_angle(path[:, None], self.case.hub.radius)[:, 0] / (2.0 * math.pi)
+        """Turns by which the rib is wound, as if its tail were straight, (nt,), as `wrap_angle` of the results."""
+        return wrap_angle(self._path[:, None], self.case.hub.radius)[:, 0] / (2.0 * math.pi)
+
+    @property
+    def touching_turns(self) -> Array:
+        """Turns from the root to the last place that touches, (nt,), as `touching_angle` of the results."""
+        points, length = self.gap.shape[1], self.case.rib.length
+        _, last = touching_span(length / points * np.arange(1, points + 1), self.gap)
+        return touching_angle(self._path, last, length) / (2.0 * math.pi)
+
+    @property
+    def _path(self) -> Array:
+        """Points along the rib, (nt, n, 3), m."""
+        return smooth(self.x[:, :, 0], self.x[:, :, 1], self.case.rib.element_length, FOLLOWED)
 
 
 def winding(name: str = "wrapped-rib", **keys: Any) -> Run:

@@ -13,6 +13,8 @@ from evolvent.results.observe.view import View
 Array = np.ndarray
 #: Share of a run over which the mean force is taken: single samples depend on the mesh and on the contact's stiffness.
 WINDOW = 0.04
+#: Gap over the distance of contact points below which a point lies on the surface: small vibrations lift points off.
+NEAR = 2e-4
 #: When forces of points act, in words.
 _WHEN = ": of the sample, or the mean over its step"
 
@@ -36,6 +38,9 @@ def observe_contact(view: View, name: str) -> Observed:
     before = np.cumsum(elements["length"]) - elements["length"]  # of all elements of all beams
     arc = before[points["element"]] - before[beams["first_element"][owner]] + S[:, 2] * length + S[:, 1] + S[:, 3]
     found.coordinate("arc", "contact_point", arc, "m", "length along the beam from its root")
+    spans = [touching_span(arc[owner == beam], fields["apart"][:, inside][:, owner == beam]) for beam in set(owner)]
+    text = "length from the first to the last place at which a beam touches; of several beams the sum"
+    found.scalar("touching_length", sum(last - first for first, last in spans), "m", text)
     names = {found_index: key for key, (family, found_index) in view.assembly.names.items() if family == "beams"}
     found.coordinate(
         "beam", "contact_point", np.array([names[int(k)] for k in owner]), "1", "beam of the contact point"
@@ -56,6 +61,42 @@ def observe_contact(view: View, name: str) -> Observed:
         found.drawn.append({"surface": {"body": part.body, "solids": [solid]}})
     found.plots = ["normal_force", "points"]
     return found
+
+
+def touching_span(arc: Array, gap: Array) -> tuple[Array, Array]:
+    """Lengths along a beam from its root to the first and the last place at which it touches, (nt,), m; 0 if nowhere.
+
+    A point touches where its gap is below `NEAR` of the points' distance.
+
+    Parameters
+    ----------
+    arc : (n,) float, m, of the beam's contact points from its root, increasing
+    gap : (nt, n) float, m, negative where a point overlaps, NaN where it is far away
+
+    Notes
+    -----
+    Between the last point that touches and the next one, the place is that from which the gap of the next two grows
+    with the third power of the distance: a beam leaves a surface with the curvature of the surface. It is between
+    these points, whatever the gaps are. Points in between may be off: a polynomial departs from the surface.
+    A beam whose first point touches does so from a spacing before on, which is its root where no points are skipped.
+    """
+    gap, spacing = np.nan_to_num(gap, nan=np.inf), arc[min(1, arc.size - 1)] - arc[0]
+    touches = gap < NEAR * spacing
+    none = ~touches.any(axis=1)
+    first, last = -_end(-arc[::-1], gap[:, ::-1], touches[:, ::-1]), _end(arc, gap, touches)
+    first = np.where(touches[:, 0], arc[0] - spacing, first)
+    return np.where(none, 0.0, first), np.where(none, 0.0, last)
+
+
+def _end(arc: Array, gap: Array, touches: Array) -> Array:
+    """Place at which the last contact ends, (nt,); of the last point where none touches."""
+    each, last = np.arange(len(gap)), arc.size - 1
+    k = last - np.argmax(touches[:, ::-1], axis=1)
+    near, far = np.minimum(k + 1, last), np.minimum(k + 2, last)
+    a, b = (np.cbrt(np.maximum(gap[each, at], 0.0)) for at in (near, far))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = arc[near] - (arc[far] - arc[near]) * a / (b - a)
+    return np.clip(np.where(np.isfinite(found), found, arc[k]), arc[k], arc[near])
 
 
 def _add_vectors(found: Observed, view: View, inside: slice) -> None:

@@ -1,4 +1,4 @@
-"""Figures of studies: when the tip is fastest (Yi, figure 7), and what is wound over torque or rate of the hub."""
+"""Figures of studies: when the tip is fastest (Yi, figure 7), and what touches the hub over its rate or the torque."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ UNKNOWN = "before.nc"
 
 
 def study_figures(dataset: xr.Dataset) -> dict[str, Figure]:
-    """Figures of a grid: over torque or rate of the drive what is wound; over one key when the tip is fastest."""
-    return _peak_figures(dataset) | _wound_figures(dataset)
+    """Figures of a grid: over the drive's torque or rate what touches the hub; over one key when the tip is fastest."""
+    return _peak_figures(dataset) | _touching_figures(dataset)
 
 
 def _peak_figures(dataset: xr.Dataset) -> dict[str, Figure]:
@@ -71,30 +71,30 @@ def _strings(study: xr.Dataset, key: str, stage: str) -> np.ndarray:
 
 
 class _Row(NamedTuple):
-    """Runs that differ in one key alone: their label, cases, values of the key, and share of the rib on the hub."""
+    """Runs that differ in one key alone: label, cases, values of the key, share of the rib up to its last contact."""
 
     label: str
     cases: list[Any]
     at: np.ndarray
-    wound: np.ndarray
+    touching: np.ndarray
 
 
-def _wound_figures(study: xr.Dataset) -> dict[str, Figure]:
-    """What lies on the hub at the end, over the drive's torque or rate; none of studies with stages."""
+def _touching_figures(study: xr.Dataset) -> dict[str, Figure]:
+    """What touches the hub at the end, over the drive's torque or rate; none of studies with stages."""
     is_grid = study.attrs["sample"] == "grid" and not json.loads(study.attrs.get("stages", "[]"))
-    if not is_grid or "wrap_angle" not in study or not {"time", "rib"} <= set(study.wrap_angle.dims):
+    if not is_grid or "touching_angle" not in study or not {"time", "rib"} <= set(study.touching_angle.dims):
         return {}
     draws = {"drive.torque": _over_torque, "drive.rate": _over_rate}
     over = [key for key in draws if key in study.dims and study[key].size > 1]
     rows = _rows(study, over[0]) if len(over) == 1 else []
-    return {"wound": draws[over[0]](rows)} if rows else {}
+    return {"touching": draws[over[0]](rows)} if rows else {}
 
 
 def _rows(study: xr.Dataset, key: str) -> list[_Row]:
     """Runs of a grid, a row for each choice of the other keys; those of refused cases are left out."""
     content = cases.parse_yaml(study.attrs["study"], "the study")
     fixed, keys = dict(content.get("set") or {}), json.loads(study.attrs["keys"])
-    last, others, rows = study.wrap_angle.isel(time=-1, rib=0), [one for one in keys if one != key], []
+    last, others, rows = study.touching_angle.isel(time=-1, rib=0), [one for one in keys if one != key], []
     for choice in itertools.product(*(study[one].values for one in others)):
         given = {one: value.item() for one, value in zip(others, choice, strict=True)}
         made = [_loaded(content["case"], fixed | given | {key: value.item()}) for value in study[key].values]
@@ -128,7 +128,7 @@ def _over_torque(rows: list[_Row]) -> Figure:
     held: dict[float, tuple[int, Any]] = {}
     for k, row in enumerate(rows):
         least = np.array([closed_forms.least_winding_torque(case.strip) for case in row.cases])
-        lines.append(Line(x=row.at / least, y=row.wound, label=row.label, color=k, style="", marker="o"))
+        lines.append(Line(x=row.at / least, y=row.touching, label=row.label, color=k, style="", marker="o"))
         first = row.cases[0]
         if first.strip.taper == 1.0 and first.rib.shape is None:
             held.setdefault(round(first.strip.length / first.strip.radius, 9), (k, first.strip))
@@ -138,12 +138,14 @@ def _over_torque(rows: list[_Row]) -> Figure:
     limit = Line(x=np.ones(2), y=np.array([0.0, 1.0]), label="EI/(2R), least torque", color="gray", style=":")
     panel = Panel(
         x_label="torque over EI/(2R)",
-        y_label="share of the rib on the hub",
+        y_label="share of the rib up to its last contact with the hub",
         lines=[*lines, limit],
         log_x=True,
         y_zero=True,
     )
-    return Figure(name="wound", title="Wound at the end, over the torque", panels=[panel], height=100.0)
+    return Figure(
+        name="touching", title="What touches the hub at the end, over the torque", panels=[panel], height=100.0
+    )
 
 
 def _elastica(strip: closed_forms.Strip, top: float, color: int | str, *, first: bool) -> list[Line]:
@@ -154,7 +156,7 @@ def _elastica(strip: closed_forms.Strip, top: float, color: int | str, *, first:
         return []
     x = held.torque / closed_forms.least_winding_torque(strip)
     shown = x <= top
-    share = held.wrap[shown] * strip.radius / strip.length
+    share = held.touching[shown] * strip.radius / strip.length
     label = "tail at rest, elastica" if first else ""
     return [Line(x=x[shown], y=share, label=label, color=color, style="--", width=1.2)]
 
@@ -163,18 +165,25 @@ def _over_rate(rows: list[_Row]) -> Figure:
     """Over the rate of the hub, with a string at rest in the hub's axes where the hub winds."""
     lines, labelled = [], False
     for k, row in enumerate(rows):
-        lines.append(Line(x=row.at, y=row.wound, label=row.label, color=k, style="", marker="o"))
+        lines.append(Line(x=row.at, y=row.touching, label=row.label, color=k, style="", marker="o"))
         case, positive = row.cases[0], row.at[row.at > 0.0]
         if case.damping.alpha == 0.0 or case.damped_arcs is not None or case.phase != "wind" or not positive.size:
             continue
         rates = np.linspace(0.5 * positive.min(), positive.max(), 30)
         try:
-            wraps = np.array([closed_forms.spun_tail(case.strip, rate, case.damping.alpha).wrap for rate in rates])
+            angles = np.array([closed_forms.spun_tail(case.strip, rate, case.damping.alpha).touching for rate in rates])
         except ArithmeticError:
             continue
-        share = wraps * case.strip.radius / case.strip.length
+        share = angles * case.strip.radius / case.strip.length
         label = "" if labelled else "string at rest on the turning hub"
         lines.append(Line(x=rates, y=share, label=label, color=k, style="--", width=1.2))
         labelled = True
-    panel = Panel(x_label="rate of the hub, rad/s", y_label="share of the rib on the hub", lines=lines, y_zero=True)
-    return Figure(name="wound", title="Wound at the end, over the rate of the hub", panels=[panel], height=100.0)
+    panel = Panel(
+        x_label="rate of the hub, rad/s",
+        y_label="share of the rib up to its last contact with the hub",
+        lines=lines,
+        y_zero=True,
+    )
+    return Figure(
+        name="touching", title="What touches the hub at the end, over the rate of the hub", panels=[panel], height=100.0
+    )

@@ -12,17 +12,18 @@ from evolvent.systems.wrapped_rib.case import Case
 from evolvent.systems.wrapped_rib.initial_state import Start
 
 if TYPE_CHECKING:
+    from evolvent.results.observe import View
     from evolvent.solvers.solution import Solution
 
 Array = np.ndarray
 #: Pivot, over the largest entry of its column, below which a run warns.
 PIVOT_WARNED = 1e-13
-#: Points of each element along which the angle that a rib covers is followed.
+#: Points of each element along which the angle of a rib about the hub is followed.
 FOLLOWED = 8
 
 
 def derived(case: Case, begin: Start, solution: Solution) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
-    """Wound angle and radius of the tips, their largest speeds, angle and torque of the hub, and the end state."""
+    """Wound and touching angle, radius and largest speed of the tips, angle and torque of the hub, the end state."""
     from evolvent.results.observe import View
     from evolvent.results.observe.lumped import attitude
     from evolvent.results.observe.variables import turned_back, unwrapped
@@ -45,8 +46,10 @@ def derived(case: Case, begin: Start, solution: Solution) -> dict[str, tuple[tup
         "rib": (("rib",), np.arange(1, count + 1), "1", "rib"),
         "tip_radius": (per_rib, np.hypot(path[..., -1, 0], path[..., -1, 1]), "m", "distance of the tip from the "
                        "hub's axis"),
-        "wrap_angle": (per_rib, wrap_angle(path, case.hub.radius), "rad", "angle of the hub that the rib covers, "
-                       "negative in the other sense"),
+        "wrap_angle": (per_rib, wrap_angle(path, case.hub.radius), "rad", "angle by which the rib is wound about the "
+                       "hub, as if its tail were straight along the tangent; negative in the other sense"),
+        "touching_angle": (per_rib, _touching_angle(view, path, case), "rad", "angle of the hub from the root to the "
+                           "last place at which the rib touches it; negative in the other sense"),
         "tip_speed_peak": (("rib",), speed[fastest, np.arange(count)], "m s-1", "largest speed of the tip, between "
                            "samples too"),
         "tip_speed_peak_time": (("rib",), solution.t[fastest], "s", "time of the largest speed of the tip"),
@@ -61,16 +64,48 @@ def derived(case: Case, begin: Start, solution: Solution) -> dict[str, tuple[tup
 
 
 def wrap_angle(path: Array, radius: float) -> Array:
-    """Angle of the hub that each rib covers, rad; `path` (nt, ribs, n, 3) in the hub's axes.
+    """Angle by which each rib is wound, as if its tail were straight, rad; `path` (nt, ribs, n, 3) in the hub's axes.
 
-    Of a straight tail along the tangent: the tip's angle about the axis from the root on, followed along the rib, less
-    acos(R/r) of its distance r; negative where the rib lies the other way round.
+    The tip's angle about the axis from the root on, followed along the rib, less acos(R/r) of its distance r, which is
+    that of a straight tail along the tangent; negative where the rib lies the other way round. A tail that is bent
+    towards the hub leaves it before: `touching_angle` is the angle up to the last place that touches.
     """
     angle = np.unwrap(np.arctan2(path[..., 1], path[..., 0]), axis=-1)
     tip = np.maximum(np.hypot(path[..., -1, 0], path[..., -1, 1]), radius)
     turned = angle[..., -1] - angle[..., 0]
     found: Array = np.sign(turned) * np.clip(np.abs(turned) - np.arccos(radius / tip), 0.0, None)
     return found
+
+
+def touching_angle(path: Array, last: Array, length: float) -> Array:
+    """Angle of the hub from the root to the place `last`, rad, (nt,).
+
+    Parameters
+    ----------
+    path : (nt, n, 3) float, m, in the hub's axes, at even steps along the rib
+    last : (nt,) float, m, length from the root to the last place that touches
+    length : float, m, of the rib
+    """
+    angle = np.unwrap(np.arctan2(path[..., 1], path[..., 0]), axis=-1)
+    step = length / (angle.shape[1] - 1)
+    k = np.minimum((last / step).astype(int), angle.shape[1] - 2)
+    each, part = np.arange(len(angle)), last / step - k
+    found: Array = (1.0 - part) * angle[each, k] + part * angle[each, k + 1] - angle[:, 0]
+    return found
+
+
+def _touching_angle(view: View, path: Array, case: Case) -> Array:
+    """The same of every rib, (nt, ribs), by its contact with the hub."""
+    from evolvent.results.observe.contact import touching_span
+
+    points, arc = case.contact.points, case.rib.element_length / case.contact.points
+    found = []
+    for b in range(case.rib.count):
+        row = view.model.contact_surfaces[view.index(f"contact-{b + 1}")]
+        gap = view.fields["contact_points"]["apart"][:, int(row["first"]) : int(row["last"])]
+        _, last = touching_span(arc * np.arange(1, points * case.rib.elements + 1), gap)
+        found.append(touching_angle(path[:, b], last, case.rib.length))
+    return np.stack(found, axis=1)
 
 
 def warning(case: Case, begin: Start, solution: Solution) -> str:

@@ -102,7 +102,8 @@ def numbers(run: xr.DataTree) -> list[Number]:
     time, force, hub = root.time.values, _of(run, "contact-1.normal_force"), case.hub.motion
     rows: list[tuple[Any, ...]] = [
         ("time reached", f"{time[-1]:.6g} s", (time[-1], "s")),
-        ("wound at the end", *_wound(root, case.strip)),
+        ("wound at the end", *_turns(root, "wrap_angle")),
+        ("touches the hub at the end", *_touching(root, case.strip)),
     ]
     rows += {"wind": _of_winding, "hold": _of_holding, "deploy": _of_deployment}[case.phase](run, case)
     if case.rib.pitch > 0.0:
@@ -139,11 +140,16 @@ def numbers(run: xr.DataTree) -> list[Number]:
     return numbers_of(rows) + balance.balance_numbers(run) + closing_numbers(run)
 
 
-def _wound(root: xr.Dataset, strip: closed_forms.Strip) -> tuple[Any, ...]:
-    angle = float(root.wrap_angle.values[-1, 0])
-    turns, share = abs(angle) / (2.0 * math.pi), 100.0 * abs(angle) * strip.radius / strip.length
-    text = f"{turns:.4g} turns, {share:.4g} % of the rib" + (", the other way round" if angle < 0.0 else "")
-    return text, (math.copysign(turns, angle), "turns"), (share, "%", "share of the rib")
+def _turns(root: xr.Dataset, variable: str) -> tuple[Any, ...]:
+    turns = float(root[variable].values[-1, 0]) / (2.0 * math.pi)
+    text = f"{abs(turns):.4g} turns" + (", the other way round" if turns < 0.0 else "")
+    return text, (turns, "turns")
+
+
+def _touching(root: xr.Dataset, strip: closed_forms.Strip) -> tuple[Any, ...]:
+    text, turns = _turns(root, "touching_angle")
+    share = 100.0 * abs(float(root.touching_angle.values[-1, 0])) * strip.radius / strip.length
+    return f"{text}, {share:.4g} % of the rib", turns, (share, "%", "share of the rib")
 
 
 def _of_winding(run: xr.DataTree, case: Case) -> list[tuple[Any, ...]]:
@@ -320,7 +326,7 @@ def _shape_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
 def _tip_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
     """Speed and radius of the tip (Yi, figure 7), beside the string or the closed form."""
     time, strip, R = root.time.values, case.strip, case.hub.radius
-    names = [*(f"rib-{k}.tip_speed" for k in root.rib.values), "tip_radius", "wrap_angle"]
+    names = [*(f"rib-{k}.tip_speed" for k in root.rib.values), "tip_radius", "wrap_angle", "touching_angle"]
     speed, radius, angle = [], [], []
     if root.tip_speed_peak.values[0] > 1.01 * _of(run, "rib-1.tip_speed").max():
         peaks = zip(root.tip_speed_peak_time.values, root.tip_speed_peak.values, strict=True)
@@ -341,7 +347,7 @@ def _tip_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
         radius.append(_dashed(time, closed_forms.deployed_tip_radius(strip, time)))
         angle.append(_dashed(time, (strip.length - closed_forms.deployed_length(strip, time)) / R))
     found = show.figure(run, names, name="tip", title="Motion of the tip")
-    return _with_lines(found, {"tip speed, m/s": speed, "tip from the axis, m": radius, "wound, rad": angle})
+    return _with_lines(found, {"tip speed, m/s": speed, "tip from the axis, m": radius, "angle, rad": angle})
 
 
 def _contact_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
