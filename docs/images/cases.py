@@ -37,6 +37,7 @@ _FAST_BLADES = {"blade.segments": "inextensible", "solver.method": "dopri5"}
 FRAMES = {
     "andrews-mechanism": Frame(0.4),
     "boom-slew": Frame(0.1),
+    "film-blade": Frame(0.75, {"payout.rate": 0.035, "payout.start": 3.0, "payout.length": 4.2}),
     "hanging-chain": Frame(0.0),
     "heliogyro": Frame(0.8, _FAST_BLADES),
     "heliogyro-designed": Frame(0.6, _FAST_BLADES),
@@ -59,6 +60,7 @@ FRAMES = {
     "wire-booms": Frame(0.7, {"wire.nodes": 8}),
     "wrapped-rib": Frame(0.36),
     "wrapped-rib-deploy": Frame(0.25, {"rib.elements": 40}),
+    "wrapped-rib-deploy-damped": Frame(0.66),
     "wrapped-rib-hold": Frame(1.0),
     "wrapped-rib-paper": Frame(0.9),
     "yo-yo-despin": Frame(0.6),

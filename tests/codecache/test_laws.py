@@ -272,7 +272,7 @@ def test_a_plain_function_with_an_implementation_for_numba_is_not_stored(tmp_pat
         return helper(x)
 
     assert law(1.0, 0.0, 0.0, P) == 2.0
-    assert not law._cache._content
+    assert not law._cache._digest
     assert list(tmp_path.rglob("*.nbc")) == []
 
 
@@ -294,7 +294,7 @@ def test_a_kernel_of_another_package_has_the_value_of_its_global(tmp_path):
 def test_only_the_last_laws_of_a_name_are_kept(tmp_path, monkeypatch):
     from evolvent.compiled.codecache import compiled
 
-    monkeypatch.setattr(compiled, "_MOST_LAWS", 2)
+    monkeypatch.setattr(compiled.LawCache, "most", 2)
     for k in (1.0, 2.0, 3.0):
         made("motor", k)
     assert len(list(tmp_path.rglob("*.nbc"))) == 2

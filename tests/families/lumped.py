@@ -502,6 +502,18 @@ def fixed_free_spool() -> Case:
     )  # fmt: skip
 
 
+@of("a thread on a spool under feedback")
+def feedback() -> Case:
+    """No solver takes it: its loop is closed before (`tests/reels/test_feedback_drives.py`)."""
+    drive = parts.FeedbackDrive(
+        law="1 - out", variables={"out": "thread.deployed_length"}, sensor=parts.Sensor(period=0.1), angle=5.0
+    )
+    return Case(
+        part="thread", end=0.5, step=5e-4, seen=outer_node, motion=lambda t: columns(0.5 + 0.0 * t),
+        system=lambda: reeled(drive, gravity=(G, 0.0, 0.0), length=5.0, nodes=1, stiffness=200.0),
+    )  # fmt: skip
+
+
 @of("a load on a thread")
 def thread_load() -> Case:
     """A force per length acts on the half segment that belongs to the only node."""

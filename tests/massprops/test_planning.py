@@ -15,8 +15,8 @@ from book import Book
 from evolvent.base.errors import InputError
 from evolvent.commands.cli import commands
 from evolvent.massprops import planning
-from evolvent.massprops.planning import search
 from evolvent.massprops.planning.expected import task_of
+from evolvent.massprops.planning.promises import promised
 from massprops import rig
 
 EXAMPLE = rig.EXAMPLES / "plan.yaml"
@@ -56,7 +56,8 @@ def test_the_uncertainty_of_one_oscillator_is_the_closed_form(book: Book) -> Non
     """
     exact = EXACT | {"body.offset_x": "0 m", "body.offset_z": "0 m", "stand.support": "guided", "plan.rate": "40 Hz"}
     N, T = 1601, 1.0 / 40.0
-    promise = search.promised(task_of(EXAMPLE, 1.0, exact), 0, 1.0 / T, N, range(4))
+    task = task_of(EXAMPLE, 1.0, exact)
+    promise = promised(task, task.recordings[0].pulls[:1], 1.0 / T, N, range(4))
     force, k, b = 9806.65, 740250.0, 0.8696
     amplitude = force / (4.0 * k)  # at every spring, of each of the three modes
     std = math.sqrt(24.0 * 1e-8 / (4.0 * amplitude**2 * T**2 * N * (N**2 - 1.0)))  # four sensors
@@ -83,8 +84,11 @@ def test_what_a_longer_record_does_not_improve() -> None:
     assert better.best.worst <= 2e-3
     lengths = [o.duration for o in better.sensors if o.reached]
     assert lengths == sorted(lengths)  # fewer sensors need longer records
-    assert {o.spring for o in better.springs} == {1, 2, 3, 4}
+    assert [o.label for o in better.pulls[:4]] == [f"spring {k}" for k in (1, 2, 3, 4)]
+    assert [o.pulls[0].kind for o in better.pulls[4:]] == ["two springs", "point"]
     assert [rule.name for rule in better.rules] == ["(2.5)", "(2.6)", "(2.7)"]
+    assert "(2.5) holds for the Cramér-Rao bound of as many samples, and is refuted for Prony" in better.rules[0].finds
+    assert better.rules[0].verdict == "yes"
 
 
 @pytest.mark.parametrize(
@@ -94,6 +98,14 @@ def test_what_a_longer_record_does_not_improve() -> None:
         ({"plan": None}, "plan is missing; give plan.force"),
         ({"plan.noise": None}, "signals.sensors.0.noise is missing; give it, or plan.noise"),
         ({"plan.force": "0 N"}, "plan.force is '0 N'"),
+        ({"plan.force": None}, "plan gives neither of force and excitation; give one of them"),
+        ({"plan.excitation.force": ["0 N", "-1 N", "0 N"]}, "plan gives both of force and excitation"),
+        ({"plan.places": ["corner"]}, "plan.places"),
+        (
+            {"plan": {"noise": "1 mm", "excitation": {"impulse": ["0 N s", "9 N s", "0 N s"], "at": 5}}},
+            "plan.excitation.at is 5, but there are 4 springs",
+        ),
+        ({"plan.mountings": ["90 deg about w"]}, "plan.mountings.0 is '90 deg about w'; it must be none, a turn"),
         ({"plan.duration": "0.1 s"}, "plan.duration is 0.1 s; to distinguish the modes takes"),
         ({"plan.rate": "5 Hz"}, "plan.rate is 5 Hz, which shows nothing above"),
         ({"plan.duration": "1 yr"}, "samples; at most 2e+06 are planned"),
@@ -101,7 +113,7 @@ def test_what_a_longer_record_does_not_improve() -> None:
         ({"identification.method": "prony"}, "identification.method is 'prony'; a plan holds for varpro"),
         ({"signals.unit": "m/s^2", "plan.noise": "0.1 mm"}, "signals.sensors.0 reads m/s^2; a plan takes"),
         (KNOWN | {"body.offset_x": "unknown near 0.3 m"}, "body has the unknown offset_x; a plan needs one with a rel"),
-        (LEVEL | {"signals.sensors.3.direction": "x"}, "signals.sensors.3 shows nothing, at whatever spring the pull"),
+        (LEVEL | {"signals.sensors.3.direction": "x"}, "signals.sensors.3 shows nothing, wherever the pull is"),
         (
             LEVEL | {"body.Ixx": f"unknown near {15190.0 * 0.8696**2} kg m^2"},
             "several modes have the same frequency, 13.96",
@@ -124,10 +136,10 @@ def test_a_wanted_uncertainty_is_a_share(text: str) -> None:
 
 def test_noise_and_sensitivity_in_the_unit_of_the_column() -> None:
     """Volts of a sensor with a sensitivity are displacements, and its uncertainty is part of the budget."""
-    plain = task_of(EXAMPLE, 1.0, {"signals.unit": "mm", "signals.sensors.0.noise": "0.2"})
+    (plain,) = task_of(EXAMPLE, 1.0, {"signals.unit": "mm", "signals.sensors.0.noise": "0.2"}).recordings
     assert plain.noise == pytest.approx([2e-4, 1e-4, 1e-4, 1e-4])
     volts = {f"signals.sensors.{k}.sensitivity": "0.5 V/mm +- 0.2 %" for k in range(4)} | {"signals.unit": "V"}
-    found = task_of(EXAMPLE, 1.0, volts | {"signals.sensors.1.noise": "1 mV"})
+    (found,) = task_of(EXAMPLE, 1.0, volts | {"signals.sensors.1.noise": "1 mV"}).recordings
     assert found.noise == pytest.approx([1e-4, 2e-6, 1e-4, 1e-4])
     assert found.sensitivity_std == pytest.approx(np.full(4, 2e-3))
 
@@ -137,7 +149,7 @@ def test_a_rate_that_reaches_what_the_usual_one_does_not() -> None:
     """Eight samples in a period are not enough in a short record; the slowest rate that is becomes the plan."""
     found = planning.plan(EXAMPLE, 2e-3, EXACT | {"plan.duration": "2.2 s", "plan.noise": "0.4 mm"})
     assert found.best.reached
-    assert not any(option.reached for option in found.springs)
+    assert not any(option.reached for option in found.pulls)
     assert found.best.rate == min(option.rate for option in found.rates if option.reached)
 
 

@@ -165,6 +165,6 @@ def test_schema() -> None:
     """The JSON schema knows the keys of every kind."""
     schema = Holder.model_json_schema()
     keys = schema["properties"]["drive"]["anyOf"][0]["properties"]
-    assert set(keys) == {"constant", "ramp", "table", "free", "expression", "constants"}
+    assert set(keys) == {"constant", "ramp", "table", "free", "feedback", "expression", "constants"}
     rate = schema["$defs"][keys["constant"]["anyOf"][0]["$ref"].rpartition("/")[2]]["properties"]["rate"]
     assert "rad/s" in rate["description"]

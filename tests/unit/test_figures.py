@@ -72,8 +72,42 @@ def test_a_map_is_drawn_with_its_contours_and_lines():
     assert mesh.get_clim() == (0.1, 10.0)
     assert len(axis.collections) == 2
     assert [label.get_text() for label in axis.get_yticklabels()] == ["near", "far"]
-    assert bar.get_ylabel() == "energy [J]"
+    assert bar.get_ylabel() == "energy [J], one colour below 0.1"
     assert len(axis.lines) == 1
+
+
+@pytest.mark.parametrize(
+    ("limits", "text", "extended"),
+    [
+        (None, "", "neither"),
+        ((0.0, 3.0), "", "neither"),
+        ((1.0, 3.0), ", one colour below 1", "min"),
+        ((0.0, 2.5), ", one colour above 2.5", "max"),
+        ((0.5, 2.5), ", one colour below 0.5 and above 2.5", "both"),
+    ],
+)
+def test_a_map_states_where_it_is_clipped(limits, text, extended):
+    x = np.arange(4.0)
+    values = np.tile(x, (4, 1))
+    values[0, 0] = np.nan
+    drawn = Map(x=x, y=x, values=values, label="energy, J", limits=limits)
+    sheet = plots.sheet(Figure(name="map", title="", panels=[Panel(x_label="x", y_label="y", lines=[], map=drawn)]))
+    bar = sheet.axes[1]
+    assert bar.get_ylabel() == f"energy [J]{text}"
+    assert sheet.axes[0].collections[0].colorbar.extend == extended
+
+
+def test_a_map_is_drawn_as_a_surface_of_linear_heights():
+    x, y = np.linspace(-1.0, 1.0, 5), np.linspace(0.0, 2.0, 4)
+    drawn = Map(x=x, y=y, values=x[:, None] ** 2 + y[None], label="energy, J", surface=True)
+    panel = Panel(x_label="x, m", y_label="y, m", lines=[], map=drawn, title="seen from above")
+    sheet = plots.sheet(Figure(name="map", title="Map", panels=[panel]))
+    (axis,) = sheet.axes
+    assert axis.name == "3d"
+    assert [axis.get_xlabel(), axis.get_ylabel(), axis.get_zlabel()] == ["x [m]", "y [m]", "energy [J]"]
+    assert axis.get_zlim()[0] <= 0.0 < 3.0 <= axis.get_zlim()[1]
+    assert len(axis.collections[0].get_facecolor()) == 12
+    assert plots.picture(Figure(name="map", title="Map", panels=[panel]), "png").startswith(b"\x89PNG")
 
 
 @pytest.mark.slow

@@ -139,6 +139,10 @@ def test_a_single_peak_does_not_set_the_colours():
     values = np.ones((100, 100))
     values[50, 50] = 1e6
     assert lines_of(values).value_range("tension [N]") == (0.0, 1.0)
+    assert lines_of(values).clipped("tension [N]") == (False, True)
+    assert lines_of(-values).clipped("tension [N]") == (True, False)
+    assert lines_of(np.minimum(values, 1.0)).clipped("tension [N]") == (False, False)
+    assert lines_of(np.linspace(0.0, 1.0, 10_000).reshape(100, 100)).clipped("tension [N]") == (False, False)
 
 
 def test_the_usual_largest_force_is_a_fifth_of_the_reach():

@@ -110,6 +110,10 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
 
 def _method_of(assembly: Assembly, method: str) -> tuple[str, str]:
     """See `choose_method`."""
+    if families.is_open(assembly.model):
+        from evolvent.analysis import feedback
+
+        return feedback.method_of(assembly, method)
     if method != "auto":
         if method not in METHODS:
             raise InputError(f"method is {method!r}; {nearest(str(method), [*METHODS, 'auto'])}")
@@ -254,7 +258,9 @@ def plan(
                 f"tolerance is {tolerance!r}, but the method is {method}, which has fixed steps; give `step`"
             )
         options["step"] = step
-    return explicit_plan.plan(assembly, samples=samples, **options), why
+    from evolvent.analysis import feedback
+
+    return feedback.prepared(assembly, samples, **options), why
 
 
 def check_run(assembly: Assembly, samples: np.ndarray, step: float | None = None) -> None:

@@ -327,6 +327,10 @@ class SystemDefinition:
         """
         return {}
 
+    def stand_description(self, case: Any) -> dict[str, Any] | None:
+        """A case as `evolvent identify` and `evolvent plan` describe a stand; None for a system that is none."""
+        return None
+
     def measurements(self, path: str, case: Any, observed: Sequence[str]) -> Measurements | None:
         """Measured data of a file in the system's own form; None of any other file."""
         return None

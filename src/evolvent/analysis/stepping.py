@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from evolvent import cases
+from evolvent.analysis import feedback
+from evolvent.analysis.step_inputs import listed, of_case, with_inputs
 from evolvent.analysis.step_results import ResultAddress as ResultAddress, StepResults
 from evolvent.analysis.system import System
-from evolvent.assembly import needs
+from evolvent.assembly import families, needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import EvolventError, InputError, RunFailed, naming_keys, nearest
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import rigid
-from evolvent.parts import Force, Torque
 from evolvent.parts.checks import number, positive, vector
 from evolvent.results.motion import quaternions
 from evolvent.solvers import balance as eb, explicit_plan, implicit
@@ -103,13 +104,35 @@ class Stepper:
         step = None if step is None else positive("step", step, allowed=STEP_ALLOWED)
         tolerance = positive("tolerance", tolerance)
         self.method, self.time, self.until = method, start, until
-        self.inputs = _listed(inputs)
+        self.inputs = listed(inputs)
         self._changed = False
         self._held: dict[str, np.ndarray] = {}
         self._failed = ""
         self._keys: Mapping[str, str] = {}
         self._events: list[tuple[np.ndarray, np.ndarray]] = []
-        assembly, times = _with_inputs(system, self.inputs), np.array([start, until])
+        self._set_up(with_inputs(system, self.inputs), step=step, tolerance=tolerance, spectral_radius=spectral_radius)
+
+    @classmethod
+    def of_assembly(
+        cls, assembly: Assembly, *, method: str, start: float, until: float, step: float | None = None,
+        tolerance: float = 1e-4, absolute_tolerance: float | None = None,
+    ) -> Stepper:  # fmt: skip
+        """An assembled system without inputs, stepped by an explicit method."""
+        found = cls.__new__(cls)
+        found.method, found.time, found.until, found.inputs = method, start, until, ()
+        found._changed, found._held, found._failed, found._keys, found._events = False, {}, "", {}, []
+        found._set_up(assembly, step=step, tolerance=tolerance, absolute_tolerance=absolute_tolerance)
+        return found
+
+    def _set_up(
+        self, assembly: Assembly, *, step: float | None, tolerance: float, spectral_radius: float = 1.0,
+        absolute_tolerance: float | None = None,
+    ) -> None:  # fmt: skip
+        """Prepare the steps, close the loops of feedback, and look at the start."""
+        method, times = self.method, np.array([self.time, self.until])
+        if families.is_open(assembly.model):
+            feedback.method_of(assembly, method)
+        assembly, loops = feedback.with_tables(assembly, self.time, self.until)
         if method in IMPLICIT:
             self._run = implicit.Run(
                 implicit.plan(
@@ -127,14 +150,20 @@ class Stepper:
             self._begin()
         else:
             self._plan = explicit_plan.plan(
-                assembly, samples=times, method=method, step=step, rtol=tolerance, atol=1e-2 * tolerance
-            )
+                assembly, samples=times, method=method, step=step, rtol=tolerance,
+                atol=1e-2 * tolerance if absolute_tolerance is None else absolute_tolerance,
+            )  # fmt: skip
             self.assembly = self._plan.assembly
             self._y, self._s = assembly.y.copy(), assembly.s.copy()
         self._results = StepResults(self.assembly, self._solution)
         self._first = self._sample()
+        self._loops = feedback.Loops(self, loops)
         with refusing_laws(self.assembly):
             self._look()
+        try:
+            self._loops.act(self.time)
+        except RunFailed as error:
+            raise InputError(str(error)) from None
 
     @classmethod
     def of_case(
@@ -338,17 +367,51 @@ class Stepper:
         end = self.time + dt
         if end > self.until * (1.0 + 1e-12):
             raise InputError(f"dt is {dt:g} s, which leads to {end:g} s, beyond the stepper's end at {self.until:g} s")
+        for stop in self.stops(end):
+            self.go_to(stop)
+
+    def stops(self, end: float) -> Iterator[float]:
+        """Times from now to `end` at which loops of feedback sample or command, then `end`, s."""
+        return self._loops.stops(self.time, end)
+
+    @property
+    def loops(self) -> list[feedback.Loop]:
+        """Loops of feedback."""
+        return self._loops.loops
+
+    def place(self, y: np.ndarray) -> None:
+        """Look at another state of an explicit method, at the time now."""
+        self._y = y
+        self._look()
+
+    def moved(self, y: np.ndarray, s: np.ndarray, length: float) -> np.ndarray:
+        """The state that follows from y and s, `length` s from now, by an explicit method; the stepper's own stays."""
+        own = y.copy()
+        own[int(self.assembly.model.info.nq + self.assembly.model.info.nv) :] = 0.0
+        found = self._plan.going_on(np.array([self.time, self.time + length]), own, s.copy()).run()
+        if found.status != "success":
+            raise RunFailed(found.message, self)
+        return found.y[-1]
+
+    @property
+    def measured(self) -> dict[str, dict[str, tuple[np.ndarray, np.ndarray, str]]]:
+        """What loops of feedback have measured, as of `evolvent.solvers.Solution`."""
+        return self._loops.measured
+
+    def go_to(self, end: float) -> None:
+        """Go on to `end` (s), at most the next one of `stops`."""
         try:
             with naming_keys(self._keys):
                 self._advance(end)
+                self.time = end
+                self._changed = False
+                self._look()
+                self._loops.act(end)
         except RunFailed as error:
             self._failed = str(error)
             if self.method in IMPLICIT:  # which may have come a part of the way
                 self.time = self._run.reached
             raise
-        self.time = end
-        self._changed = False
-        self._look()
 
     def _advance(self, end: float) -> None:
         try:
@@ -433,52 +496,3 @@ class _Sample(NamedTuple):
 def _time(name: str, value: Any) -> float:
     """`value` as a finite time, s."""
     return number(name, value, allowed="a finite time in seconds")
-
-
-def _listed(inputs: str | Sequence[str]) -> tuple[str, ...]:
-    """Names of bodies, given as one name or several."""
-    if isinstance(inputs, str):
-        return (inputs,)
-    try:
-        return tuple(inputs)
-    except TypeError:
-        raise InputError(f"inputs is {inputs!r}; it must be names of bodies, such as ['hub']") from None
-
-
-def of_case(case: Any, until: float | None) -> tuple[System, dict[str, Any], float]:
-    """System of a checked case, how it asks to be stepped, and the end of the time that may be stepped through, s.
-
-    Raises
-    ------
-    InputError
-        If its system cannot be stepped from outside.
-    """
-    module = cases.system(case.system)
-    if not module.steps:
-        able = [name for name in cases.systems() if cases.system(name).steps]
-        raise InputError(f"system is {case.system!r}, which is not stepped from outside; known: {', '.join(able)}")
-    options = module.stepping(case)
-    return module.build(case), options, module.plan(case).duration if until is None else until
-
-
-def movable(system: System) -> dict[str, bool]:
-    """Names of a system's bodies, and whether forces move them."""
-    assembly = system.assemble()
-    rows = {name: row for name, (family, row) in assembly.names.items() if family == "bodies" and name != "ground"}
-    return {name: int(assembly.model.bodies["motion"][row]) in (rigid.FREE, rigid.SPIN) for name, row in rows.items()}
-
-
-def _with_inputs(system: System, inputs: Sequence[str]) -> Assembly:
-    """The system with a force and a torque, none so far, on each of some bodies."""
-    known = movable(system)
-    copy = system.copy()
-    for k, body in enumerate(inputs):
-        if not isinstance(body, str) or body not in known:
-            raise InputError(f"inputs name {body!r}, which is no body; {nearest(str(body), known)}")
-        if body in inputs[:k]:
-            raise InputError(f"inputs name {body!r} twice; name it once")
-        if not known[body]:
-            raise InputError(f"inputs name {body!r}, which no force moves: it is held, or turned at a given rate")
-        copy.add(Force(at=body, force=(0.0, 0.0, 0.0)), f"{body}-input-force")
-        copy.add(Torque(at=body, torque=(0.0, 0.0, 0.0)), f"{body}-input-torque")
-    return copy.assemble()

@@ -554,6 +554,28 @@ class System:
             found = dataclasses.replace(found, mesh=mesh.of_modes(found, finer))
         return found
 
+    def loop_modes(
+        self, *, time: float = 0.0, values: Mapping[str, float] | None = None, count: int = 10
+    ) -> Any:  # fmt: skip
+        """Find the modes of a spool's loop of feedback, about the steady turn at the start.
+
+        Parameters
+        ----------
+        time, values, count : as of `evolvent.analysis.loop_modes.loop_modes`
+
+        Returns
+        -------
+        evolvent.analysis.loop_modes.LoopModes
+
+        Raises
+        ------
+        InputError
+            If no spool reacts, or the start is no steady turn.
+        """
+        from evolvent.analysis.loop_modes import loop_modes
+
+        return loop_modes(self.assemble(), time=time, values=values, count=count)
+
     def linearize(
         self, inputs: Sequence[str], outputs: Sequence[str], *, modes: int | None = None, method: str = "modal",
         damped: bool = True, time: float = 0.0, rotating: str | Sequence[float] | None = None,

@@ -52,6 +52,8 @@ SOLVERS = {
     MODES: "modes",
 }
 EVERY = frozenset(SOLVERS)
+#: In place of a law: a table that a loop of feedback writes while it runs (`evolvent.analysis.feedback`).
+OPEN = -1
 #: Most parts that a refusal names.
 MOST_NAMED = 5
 #: Families of records that belong to others: what they hold is supported where those are.
@@ -161,25 +163,30 @@ FAMILIES = (
     Family("a link", "links", EVERY, symmetric=True),
     Family("a guide", "guides", EVERY, symmetric=True),
     Family(
+        "a thread on a spool under feedback", "threads", frozenset(),
+        "`System.simulate` and `Stepper` close its loop, by rk4, heun or dopri5; `System.loop_modes` has its modes",
+        which=lambda t: t["law"] == OPEN,
+    ),
+    Family(
         "a thread with segments of springs", "threads", EVERY,
-        which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] == 0),
+        which=lambda t: (t["kind"] == thread.SPRINGS) & _is_turned(t) & (t["slack"] == 0),
         symmetric=True,
     ),
     Family(
         "a thread that goes slack", "threads", EVERY,
-        which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] != FREE) & (t["slack"] != 0),
+        which=lambda t: (t["kind"] == thread.SPRINGS) & _is_turned(t) & (t["slack"] != 0),
         symmetric=True,
     ),
     Family(
         "a thread with segments of fixed length", "threads", EVERY,
-        which=lambda t: np.isin(t["kind"], _FIXED) & (t["drive"] != FREE),
+        which=lambda t: np.isin(t["kind"], _FIXED) & _is_turned(t),
         symmetric=True,
     ),
     Family(
         "a thread on a moving mesh", "threads", _NOT_ENERGY,
         "use generalized-alpha: no discrete gradient of the energy is at hand for a mesh whose masses change with the "
         "length that is out",
-        which=lambda t: (t["kind"] == thread.MOVING) & (t["drive"] != FREE),
+        which=lambda t: (t["kind"] == thread.MOVING) & _is_turned(t),
         symmetric=True,
     ),
     Family(
@@ -382,6 +389,11 @@ FAMILIES = (
 )  # fmt: skip
 
 
+def _is_turned(found: Array) -> Array:
+    """Whether a spool's angle is known beforehand."""
+    return np.asarray((found["drive"] != FREE) & (found["law"] != OPEN))
+
+
 def _is_of_box(found: Array) -> Array:
     return (found["surface"] == body_gaps.BOX) | (found["surface"] == body_gaps.EDGES)
 
@@ -414,6 +426,11 @@ def follows(found: Array) -> Array:
 def _has_profile(found: Array, others: int) -> Array:
     """Whether loads have more than `others` parameters."""
     return np.asarray(found["last"] - found["first"] > others)
+
+
+def is_open(model: Model) -> bool:
+    """Whether a spool reacts, by a loop of feedback that is not closed."""
+    return bool(np.any(model.threads["law"] == OPEN))
 
 
 def has_symmetric_stiffness(model: Model) -> bool:

@@ -15,6 +15,8 @@ positive behind the outward direction.
 
 **The membrane strip** has its root on the spin axis; tension alone makes it stiff.
 
+**The film blade** is bent edgewise by Coriolis forces while it is paid out, by which it buckles.
+
 **The tape spring and the lenticular rod** flatten where they are bent; their law of uniform bending is nonlinear.
 """
 
@@ -34,7 +36,16 @@ from evolvent.closed_forms.blades import (
     step_acceleration_limit,
     step_torque_limit,
 )
+from evolvent.closed_forms.films import (
+    Film,
+    buckling_places,
+    lateral_buckling,
+    payout_buckling,
+    payout_buckling_modes,
+    payout_slack,
+)
 from evolvent.closed_forms.membranes import driven_twist, spinning_strip_modes, sunlight_coning
+from evolvent.closed_forms.openings import Opening, opening
 from evolvent.closed_forms.strips import (
     STIFF,
     WOUND,
@@ -74,7 +85,9 @@ __all__ = [
     "STIFF",
     "WOUND",
     "WOUND_LAG",
+    "Film",
     "HeldTail",
+    "Opening",
     "Rotor",
     "Snap",
     "SpunTail",
@@ -83,6 +96,7 @@ __all__ = [
     "axial_stiffness_at",
     "bending_energy",
     "blade_moments",
+    "buckling_places",
     "deployed_length",
     "deployed_tip_radius",
     "deployment_speed",
@@ -91,10 +105,15 @@ __all__ = [
     "flattened_bending",
     "held_tails",
     "lag_frequency",
+    "lateral_buckling",
     "least_winding_torque",
     "membrane_energy",
+    "opening",
     "parabola_energy",
+    "payout_buckling",
+    "payout_buckling_modes",
     "payout_lag",
+    "payout_slack",
     "peel",
     "root_strain",
     "rotor_inertia",

@@ -14,7 +14,7 @@ from numba.core.typeinfer import register_dispatcher
 from evolvent.base import locks
 from evolvent.compiled.codecache import folder
 from evolvent.compiled.codecache.compiled import Cache, LawCache, compiling, without_path
-from evolvent.compiled.codecache.folder import is_followed
+from evolvent.compiled.codecache.folder import is_own
 from evolvent.compiled.codecache.snapshots import snapshot
 
 __all__ = ["compile_law", "compiling", "dispatcher", "is_kept", "linked", "turn", "without_counts"]
@@ -38,13 +38,13 @@ def dispatcher(function: Callable, *, disjoint: bool = False) -> Any:
     arguments alone.
     """
     digest, compiled, cached = "", function, True
-    if not is_followed(function.__module__):
+    if not is_own(function.__module__):
         compiled, digest, _ = snapshot(function)
         cached = bool(digest)
     found = without_counts(without_path(compiled), no_cfunc_wrapper=True, nogil=True)
     _set_compiler(found, _Disjoint if disjoint else _Compiler)
     if cached:
-        found._cache = Cache(function, digest)
+        found._cache = Cache(function, f"disjoint={disjoint}", digest)
     return found
 
 

@@ -16,6 +16,7 @@ import subprocess
 import sys
 import time
 import warnings
+import zlib
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -29,7 +30,7 @@ from numba.core.typing.templates import infer, make_intrinsic_template
 
 from evolvent.base import progress
 from evolvent.compiled.codecache.files import say_once
-from evolvent.compiled.codecache.folder import is_followed, module_name, sources
+from evolvent.compiled.codecache.folder import is_own
 from evolvent.compiled.codecache.linked import Linked
 from evolvent.compiled.interfaces import PLAIN, REASON
 from evolvent.compiled.pointer import has_addresses, load_attribute
@@ -44,11 +45,6 @@ warnings.filterwarnings("ignore", message="First-class function type", category=
 REAL, VECTOR, MATRIX, CUBE, INTEGERS = f8, f8[::1], f8[:, ::1], f8[:, :, ::1], i8[::1]
 
 
-def _check_followed(function: Callable) -> None:
-    if function.__module__.partition(".")[0] == "evolvent" and not is_followed(function.__module__):
-        raise RuntimeError(f"{function.__module__} is not among the modules whose changes the cache folder follows")
-
-
 class Kernel(Linked):
     """A function that compiled code links in; called from Python it is compiled on its own.
 
@@ -61,7 +57,7 @@ class Kernel(Linked):
     def __init__(self, function: Callable, *, inline: bool) -> None:
         self.py_func, self._inline = function, inline
         self.signature: tuple[Any, ...] | None = None
-        self.is_followed, self.options = is_followed(function.__module__), f"inline={inline}"
+        self.is_own, self.options = is_own(function.__module__), f"inline={inline}"
         functools.update_wrapper(self, function)
 
     def around(self, function: Callable) -> Kernel:
@@ -96,13 +92,11 @@ class Kernel(Linked):
 
 def kernel(function: Callable) -> Any:
     """Compile `function` into its compiled callers, as its own function there."""
-    _check_followed(function)
     return function if config.DISABLE_JIT else Kernel(function, inline=False)
 
 
 def inlined(function: Callable) -> Any:
     """As `kernel`, and always inlined into the compiled caller, which is for what is small or called once."""
-    _check_followed(function)
     return function if config.DISABLE_JIT else Kernel(function, inline=True)
 
 
@@ -124,20 +118,35 @@ def entry(*kinds: Any) -> Callable[[Any], Any]:
 
 # ------------------------------------------------------------------------------------------------ calls by address
 
-#: Functions of one module that may be called by address.
-_SLOTS = 64
-_MODULES = [module_name(path) for path in sources()]
+#: Places for functions that are called by address.
+_SLOTS = 1 << 17
 #: Index 0: address of `_load_now`. The others: of the functions made by `indirect`, that of `_not_loaded`, which stands
 #: at index 1, until they are loaded. A struct that such functions take refers to this table.
-ADDRESSES = np.zeros(2 + _SLOTS * len(_MODULES), dtype=np.int64)
+ADDRESSES = np.zeros(2 + _SLOTS, dtype=np.int64)
 #: Status that `_not_loaded` returns, which no function of numba does.
 _NOT_LOADED = -77
-_counts: dict[str, int] = {}
 _BY_SLOT: dict[int, Any] = {}
 #: Functions that were loaded because compiled code called them.
 loaded_late: list[Any] = []
 #: Why one of them could not be loaded, until that is raised.
 _refused: list[BaseException] = []
+
+
+def _place(name: str) -> int:
+    return zlib.crc32(name.encode("utf-8", "surrogatepass")) % _SLOTS
+
+
+def _free_slot(name: str) -> int:
+    """Index for a function of this name: the same in every process, whatever others there are, as its callers have it.
+
+    Only of two of one place the later gets the next one.
+    """
+    if len(_BY_SLOT) == _SLOTS:
+        raise RuntimeError(f"there are more than {_SLOTS} functions that are called by address")
+    place = _place(name)
+    while 2 + place in _BY_SLOT:
+        place = (place + 1) % _SLOTS
+    return 2 + place
 
 
 @ctypes.CFUNCTYPE(None, ctypes.c_int64)
@@ -217,15 +226,9 @@ class Indirect(Linked):
 
     def __init__(self, function: Callable, signature: Any, *, disjoint: bool = False, used_for: Any = None) -> None:
         self.py_func, self.signature, self._disjoint, self.used_for = function, signature, disjoint, used_for
-        self.is_followed, self.options = is_followed(function.__module__), f"{signature} disjoint={disjoint}"
+        self.is_own, self.options = is_own(function.__module__), f"{signature} disjoint={disjoint}"
         functools.update_wrapper(self, function)
-        module = function.__module__
-        place = 2 + (_MODULES.index(module) * _SLOTS if module in _MODULES else 0)
-        counted = module if module in _MODULES else ""
-        number = _counts[counted] = _counts.get(counted, -1) + 1
-        if number >= _SLOTS:
-            raise RuntimeError(f"{module} has more than {_SLOTS} functions that are called by address")
-        self.slot = place + number
+        self.slot = _free_slot(f"{function.__module__}.{function.__qualname__}")
         _BY_SLOT[self.slot] = self
 
     def around(self, function: Callable) -> Indirect:
@@ -316,7 +319,6 @@ def indirect(signature: Any, *, disjoint: bool = False, used_for: Any = None) ->
     """
 
     def decorate(function: Callable) -> Any:
-        _check_followed(function)
         return function if config.DISABLE_JIT else Indirect(function, signature, disjoint=disjoint, used_for=used_for)
 
     return decorate

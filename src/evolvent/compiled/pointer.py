@@ -73,9 +73,14 @@ class StructType(types.Type):
         super().__init__(name=name)
 
     @property
+    def struct(self) -> type[Struct]:
+        """The class."""
+        return _STRUCTS[self.name]
+
+    @property
     def fields(self) -> dict[str, Field]:
         """Declared attributes."""
-        return _STRUCTS[self.name]._fields
+        return self.struct._fields
 
 
 #: Classes by the name of their numba type.

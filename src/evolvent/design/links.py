@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
+from evolvent.systems.heliogyro.case import WAYS
 
 if TYPE_CHECKING:
     from evolvent.solvers import Solution
@@ -26,9 +27,9 @@ def spool_keys(**motion: Any) -> dict[str, Any]:
 
     Parameters
     ----------
-    motion : keys of `spool` that say how it turns: rate, ramp, changes, table, free
+    motion : keys of `spool` that say how it turns: rate, ramp, changes, table, free, feedback
     """
-    still: dict[str, Any] = {"rate": None, "ramp": 0.0, "changes": [], "table": None, "free": None}
+    still: dict[str, Any] = {"rate": None, "ramp": 0.0, "changes": []} | dict.fromkeys(WAYS)
     return {f"spool.{key}": value for key, value in (still | motion).items()}
 
 

@@ -171,15 +171,15 @@ def _thread_limit(case: Any, length: float, rate: float, ramp: float, until: flo
 
 
 def figure(found: Permissible) -> Figure:
-    """Permissible torques, and their ratio, over the length."""
+    """Permissible torques, and their ratio, over the length; lengths that were not computed are left out."""
     course = "at once" if found.ramp == 0.0 else f"over {found.ramp:g} s"
     rigid = np.where(np.isfinite(found.rigid), found.rigid, np.nan)
     lines = [
-        Line(x=found.length, y=1e3 * found.thread, label=f"thread, torque {course}", marker="o"),
-        Line(x=found.length, y=1e3 * rigid, label=f"rigid blade, torque {course}", color=1, style=" ", marker="s"),
-        Line(x=found.length, y=1e3 * found.slow, label="rigid blade, slow torque", color=2, style="--"),
+        Line(x=found.length, y=1e3 * found.thread, label=f"thread, torque {course}", style=" ", marker="o"),
+        Line(x=found.length, y=1e3 * rigid, label=f"rigid blade, torque {course}", color=1, style=" ", marker="x"),
+        Line(x=found.length, y=1e3 * found.slow, label="rigid blade, slow torque", color=2, style=" ", marker="^"),
     ]
-    above = [Line(x=found.length, y=100.0 * (found.thread / rigid - 1.0), marker="o")]
+    above = [Line(x=found.length, y=100.0 * (found.thread / rigid - 1.0), style=" ", marker="o")]
     panels = [
         Panel(x_label="length of the blades, m", y_label="permissible torque, mN m", lines=lines, log=True),
         Panel(x_label="length of the blades, m", y_label="thread above rigid blade, %", lines=above, y_zero=True),

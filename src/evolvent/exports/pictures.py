@@ -84,7 +84,10 @@ class _Stage:
                 tints = mpl.cm.ScalarMappable(mpl.colors.Normalize(*ends), colors)
                 sheet.colorbar(tints, cax=bar, orientation="horizontal", ticks=list(ends))
                 name, unit = name_and_unit(value)
-                bar.set_xticklabels([quantity(x, unit) for x in ends])
+                signs = (sign if beyond else "" for sign, beyond in zip("≤≥", motion.clipped(value), strict=True))
+                bar.set_xticklabels(
+                    [f"{sign} {quantity(x, unit)}".lstrip() for sign, x in zip(signs, ends, strict=True)]
+                )
                 bar.set_title(name, fontsize=font)
             title = motion.title.removesuffix(f" - {label}") if label else motion.title
             sheet.text(0.015, 0.975, title, weight="bold", va="top", fontsize=1.2 * font)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal, TypeAlias
 
-import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from evolvent import cases
@@ -16,12 +16,12 @@ from evolvent.base.schema import Section
 from evolvent.massprops import uncertain
 from evolvent.massprops.keys import ColumnKey, DirectionKey, PointKey, TextKey
 from evolvent.massprops.mounting_keys import Air, Mounting, SpringTare, refuse_massless
+from evolvent.massprops.spring_keys import PROPERTIES, Planned, SpringBody, Springs
 from evolvent.massprops.uncertain import Uncertain
 
-#: Names of a body's mass properties: here, and in `evolvent.massprops.inertia`.
-PROPERTIES = {"mass": "mass", "offset_x": "ex", "height": "h", "offset_z": "ez"} | {
-    name: name for name in ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
-}
+#: Keys of which a recording may have its own, where all recordings go into one estimate.
+COMBINED = ("mounting", "tare", "air", "plan")
+NO_UNKNOWN = "body has no unknown; write 'unknown' for what is to be identified, such as Ixx: unknown"
 KINDS = ("springs", "torsion", "bifilar", "trifilar", "compound")
 
 
@@ -78,84 +78,6 @@ class Signals(Section):
         if self.time is not None and self.time in used:
             raise InputError(f"signals.sensors names {self.time!r}, which is the time")
         return self
-
-
-class Springs(Section):
-    """Springs that hold the body; axes x and z horizontal, y up, from the stiffness centre."""
-
-    kind: Literal["springs"] = "springs"
-    support: Literal["hanging", "guided", "standing"] = Field(
-        "hanging", description="hanging, standing: free in six degrees of freedom; guided: lateral motion and yaw held"
-    )
-    half_length: uncertain.Length | None = Field(None, description="a: four springs at x = +-a")
-    half_width: uncertain.Length | None = Field(None, description="b: and z = +-b")
-    points: tuple[tuple[uncertain.Position, uncertain.Position, uncertain.Position], ...] | None = Field(
-        None, description="attachment points of any number of springs, in place of half_length and half_width"
-    )
-    stiffness: uncertain.Stiffnesses = Field(description="of each spring by itself: uncertainties are independent")
-    common_factor: uncertain.FactorOrUnknown = Field(
-        Uncertain(1.0), description="on all stiffnesses: what their calibrations have in common"
-    )
-    natural_length: uncertain.Lengths
-    lateral_stiffness: uncertain.Laterals = (Uncertain(0.0),)
-    damping: uncertain.Dampings = Field(
-        (Uncertain(0.0),),
-        description="of each spring; used by `evolvent plan` alone: in a recording the decay is measured",
-    )
-    lateral_damping: uncertain.Dampings = Field((Uncertain(0.0),), description="as damping")
-    gravity: uncertain.Gravity = Uncertain(9.80665)
-
-    @model_validator(mode="after")
-    def _check(self) -> Springs:
-        sides = [k for k in ("half_length", "half_width") if getattr(self, k) is not None]
-        if self.points is not None and sides:
-            raise InputError(f"stand.points and stand.{sides[0]} are both given; give one of them")
-        if self.points is None and len(sides) < 2:
-            missing = "half_width" if sides == ["half_length"] else "half_length"
-            raise InputError(f"stand.{missing} is missing; give half_length and half_width, or points")
-        if self.points is not None and len(self.points) < 3:
-            raise InputError(f"stand.points has {len(self.points)}; at least three springs hold a body")
-        for key in ("stiffness", "natural_length", "lateral_stiffness", "damping", "lateral_damping"):
-            given = len(getattr(self, key))
-            if given not in (1, self.number):
-                raise InputError(f"stand.{key} has {given} values, but there are {self.number} springs")
-        return self
-
-    @property
-    def number(self) -> int:
-        """Number of springs."""
-        return 4 if self.points is None else len(self.points)
-
-    @property
-    def attachment_points(self) -> np.ndarray:
-        """(n, 3) attachment points, m; (a, b), (a, -b), (-a, -b), (-a, b) in (x, z) for a rectangle."""
-        if self.points is not None:
-            return np.array([[c.value for c in point] for point in self.points])
-        assert self.half_length is not None
-        assert self.half_width is not None
-        a, b = self.half_length.value, self.half_width.value
-        return np.array([[a, 0.0, b], [a, 0.0, -b], [-a, 0.0, -b], [-a, 0.0, b]])
-
-
-class SpringBody(Section):
-    """The body on springs: each number known, or 'unknown'."""
-
-    name: str = "body"
-    mass: uncertain.MassOrUnknown
-    offset_x: uncertain.PositionOrUnknown = Field(description="of the centre of mass from the stiffness centre")
-    offset_z: uncertain.PositionOrUnknown = Field(description="of the centre of mass from the stiffness centre")
-    height: uncertain.PositionOrUnknown = Field(description="of the attachment plane above the centre of mass")
-    Ixx: uncertain.InertiaOrUnknown = Field(Uncertain(np.nan, 0.0, True), description="about the centre of mass")
-    Iyy: uncertain.InertiaOrUnknown | None = Field(None, description="left out: anything that a body can have")
-    Izz: uncertain.InertiaOrUnknown = Uncertain(np.nan, 0.0, True)
-    Ixy: uncertain.ProductOrUnknown | None = Field(None, description="element of the tensor; left out: 0")
-    Ixz: uncertain.ProductOrUnknown | None = None
-    Iyz: uncertain.ProductOrUnknown | None = None
-
-    @property
-    def unknown(self) -> tuple[str, ...]:
-        """Keys that are asked."""
-        return tuple(k for k in PROPERTIES if (v := getattr(self, k)) is not None and v.unknown)
 
 
 _AMPLITUDE = (
@@ -275,19 +197,6 @@ Recordings = dict[str, dict[str, Any]]
 _RECORDINGS: Any = Field({}, description="what differs from file to file: file name -> {key.path: value}")
 
 
-class Planned(Section):
-    """How the body is set swinging and recorded, for `evolvent plan`; signals need no file for it."""
-
-    force: Annotated[float, units.Quantity(what="a force", unit="N", example="1000 N", above=0.0)] = Field(
-        description="of the pull at a spring, straight down, that is released at once"
-    )
-    noise: Annotated[float, units.Quantity(what="a length", unit="m", example="0.1 mm", above=0.0)] | None = Field(
-        None, description="standard deviation of the noise of sensors that state none"
-    )
-    rate: units.Frequency | None = Field(None, description="of sampling; several are compared unless given")
-    duration: units.Duration = Field(60.0, description="of the longest record")
-
-
 class Signalling(Section):
     """How signals are read, and modes found in them."""
 
@@ -325,9 +234,10 @@ class OnSprings(_Description):
                 raise InputError(
                     f"signals.sensors.{k}.point is {sensor.point}, but there are {self.stand.number} springs"
                 )
-        if not self.body.unknown and not any(self.unknown_of_tare):
-            raise InputError("body has no unknown; write 'unknown' for what is to be identified, such as Ixx: unknown")
-        factor = self.stand.common_factor.unknown
+        if not self.body.unknown and not any(self.unknown_of_tare) and not self.stand.unknown and not self.recordings:
+            raise InputError(NO_UNKNOWN)
+        known = any(key.split(".")[0] == "body" for keys in self.recordings.values() for key in keys)
+        factor = self.stand.common_factor.unknown and not known
         if factor and "mass" in self.body.unknown and not (self.body.mass.std or self.stand.common_factor.std):
             raise InputError(
                 "body.mass and stand.common_factor are both unknown; vibrations determine only their ratio: "
@@ -347,9 +257,10 @@ class OnSprings(_Description):
 
     @property
     def has_mounting(self) -> bool:
-        """Whether the stand carries more than a body in its own axes, so that recordings go into one estimate."""
-        own = any(key.split(".")[0] in ("mounting", "tare", "air") for keys in self.recordings.values() for key in keys)
-        return own or bool(self.tare) or self.mounting is not None or self.air is not None
+        """Whether recordings go into one estimate: what is on the stand differs, the pull, or the stand is asked."""
+        own = any(key.split(".")[0] in COMBINED for keys in self.recordings.values() for key in keys)
+        calibrated = {"half_length", "half_width"} & set(self.stand.unknown) or not self.body.unknown
+        return own or bool(self.tare) or self.mounting is not None or self.air is not None or bool(calibrated)
 
 
 class OnTorsion(_Description):
@@ -401,18 +312,63 @@ def load(stand: Any, overrides: Mapping[str, Any] | None = None) -> Description:
 
     Parameters
     ----------
-    stand : path, mapping, or a description
-    overrides : mapping, dotted key -> value
+    stand : path, mapping, a description, or the name, file or content of a case of a system that is a stand
+    overrides : mapping, dotted key -> value; of a case its own keys, or those of the description that it makes
 
     Raises
     ------
     InputError
         One sentence that names the key, its value and what is allowed.
     """
+    given = dict(overrides or {})
     content = _content(stand)
-    for key, value in (overrides or {}).items():
+    if "system" in content or "parts" in content:
+        content, given = _of_case(content, given)
+    for key, value in given.items():
         cases.override(content, key, cases.copied(value))
     return _checked(content)
+
+
+def _of_case(content: dict[str, Any], overrides: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The description that a case makes, and those of the overrides that are its own keys and not the case's."""
+    content = cases.with_system(content)
+    definition = cases.system_of(content)
+    own = {key: value for key, value in overrides.items() if key.split(".")[0] in definition.Case.model_fields}
+    if not _is_case(content, own):
+        alone = {key: value for key, value in own.items() if _is_case(content, {key: value})}
+        for key in own.keys() - alone.keys():
+            if "+-" not in str(own[key]) and "unknown" not in str(own[key]) and not _is_key(key):
+                cases.load(content, alone | {key: own[key]})  # says what is wrong
+        own = alone
+    rest = {key: value for key, value in overrides.items() if key not in own}
+    found = definition.stand_description(cases.load(content, own))
+    if found is None:
+        raise InputError(
+            f"the system {definition.Case.model_fields['system'].default!r} is no stand; give a description of a "
+            "stand, or a case of the system 'inertia-stand'"
+        )
+    if any(key.split(".")[:2] == ["plan", "excitation"] for key in rest):
+        found["plan"].pop("force", None)
+    return found, rest
+
+
+def _is_case(content: Mapping[str, Any], overrides: Mapping[str, Any]) -> bool:
+    """Whether a case with changed keys can be used."""
+    try:
+        cases.load(content, overrides)
+    except InputError:
+        return False
+    return True
+
+
+def _is_key(key: str) -> bool:
+    """Whether a description of springs has a key."""
+    kind: Any = OnSprings
+    for name in key.split("."):
+        if name not in kind.model_fields:
+            return False
+        kind = {"body": SpringBody, "stand": Springs, "identification": Identification}.get(name, Section)
+    return True
 
 
 def without_stand(columns: Sequence[str], overrides: Mapping[str, Any] | None = None) -> Signalling:
@@ -488,6 +444,10 @@ def _content(stand: Any) -> dict[str, Any]:
     if not isinstance(stand, (str, os.PathLike)):
         raise InputError(f"a stand is a file or a mapping, not {type(stand).__name__}")
     name = os.fspath(stand)
+    if not os.path.exists(name) and not re.search(r"[./\\]", name):
+        if name not in cases.built_in():
+            raise InputError(f"there is neither a file nor a case {name!r}; {nearest(name, cases.built_in())}")
+        return cases.content_of(name)
     content = cases.parse_yaml(safe_open.text(name), name)
     if not isinstance(content, dict):
         what = "is empty" if content is None else "is no mapping of keys to values"

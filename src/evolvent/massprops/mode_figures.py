@@ -91,10 +91,11 @@ def amplitudes(
     return Figure(name="mode_shapes", title="Amplitudes of the modes", panels=panels, columns=columns, height=height)
 
 
-def planned(duration: Array, worst: Array, found: Plan) -> Figure:
-    """Largest relative uncertainty over the length of the record (n,), of every spring (springs, n)."""
+def planned(duration: Array, worst: Array, labels: Sequence[str], found: Plan) -> Figure:
+    """Largest relative uncertainty over the length of the record (n,), of every pull (pulls, n)."""
     lines = [
-        Line(x=duration, y=100.0 * row, label=f"spring {k + 1}", color=k, width=1.0) for k, row in enumerate(worst)
+        Line(x=duration, y=100.0 * row, label=label, color=k, width=1.0)
+        for k, (row, label) in enumerate(zip(worst, labels, strict=True))
     ]
     wanted = Line(x=duration[[0, -1]], y=np.full(2, 100.0 * found.wanted), label="wanted", color="gray", width=0.8)
     label = f"largest expanded uncertainty (k = {found.factor:g}), %"

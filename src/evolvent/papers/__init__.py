@@ -101,15 +101,19 @@ THREAD: dict[str, Entry] = _entries(
     ("figure-2-1", 2, 2, "thread_schematics.figure_2_1", "schematic: unwinding from the spool"),
     ("figure-3-1", 2, 2, "thread_schematics.figure_3_1", "schematic: nodes of the model"),
     ("figure-3-2", 2, 2, "thread_schematics.figure_3_2", "schematic: the boundary node"),
-    ("figure-3-3", 5, 5, "thread.figure_3_3", "eqs. (3, 4) on the boundary node, no external forces"),
-    ("figure-3-4", 5, 5, "thread.figure_3_4", "eqs. (7, 8) on the boundary node, no external forces"),
+    ("figure-3-3", 8, 8, "thread_spool_node.figure_3_3", "eqs. (3, 4) on the boundary node, no external forces"),
+    ("figure-3-4", 8, 8, "thread_spool_node.figure_3_4", "eqs. (7, 8) on the boundary node, no external forces"),
     ("figure-4-1", 2, 2, "thread_schematics.figure_4_1", "schematic: sail with two blades, lag of a node"),
     ("figure-4-2", 45, 10, "thread.figure_4_2", "rate of the body: 14 runs and eq. (18) for each"),
     ("figure-4-3", 45, 10, "thread.figure_4_3", "lag of the tip, n = 20 and 40, seven dampings"),
     ("figure-4-4", 60, 8, "thread.figure_4_4", "lag of the tip, c = 1e7, 1e8 and 1e9 N/m"),
     ("soft", 6, 6, "thread.soft", "ours: lag of the tip, c = 1e2, 1e3 and 1e4 N/m, beside figure IV.4"),
+    ("strip-payout", 30, 15, "thread_strip.figure",
+     "ours: largest pay-out rate of a strip before it buckles in its plane, and its lag beside the thread"),
+    ("spool-node-map", 160, 12, "thread_spool_node.node_map",
+     "ours: distance from the plane by eqs. (3, 4), over c, d and nodes a turn, beside figure III.3"),
     ("table-4-1", 1, 1, "thread.table_4_1", "data of the deployment, and what they imply for the film"),
-)
+)  # fmt: skip
 
 #: Tables and figures of the paper on the wrapped rib.
 RIB: dict[str, Entry] = _entries(
@@ -120,6 +124,7 @@ RIB: dict[str, Entry] = _entries(
     ("figure-8", 12, 5, "rib_figures.figure_8", f"{CAPTIONS[8]} (our torque and damping)"),
     ("figure-9", 12, 5, "rib_figures.figure_9", f"{CAPTIONS[9]} (our torque)"),
     ("root-damping", 10, 5, "rib_figures.root_damping", "ours: damping in the first element or hinge alone"),
+    ("deployment-damping", 40, 20, "rib_deployment.figure", "ours: hinge dampers while the rib deploys"),
     ("points-at-rest", 3, 2, "rib_figures.points_at_rest", "ours: wound rib at rest, gaps of the contact points"),
     ("table-1", 240, 30, "rib.table_1",
      "winding of a rib, a = 0: CPU time and error over the step, implicit and explicit, two models"),
@@ -136,8 +141,9 @@ STAND: dict[str, Entry] = _entries(
     ("figure-5", 5, 3, "stand.figure_5", "two frequencies over the x offset"),
     ("energies", 8, 4, "stand.energies", "ours: energies of the three modes over the offset"),
     ("amplitudes", 8, 4, "stand.amplitudes", "ours: amplitudes of each mode at each spring over the offset"),
-    ("prony", 40, 6, "stand_prony.figure_prony",
-     "ours: accuracy of Prony's method over samples per period, number of samples, noise; VARPRO compared"),
+    ("pulls", 4, 4, "stand_pulls.figure", "ours: least energies with pulls at two springs, at a point, in two records"),
+    ("prony", 60, 8, "stand_prony.figure_prony",
+     "ours: frequencies and decrements by Prony's method and VARPRO: errors over rate, number of samples, noise"),
     ("error", 15, 6, "stand_error.table_error",
      "ours: where the error of the identified moments comes from: time step, Prony's method, static tilt"),
 )  # fmt: skip

@@ -12,6 +12,8 @@ Values = dict[str, float]
 STEPS = np.logspace(-3.0, 6.0, 181)
 #: Time after the first whip of a rib without damping, s.
 FIRST_WHIP = 28.8
+#: Interval after the first whip of a rib without damping in which it rebounds freely, s.
+AFTER_THE_WHIP = (34.0, 40.0)
 
 
 def _parameters(radius: float) -> tuple[float, float, float]:
@@ -112,17 +114,30 @@ def half_second() -> Values:
 
 
 def two_methods() -> Values:
-    """Times of the first whip by the two methods, s, and difference of the tip's speed before it, % of its largest."""
-    from evolvent.papers.rib import BEFORE_THE_WHIP, FREE, USUAL, ChainModel
-    from evolvent.papers.winding import CHAIN, ENERGY, Model, Trial
+    """Times of the first whip by the two methods, s, and difference of the tip's speed before it, % of its largest.
 
-    fine = Model("wrapped-rib", FIRST_WHIP, FREE).run(Trial(ENERGY, step=0.005))
-    chain = ChainModel(FIRST_WHIP, FREE).run(Trial(CHAIN, share=USUAL))
-    before = fine.t < BEFORE_THE_WHIP
-    speed = np.interp(fine.t[before], chain.t, chain.speed)
-    off = math.sqrt(float(np.mean((speed - fine.speed[before]) ** 2)))
-    off *= 100.0 / float(fine.speed[before].max())
-    return {"ancf": fine.peak_time, "chain": chain.peak_time, "off": off}
+    After the whip: the tip's mean speed, m/s, and the energy at the end, J, with contacts that keep the energy and
+    with those of the case, which take some; what those and the steps of the cable have taken, and what the chain that
+    keeps it gains, J.
+    """
+    from evolvent.papers.rib import BEFORE_THE_WHIP, END, two_models
+
+    runs = {name: model.run(trial) for name, model, trial in two_models(END)}
+    cable, chain, damped = runs["cable"], runs["chain"], runs["damped_cable"]
+    before = cable.t < BEFORE_THE_WHIP
+    off = math.sqrt(float(np.mean((chain.speed - cable.speed)[before] ** 2)))
+    values = {"off": 100.0 * off / float(cable.speed[before].max())}
+    for name, run in (("ancf", cable), ("chain", chain)):
+        values[name] = float(run.t[np.argmax(run.speed[run.t < FIRST_WHIP])])
+    for name, run in runs.items():
+        values[f"{name}_speed"] = run.mean_speed(*AFTER_THE_WHIP)
+        values[f"{name}_energy"] = float(run.energy[-1])
+    return values | {
+        "largest": float(cable.energy.max()),
+        "by_contact": float(damped.by_contact[-1]),
+        "by_steps": float(damped.work[-1] - damped.by_contact[-1] - damped.energy[-1]),
+        "gained": float(chain.energy[-1] - chain.work[-1]),
+    }
 
 
 def cpu_times() -> Values:

@@ -13,7 +13,7 @@ from evolvent import cases
 from evolvent.massprops.inertia import Body, NormalModes, Stand, vertical_model
 from evolvent.papers import Made, Options
 from evolvent.papers.winding import markdown
-from evolvent.results.figures import Figure, Line, Note, Panel
+from evolvent.results.figures import Figure, Line, Map, Note, Panel
 from evolvent.systems.inertia_stand import chart
 
 if TYPE_CHECKING:
@@ -22,8 +22,12 @@ if TYPE_CHECKING:
 CASE, STUDY = "inertia-stand", "inertia-stand-map"
 KEYS = ("body.offset_x", "body.offset_z")
 LABELS = ("offset_x, m", "offset_z, m")
-#: The modes by rising frequency, on lines on which one offset is 0.
+#: The modes by rising frequency, on lines on which one offset is 0; as the paper describes them, with our names.
 NAMES = ("heave", "pitch", "roll")
+MODES = ("along Y\n(heave)", "about Z\n(pitch)", "about X\n(roll)")
+#: The axes of figure 4, and that of figure 5 as it is printed.
+PLANE = ("displacement along X, m", "displacement along Z, m")
+ALONG_X = "displacement of the centre of mass relative to the centre of stiffness along the X axis, m"
 #: Offsets of the curves: so many points over the range of the map.
 POINTS = 241
 #: Numbers of offsets on a line at which the motion is simulated: in full and of the quick form.
@@ -86,6 +90,7 @@ class Grid(NamedTuple):
         return np.array([self.energies(x, z, k + 1).min(axis=-1) for k in range(len(self.stand.points))])
 
 
+@functools.cache
 def grid() -> Grid:
     """The grid of the built-in map."""
     from evolvent.design.studies.study import read
@@ -132,12 +137,12 @@ def figure_2(options: Options) -> Made:
     for axis, offsets in enumerate(ENERGY_BARS):
         options.report(f"{len(offsets)} simulated cases over {LABELS[axis].partition(',')[0]}")
         runs = _simulated_at(offsets)
-        labels = [f"{_letter(axis)} = {at[axis]:g} m" for at in offsets]
+        labels = [f"{'XZ'[axis]} = {at[axis]:g} m" for at in offsets]
         energy = np.array([run.mode_energy.values for run in runs])
         panels.append(
             Panel(
-                x_label="mode", y_label="energy, J", lines=_bars(energy, labels), title=f"{_other(axis)} = 0",
-                x_names=dict(enumerate(NAMES)), y_zero=True, notes=_values(energy),
+                x_label="mode", y_label="energy, J", lines=_bars(energy, labels), x_names=dict(enumerate(MODES)),
+                title=f"centre of mass at {'ZX'[axis]} = 0, and at", y_zero=True, notes=_values(energy),
             )
         )  # fmt: skip
         rows += [
@@ -145,7 +150,10 @@ def figure_2(options: Options) -> Made:
             for (x, z), values in zip(offsets, energy, strict=True)
         ]
     head = (*LABELS, "heave, J", "pitch, J", "roll, J", "sum, J")
-    title = "Distribution of the energy over the modes (figure 2 of Belyakov 2002; our reading: bars, offsets)"
+    title = (
+        "Figure 2 of Belyakov (2002): distribution of the energy over the modes of oscillation (J). Our reading: bars, "
+        "places of the centre of mass"
+    )
     figure = Figure(name="stand-figure-2", title=title, panels=panels, columns=2, height=84.0)
     return Made(text=f"{BARS}\n{markdown(head, rows)}", figure=figure)
 
@@ -157,11 +165,12 @@ def figure_3(options: Options) -> Made:
     options.report(f"{len(AMPLITUDE_BARS)} simulated cases")
     for (x, z), run in zip(AMPLITUDE_BARS, _simulated_at(AMPLITUDE_BARS), strict=True):
         amplitude = 1e3 * run.mode_amplitude.values
-        labels = [f"spring {k}" for k in range(1, 5)]
+        labels = [f"$i$ = {k}" for k in range(1, 5)]
         panels.append(
             Panel(
-                x_label="mode", y_label="amplitude, mm", lines=_bars(amplitude.T, [] if panels else labels),
-                title=f"$e_x$ = {x:g} m, $e_z$ = {z:g} m", x_names=dict(enumerate(NAMES)), y_zero=True,
+                x_label="mode $k$", y_label="amplitude $A_{ki}$, mm",
+                lines=_bars(amplitude.T, [] if panels else labels),
+                title=f"centre of mass at X = {x:g} m, Z = {z:g} m", x_names=dict(enumerate(MODES)), y_zero=True,
             )
         )  # fmt: skip
         rows += [
@@ -170,8 +179,8 @@ def figure_3(options: Options) -> Made:
         ]
     head = (*LABELS, "mode", *(f"spring {k}, mm" for k in range(1, 5)))
     title = (
-        "Amplitudes by modes and numbers of the springs, spring 1 loaded (figure 3 of Belyakov 2002; our reading: "
-        "bars, offsets)"
+        "Figure 3 of Belyakov (2002): amplitudes of oscillation by modes and by numbers $i$ of the springs' "
+        "attachments. Our reading: bars, places of the centre of mass, spring 1 loaded at +X, +Z"
     )
     figure = Figure(name="stand-figure-3", title=title, panels=panels, columns=2, height=88.0)
     return Made(text=f"{BARS}{SPRINGS}\n{markdown(head, rows)}", figure=figure)
@@ -205,10 +214,6 @@ def _values(values: np.ndarray) -> list[Note]:
     ]
 
 
-def _letter(axis: int) -> str:
-    return chart.LABELS[axis].partition(",")[0].removeprefix("offset ")
-
-
 def energies(options: Options) -> Made:
     """Energies of the three modes over the offset."""
     over, panels, rows = grid(), [], []
@@ -227,7 +232,7 @@ def energies(options: Options) -> Made:
             where = [f"{offset:g}", "0"] if axis == 0 else ["0", f"{offset:g}"]
             rows.append([*where, *(f"{v:.4g}" for v in values), f"{values.sum():.2f}"])
     head = (*LABELS, "heave, J", "pitch, J", "roll, J", "sum, J")
-    title = "Energies of the three modes over the offset of the centre of mass"
+    title = "Ours: energies of the three modes over the offset of the centre of mass"
     figure = Figure(name="stand-energies", title=title, panels=panels, columns=2, height=88.0)
     return Made(text=f"{NOTE}\n{markdown(head, rows)}", figure=figure)
 
@@ -259,7 +264,7 @@ def amplitudes(options: Options) -> Made:
         for name, values in zip(NAMES, _amplitudes(over, offset, 0.0), strict=True):
             rows.append([f"{offset:g}", name, *(f"{value:.4f}" for value in values)])
     head = (LABELS[0], "mode", *(f"spring {k}, mm" for k in range(1, 5)))
-    title = "Amplitude of each mode at each spring over the offset of the centre of mass, spring 1 loaded"
+    title = "Ours: amplitude of each mode at each spring over the offset of the centre of mass, spring 1 loaded"
     figure = Figure(name="stand-amplitudes", title=title, panels=panels, columns=3, height=152.0)
     return Made(text=f"{NOTE}{SPRINGS}\n{markdown(head, rows)}", figure=figure)
 
@@ -289,12 +294,16 @@ def figure_4(options: Options) -> Made:
         f"{int(inside.sum())} that lie within 20 % of the springs' spacing along each axis.\n"
     )
     title = (
-        "Least energies of the modes, 999 offsets (left: figure 4 of Belyakov 2002, right: ours); dashed: 20 % of the "
-        f"spacing, white: 1 % of the largest, black: {chart.LEAST:g} J"
+        "Figure 4 of Belyakov (2002): least energies of the modes of oscillation (J), 999 points (ours: their range "
+        f"and spacing). Maps: dashed 20 % of the spacing, white 1 % of the largest, black {chart.LEAST:g} J"
     )
-    first, second = drawn.panels
-    first = dataclasses.replace(first, title=f"loaded at spring 1\n{first.title.partition(chr(10))[2]}")
-    figure = Figure(name="stand-figure-4", title=title, panels=[first, second], columns=2, height=drawn.height)
+    panels, loads = [], ("loaded at spring 1", "ours: loaded at the best spring")
+    for flat, name, load in zip(drawn.panels, ("least_energy", "least_energy_best"), loads, strict=True):
+        map_title = f"ours: the same as a map\n{flat.title.partition(chr(10))[2]}"
+        raised = Map(x=over.x, y=over.z, values=data[name].values, label="least energy, J", surface=True)
+        panels.append(Panel(x_label=PLANE[0], y_label=PLANE[1], lines=[], title=load, map=raised))
+        panels.append(dataclasses.replace(flat, title=map_title, x_label=PLANE[0], y_label=PLANE[1]))
+    figure = Figure(name="stand-figure-4", title=title, panels=panels, columns=2, height=184.0)
     return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure)
 
 
@@ -314,17 +323,18 @@ def figure_5(options: Options) -> Made:
     curves = over.modes(fine, 0.0).natural_frequency
     found = np.array([run.mode_frequency.values for run in runs])
     near = over.modes(few, 0.0).natural_frequency
-    lines = [Line(x=fine, y=curves[:, k], color=1 + k, label=NAMES[k]) for k in range(2)]
+    described = ("oscillation along the vertical axis", "rotation about the Z axis")
+    lines = [Line(x=fine, y=curves[:, k], color=1 + k, label=described[k]) for k in range(2)]
     lines += [Line(x=few, y=found[:, k], style="", marker="o", color=1 + k) for k in range(2)]
     apart = [
         Line(x=few, y=1e6 * (found / near - 1.0)[:, k], style="", marker="os^"[k], color=1 + k, label=NAMES[k])
         for k in range(3)
     ]
-    roll = f"roll stays at {found[:, 2].mean():.2f} rad/s"
+    roll = f"rotation about the X axis stays at {found[:, 2].mean():.2f} rad/s"
     panels = [
-        Panel(x_label=chart.LABELS[0], y_label="frequency, rad/s", lines=lines, title=f"$e_z$ = 0; {roll}"),
+        Panel(x_label=ALONG_X, y_label="frequency $\\omega$, rad/s", lines=lines, title=f"Z = 0; {roll}"),
         Panel(
-            x_label=chart.LABELS[0], y_label="simulated minus linear, ppm", lines=apart, y_span=20.0,
+            x_label=ALONG_X, y_label="simulated minus linear, ppm", lines=apart, y_span=20.0,
             title="ours: simulated and linear motion",
         ),
     ]  # fmt: skip
@@ -333,6 +343,9 @@ def figure_5(options: Options) -> Made:
         modes = over.modes(x, 0.0)
         rows.append([f"{x:g}", *(f"{w:.3f}" for w in modes.natural_frequency), f"{modes.axes()[0][1, 0]:.3f}"])
     head = (LABELS[0], *(f"{name}, rad/s" for name in NAMES), "axis of pitch at x, m")
-    title = "Frequencies of two modes over the offset $e_x$ (left: figure 5 of Belyakov 2002)"
+    title = (
+        "Figure 5 of Belyakov (2002): frequencies by modes of oscillation (rad/s). Lines: linear model, circles: "
+        "simulated motion (ours)"
+    )
     figure = Figure(name="stand-figure-5", title=title, panels=panels, columns=2, height=92.0)
     return Made(text=f"{NOTE}\n{markdown(head, rows)}", figure=figure)

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import cases
 from evolvent.massprops import inertia
-from evolvent.massprops.inertia import Body, Stand, from_three_frequencies, linear_model, vertical_model
+from evolvent.massprops.inertia import Body, Stand, linear_model, vertical_model
 from evolvent.papers import stand
 from evolvent.papers.stand import Grid
+from evolvent.papers.stand_pendulum_measures import identified
 from evolvent.solvers import batch
 
 Values = Mapping[str, float]
@@ -20,7 +20,6 @@ Values = Mapping[str, float]
 AT = (0.4, 0.1)
 
 
-@functools.cache
 def _over() -> Grid:
     return stand.grid()
 
@@ -64,12 +63,6 @@ def distribution() -> Values:
     return {name: float(values.max() / values.min()) for name, values in energy.items()}
 
 
-def mode_count() -> Values:
-    """Number of modes that the signals of four sensors are found to hold, and of energies by the paper's formula."""
-    run = stand.simulated(0.4, 0.1, identification__order="auto", sensors__noise=1e-4)[0]
-    return {"modes": float(run.sizes["mode"]), "sensors": float(run.sizes["sensor"])}
-
-
 def data() -> Values:
     """Numbers of the built-in case, SI units."""
     case = _over().case
@@ -87,33 +80,10 @@ def data() -> Values:
     }
 
 
-def schematic() -> Values:
-    """Of the drawing: number of springs, their length and spacing along x, m, diameter of the body, m."""
-    from evolvent.papers import stand_schematic
-
-    given = _over().stand
-    x = given.points[:, 0]
-    return {
-        "springs": float(len(x)),
-        "length": float(given.length[0]),
-        "spacing": float(x.max() - x.min()),
-        "diameter": stand_schematic.DIAMETER,
-    }
-
-
 def independent_heights() -> Values:
     """Number of independent motions in the simulated heights of the four attachments; less than 1e-3 is none."""
     size = np.linalg.svd(_run(0.4, 0.0).sensor_true.values, compute_uv=False)
     return {"modes": float(np.sum(size > 1e-3 * size[0]))}
-
-
-def stiffness_centre() -> Values:
-    """Distance, mm, of the stiffness centre from the springs' middle: equal ones; one 1 % stiffer."""
-    points, found = _over().stand.points, {}
-    for name, more in (("equal", 0.0), ("stiffer", 0.01)):
-        k = np.array([1.0 + more, 1.0, 1.0, 1.0])
-        found[name] = 1e3 * float(np.linalg.norm(k @ points / k.sum()))
-    return found
 
 
 def three_of_six() -> Values:
@@ -146,32 +116,10 @@ def undeformed() -> Values:
     return {"sag": 1e3 * weight / k, "energy": energy, "mode": float(over.energies(0.0, 0.0).max())}
 
 
-def release() -> Values:
-    """Force that is left on the body at the start with the load on, of the load, at least 1e-9; (0.4, 0.174) m."""
-    from evolvent.massprops.inertia import wrench
-    from evolvent.systems.inertia_stand.structure import setup_of
-
-    case = cases.load(stand.CASE, dict(zip(stand.KEYS, (0.4, 0.174), strict=True)))
-    setup = setup_of(case)
-    start, load = setup.start, np.array(case.excitation.force)
-    left = wrench(setup.stand, setup.body, start.position, start.rotation)
-    lever = start.rotation @ (setup.stand.points[0] - setup.body.centre)
-    left = left + np.concatenate([load, np.cross(lever, load)])
-    speed = float(np.linalg.norm(start.velocity) + np.linalg.norm(start.rate))
-    return {"left": float(np.linalg.norm(left) / np.linalg.norm(load)), "speed": speed}
-
-
 def map_time() -> Values:
     """Points of the paper's map, and time of its computer for a point, s, and for a step of 6 ms of 12.24 s, ms."""
     points = float(_over().x.size * _over().z.size)
     return {"points": points, "point": 20.0 * 3600.0 / points, "step": 1e3 * 20.0 * 3600.0 / points / (12.24 / 6e-3)}
-
-
-def surface() -> Values:
-    """The surface of least energies: number of points, largest energy, J, and that without offset."""
-    over = _over()
-    least = over.least_energies(over.x[:, None], over.z[None, :])[0]
-    return {"points": float(least.size), "top": float(least.max()), "middle": float(over.energies(0.0, 0.0).min())}
 
 
 def quadrants() -> Values:
@@ -286,23 +234,40 @@ def partial_frequencies() -> Values:
 
 
 def candidates() -> Values:
-    """Number of bodies that have the same three frequencies, and the moments of the one next to the true stiffness.
+    """Bodies that have the simulated motion's three frequencies at (0.4, 0.174) m, and the one that is like another.
 
-    `true` is the error of the moments of the true one among them, %; 0 below 1e-6 %.
+    `count` is their number; `right` the error of the moments of that nearest to the body, %; `Ixx` and `Izz` are
+    those of the one whose stiffness is next to it, by `stiffness` %; `stiffness_line` is the same at (0.4, 0) m.
     """
     over = _over()
-    found = inertia.candidates(over.stand, over.body(0.4, 0.174), over.modes(0.4, 0.174).natural_frequency)
-    k = over.case.stand.stiffness
-    true, body = min(found, key=lambda c: abs(c.stiffness - k)), over.body(0.4, 0.174)
-    off = 100.0 * max(abs(true.Ixx / body.inertia[0, 0] - 1.0), abs(true.Izz / body.inertia[2, 2] - 1.0))
-    near = min((c for c in found if abs(c.stiffness / k - 1.0) > 1e-6), key=lambda c: abs(c.stiffness - k))
-    return {
-        "count": float(len(found)),
-        "stiffness": 100.0 * (near.stiffness / k - 1.0),
-        "Ixx": near.Ixx,
-        "Izz": near.Izz,
-        "true": off if off > 1e-6 else 0.0,
-    }
+    known = over.case.body.inertia
+
+    def off(one: inertia.Candidate) -> float:
+        return 100.0 * max(abs(one.Ixx / known[0] - 1.0), abs(one.Izz / known[2] - 1.0))
+
+    found = {}
+    for name, at in (("line", (0.4, 0.0)), ("", (0.4, 0.174))):
+        bodies = inertia.candidates(over.stand, over.body(*at), _run(*at).mode_frequency.values)
+        true = min(bodies, key=off)
+        near = min((one for one in bodies if one is not true), key=lambda one: abs(one.stiffness - true.stiffness))
+        found[f"stiffness_{name}".rstrip("_")] = 100.0 * (near.stiffness / true.stiffness - 1.0)
+    return found | {"count": float(len(bodies)), "Ixx": near.Ixx, "Izz": near.Izz, "right": off(true)}
+
+
+def signals() -> Values:
+    """What is identified from sensors with noise of 0.1 mm at (0.4, 0.1) m, the number of modes not being given.
+
+    Number of modes; largest errors of a frequency, ppm, and of an amplitude at a sensor, mm, against those of the same
+    motion without noise.
+    """
+    noisy = stand.simulated(0.4, 0.1, identification__order="auto", sensors__noise=1e-4)[0]
+    clean = _run(0.4, 0.1)
+    found = {"modes": float(noisy.sizes["mode"]), "sensors": float(noisy.sizes["sensor"])}
+    if noisy.sizes["mode"] != clean.sizes["mode"]:
+        return found | {"frequency": 1e6, "amplitude": 1e3}
+    apart = np.abs(noisy.mode_frequency.values / clean.mode_frequency.values - 1.0)
+    amplitude = np.abs(noisy.mode_amplitude.values - clean.mode_amplitude.values)
+    return found | {"frequency": 1e6 * float(apart.max()), "amplitude": 1e3 * float(amplitude.max())}
 
 
 def paper_accuracy() -> Values:
@@ -314,66 +279,20 @@ def paper_accuracy() -> Values:
 
 
 def accuracy_off_the_line() -> Values:
-    """Largest errors of the moments by the paper's method with offsets along both axes, %, and those of its step."""
+    """Largest errors of the moments by the paper's method with offsets along both axes, %, and those of its step.
+
+    `corner_Ixx` and `corner_Izz` are those at the corners of the box of 20 % of the spacing beside the loaded spring.
+    """
     from evolvent.papers import stand_error
 
     found = 100.0 * np.abs(stand_error.errors({}, stand_error.OFFSETS[3:]))
     step = 100.0 * np.array(stand_error.of_the_step())
-    return {**_three(found.max(axis=0), "Ixx Izz"), **_three(step, "step_Ixx step_Izz")}
-
-
-def pendulum_distance() -> Values:
-    """Standard uncertainties of Ixx, %, by a pendulum at 2 m, at the radius of inertia and at 0.1 m from its pivot.
-
-    Its frequency is known to 100 ppm, the distance of its centre of mass to 0.5 mm, its mass to 0.02 %. `ratio` is the
-    moment about the pivot at 2 m over that about the centre of mass.
-    """
-    body = _over().case.body
-    moment, mass = body.inertia[0], body.mass
-    radius = float(np.sqrt(moment / mass))
-    found = {n: _pendulum(moment, r) for n, r in (("far", 2.0), ("near_best", radius), ("near", 0.1))}
-    return found | {"ratio": 1.0 + mass * 4.0 / moment, "at": radius}
-
-
-def _pendulum(moment: float, distance: float) -> float:
-    """Standard uncertainty, %, of a moment by a pendulum whose centre of mass is at a distance, m, from its pivot."""
-    from evolvent.massprops.inertia.pendulums import budget, compound
-
-    mass = _over().case.body.mass
-    w = float(np.sqrt(mass * 9.80665 * distance / (moment + mass * distance**2)))
-    known = {"frequency": w, "mass": mass, "distance": distance}
-    found = budget(compound, known, {"frequency": 1e-4 * w, "mass": 2e-4 * mass, "distance": 5e-4})
-    return 100.0 * float(np.linalg.norm(found.contribution)) / moment
-
-
-def _identified(given: Stand, body: Body, frequency: np.ndarray) -> np.ndarray:
-    """(2,) Ixx, Izz by three frequencies, the solution whose shapes agree."""
-    shapes = vertical_model(_over().stand, _over().body(body.centre[0], body.centre[2])).modes().at(given.points)
-    found = from_three_frequencies(given, body, frequency, shapes=shapes, points=given.points)
-    return np.array([found["Ixx"], found["Izz"]])
-
-
-def beside_pendulum() -> Values:
-    """Standard uncertainties, %, of Ixx and Izz by the stand and by a pendulum 2 m below its pivot.
-
-    Frequencies to 100 ppm, lengths to 0.5 mm (a and b to 0.3 mm), the mass to 0.02 %, stiffnesses to 0.1 %.
-    """
-    over = _over()
-    case = over.case
-    mass, frequency = case.body.mass, over.modes(*AT).natural_frequency
-    values = [*frequency, case.stand.half_length, case.stand.half_width, *AT, mass, 1.0, 1.0, 1.0, 1.0]
-    deviations = np.array([*(1e-4 * frequency), 3e-4, 3e-4, 5e-4, 5e-4, 2e-4 * mass, *[1e-3] * 4])
-
-    def moments(x: np.ndarray) -> np.ndarray:
-        given = Stand.rectangle(x[3], x[4], stiffness=case.stand.stiffness * x[8:], length=case.stand.natural_length)
-        body = Body(mass=x[7], centre=[x[5], 0.0, x[6]], inertia=case.body.tensor)
-        return _identified(given, body, x[:3])
-
-    x = np.array(values)
-    slopes = [moments(x + 0.5 * row) - moments(x - 0.5 * row) for row in np.diag(deviations)]
-    by_stand = 100.0 * np.sqrt(np.sum(np.square(slopes), axis=0)) / np.array(case.body.inertia)[[0, 2]]
-    by_pendulum = [_pendulum(case.body.inertia[k], 2.0) for k in (0, 2)]
-    return {**_three(by_stand, "stand_xx stand_zz"), **_three(np.array(by_pendulum), "pendulum_xx pendulum_zz")}
+    corners = 100.0 * np.abs(stand_error.errors({}, ((0.8, -0.348), (-0.8, 0.348))))
+    return {
+        **_three(found.max(axis=0), "Ixx Izz"),
+        **_three(corners.max(axis=0), "corner_Ixx corner_Izz"),
+        **_three(step, "step_Ixx step_Izz"),
+    }
 
 
 def scheme_order() -> Values:
@@ -413,38 +332,8 @@ def tilt() -> Values:
     over = _over()
     body = over.body(0.8, 0.4 * over.case.stand.half_width)
     frequency = linear_model(over.stand, body).modes().natural_frequency[3:]
-    found = _identified(over.stand, body, frequency)
+    found = identified(over.stand, body, frequency)
     return {"Ixx": 100.0 * float(found[0] / over.case.body.inertia[0] - 1.0)}
-
-
-def height() -> Values:
-    """Change of the roll's frequency, %, where the attachment plane is 0.1 m above the centre of mass."""
-    over = _over()
-    given = over.case.body
-    raised = Body(mass=given.mass, centre=(0.0, -0.1, 0.0), inertia=given.tensor)
-    level, high = (linear_model(over.stand, b).modes().natural_frequency[-1] for b in (over.body(0.0, 0.0), raised))
-    return {"roll": 100.0 * float(high / level - 1.0)}
-
-
-def swing() -> Values:
-    """Largest relative difference of a simulated frequency from the linear model's, ppm; spring 1 moves by 10 mm."""
-    run = _run(0.0, 0.0)
-    apart = np.abs(run.mode_frequency.values / run.mode_frequency_linear.values - 1.0)
-    return {"ppm": 1e6 * float(apart.max()), "move": 1e3 * float(np.abs(run.sensor_true.values[:, 0]).max())}
-
-
-def product() -> Values:
-    """Error of Izz, %, where principal axes are turned by 1 degree about the vertical and Ixz is taken as 0."""
-    over, angle = _over(), np.radians(1.0)
-    c, s = np.cos(angle), np.sin(angle)
-    turn = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    level = over.body(0.4, 0.17)
-    turned = Body(mass=level.mass, centre=level.centre, inertia=turn @ level.inertia @ turn.T)
-    modes = linear_model(over.stand, turned).modes()
-    springs = over.stand.points
-    shapes = modes.at(springs)[3:]
-    found = from_three_frequencies(over.stand, level, modes.natural_frequency[3:], shapes=shapes, points=springs)
-    return {"Izz": 100.0 * float(found["Izz"] / turned.inertia[2, 2] - 1.0)}
 
 
 def plan() -> Values:

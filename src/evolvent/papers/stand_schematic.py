@@ -48,17 +48,20 @@ def figure_1(options: Options) -> Made:
         _elevation(setup.stand, centre, _View(2, 1), "End view"),
         _plan(setup.stand, centre, setup.modes, setup.loaded),
     )
-    title = "Schematic of the stand (figure 1 of Belyakov 2002; axes of rotation of the modes: ours)"
+    title = (
+        "Figure 1 of Belyakov (2002): scheme of the measuring stand, drawn from the text. Ours: spacing along Z, "
+        "numbers of the springs, place of the centre of mass, axes of rotation of the modes"
+    )
     figure = Figure(name="stand-figure-1", title=title, panels=[side, end, plan], columns=2)
     stand, body = case.stand, case.body
     rows = [
         ["mass M", f"{body.mass:g} kg"],
         ["moments Ixx, Iyy, Izz", ", ".join(f"{v:g}" for v in body.inertia) + " kg m2"],
-        ["springs at x, z", f"+-{stand.half_length:g} m, +-{stand.half_width:g} m"],
-        ["stiffness k of each", f"{stand.stiffness:g} N/m"],
+        ["springs at X, Z", f"+-{stand.half_length:g} m, +-{stand.half_width:g} m (along Z: ours)"],
+        ["stiffness C of each", f"{stand.stiffness:g} N/m"],
         ["natural length", f"{stand.natural_length:g} m"],
         ["load at spring 1", f"{-case.excitation.force[1]:g} N down, released suddenly"],
-        ["offset drawn", f"e_x {OFFSET['body.offset_x']:g} m, e_z {OFFSET['body.offset_z']:g} m"],
+        ["centre of mass at X, Z", f"{OFFSET['body.offset_x']:g} m, {OFFSET['body.offset_z']:g} m (ours)"],
     ]
     return Made(text=f"Drawn from the case `inertia-stand`.\n\n{markdown(('quantity', 'value'), rows)}", figure=figure)
 
@@ -99,21 +102,22 @@ def _elevation(stand: Stand, centre: np.ndarray, view: _View, title: str) -> Pan
     lines.append(view.line(plane, color="gray", style=":", width=1.0))
     lines += [view.line(np.zeros((1, 3)), style="", marker="s", color=0)]
     lines += [view.line(centre[None], style="", marker="o", color=2)]
-    letter, half = ("x", "a") if view.right == 0 else ("z", "b")
+    letter, spacing = ("X", f"{2.0 * reach:g} m") if view.right == 0 else ("Z", f"{2.0 * reach:g} m (ours)")
     shift = float(view.of(centre)[0])
     beside = (-0.55, shift + 0.4, -0.55 * radius) if view.right == 0 else (-0.33, 0.38, -0.42 * radius)
     lines += _arrow(np.zeros(2), np.array([0.0, 0.62 * radius + 0.5]))
     lines += _arrow(np.array([0.0, -radius - 0.35]), np.array([0.62, -radius - 0.35]))
     notes = [
-        Note(at=(0.0, 0.62 * radius + 0.62), text="$y$"),
+        Note(at=(0.0, 0.62 * radius + 0.62), text="$Y$"),
         Note(at=(0.74, -radius - 0.35), text=f"${letter}$"),
-        Note(at=(0.5 * reach, LONGER + 0.42), text=f"${half}$ = {reach:g} m"),
+        Note(at=(0.0, LONGER + 0.42), text=spacing),
         Note(at=(beside[0], beside[2]), text="stiffness\ncentre", points_to=(0.0, 0.0)),
         Note(at=(beside[1], beside[2]), text="centre\nof mass", points_to=(shift, 0.0)),
-        Note(at=(-reach - 0.3, 0.7 * LONGER), text="$k$"),
-        Note(at=(reach + 0.22, -0.45), text="$F$"),
+        Note(at=(-reach - 0.3, 0.7 * LONGER), text="$C$"),
+        Note(at=(reach, -0.745) if view.right == 0 else (reach + 0.37, -0.5), text="1000 kgf"),
     ]
-    lines += _arrow(np.array([0.0, LONGER + 0.24]), np.array([reach, LONGER + 0.24]))
+    ends = np.array([[-reach, LONGER + 0.24], [reach, LONGER + 0.24]])
+    lines += _arrow(ends[0], ends[1]) + _arrow(ends[1], ends[0])
     lines += _arrow(np.array([reach, 0.0]), np.array([reach, -0.62]), color=2)
     return Panel(x_label="", y_label="", lines=lines, title=title, equal=True, axes=False, notes=notes)
 
@@ -154,8 +158,8 @@ def _plan(stand: Stand, centre: np.ndarray, modes: NormalModes, loaded: int) -> 
     origin = np.array([-wide, -2.0 * radius])
     lines += _arrow(origin, origin + np.array([0.6, 0.0])) + _arrow(origin, origin - np.array([0.0, 0.6]))
     notes += [
-        Note(at=(origin[0] + 0.75, origin[1]), text="$x$"),
-        Note(at=(origin[0] + 0.12, origin[1] - 0.6), text="$z$"),
+        Note(at=(origin[0] + 0.75, origin[1]), text="$X$"),
+        Note(at=(origin[0] + 0.16, origin[1] - 0.6), text="$Z$"),
     ]
     return Panel(x_label="", y_label="", lines=lines, title="Plan", equal=True, axes=False, notes=notes)
 

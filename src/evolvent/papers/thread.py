@@ -1,12 +1,10 @@
-"""Figures III.3, III.4 and IV.2 to IV.4 and table IV.1 of Tenenbaum (2014): unwinding alone, and the heliogyro.
+"""Figures IV.2 to IV.4 and table IV.1 of Tenenbaum (2014): the heliogyro.
 
 Panels are those of the paper, in its colours, but for those whose titles begin with "ours".
 """
 
 from __future__ import annotations
 
-import dataclasses
-import functools
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -28,7 +26,7 @@ from evolvent.papers.thread_runs import (
     run_all,
     springs,
 )
-from evolvent.papers.thread_variants import Data, Deployment as Variant, Start, deploy
+from evolvent.papers.thread_variants import Data
 from evolvent.papers.winding import markdown
 from evolvent.results.figures import Figure, Line, Panel
 
@@ -38,9 +36,6 @@ PAPER = Data()
 MODULUS, DENSITY = 1e9, 1400.0
 #: Colour and style of the curves of figure IV.4.
 CURVES_4_4 = (("black", "-"), ("green", "--"), ("red", ":"))
-Array = np.ndarray
-#: Figures III.3 and III.4, ours: nodes on a turn, turns, E b h of the film (N), shares of the time that are drawn.
-NODES_A_TURN, TURNS, TENSILE, SHAPES = (6, 12, 24), 1.2, 500.0, (0.25, 0.5, 1.0)
 #: Numbers of nodes of the paper.
 NODES = (20, 40)
 #: Dampings of a segment, N s/m: the paper's range in seven, and those of the quick form.
@@ -54,7 +49,10 @@ STEP, QUICK_STEP = 1e-3, 2.5e-3
 FINE, QUICK_FINE = 2.5e-4, 1e-3
 #: Interval of the start that is drawn by itself, s.
 START = 5.0
-LAG = "lag of the tip, deg"
+TIME, LAG = "Time, s", "lag $\\Delta_1$, deg"
+RATE = "$\\Omega_{KA}$, rad/s"
+#: What figure IV.2 compares the rate of the body with.
+LAW = "the law of conservation of momentum"
 DATA = "Data of the paper; lags in degrees."
 IMPLICIT = """\
 generalized-alpha, with steps far above the stability limit of explicit RK4. Compared with RK4 (c = 1e7 N/m, n = 20, the
@@ -75,80 +73,6 @@ def _run(trials: Sequence[Trial], options: Options) -> _Runs:
     return _Runs(runs, len(runs) == len(trials) and all(one.status != "interrupted" for _, one in runs))
 
 
-def figure_3_3(options: Options) -> Made:
-    """Shapes of the thread where the boundary node is pulled towards the next node, on the spool."""
-    title = "Eqs. (3, 4) on the boundary node: shapes of the thread (Tenenbaum 2014, figure III.3)"
-    return _unwinding("thread-figure-3-3", title, "spool node")
-
-
-def figure_3_4(options: Options) -> Made:
-    """Shapes of the thread where the boundary node is pulled towards the departure point."""
-    title = "Eqs. (7, 8) on the boundary node: shapes of the thread (Tenenbaum 2014, figure III.4)"
-    return _unwinding("thread-figure-3-4", title, "departure")
-
-
-@functools.cache
-def unwound(nodes_a_turn: int, start: Start) -> tuple[Data, float, Variant]:
-    """A thread that is paid out over about 1.2 turns without rotation of the body: data, length out in m, and run."""
-    segment = 2.0 * math.pi * PAPER.radius / nodes_a_turn
-    count = math.ceil(TURNS * nodes_a_turn)
-    data = dataclasses.replace(
-        PAPER, rate=0.0, nodes=count + 1, length=(count + 1) * segment, stiffness=TENSILE / segment
-    )
-    return data, count * segment, deploy(data, start, until=count * segment / data.speed)
-
-
-def _unwinding(name: str, title: str, start: Start) -> Made:
-    """Shapes in the plane of X and Z at times, for each number of nodes on a turn."""
-    panels, rows = [], []
-    distances: list[Line] = []
-    turn = np.linspace(0.0, 2.0 * math.pi, 121)
-    for nodes in NODES_A_TURN:
-        data, out, run = unwound(nodes, start)
-        lines = [Line(x=np.cos(turn), y=np.sin(turn), color="0.6", width=1.0)]
-        for k, share in enumerate(SHAPES):
-            at = round(share * (len(run.t) - 1))
-            x, z = _shape(data, start, float(run.t[at]), run.positions[at]).T / data.radius
-            label = f"{data.spool_rate * run.t[at] / (2.0 * math.pi):.2f} turns"
-            lines.append(Line(x=x, y=z, label=label, color=k / (len(SHAPES) - 1), marker="o", width=1.2))
-        panels.append(
-            Panel(x_label="x / r", y_label="z / r", lines=lines, equal=True, title=f"{nodes} nodes on a turn")
-        )
-        far = np.nanmax(np.abs(run.positions[:, :, 2] / data.radius - 1.0), axis=1, initial=0.0)
-        turns = data.spool_rate * run.t / (2.0 * math.pi)
-        distances.append(Line(x=turns, y=far, label=f"{nodes} nodes", color=len(distances), width=1.2))
-        tip = run.positions[-1, 0] / data.radius
-        off = run.off_plane / data.radius
-        rows.append([str(nodes), f"{off:.3f}", f"{tip[0]:.4f}", f"{out / data.radius:.4f}"])
-    label = "largest distance from z = r over r"
-    panels.append(
-        Panel(
-            x_label="turns",
-            y_label="largest |z - r| / r",
-            lines=distances,
-            y_zero=True,
-            y_span=1.0,
-            title="ours: distance from the plane",
-        )
-    )
-    head = ["nodes on a turn", label, "x / r of the tip at the end", "length out / r"]
-    note = (
-        f"No external forces, body at rest; r, rate of the spool and masses of the paper. Our reading: shapes "
-        f"in the plane of X and Z. Stiffness and duration are not given; our choice: E b h = {TENSILE:g} N, "
-        f"{TURNS:g} turns, rounded up to a whole segment, d = {PAPER.damping:g} N s/m. Computed with the equations of "
-        "the paper, by RK4, without the package's solvers.\n"
-    )
-    figure = Figure(name=name, title=title, panels=panels, columns=2, height=160.0)
-    return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure)
-
-
-def _shape(data: Data, start: Start, t: float, nodes: Array) -> Array:
-    """Coordinates x and z of the free nodes and of what the boundary node is pulled towards, (k, 2), m."""
-    free = nodes[np.isfinite(nodes[:, 0])][:, [0, 2]]
-    angle = data.spool_rate * t - data.segment / data.radius * len(free) if start == "spool node" else 0.0
-    return np.vstack([free, data.radius * np.array([math.sin(angle), math.cos(angle)])])
-
-
 def _n(trial: Trial) -> int:
     return int(trial.overrides["blade.nodes"])
 
@@ -164,14 +88,19 @@ def _fourteen(options: Options) -> _Runs:
 def figure_4_2(options: Options) -> Made:
     """Rate of the body in each run beside (18) with the length of that run; below it the gaps, ours."""
     runs, complete = _fourteen(options)
+    least = _power(runs[0][0].overrides["blade.damping"])
     computed, formulas, gaps, rows = [], [], [], []
     for k, (trial, one) in enumerate(runs):
         n, d = _n(trial), trial.overrides["blade.damping"]
-        names = (f"computed, {len(runs)} runs", f"eq. (18), {len(runs)} curves") if k == 0 else ("", "")
+        names = (
+            (f"integration (ours: generalized-alpha), {len(runs)} runs", f"formula (18), {len(runs)} curves")
+            if k == 0
+            else ("", "")
+        )
         computed.append(Line(x=one.t, y=one.rate, label=names[0], color="black"))
         formulas.append(Line(x=one.t, y=one.formula, label=names[1], color="red", style="--", width=1.2))
         row = [str(n), f"{d:g}", f"{one.rate[-1]:.5f}"]
-        for c, (label, values) in enumerate((("eq. (18)", one.formula), ("with the offset", one.corrected)), start=2):
+        for c, (label, values) in enumerate((("formula (18)", one.formula), ("with $L_0$", one.corrected)), start=2):
             if k == 0 or n != _n(runs[k - 1][0]):
                 style = "-" if n == NODES[0] else ":"
                 difference = 100.0 * (values - one.rate) / one.rate
@@ -180,21 +109,25 @@ def figure_4_2(options: Options) -> Made:
             row.append(f"{worst.max():.3f} % at {one.t[worst.argmax()]:.1f} s")
         rows.append(row)
     panels = [
-        Panel(x_label="time, s", y_label="rate of the body, rad/s", lines=computed + formulas, y_zero=True),
+        Panel(x_label=TIME, y_label=RATE, lines=computed + formulas, y_zero=True),
         Panel(
-            x_label="time, s", y_label="formula minus computed, %", lines=gaps,
-            title=f"ours: gap of the formulas, $d$ = {_power(runs[0][0].overrides['blade.damping'])} N s/m",
+            x_label=TIME, y_label="formula minus integration, %", lines=gaps,
+            title=f"ours: gap of (18), and of (18) with $L_0$ in the moment of inertia, $d$ = {least} N s/m",
         ),
     ]  # fmt: skip
-    head = ["n", "d, N s/m", "rate at the end, rad/s", "largest gap to (18)", "largest gap with the offset"]
+    head = ["n", "d, N s/m", "rate at the end, rad/s", "largest gap to (18)", "largest gap with L0"]
     furthest = max(float(np.abs(one.formula - one.rate).max()) for _, one in runs)
     note = (
         f"Data of the paper, c = {runs[0][0].overrides['blade.stiffness']:g} N/m. (18) is at most {furthest:.3f} rad/s "
-        f"from a run, {100.0 * furthest / 6.0:.1f} % of the axis. With the offset: (18) with the distance L0 of the "
-        "spools, from the momentum (J + 2 m_k L0^2) W0 of body and tip masses at the start. Gaps: of the computed "
-        f"rate. Runs by {IMPLICIT}"
+        f"from a run, {100.0 * furthest / 6.0:.1f} % of the axis. The caption means angular "
+        "momentum. With L0: (18) with the distance L0 of the "
+        "spools, from the momentum (J_KA + 2 m_K L0^2) Omega_0 of body and tip masses at the start. Gaps: of the "
+        f"computed rate. Runs by {IMPLICIT}"
     )
-    title = "Rate of the body compared with eq. (18), $n$ = 20 and 40 (Tenenbaum 2014, figure IV.2)"
+    title = (
+        f"Results of the check of {LAW} by the angular rate of the spacecraft's body (black solid line: results of the "
+        "integration, red dashed: by formula (18)) (Tenenbaum 2014, figure IV.2)"
+    )
     figure = Figure(name="thread-figure-4-2", title=title, panels=panels, height=150.0, heights=(2.0, 1.0))
     return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure, complete=complete)
 
@@ -207,7 +140,7 @@ def figure_4_3(options: Options) -> Made:
     for n, color, style in zip(NODES, ("black", "red"), ("-", "--"), strict=True):
         group = [(trial.overrides["blade.damping"], one) for trial, one in runs if _n(trial) == n]
         for k, (d, one) in enumerate(group):
-            label = f"$n$ = {n}, {len(group)} values of $d$" if k == 0 else ""
+            label = f"$n$ = {n}, {len(group)} values of $d$ (ours: generalized-alpha)" if k == 0 else ""
             lines.append(Line(x=one.t, y=one.lag, label=label, color=color, style=style, width=1.2))
             apart, shown = one.lag - group[0][1].lag, one.t >= 1.0
             rows.append([str(n), f"{d:g}", *_written(means(one)), f"{largest(apart, one.t):.1e}"])
@@ -231,16 +164,19 @@ def figure_4_3(options: Options) -> Made:
     steady = math.degrees(math.asin(2.0 * PAPER.speed / (PAPER.offset * PAPER.rate)))
     start.append(Line(x=np.array([0.0, START]), y=np.full(2, steady), label="steady lag", color="0.5", style=":"))
     panels = [
-        Panel(x_label="time, s", y_label=LAG, lines=lines),
-        Panel(x_label="time, s", y_label=LAG, lines=start, title=f"ours: first {START:g} s"),
-        Panel(x_label="time, s", y_label="difference, deg", lines=differences, log=True, title="ours: differences"),
+        Panel(x_label=TIME, y_label=LAG, lines=lines),
+        Panel(x_label=TIME, y_label=LAG, lines=start, title=f"ours: first {START:g} s"),
+        Panel(x_label=TIME, y_label="difference, deg", lines=differences, log=True, title="ours: differences"),
     ]
     head = ["n", "d, N s/m", *(f"mean over {low:g} to {high:g} s" for low, high in WINDOWS), "from the least d"]
     note = (
         f"{DATA} c = {runs[0][0].overrides['blade.stiffness']:g} N/m. The steady lag at the start, "
-        f"asin(2 v / (L0 W0)), is {steady:.2f}.{swing} Runs by {IMPLICIT}"
+        f"asin(2 r w / (L0 Omega_0)), is {steady:.2f}.{swing} Runs by {IMPLICIT}"
     )
-    title = "Lag of the tip, $n$ = 20 and 40, $d$ of $10^{-6}$ to 1 N s/m (Tenenbaum 2014, figure IV.3)"
+    title = (
+        "Angle $\\Delta_1$ over the time of deployment (black solid line: $n$ = 20, red dashed: $n$ = 40) "
+        "(Tenenbaum 2014, figure IV.3)"
+    )
     figure = Figure(name="thread-figure-4-3", title=title, panels=panels, height=200.0, heights=(2.0, 1.0, 1.0))
     return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure, complete=complete)
 
@@ -273,13 +209,21 @@ def figure_4_4(options: Options) -> Made:
             label = f"{named}, from {against}"
             apart.append(Line(x=one.t[shown], y=1e6 * y[shown], label=label, color=color, width=0.9))
     panels = [
-        Panel(x_label="time, s", y_label=LAG, lines=lines),
-        Panel(x_label="time, s", y_label="difference, 1e-6 deg", lines=apart, title="ours: after the first second"),
+        Panel(x_label=TIME, y_label=LAG, lines=lines),
+        Panel(
+            x_label=TIME,
+            y_label="difference, 1e-6 deg",
+            lines=apart,
+            title="ours: differences after the first second",
+        ),
     ]
     head = ["c, N/m", "method", "step, s", *(f"mean over {low:g} to {high:g} s" for low, high in WINDOWS)]
     head += ["from links of fixed length", "from c = 1e7, same method"]
     note = f"{DATA} n = 20, d = 1e-3 N s/m. Largest differences of the lag after the first second. Runs by {IMPLICIT}"
-    title = "Lag of the tip, $c$ = $10^7$, $10^8$ and $10^9$ N/m (Tenenbaum 2014, figure IV.4)"
+    title = (
+        "Angle $\\Delta_1$ over the time of deployment (black solid line: $c$ = $10^7$ N/m, green dashed: "
+        "$c$ = $10^8$ N/m, red dotted: $c$ = $10^9$ N/m) (Tenenbaum 2014, figure IV.4)"
+    )
     figure = Figure(name="thread-figure-4-4", title=title, panels=panels, height=150.0, heights=(2.0, 1.0))
     return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure, complete=complete)
 
@@ -296,14 +240,17 @@ def soft(options: Options) -> Made:
             apart = np.interp(one.t, before.t, before.lag) - one.lag
             row[-2:] = [f"{largest(apart, one.t):.3f}", f"{largest(100.0 * apart / one.lag, one.t):.2f}"]
         rows.append(row)
-    panel = Panel(x_label="time, s", y_label=LAG, lines=lines)
+    panel = Panel(x_label=TIME, y_label=LAG, lines=lines)
     head = ["c, N/m", *(f"mean over {low:g} to {high:g} s" for low, high in WINDOWS)]
     head += ["from the row above, deg", "%"]
     note = (
         f"{DATA} n = 20, d = 1e-3 N s/m, RK4. Figure IV.4 of the paper with a stiffness 1e5 times lower: per cents "
         "over two decades, and two curves that coincide. Largest differences after the first second.\n"
     )
-    title = "Lag of the tip, $c$ = 100, $10^3$ and $10^4$ N/m (ours, beside Tenenbaum 2014, figure IV.4)"
+    title = (
+        "Ours: angle $\\Delta_1$ over the time of deployment with $c$ = 100, $10^3$ and $10^4$ N/m "
+        "(beside Tenenbaum 2014, figure IV.4)"
+    )
     figure = Figure(name="thread-soft", title=title, panels=[panel], height=100.0)
     return Made(text=f"{note}\n{markdown(head, rows)}", figure=figure, complete=complete)
 
@@ -312,33 +259,34 @@ def table_4_1(options: Options) -> Made:
     """The data of the deployment as the paper gives them, and the film that they belong to."""
     l0 = [PAPER.length / n for n in NODES]
     data = [
-        ["J", "moment of inertia of the body about the spin axis", "kg m2", f"{PAPER.inertia:g}"],
-        ["rho_L", "mass of a blade per length", "kg/m", f"{PAPER.line_density:g}"],
-        ["L", "length of a blade", "m", f"{PAPER.length:.1f}"],
-        ["L0", "distance of a spool's axis from the spin axis", "m", f"{PAPER.offset:g}"],
-        ["r", "radius of the wound thread", "m", f"{PAPER.radius:g}"],
-        ["W0", "rate of the body at the start", "rad/s", f"{PAPER.rate:.1f}"],
-        ["w", "rate of the spools", "rad/s", f"{PAPER.spool_rate:g}"],
-        ["m_k", "weight at the end of a blade", "kg", f"{PAPER.tip_mass:g}"],
-        ["n", "nodes on a blade", "-", ", ".join(str(n) for n in NODES)],
-        ["dphi", "angular pitch of the nodes on the spool", "rad", "L / (n r)"],
-        ["c", "stiffness of the spring between two nodes", "N/m", "E b h / (dphi r)"],
-        ["d", "damping between two nodes", "N s/m", "1e-6 to 1.0"],
-        ["E", "modulus of elasticity of the film", "N/m2", "1.0e9"],
+        ["J_KA", "moment of inertia of the spacecraft about the axis of rotation", "kg m2", f"{PAPER.inertia:g}"],
+        ["rho_L", "mass of the blades per length", "kg/m", f"{PAPER.line_density:g}"],
+        ["L", "length of the blades", "m", f"{PAPER.length:.1f}"],
+        ["L_0", "distance from the axis of rotation of the spacecraft to that of the spool", "m", f"{PAPER.offset:g}"],
+        ["r", "radius on which the blades are wound on the spools", "m", f"{PAPER.radius:g}"],
+        ["Omega_0", "angular rate of the spacecraft at the start", "rad/s", f"{PAPER.rate:.1f}"],
+        ["omega", "angular rate of the spools in the deployment", "rad/s", f"{PAPER.spool_rate:g}"],
+        ["m_K", "mass of the weights at the ends of the blades", "kg", f"{PAPER.tip_mass:g}"],
+        ["n", "number of nodes on the length of a blade", "-", ", ".join(str(n) for n in NODES)],
+        ["Delta phi", "angular pitch of the nodes on the spool", "rad", "L / (n r)"],
+        ["c", "stiffness of the elastic link between nodes", "N/m", "E b h / (Delta phi r)"],
+        ["d", "coefficient of damping of the link between nodes", "N s/m", "1e-6...1.0"],
+        ["E", "modulus of elasticity of the blade's material", "N/m2", "1.0e9"],
     ]
     section = [STIFFNESS * one / MODULUS for one in l0]
     film = PAPER.line_density / DENSITY
     implied = [
-        ["dphi = L / (n r), rad", *(f"{one / PAPER.radius:g}" for one in l0)],
-        ["l0 = r dphi, m", *(f"{one:g}" for one in l0)],
-        ["b h = c l0 / E for c = 1e7 N/m, m2", *(f"{one:.3g}" for one in section)],
+        ["Delta phi = L / (n r), rad", *(f"{one / PAPER.radius:g}" for one in l0)],
+        ["l_0 = r Delta phi, m", *(f"{one:g}" for one in l0)],
+        ["b h = c l_0 / E for c = 1e7 N/m, m2", *(f"{one:.3g}" for one in section)],
         ["density of that film, rho_L / (b h), kg/m3", *(f"{PAPER.line_density / one:.2g}" for one in section)],
         [f"b h = rho_L / rho of a film of {DENSITY:g} kg/m3, m2", *(f"{film:.3g}" for _ in l0)],
-        ["c = E b h / l0 of that film, N/m", *(f"{MODULUS * film / one:.2g}" for one in l0)],
+        ["c = E b h / l_0 of that film, N/m", *(f"{MODULUS * film / one:.2g}" for one in l0)],
     ]
     text = (
-        "Data of the deployment (Tenenbaum 2014, table IV.1); width b and thickness h of the film are not given.\n\n"
-        f"{markdown(['symbol', 'parameter', 'unit', 'value'], data)}\n\n"
+        "Input data of the simulation (Tenenbaum 2014, table IV.1); width b and thickness h of the film are not "
+        "given.\n\n"
+        f"{markdown(['parameter', 'description', 'unit', 'value'], data)}\n\n"
         f"Ours: what follows from them. Figure IV.4 begins with c = 1e7 N/m.\n\n"
         f"{markdown(['quantity', *(f'n = {n}' for n in NODES)], implied)}"
     )

@@ -1,7 +1,8 @@
 """Figures II.1, III.1, III.2 and IV.1 of Tenenbaum (2014): schematics of the model, drawn from a run with few nodes.
 
-Each title says in our words what the caption says; the geometry is ours. Lengths are those of the run: a thread of
-0.12 m in 24 segments, about 12 to a turn of the spool, with the paper's body, spool and rates.
+Each title is the paper's caption, translated; what is ours is named in the picture. Lengths are those of the run: a
+thread of 0.12 m in 24 segments, about 12 to a turn of the spool (figure III.2: in 10), with the paper's body, spool and
+rates.
 """
 
 from __future__ import annotations
@@ -18,11 +19,12 @@ from evolvent.papers.winding import markdown
 from evolvent.results.figures import Figure, Line, Note, Panel
 
 Array = np.ndarray
-#: Radius of the spool, its rate, its distance from the spin axis, length of a segment (m, rad/s).
-R, SPOOL, L0, SEGMENT, NODES = 0.01, 3.5, 0.05, 0.005, 24
+#: Radius of the spool, its rate, its distance from the spin axis, length of the thread (m, rad/s).
+R, SPOOL, L0, LENGTH = 0.01, 3.5, 0.05, 0.12
 #: A whole turn of the spool holds this many nodes, about; older turns lie under the first.
 SHOWN = 12
-TIME = 1.1
+#: Nodes and time (s) of the run: 24 of which eight have left the spool; of figure III.2 10 of which one has.
+SEEN, BOUNDARY = (24, 1.1), (10, 0.2)
 #: Angle by which the frame of the body leads the inertial frame in the drawing of the sail, rad.
 TURN = 0.7
 GREY = "0.45"
@@ -37,23 +39,25 @@ class Drawn(NamedTuple):
     out : int, nodes that are released
     phi : float, rad, angle of the spool
     lag : float, rad, of the tip
+    segment : float, m, length of a segment
     """
 
     nodes: Array
     out: int
     phi: float
     lag: float
+    segment: float
 
     @property
     def wound(self) -> Array:
         """Angle of each node on the spool from the departure point, rad (eq. 2): below zero, before it leaves."""
-        return self.phi - SEGMENT / R * np.arange(NODES)
+        return self.phi - self.segment / R * np.arange(len(self.nodes))
 
 
 @functools.cache
-def drawn() -> Drawn:
-    """The thread of few nodes when eight of them have left the spool."""
-    changes = {"blade.length": SEGMENT * NODES, "blade.nodes": NODES, "solver.duration": TIME, "output.every": TIME}
+def drawn(nodes: int = SEEN[0], time: float = SEEN[1]) -> Drawn:
+    """The thread of few nodes at a time."""
+    changes = {"blade.length": LENGTH, "blade.nodes": nodes, "solver.duration": time, "output.every": time}
     run = tree(RIGID | changes)
     blade, angle = run["blade-1"], run.body_angle.values[-1]
     x, y, z = blade.position.values[-1].T
@@ -61,7 +65,7 @@ def drawn() -> Drawn:
         [x * math.cos(angle) + y * math.sin(angle) - L0, y * math.cos(angle) - x * math.sin(angle), z]
     )
     out = int(np.sum(blade.released.values[-1] > 0.0))
-    return Drawn(turned, out, SPOOL * TIME, float(run.tip_lag.values[-1, 0]))
+    return Drawn(turned, out, SPOOL * time, float(run.tip_lag.values[-1, 0]), LENGTH / nodes)
 
 
 def _arc(
@@ -110,15 +114,17 @@ def _made(name: str, title: str, lines: list[Line], notes: list[Note], text: str
 
 def _side(seen: Drawn) -> list[Line]:
     """The spool and its thread in the plane of X and Z, with nodes as marks."""
-    wound = _arc(1.0, 0.5 * math.pi, 0.5 * math.pi + SEGMENT / R * SHOWN)
+    wound = _arc(1.0, 0.5 * math.pi, 0.5 * math.pi + seen.segment / R * SHOWN)
     thread = seen.nodes[: seen.out + SHOWN - 1]
+    last = seen.out - 1
     free = np.vstack([seen.nodes[: seen.out], [0.0, 0.0, R]])
     return [
         _line(_arc(R), color=GREY, width=1.2),
         _line(R * wound, color=1, width=2.2),
         _line(free[:, [0, 2]].T, color=1, width=2.2),
-        _line(thread[: seen.out, [0, 2]].T, color=2, style="", marker="o"),
-        _line(thread[seen.out :, [0, 2]].T, color=3, style="", marker="o"),
+        _line(thread[:last, [0, 2]].T, color=2, style="", marker="o"),
+        _line(thread[last : seen.out, [0, 2]].T, color=0, style="", marker="D"),
+        _line(thread[seen.out :, [0, 2]].T, color=3, style="", marker="s"),
     ]
 
 
@@ -149,19 +155,19 @@ def figure_2_1(options: Options) -> Made:
     notes = [
         _note((far + 0.002, 0.0), "$X$"),
         _note((0.0, high + 0.002), "$Z$"),
-        _note((-1.2 * R, 2.1 * R), "$Q$, departure point", (0.0, R)),
-        _note((-2.4 * R, -1.7 * R), "thread attached\nto the spool", _tangent(end)),
-        _note((-2.4 * R, 0.9 * R), "wound thread", _tangent(-0.3 * math.pi)),
-        _note((1.9 * R, -1.3 * R), "spool, radius $r$", _tangent(0.7 * math.pi)),
-        _note((0.5 * tip[0], 1.6 * R), "thread paid out", (0.45 * tip[0], R)),
-        _note((tip[0], 2.0 * R), "weight $m_k$", (tip[0] + 1.5e-3, R + 1.5e-3)),
+        _note((-1.2 * R, 2.1 * R), "$Q$ (ours)", (0.0, R)),
+        _note((-2.4 * R, -1.7 * R), "point where the thread is\nfixed to the spool", _tangent(end)),
+        _note((-2.4 * R, 0.9 * R), "thread on the spool", _tangent(-0.3 * math.pi)),
+        _note((1.9 * R, -1.3 * R), "spool", _tangent(0.7 * math.pi)),
+        _note((tip[0], 2.2 * R), "weight at the end\nof the thread", (tip[0] + 1.5e-3, R + 1.5e-3)),
+        _note((0.55 * tip[0], -2.0 * R), "ours: lengths, where the thread is fixed"),
         _note((0.25 * R, 0.3 * R), r"$\varphi(t)$"),
     ]
     head = ["part", "x / r", "z / r"]
     parts = {"departure point Q": (0.0, R), "attachment": _tangent(end), "weight": tip}
     rows = [[name, f"{x / R:.3f}", f"{z / R:.3f}"] for name, (x, z) in parts.items()]
     text = f"Frame of the spool; Y is its axis. Where the thread is attached is our choice.\n\n{markdown(head, rows)}"
-    title = "Unwinding of the thread from the spool (Tenenbaum 2014, figure II.1)"
+    title = "Scheme of the unwinding of the thread from the spool (Tenenbaum 2014, figure II.1)"
     return _made("thread-figure-2-1", title, lines, notes, text)
 
 
@@ -181,9 +187,10 @@ def figure_3_1(options: Options) -> Made:
     notes += [_note(_tangent(seen.wound[k], 1.22), str(k + 1)) for k in range(seen.out, seen.out + SHOWN - 1)]
     notes += [
         _note((0.6 * R, 1.8 * R), "$Q$", (0.0, R)),
-        _note((0.5 * seen.nodes[0, 0], 1.75 * R), "free nodes"),
-        _note((1.9 * R, 0.45 * R), "boundary node", (seen.nodes[seen.out - 1, 0], R)),
-        _note((3.0 * R, -0.8 * R), "nodes on the spool move with it", _tangent(seen.wound[seen.out + 6])),
+        _note((0.9 * seen.nodes[0, 0], 0.4 * R), "free nodes", (seen.nodes[2, 0], R)),
+        _note((2.2 * R, 0.4 * R), "boundary node", (seen.nodes[seen.out - 1, 0], R)),
+        _note((2.6 * R, -0.9 * R), "nodes on the spool (wound)", _tangent(seen.wound[seen.out + 6], 0.98)),
+        _note((2.6 * R, -1.5 * R), "ours: number of nodes, $Q$"),
         _note((-0.3 * R, -0.45 * R), r"$\Delta\varphi$", _tangent(middle, 0.55)),
         _note((seen.nodes[0, 0] + 0.0095, 0.0), "$X$"),
         _note((0.0, 2.25 * R), "$Z$"),
@@ -194,8 +201,8 @@ def figure_3_1(options: Options) -> Made:
         for k in range(seen.out + SHOWN - 1)
     ]  # fmt: skip
     head = ["node", "state", "phi_i = phi - dphi (i - 1), rad", "x, mm", "z, mm"]
-    note = f"Frame of the spool; the spool has turned by phi = {seen.phi:.3g} rad, dphi = {SEGMENT / R:g} rad.\n"
-    title = "Model: nodes of the thread, node 1 at the tip (Tenenbaum 2014, figure III.1)"
+    note = f"Frame of the spool; the spool has turned by phi = {seen.phi:.3g} rad, dphi = {seen.segment / R:g} rad.\n"
+    title = "Scheme of the mathematical model (Tenenbaum 2014, figure III.1)"
     text = f"{note}\n{markdown(head, rows)}"
     return _made("thread-figure-3-1", title, lines, notes, text)
 
@@ -209,41 +216,44 @@ def _state(node: int, out: int) -> str:
 
 def figure_3_2(options: Options) -> Made:
     """The boundary node, its neighbour on the spool off the true thread, and the departure point in its place."""
-    seen = drawn()
-    k = seen.out - 1
-    rest = R * seen.wound[k]
-    node, inner, inwards = seen.nodes[k], seen.nodes[k - 1], seen.nodes[k + 1]
+    seen = drawn(*BOUNDARY)
+    rest = R * seen.wound[0]
+    node, inwards = seen.nodes[:2]
+    straight = 0.5 * (node + inwards)
     lines = [
-        _line(_arc(R, 0.15 * math.pi, 0.85 * math.pi), color=GREY, width=1.2),
-        _line(R * _arc(1.0, 0.5 * math.pi, 0.85 * math.pi), color=1, width=2.2),
-        _line(np.array([[0.0, inner[0], 0.011], [R, inner[2], inner[2]]]), color=1, width=2.2),
-        _line(np.array([[node[0], inner[0]], [node[2], inner[2]]]), color=2, style="", marker="o"),
-        _line(np.array([[inwards[0]], [inwards[2]]]), color=3, style="", marker="o"),
-        _line(np.array([[0.0], [R]]), color=0, style="", marker="s"),
+        _line(_arc(R, 0.1 * math.pi, 0.9 * math.pi), color=GREY, width=1.2),
+        _line(R * _arc(1.0, 0.5 * math.pi, 0.9 * math.pi), color=1, width=2.2),
+        _between((0.0, R), (node[0], node[2]), color=1, width=2.2),
+        _line(np.array([[node[0]], [node[2]]]), color=0, style="", marker="D"),
+        _line(np.array([[inwards[0]], [inwards[2]]]), color=3, style="", marker="s"),
+        _between((0.0, R), (0.0, R), color=2, style="", marker="o"),
         _between((node[0], node[2]), (inwards[0], inwards[2]), color=3, style="--", width=1.2),
-        _between((0.0, R + 0.0009), (node[0], R + 0.0009), color=GREY, width=0.9, marker="|"),
-        _between((node[0], R + 0.0009), (inner[0], R + 0.0009), color=GREY, width=0.9, marker="|"),
+        _between((0.0, R + 0.0012), (node[0], R + 0.0012), color=GREY, width=0.9, marker="|"),
     ]
     notes = [
-        _note((0.5 * node[0], R + 0.0014), f"$l_{{00}}$ = {1e3 * rest:.2f} mm"),
-        _note((0.5 * (node[0] + inner[0]), R + 0.0014), f"$l_0$ = {1e3 * SEGMENT:g} mm"),
-        _note((0.0103, R - 0.0032), f"boundary node\n$i$ = {k + 1}", (node[0], node[2])),
-        _note(
-            (0.0032, R - 0.0048), "link of eqs. (3, 4),\nnot along the thread", tuple(0.5 * (node + inwards)[[0, 2]])
-        ),
-        _note((inner[0], R - 0.0014), f"node {k}", (inner[0], inner[2])),
-        _note((inwards[0] - 0.0022, inwards[2] + 0.0022), f"node {k + 2},\non the spool", (inwards[0], inwards[2])),
-        _note((-0.0012, R - 0.0022), "$Q$, where the thread has\n$V_Q = (r\\dot{\\varphi}, 0, 0)$", (0.0, R)),
+        _note((0.5 * node[0], R + 0.0021), f"$l_{{00}}$ = {1e3 * rest:.2f} mm"),
+        _note((node[0] + 0.0032, R - 0.0012), "boundary node\n$i$ = 1", (node[0], node[2])),
+        _note((0.0045, R - 0.0052), "link of eqs. (3, 4),\nnot along the thread", (straight[0], straight[2])),
+        _note((inwards[0] - 0.0035, inwards[2] + 0.0022), "next node $i$ = 2,\non the spool", (inwards[0], inwards[2])),
+        _note((-0.0008, R - 0.0042), "$Q$, $V_Q$ = ($r\\dot{\\varphi}$, 0, 0)", (0.0, R)),
+        _note((0.0, 0.0028), "ours: lengths"),
     ]
     distance = float(np.linalg.norm(node - np.array([0.0, 0.0, R])))
+    off = _to_the_axis(node[[0, 2]], inwards[[0, 2]])
     head = ["quantity", "value"]
     rows = [
-        ["boundary node", str(k + 1)],
         ["rest length l00 = r (phi - dphi (i - 1)), mm", f"{1e3 * rest:.4f}"],
         ["distance from Q in the run, mm", f"{1e3 * distance:.4f}"],
+        ["least distance of the link of eqs. (3, 4) from the spool's axis over r", f"{off / R:.3f}"],
     ]
-    title = "Boundary node: link to the next node and departure point Q (Tenenbaum 2014, figure III.2)"
+    title = "Scheme for the derivation of the equations of motion of boundary nodes (Tenenbaum 2014, figure III.2)"
     return _made("thread-figure-3-2", title, lines, notes, markdown(head, rows))
+
+
+def _to_the_axis(a: Array, b: Array) -> float:
+    """Least distance of the line from a to b from the origin."""
+    along = b - a
+    return float(np.linalg.norm(a + np.clip(-(a @ along) / (along @ along), 0.0, 1.0) * along))
 
 
 def figure_4_1(options: Options) -> Made:
@@ -274,17 +284,18 @@ def figure_4_1(options: Options) -> Made:
         _note((0.0, 1.2 * L0), "$Y_1$"),
         _note(_turned(1.25 * L0, -TURN), "$X$"),
         _note(_turned(1.2 * L0, 0.5 * math.pi - TURN), "$Y$"),
-        _note((0.37 * L0, 0.13 * L0), "$W$"),
+        _note((0.33 * L0, 0.13 * L0), r"$\Omega_{KA}$"),
         _note((0.5 * L0, -0.95 * L0), "$L_0$"),
-        _note((1.05 * reach, 0.7 * L0), r"lag $\Delta_i$", middle),
-        _note((-0.3 * L0, -0.35 * L0), "body, $J$"),
+        _note((1.05 * reach, 0.7 * L0), r"$\Delta_1$", middle),
+        _note((-0.3 * L0, -0.35 * L0), "$J_{KA}$"),
         _note((1.15 * L0, 0.9 * L0), "spool", (L0, 0.7 * R)),
-        _note((1.25 * reach, -0.45 * L0), "tip, $m_k$", (float(blade[0, 0]), float(blade[1, 0]))),
+        _note((1.25 * reach, -0.45 * L0), "$i$ = 1, $m_K$", (float(blade[0, 0]), float(blade[1, 0]))),
+        _note((-0.75 * reach, -0.8 * L0), "ours: lengths, shape of the\nbody, eight nodes out"),
     ]
     head = ["quantity", "value"]
     rows = [
         ["lag of the tip in the run, deg", f"{math.degrees(lag):.2f}"],
-        ["steady lag asin(2 v / (L0 W0)), deg", f"{math.degrees(steady):.2f}"],
+        ["steady lag asin(2 r omega / (L_0 Omega_0)), deg", f"{math.degrees(steady):.2f}"],
     ]
-    title = "Sail with two blades, seen along Z (Tenenbaum 2014, figure IV.1)"
+    title = "Scheme of the model of deployment of a rotary solar sail with two blades (Tenenbaum 2014, figure IV.1)"
     return _made("thread-figure-4-1", title, lines, notes, markdown(head, rows))

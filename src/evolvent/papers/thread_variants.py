@@ -36,8 +36,10 @@ _KINDS: dict[Start, int] = {
 }  # fmt: skip
 #: Share of the stability limit that a step takes where it is not given.
 SHARE = 0.8
+#: Largest product of a step of RK4 and a decay rate that is stable.
+_REAL = 2.785
 #: Distance below which the direction of the thread at Q is that of the pay-out, eq. (11), m.
-_TINY = 1e-12
+TINY = 1e-10
 #: Least length of an element at Q, of l0, that its stiffness is computed of.
 _LEAST = 0.2
 
@@ -81,9 +83,11 @@ class Data:
         return 2.0 * math.pi * self.radius / self.segment
 
     def stable_step(self, start: Start) -> float:
-        """Largest stable step of RK4, s, by the largest stiffness of a node over its mass (Gershgorin)."""
-        square = 4.0 * self.stiffness / (self.line_density * self.segment)
-        return math.sqrt(8.0 / (2.0 * square if start in ("growing", "scaled") else square))
+        """Largest stable step of RK4, s, by the largest stiffness and damping of a node over its mass (Gershgorin)."""
+        share = (8.0 if start in ("growing", "scaled") else 4.0) / (self.line_density * self.segment)
+        square, half = share * self.stiffness, 0.5 * share * self.damping
+        decay = half + math.sqrt(max(half * half - square, 0.0))
+        return min(math.sqrt(8.0 / square), _REAL / decay if half * half > square else math.inf)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -120,11 +124,11 @@ class Deployment:
 
 
 @njit(cache=True, error_model="numpy")
-def _pull(x, v, a, b, rest, c, d, force):  # type: ignore[no-untyped-def]
+def _pull(x, v, a, b, rest, c, d, tiny, force):  # type: ignore[no-untyped-def]
     """Force on node a from node b through a spring and a damper, eqs. (3, 4); returns its size, tension above zero."""
     ex, ey, ez = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
     distance = math.sqrt(ex * ex + ey * ey + ez * ez)
-    if distance < _TINY:
+    if distance < tiny:
         ex, ey, ez = -1.0, 0.0, 0.0
     else:
         ex, ey, ez = ex / distance, ey / distance, ez / distance
@@ -140,11 +144,11 @@ def _slopes(phi, x, v, W, k, data, kind, printed, a, force):  # type: ignore[no-
 
     Row k of x and v becomes the last node's inner neighbour.
     """
-    J, L0, r, spool, rho, tip, l0, c, d, brought = data
+    J, L0, r, spool, rho, tip, l0, c, d, brought, tiny = data
     speed, last = r * spool, k - 1
     a[:k] = 0.0
     for i in range(last):
-        _pull(x, v, i, i + 1, l0, c, d, force)
+        _pull(x, v, i, i + 1, l0, c, d, tiny, force)
         for q in range(3):
             a[i, q] += force[q]
             a[i + 1, q] -= force[q]
@@ -157,7 +161,7 @@ def _slopes(phi, x, v, W, k, data, kind, printed, a, force):  # type: ignore[no-
     elif kind != _DEPARTURE:
         share = l0 / max(rest, _LEAST * l0)
         stiffness, damping = c * share, d * share
-    tension = _pull(x, v, last, k, rest, stiffness, damping, force)
+    tension = _pull(x, v, last, k, rest, stiffness, damping, tiny, force)
     for q in range(3):
         a[last, q] += force[q]
     rate = -2.0 * L0 * (a[last, 1] if printed else force[1]) / J
@@ -228,6 +232,8 @@ def deploy(
     until: float | None = None,
     step: float | None = None,
     samples: int = 20,
+    kick: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    tiny: float = TINY,
 ) -> Deployment:
     """Pay a blade out.
 
@@ -242,6 +248,8 @@ def deploy(
     until : float, s; None for the whole blade. Rounded up to a whole segment.
     step : float, s; None for a share of the stability limit. Made smaller so that a release ends a step.
     samples : int, even, of every segment that is paid out
+    kick : (3,) float, m/s, that is added to the velocity of node 1 at the start
+    tiny : float, m, distance below which eq. (11) holds
 
     Notes
     -----
@@ -254,7 +262,7 @@ def deploy(
     dt = interval / (per_sample * samples)
     packed = (
         data.inertia, data.offset, data.radius, data.spool_rate, data.line_density, data.tip_mass, data.segment,
-        data.stiffness, data.damping, 0.5 * data.line_density * data.speed if influx else 0.0,
+        data.stiffness, data.damping, 0.5 * data.line_density * data.speed if influx else 0.0, tiny,
     )  # fmt: skip
     x, v, W, off_plane = np.zeros((count + 1, 3)), np.zeros((count + 1, 3)), data.rate, 0.0
     found, began, done, k = [], time.process_time(), 0, 0
@@ -263,6 +271,8 @@ def deploy(
         if half == 0 or (half > 1 and half % 2 == (start == "growing") and not (held and k == data.nodes - 1)):
             k += 1
             _release(x, v, k, data, start, turn)
+            if k == 1:
+                v[0] += kick
         for _ in range(samples // 2):
             found.append(_sample(done * dt, x, v, W, k, data, start))
             phi = data.spool_rate * dt * done
@@ -280,6 +290,26 @@ def deploy(
     tension = np.array([[math.nan, math.nan], *pull])[kept]
     shapes = np.array(positions)[kept]
     return Deployment(t, rate, lag, momentum, off_plane, shapes, tension, done, time.process_time() - began)
+
+
+def hold(data: Data, step: float, count: int) -> float:
+    """How much a disturbance along a straight thread that is all out and at rest grows over steps of RK4.
+
+    Every other node starts 1e-6 of a segment off its place; the result is the largest distance at the end over that.
+    """
+    k, l0 = data.nodes, data.segment
+    x, v = np.zeros((k + 1, 3)), np.zeros((k + 1, 3))
+    x[:k, 0] = l0 * np.arange(k, 0, -1)
+    x[:, 2] = data.radius
+    still, first = x.copy(), 1e-6 * l0
+    x[:k:2, 0] += first
+    packed = (
+        data.inertia, data.offset, data.radius, 0.0, data.line_density, data.tip_mass, l0, data.stiffness,
+        data.damping, 0.0, TINY,
+    )  # fmt: skip
+    _steps(data.length / data.radius, x, v, 0.0, k, packed, _DEPARTURE, False, step, count)
+    off = float(np.abs(x[:k] - still[:k]).max()) / first
+    return off if math.isfinite(off) else math.inf
 
 
 def _shape(x: Array, k: int) -> Array:

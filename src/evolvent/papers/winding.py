@@ -41,6 +41,7 @@ class Trial(NamedTuple):
     share : float, of the stability limit
     tolerance : float, of an adaptive run
     stop : float, s, at which the run ends before the others do; None for no such time. Its CPU time is scaled up.
+    radius : float, spectral radius of an implicit method; None for that of `evolvent run`
     """
 
     method: str
@@ -48,6 +49,7 @@ class Trial(NamedTuple):
     share: float | None = None
     tolerance: float | None = None
     stop: float | None = None
+    radius: float | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -60,6 +62,7 @@ class Winding:
     step, mean_step : float, s, asked for (NaN of an adaptive run), and taken on average
     cpu : float, s, of the solution alone
     t, tip, speed : (nt,) s, (nt, 3) m, (nt,) m/s, of the first rib's tip
+    energy, work, by_contact : (nt,) J, of the rib and its contacts, done by the loads, taken by the contacts
     gain, taken : float, of the largest energy or work: the largest climb of the energy balance, and its lowest value
     iterations : float, of Newton's method a step, NaN of an explicit method
     divided : int, steps that were divided since Newton's method had not solved them
@@ -73,6 +76,9 @@ class Winding:
     t: Array
     tip: Array
     speed: Array
+    energy: Array
+    work: Array
+    by_contact: Array
     gain: float
     taken: float
     iterations: float
@@ -84,6 +90,10 @@ class Winding:
     def peak_time(self) -> float:
         """Time of the largest tip speed, s."""
         return float(self.t[np.argmax(self.speed)])
+
+    def mean_speed(self, first: float, last: float) -> float:
+        """Mean speed of the tip between two times, m/s."""
+        return float(self.speed[(self.t >= first) & (self.t <= last)].mean())
 
     @property
     def outcome(self) -> str:
@@ -147,7 +157,7 @@ class Model:
         if trial.method in EXPLICIT:
             limit = choose_step(assembly, trial.method, None, self.end)[1]
             return {"method": trial.method, "step": trial.step if trial.share is None else trial.share * limit}
-        radius = 0.3 if trial.method == ALPHA else 1.0 / 3.0
+        radius = trial.radius or (0.3 if trial.method == ALPHA else 1.0 / 3.0)
         return {"method": trial.method, "step": trial.step, "tolerance": trial.tolerance, "spectral_radius": radius}
 
     def run(self, trial: Trial) -> Winding:
@@ -177,6 +187,9 @@ class Model:
             t=found.t,
             tip=places[:, -1, 0],
             speed=np.linalg.norm(rates[:, -1, 0], axis=1),
+            energy=found.energy,
+            work=found.balance.loads,
+            by_contact=found.balance.by_contact,
             gain=float(np.max(defect - np.minimum.accumulate(defect)) / largest),
             taken=float(max(-defect.min(), 0.0) / largest),
             iterations=counts["iterations"] / max(counts["steps"], 1) if "iterations" in counts else math.nan,
@@ -223,11 +236,12 @@ def run_all(
 
 def described(trial: Trial) -> str:
     """A trial in words."""
+    method = trial.method if trial.radius is None else f"{trial.method} (spectral radius {trial.radius:g})"
     if trial.tolerance is not None:
-        return f"{trial.method}, tolerance {trial.tolerance:g}"
+        return f"{method}, tolerance {trial.tolerance:g}"
     if trial.share is not None:
-        return f"{trial.method}, {'at' if trial.share == 1.0 else f'{trial.share:g} of'} the stability limit"
-    return f"{trial.method}, step {trial.step:g} s"
+        return f"{method}, {'at' if trial.share == 1.0 else f'{trial.share:g} of'} the stability limit"
+    return f"{method}, step {trial.step:g} s"
 
 
 def written(value: float, *, least: float = 0.0) -> str:

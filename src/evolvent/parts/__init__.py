@@ -9,6 +9,7 @@ from evolvent.parts.curve import Parabola
 from evolvent.parts.custom_force import CustomForce
 from evolvent.parts.drive import ConstantDrive, ExpressionDrive, FreeSpool, LawDrive, RampDrive, TableDrive
 from evolvent.parts.event import Event
+from evolvent.parts.feedback import FeedbackDrive, Limits, Sensor
 from evolvent.parts.field import AccelerationField, Orbit
 from evolvent.parts.gear import Gear
 from evolvent.parts.guide import Guide
@@ -51,6 +52,7 @@ __all__ = [
     "DistributedTorque",
     "Event",
     "ExpressionDrive",
+    "FeedbackDrive",
     "Force",
     "FreeSpool",
     "Gear",
@@ -59,6 +61,7 @@ __all__ = [
     "Joint",
     "LawDrive",
     "LawLoad",
+    "Limits",
     "LineLoad",
     "Link",
     "MagneticTorque",
@@ -81,6 +84,7 @@ __all__ = [
     "Rod",
     "RotationalSpring",
     "SelfContact",
+    "Sensor",
     "SlopeLoad",
     "Sphere",
     "SphereContact",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic
 
 import numpy as np
 from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -17,6 +17,7 @@ from evolvent.base.errors import InputError, counted, nearest
 from evolvent.base.schema import Section
 from evolvent.compiled import laws
 from evolvent.kernels import drive as kernels
+from evolvent.parts.drive_kind import DriveKind, DriveRow, check_start
 from evolvent.parts.expression import (
     Constants,
     DriveLaw,
@@ -26,49 +27,14 @@ from evolvent.parts.expression import (
     refuse_without_law,
     write_law,
 )
+from evolvent.parts.feedback import FeedbackDrive
 from evolvent.parts.profile import TorqueProfile, kind_hint, write_profile
 
+#: Kinds that only spools have.
+OF_SPOOLS = ("free", "feedback")
 #: Coordinate and its rate: rad and rad/s of a spool or a body, m and m/s along a line.
 A = TypeVar("A", default=units.Angle)
 R = TypeVar("R", default=units.AngularRate)
-
-
-class DriveRow(NamedTuple):
-    """What a drive writes into its thread's or joint's row."""
-
-    kind: int
-    first: int
-    last: int
-    law: int = 0
-    spool_q: int = -1
-    spool_v: int = -1
-    inertia: float = 0.0
-    torque: float = 0.0
-    friction: float = 0.0
-    viscous: float = 0.0
-    profile: int = -1
-    motor: int = 0
-    motor_first: int = 0
-    motor_last: int = 0
-
-
-class DriveKind(Section):
-    """What all drives are."""
-
-    def write(self, builder: Builder, name: str) -> DriveRow:
-        """Store parameters; returns the row's fields."""
-        raise NotImplementedError
-
-    def at(self, builder: Builder, row: DriveRow, time: float) -> tuple[float, float, float]:
-        """Angle, rate and acceleration at `time` (rad, rad/s, rad/s2)."""
-        parameters = np.array(builder.values[row.first : row.last])
-        angle, rate, acceleration = kernels.drive(row.kind, parameters, row.law, time)
-        return float(angle), float(rate), float(acceleration)
-
-
-def _check_start(name: str, angle: Any) -> None:
-    if angle < 0.0:
-        raise InputError(f"{name}.angle is {angle!r}; it must be 0 or above")
 
 
 class ConstantDrive(DriveKind, Generic[A, R]):
@@ -85,7 +51,7 @@ class ConstantDrive(DriveKind, Generic[A, R]):
 
     def write(self, builder: Builder, name: str) -> DriveRow:
         """Store the rate."""
-        _check_start(name, self.angle)
+        check_start(name, self.angle)
         return DriveRow(kernels.RAMPS, *builder.parameters([self.angle, self.rate, 0.0]))  # type: ignore[list-item]
 
 
@@ -105,7 +71,7 @@ class RampDrive(DriveKind, Generic[A, R]):
 
     def write(self, builder: Builder, name: str) -> DriveRow:
         """Store the ramps and their corners."""
-        _check_start(name, self.angle)
+        check_start(name, self.angle)
         flat: list[Any] = [self.angle, self.rate, float(len(self.steps))]
         end = -math.inf
         for time, duration, rate in self.steps:
@@ -257,7 +223,7 @@ class FreeSpool(DriveKind):
 
     def write(self, builder: Builder, name: str) -> DriveRow:
         """Reserve the spool's angle and rate as coordinates."""
-        _check_start(name, self.angle)
+        check_start(name, self.angle)
         q, v = builder.coordinates([self.angle], [self.rate])
         at, law = -1, {"law": 0, "first": 0, "last": 0}
         if self.profile is not None:
@@ -283,6 +249,7 @@ class _Keys(Section, Generic[A, R]):
     ramp: RampDrive[A, R] | None = None
     table: TableDrive[A, R] | None = None
     free: FreeSpool | None = None
+    feedback: FeedbackDrive | None = None
     expression: TimeExpression | None = None
     constants: Constants | None = None
 
@@ -293,7 +260,7 @@ class _OneDrive:
     Parameters
     ----------
     rate : str, example of a rate
-    spool : bool, whether it may be free
+    spool : bool, whether it may be free, or react
     """
 
     kinds: ClassVar[dict[str, type[DriveKind]]] = {
@@ -301,16 +268,19 @@ class _OneDrive:
         "ramp": RampDrive,
         "table": TableDrive,
         "free": FreeSpool,
+        "feedback": FeedbackDrive,
         "expression": ExpressionDrive,
     }
 
     def __init__(self, rate: str = "3.5 rad/s", *, spool: bool = False) -> None:
-        self.names = [name for name in self.kinds if spool or name != "free"]
+        self.names = [name for name in self.kinds if spool or name not in OF_SPOOLS]
         self.allowed = f"a mapping with one of the keys {', '.join(self.names)}, such as {{constant: {{rate: {rate}}}}}"
 
     def read(self, value: Any, handler: Any) -> DriveKind:
         """The drive itself."""
         if isinstance(value, DriveKind):
+            if isinstance(value, FeedbackDrive) and "feedback" not in self.names:
+                raise PydanticCustomError("drive", "it must be {allowed}", {"allowed": self.allowed})
             return value
         hint = kind_hint(value, self.kinds)
         if hint:
@@ -320,7 +290,7 @@ class _OneDrive:
         given = [key for key in value if key != "constants"]
         if len(given) != 1:
             raise PydanticCustomError("drive", "it must be {allowed}", {"allowed": self.allowed})
-        if given[0] not in self.kinds:
+        if given[0] not in self.kinds or (given[0] == "feedback" and given[0] not in self.names):
             guess = nearest(str(given[0]), self.names)
             raise PydanticCustomError("drive", "{key} is no drive; {guess}", {"key": repr(given[0]), "guess": guess})
         keys = handler(value)

@@ -26,11 +26,12 @@ VARIABLES = {
     ),
     "drive": ("t",),
     "motor": ("x", "v", "t"),
+    "feedback": ("t", "x", "v"),
 }  # fmt: skip
 #: Kinds with three numbers.
 _VECTORS = ("force", "torque")
 _EXAMPLES = {"spring": "k*x + k3*x**3", "force": "[-c*vx, -c*vy, -c*vz]", "drive": "a*(1 - cos(w*t))", "event": "t - 2",
-             "motor": "-k*x - c*v", "torque": "[-c*vx, -c*vy, m*r11]"}  # fmt: skip
+             "motor": "-k*x - c*v", "feedback": "r - k*lag_rate", "torque": "[-c*vx, -c*vy, m*r11]"}  # fmt: skip
 _RUN = {
     "spring": kernels.spring_expression,
     "force": kernels.force_expression,
@@ -51,7 +52,7 @@ class Law(Annotation):
 
     Parameters
     ----------
-    kind : {"spring", "force", "torque", "drive", "event", "motor"}
+    kind : {"spring", "force", "torque", "drive", "event", "motor", "feedback"}
     python : bool, whether a Python law is allowed
     """
 
@@ -154,6 +155,7 @@ TorqueLaw = Annotated[Any, Law("torque")]
 DriveLaw = Annotated[Any, Law("drive")]
 EventLaw = Annotated[Any, Law("event")]
 MotorLaw = Annotated[Any, Law("motor")]
+FeedbackLaw = Annotated[str, Law("feedback", python=False)]
 #: An expression of t.
 TimeExpression = Annotated[str, Law("drive", python=False)]
 #: Constants of an expression, and parameters of a Python law.

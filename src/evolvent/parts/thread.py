@@ -17,6 +17,7 @@ from evolvent.kernels.drive import LEAST_OUT
 from evolvent.parts.applies import Applies, left_out, one_of
 from evolvent.parts.base import Part, PointReference, ReelName, unit
 from evolvent.parts.drive import FreeSpool, RampDrive
+from evolvent.parts.feedback import FeedbackDrive
 from evolvent.parts.reel import Reel
 
 #: Of a thread whose end is fixed, at the start.
@@ -321,9 +322,11 @@ class Thread(Part):
             raise InputError(f"{key} is {self.take_up!r}; it needs {name}.mesh 'moving', not {self.mesh!r}")
         if self.end is not None:
             raise InputError(f"{name}.end and {key} are both given; leave one of them out")
-        if isinstance(reel.drive, FreeSpool):
-            raise InputError(f"{self.take_up}.drive is a free spool, but {key} names that reel; give it a drive that "
-                             f"prescribes its angle (only {self.reel!r} may be free)")  # fmt: skip
+        if isinstance(reel.drive, (FreeSpool, FeedbackDrive)):
+            what = "a free spool" if isinstance(reel.drive, FreeSpool) else "one that reacts"
+            may = "be free" if isinstance(reel.drive, FreeSpool) else "react"
+            raise InputError(f"{self.take_up}.drive is {what}, but {key} names that reel; give it a drive that "
+                             f"prescribes its angle (only {self.reel!r} may {may})")  # fmt: skip
         body = builder.find(reel.body, "bodies")
         normal = reel.frame(self.take_up)[2]
         drive = reel.drive.write(builder, f"{self.take_up}.drive")

@@ -43,7 +43,7 @@ class Line:
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Map:
-    """Values over a plane, as colours; what is not finite stays grey.
+    """Values over a plane, as colours; what is not finite stays grey. The colour bar states where values are clipped.
 
     Attributes
     ----------
@@ -54,6 +54,8 @@ class Map:
     log : bool, whether colours are logarithmic in the values; needs limits above zero
     colors : str, name of matplotlib's colour map
     contours : mapping, value -> color of a contour line
+    surface : bool, whether the values are linear heights over the plane, seen from above at an angle; without limits,
+        contours and lines of the panel
     """
 
     x: Array
@@ -64,6 +66,24 @@ class Map:
     log: bool = False
     colors: str = "viridis"
     contours: Mapping[float, str] = dataclasses.field(default_factory=dict)
+    surface: bool = False
+
+    @property
+    def clipped(self) -> tuple[bool, bool]:
+        """Whether values lie below that of the first colour, and above that of the last."""
+        if self.limits is None:
+            return False, False
+        values = np.asarray(self.values, dtype=float)
+        values = values[np.isfinite(values)]
+        low, high = self.limits
+        return bool(np.any(values < low * (1.0 - 1e-9))), bool(np.any(values > high * (1.0 + 1e-9)))
+
+    @property
+    def bar_label(self) -> str:
+        """Label of the colour bar: the quantity with its unit in brackets, and where values are clipped."""
+        sides = zip(self.clipped, ("below", "above"), self.limits or (0.0, 0.0), strict=True)
+        clipped = [f"{word} {limit:g}" for is_clipped, word, limit in sides if is_clipped]
+        return axis_label(self.label) + (f", one colour {' and '.join(clipped)}" if clipped else "")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

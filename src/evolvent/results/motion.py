@@ -207,9 +207,7 @@ class Motion:
 
     def value_range(self, label: str) -> ValueRange:
         """Ends of the colour scale of a value, over all lines and samples; zero is one unless all lies far from it."""
-        every = [line.values[label].ravel() for line in self.lines if label in line.values]
-        values = np.concatenate(every) if every else np.empty(0)
-        values = values[np.isfinite(values)]
+        values = self._values(label)
         if not values.size:
             return ValueRange(0.0, 1.0)
         low, high = (float(x) for x in np.percentile(values, _ENDS))
@@ -220,6 +218,18 @@ class Motion:
         if low == high:
             low, high = min(low, 0.0), max(high, 0.0)
         return ValueRange(low, high if high > low else low + 1.0)
+
+    def clipped(self, label: str) -> tuple[bool, bool]:
+        """Whether values lie below the first colour's, and above the last one's, by a step of 256 colours or more."""
+        low, high = self.value_range(label)
+        values, step = self._values(label), (high - low) / 256.0
+        return bool(np.any(values < low - step)), bool(np.any(values > high + step))
+
+    def _values(self, label: str) -> Array:
+        """All values of a label that are finite, of all lines and samples."""
+        every = [line.values[label].ravel() for line in self.lines if label in line.values]
+        values = np.concatenate(every) if every else np.empty(0)
+        return np.asarray(values[np.isfinite(values)])
 
     def arrow_scale(self, unit: str) -> float:
         """Length of the arrow of a unit force, m per `unit`: the largest usual force has a fifth of the reach."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -94,6 +95,7 @@ class Solution:
         `kept` has them
     captures : captures.Capture of each latch that has locked in an implicit run of fixed steps
     passages : of each spring that a motion has brought to length zero: the first time (s), and a sentence
+    measured : of each reel that reacts, by its name: variable -> times of the samples (s), values with noise, unit
     """
 
     assembly: Assembly
@@ -113,6 +115,7 @@ class Solution:
     reactions: Pending | None = None
     captures: tuple[Capture, ...] = ()
     passages: tuple[tuple[float, str], ...] = ()
+    measured: Mapping[str, Mapping[str, tuple[Array, Array, str]]] = dataclasses.field(default_factory=dict)
 
     @property
     def success(self) -> bool:

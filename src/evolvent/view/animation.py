@@ -195,8 +195,14 @@ def described(motion: Motion, most: int, *, points: int) -> tuple[dict[str, Any]
         "repeats": motion.repeats,
         "grid": grid_step(motion.reach),
         "colors": [
-            {"name": name_and_unit(label)[0], "unit": name_and_unit(label)[1], "low": r.low, "high": r.high}
-            for label, r in ranges.items()
+            dict(
+                zip(
+                    ("name", "unit", "low", "high", "below", "above"),
+                    (*name_and_unit(label), *ends, *motion.clipped(label)),
+                    strict=True,
+                )
+            )
+            for label, ends in ranges.items()
         ],
         "numbers": [name_and_unit(label) for label in motion.numbers],
         "lines": [],

@@ -102,7 +102,8 @@ def sheet(figure: Figure, *, dpi: float = DPI, title: bool = True, label: str = 
         places: list[Place] = []
         for panel in figure.panels:
             named_by = figure.panels[0] if shared else panel
-            axis = found.add_axes((0.2, 0.2, 0.7, 0.7), label=str(len(places)))
+            kind = "3d" if panel.map is not None and panel.map.surface else None
+            axis = found.add_axes((0.2, 0.2, 0.7, 0.7), label=str(len(places)), projection=kind)
             places.append(_panel(axis, panel, size, legend=not shared, dashed=_is_dashed(named_by)))
         if shared:
             place = {"loc": "lower center", "bbox_to_anchor": (0.5, EDGE / height)}
@@ -199,6 +200,8 @@ def _schematic_height(figure: Figure) -> float | None:
 
 def _panel(axis: Any, panel: Panel, size: tuple[float, float], *, legend: bool, dashed: bool) -> Place:
     """Draw a panel whose axes are about so wide and high, mm; `dashed` lines follow their color."""
+    if panel.map is not None and panel.map.surface:
+        return _surface(axis, panel, panel.map, size[0])
     width, height = size[0] - (16.0 if panel.map is not None else 0.0), size[1]
     bar = None if panel.map is None else _map(axis, panel.map)
     for line in panel.lines:
@@ -310,13 +313,30 @@ def _map(axis: Any, drawn: Map) -> Any:
     axis.set_facecolor("0.85")
     axis.grid(visible=False)
     beside = axis.figure.add_axes((0.9, 0.2, 0.02, 0.7), label=f"bar {axis.get_label()}")
-    bar = axis.figure.colorbar(mesh, cax=beside, label=axis_label(drawn.label))
+    ends = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[drawn.clipped]
+    bar = axis.figure.colorbar(mesh, cax=beside, label=drawn.bar_label, extend=ends)
     bar.outline.set_linewidth(0.5)
     set_plain_ticks(beside)
     for level, color in drawn.contours.items():
         if min(values.shape) > 1 and np.any(values < level) and np.any(values > level):
             axis.contour(drawn.x, drawn.y, values.T, levels=[level], colors=[color], linewidths=0.8)
     return beside
+
+
+def _surface(axis: Any, panel: Panel, drawn: Map, width: float) -> Place:
+    """Draw a panel's map as a surface in axes of three dimensions, about so wide, mm."""
+    x, y = np.meshgrid(drawn.x, drawn.y, indexing="ij")
+    look: dict[str, Any] = {"cmap": drawn.colors, "edgecolor": "black", "linewidth": 0.15, "rstride": 1, "cstride": 1}
+    axis.plot_surface(x, y, np.asarray(drawn.values, dtype=float), **look)
+    axis.view_init(elev=38.0, azim=-120.0)
+    axis.set_box_aspect((1.0, 1.0, 0.7), zoom=1.15)
+    axis.set_xlabel(axis_label(panel.x_label), labelpad=-2.0)
+    axis.set_ylabel(axis_label(panel.y_label), labelpad=-2.0)
+    axis.set_zlabel(axis_label(drawn.label), labelpad=-4.0)
+    axis.tick_params(labelsize=STYLE["ytick.labelsize"], pad=-2.0)
+    title = wrapped(panel.title, 8.0, width)
+    axis.set_title(title, pad=10.0)
+    return Place(axis, block(title, 8.0) + 10.0 * POINT)
 
 
 def _color(line: Line) -> Any:

@@ -6,9 +6,8 @@ that these have changed.
 
 from evolvent.compiled.codecache.folder import (
     BASELINE,
-    COMPILED,
     folder_name,
-    is_followed,
+    is_own,
     is_warm,
     mark_warm,
     module_name,
@@ -17,6 +16,6 @@ from evolvent.compiled.codecache.folder import (
 from evolvent.compiled.codecache.linked import Linked, names_in
 
 __all__ = [
-    "BASELINE", "COMPILED", "Linked", "folder_name", "is_followed", "is_warm", "mark_warm", "module_name", "names_in",
+    "BASELINE", "Linked", "folder_name", "is_own", "is_warm", "mark_warm", "module_name", "names_in",
     "sources",
 ]  # fmt: skip

@@ -1,8 +1,8 @@
 """Where compiled functions are kept, and how they are compiled.
 
-Every compiled function is kept on disk in the folder that `codecache.folder` finds. Folders that are only read, such as
-that of a wheel, come first. What a user writes is kept by a digest of all that it is compiled from
-(`codecache.snapshots`), or not at all.
+Every compiled function is kept on disk in the folder that `codecache.folder` finds, by a digest of all that it is
+compiled from (`codecache.contents`). Folders that are only read, such as that of a wheel, come first. What a user
+writes is compiled with the values that it refers to (`codecache.snapshots`), and kept likewise, or not at all.
 
 Functions are compiled for a baseline of the processor's family where it has that, so that the folder serves other
 machines of its kind. Nothing of this changes what other users of numba in the process get.
@@ -28,11 +28,11 @@ from numba.core.registry import cpu_target
 from numba.core.serialize import dumps
 from numba.core.targetconfig import TargetConfig
 
-from evolvent.compiled.codecache import files, folder
+from evolvent.compiled.codecache import contents, files, folder
 from evolvent.compiled.codecache.snapshots import Snapshot, foreign_overloads
 
-#: Laws of one name that are kept, at most: those that were compiled last.
-_MOST_LAWS = 100
+#: Functions and laws of one name that are kept, at most: those that were compiled last.
+_MOST, _MOST_LAWS = 10, 100
 
 
 class _MachineCode:
@@ -59,14 +59,20 @@ class _Store(_Cache):
     Parameters
     ----------
     name : str, of the function, for people
-    content : str, what tells it from others of that name, and from what it was before
     place : str, name of the folder in that of the cache
     """
 
-    def __init__(self, name: str, content: str, place: str) -> None:
+    #: How many of one name are kept: those that were compiled last.
+    most = _MOST
+
+    def __init__(self, name: str, place: str) -> None:
         self._name = re.sub(r"[^\w.-]", "", name)[:80]  # a user may give a module any name
-        self._content, self._place = content, place
+        self._place = place
         self._held: dict[str, bytes] = {}
+
+    def _content(self, signature: Any) -> str:
+        """What tells it from others of its name, and from what it was before."""
+        raise NotImplementedError
 
     @property
     def cache_path(self) -> str:
@@ -79,7 +85,7 @@ class _Store(_Cache):
     disable = flush = enable
 
     def _key(self, signature: Any, compiler: Any) -> str:
-        return repr((self._place, self._name, self._content, str(signature), compiler.magic_tuple()))
+        return repr((self._place, self._name, self._content(signature), str(signature), compiler.magic_tuple()))
 
     def _path(self, base: pathlib.Path, key: str) -> pathlib.Path:
         digest = hashlib.sha256(key.encode("utf-8", "surrogatepass")).hexdigest()[:24]
@@ -121,7 +127,7 @@ class _Store(_Cache):
         return self._load(self._key(signature, target_context.codegen()), target_context)
 
     def save_overload(self, signature: Any, result: Any) -> None:
-        """Keep a compiled function, unless its machine code refers to this process."""
+        """Keep a compiled function, unless its machine code refers to this process; forget the oldest of its name."""
         if result.library.has_dynamic_globals or any(not one.can_cache for one in result.lifted):
             return
         key = self._key(signature, result.codegen)
@@ -130,16 +136,29 @@ class _Store(_Cache):
         except Exception:  # noqa: BLE001  (a constant of a user that cannot be pickled)
             return
         files.write(self._path(folder.CACHE_DIR, key), key, content)
+        with contextlib.suppress(OSError):
+            own = pathlib.Path(self.cache_path).glob(f"{self._name}-{'?' * 24}.nbc")
+            for path in sorted(own, key=lambda path: path.stat().st_mtime)[: -self.most]:
+                path.unlink()
 
 
 class Cache(_Store):
     """Cache of one function of this package, or with a digest of another."""
 
-    def __init__(self, function: Any, digest: str = "") -> None:
-        code = function.__code__
-        content = digest or f"{code.co_firstlineno} {code.co_name}"  # the sources are in the name of the folder
-        place = "users" if digest else function.__module__.removeprefix("evolvent.")
-        super().__init__(function.__qualname__, content, place)
+    def __init__(self, function: Any, options: str, digest: str = "") -> None:
+        self._function, self._options, self._digest = function, options, digest
+        self._contents: dict[str, str] = {}
+        super().__init__(function.__qualname__, "users" if digest else function.__module__.removeprefix("evolvent."))
+
+    def _content(self, signature: Any) -> str:
+        known = str(signature)
+        if known not in self._contents:
+            self._contents[known] = (
+                f"{self._digest} {self._options} {contents.types_digest(signature)}"
+                if self._digest
+                else contents.digest(self._function, signature, self._options)
+            )
+        return self._contents[known]
 
     def exists(self, signature: Any) -> bool:
         """Whether the function is kept for a signature."""
@@ -173,20 +192,25 @@ class Cache(_Store):
 class LawCache(_Store):
     """Cache of a law of a user, with all that numba needs to link it into other functions."""
 
+    most = _MOST_LAWS
+
     def __init__(self, found: Snapshot) -> None:
         function = found.function
         name = f"{function.__module__}.{function.__name__}"
-        super().__init__(name, found.digest, "laws")
-        self._signed = found.signed
+        super().__init__(name, "laws")
+        self._digest, self._signed = found.digest, found.signed
+
+    def _content(self, signature: Any) -> str:
+        return self._digest
 
     def exists(self, signature: Any) -> bool:
         """Whether the law is kept for a signature, or cannot be kept."""
-        return not self._content or self.is_kept(signature, cpu_target.target_context)
+        return not self._digest or self.is_kept(signature, cpu_target.target_context)
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
         """Compiled law, or None; then its helpers are ready to be compiled with it."""
         found = None
-        if self._content:
+        if self._digest:
             target_context.refresh()
             found = super().load_overload(signature, target_context)
         if found is None:
@@ -198,13 +222,8 @@ class LawCache(_Store):
 
     def save_overload(self, signature: Any, result: Any) -> None:
         """Keep a compiled law, and forget the oldest ones of its name."""
-        if not self._content or foreign_overloads():
-            return
-        super().save_overload(signature, result)
-        with contextlib.suppress(OSError):
-            own = pathlib.Path(self.cache_path).glob(f"{self._name}-{'?' * 24}.nbc")
-            for path in sorted(own, key=lambda path: path.stat().st_mtime)[:-_MOST_LAWS]:
-                path.unlink()
+        if self._digest and not foreign_overloads():
+            super().save_overload(signature, result)
 
     def _reduce(self, result: Any) -> tuple[Any, ...]:
         return result._reduce()

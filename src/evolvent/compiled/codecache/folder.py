@@ -1,8 +1,7 @@
 """The folder of stored machine code, and for which processor it is compiled.
 
-It is named by the versions of numba and Python, the processor and a hash of the sources of all modules that hold
-compiled functions, so that a change in one file can never serve a stale result in another (numba alone looks at a
-function's own file).
+It is named by the versions of numba and Python, the processor and a hash of the sources of `evolvent.compiled`, which
+define how functions are compiled. What a function is compiled from is in the key of its file (`codecache.contents`).
 """
 
 from __future__ import annotations
@@ -25,8 +24,6 @@ from numba import config
 from evolvent.compiled.codecache.files import may_be_changed, say_once
 
 _PACKAGE = pathlib.Path(__file__).parents[2]
-#: Modules and packages that may hold compiled functions or constants that these use.
-COMPILED = ("compiled", "model", "kernels", "flow", "solvers")
 #: Environment variable that names the folder in which the cache is kept.
 VARIABLE = "EVOLVENT_CACHE"
 #: Baselines by machine: LLVM's name of the processor, and the features of a host that has all of it.
@@ -51,9 +48,9 @@ def _baseline() -> str | None:
 
 
 def sources() -> list[pathlib.Path]:
-    """Files of the modules that may hold compiled functions."""
+    """Files of the modules that declare compiled functions."""
     found = sorted(_PACKAGE.rglob("*.py"))
-    return [path for path in found if path.relative_to(_PACKAGE).with_suffix("").parts[0] in COMPILED]
+    return [path for path in found if "evolvent.compiled.jit" in path.read_text(encoding="utf-8")]
 
 
 def module_name(path: pathlib.Path) -> str:
@@ -61,15 +58,14 @@ def module_name(path: pathlib.Path) -> str:
     return ".".join(("evolvent", *path.relative_to(_PACKAGE).with_suffix("").parts)).removesuffix(".__init__")
 
 
-def is_followed(module: str) -> bool:
-    """Whether changes of a module change the name of the folder."""
-    package, _, rest = module.partition(".")
-    return package == "evolvent" and rest.split(".")[0] in COMPILED
+def is_own(module: str) -> bool:
+    """Whether a module is one of this package, whose functions are kept by what they are compiled from."""
+    return module.partition(".")[0] == "evolvent"
 
 
 def _source_hash() -> str:
     digest = hashlib.sha256()
-    for path in sources():
+    for path in sorted((_PACKAGE / "compiled").rglob("*.py")):
         digest.update(path.relative_to(_PACKAGE).as_posix().encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:12]

@@ -13,12 +13,12 @@ class Linked:
     Attributes
     ----------
     py_func : the plain function
-    is_followed : bool, whether the name of the cache folder tells what it is compiled from
+    is_own : bool, whether it is of this package
     options : str, how it is compiled
     """
 
     py_func: Callable
-    is_followed: bool
+    is_own: bool
     options: str
 
     def around(self, function: Callable) -> Any:

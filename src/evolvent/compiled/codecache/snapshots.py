@@ -27,6 +27,7 @@ from numba.core.extending import _Intrinsic
 from numba.core.registry import CPUDispatcher
 from numba.core.typing.templates import builtin_registry
 
+from evolvent.compiled.codecache.contents import linked_digest
 from evolvent.compiled.codecache.linked import Linked, names_in
 
 #: Packages whose functions are known by their names and versions; the standard library is found by its folder.
@@ -142,8 +143,8 @@ class _Walk:
     def _compiled(self, value: Any, depth: int) -> Any:
         """A copy of a compiled function, with nothing compiled yet."""
         if isinstance(value, Linked):
-            if value.is_followed:
-                self._feed("of the package", value.py_func.__module__, value.py_func.__qualname__)
+            if value.is_own:
+                self._feed("of the package", linked_digest(value))
                 return value
             self._feed("linked", value.options)
             made = self.function(value.py_func, depth + 1, value=value, wrap=value.around)

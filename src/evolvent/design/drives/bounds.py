@@ -13,6 +13,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Section, shown
 from evolvent.systems.heliogyro import straight
+from evolvent.systems.heliogyro.case import WAYS
 
 #: Peak lag over the steady one, and time over that of the constant rate, where no bounds are given.
 PEAK_SHARE, TIME_SHARE = 1.02, 1.1
@@ -113,7 +114,7 @@ def task(case: Any, bounds: Bounds) -> Task:
     if case.system != "heliogyro":
         raise InputError(f"the case's system is {case.system!r}; drives are designed for the system 'heliogyro'")
     body, blade, spool = case.body, case.blade, case.spool
-    for key in ("free", "table"):
+    for key in WAYS:
         if getattr(spool, key) is not None:
             raise InputError(f"spool.{key} is given; a design needs spool.rate, the constant rate that it improves on")
     if spool.ramp > 0.0 or spool.changes:

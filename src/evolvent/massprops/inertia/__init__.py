@@ -1,7 +1,18 @@
 """Inertia of a rigid body from how it vibrates on springs, or swings on wires."""
 
-from evolvent.massprops.inertia.initial_motion import Start, displaced, released, struck
+from evolvent.massprops.inertia.initial_motion import (
+    Load,
+    Start,
+    best_point,
+    coordinates,
+    displaced,
+    excited,
+    least_energy,
+    released,
+    struck,
+)
 from evolvent.massprops.inertia.inverse import fit, from_modes, from_shapes, from_six_modes, from_three_frequencies
+from evolvent.massprops.inertia.mode_partners import mode_energies, partners
 from evolvent.massprops.inertia.pendulums import (
     bifilar,
     compound,
@@ -9,7 +20,7 @@ from evolvent.massprops.inertia.pendulums import (
     torsion,
     trifilar,
 )
-from evolvent.massprops.inertia.problem import mac, mode_energies, partners
+from evolvent.massprops.inertia.problem import mac
 from evolvent.massprops.inertia.stand import Body, Stand
 from evolvent.massprops.inertia.statics import Pose, energy, equilibrium, wrench
 from evolvent.massprops.inertia.three_frequencies import candidates
@@ -37,22 +48,27 @@ __all__ = [
     "Candidate",
     "Inertia",
     "LinearModel",
+    "Load",
     "NormalModes",
     "Pose",
     "Stand",
     "Start",
+    "best_point",
     "bifilar",
     "candidates",
     "compound",
+    "coordinates",
     "displaced",
     "energy",
     "equilibrium",
+    "excited",
     "fit",
     "from_modes",
     "from_shapes",
     "from_six_modes",
     "from_three_frequencies",
     "inertia_variables",
+    "least_energy",
     "linear_model",
     "mac",
     "mode_energies",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -186,14 +187,13 @@ def equilibrium(stand: Stand, body: Body, *, force: Any = (0.0, 0.0, 0.0), point
     Newton's method on the gradient of the potential energy in translation and rotation vector, with multipliers for
     the guides; from level, at the height where gravity and springs balance.
     """
-    return equilibrium_pose(setup(stand, body), array("force", force, (3,)), array("point", point, (3,)))
+    return equilibrium_pose(setup(stand, body), [(array("force", force, (3,)), array("point", point, (3,)))])
 
 
-def equilibrium_pose(s: Setup, force: np.ndarray | None = None, point: np.ndarray | None = None) -> Pose:
-    """`equilibrium` of a Setup."""
+def equilibrium_pose(s: Setup, loads: Sequence[tuple[np.ndarray, np.ndarray]] = ()) -> Pose:
+    """`equilibrium` of a Setup under forces (..., 3), each at its point (..., 3)."""
     batch, weight = s.batch, s.mass * s.gravity
-    if force is not None:
-        point = np.zeros(3) if point is None else point
+    for force, point in loads:
         batch, weight = np.broadcast_shapes(batch, force.shape[:-1], point.shape[:-1]), weight - force[..., 1]
     position = np.broadcast_to(s.centre, (*batch, 3)).copy()
     position[..., 1] -= weight / s.stiffness.sum(axis=-1)
@@ -204,7 +204,7 @@ def equilibrium_pose(s: Setup, force: np.ndarray | None = None, point: np.ndarra
     scale = np.array([1.0] * 3 + [size] * 3)
     for _ in range(100):
         g, H = gradient(s, position, rotation)
-        if force is not None:
+        for force, point in loads:
             r = np.einsum("...ij,...j", rotation, point - s.centre)
             g = g - np.concatenate(np.broadcast_arrays(force, cross(r, force)), axis=-1)
             H[..., 3:, 3:] -= turning(np.broadcast_to(force, r.shape), r)

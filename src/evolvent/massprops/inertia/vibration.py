@@ -348,18 +348,10 @@ def linearise(s: Setup) -> LinearModel:
     R = pose.rotation
     batch = R.shape[:-2]
     K = gradient(s, pose.position, R)[1]
-    B = np.broadcast_to(np.eye(6), (*batch, 6, 6))
     if s.guided:
         e = R[..., :, 0]
         K[..., 3:, 3:] -= pose.reaction[..., 2, None, None] * turning(np.broadcast_to(Z, e.shape), e)
-        B = np.zeros((*batch, 6, 3))
-        B[..., 1, 0] = B[..., 5, 2] = 1.0
-        B[..., 3:, 1] = e
-    M = np.zeros((*batch, 6, 6))
-    M[..., :3, :3] = np.asarray(s.mass)[..., None, None] * np.eye(3)
-    M[..., 3:, 3:] = R @ s.inertia @ np.swapaxes(R, -1, -2)
-    if s.added is not None:
-        M = M + turned(s.added, R)
+    M, B = moving(s, R)
     D = np.zeros((*batch, 6, 6))
     if np.any(s.damping) or np.any(s.lateral_damping):
         r, d, _, _ = spring_state(s, pose.position, R)
@@ -368,6 +360,22 @@ def linearise(s: Setup) -> LinearModel:
         J = jacobian(r)
         D = D + (np.swapaxes(J, -1, -2) @ C @ J).sum(axis=-3)
     return LinearModel(M, D, K, B, pose, s.centre)
+
+
+def moving(s: Setup, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Mass matrix (..., 6, 6) and motions that the support leaves (..., 6, f), of a body in the attitude R."""
+    batch = R.shape[:-2]
+    M = np.zeros((*batch, 6, 6))
+    M[..., :3, :3] = np.asarray(s.mass)[..., None, None] * np.eye(3)
+    M[..., 3:, 3:] = R @ s.inertia @ np.swapaxes(R, -1, -2)
+    if s.added is not None:
+        M = M + turned(s.added, R)
+    B = np.broadcast_to(np.eye(6), (*batch, 6, 6))
+    if s.guided:
+        B = np.zeros((*batch, 6, 3))
+        B[..., 1, 0] = B[..., 5, 2] = 1.0
+        B[..., 3:, 1] = R[..., :, 0]
+    return M, B
 
 
 def vertical_model(stand: Stand, body: Body) -> LinearModel:

@@ -1,4 +1,4 @@
-"""What a planned recording is and will show: the expected body on its stand, the pull, and the sensors' signals."""
+"""What planned recordings are and will show: the expected body on its stand, what sets it swinging, the signals."""
 
 from __future__ import annotations
 
@@ -12,24 +12,91 @@ import numpy as np
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.massprops import modal
-from evolvent.massprops.description import OnSprings, Planned, load
+from evolvent.massprops.description import OnSprings, for_recording, load
 from evolvent.massprops.identification import Modes
 from evolvent.massprops.identification.bounds import Factor, covariance
 from evolvent.massprops.identification.signals import basis, read_signal
-from evolvent.massprops.inertia import Body, Stand, linear_model
-from evolvent.massprops.inertia.vibration import NormalModes
+from evolvent.massprops.inertia import Stand
+from evolvent.massprops.inertia.combined import NO_BODY
+from evolvent.massprops.inertia.stand import setup
+from evolvent.massprops.inertia.vibration import NormalModes, linearise
 from evolvent.massprops.mode_selection import FAINT
+from evolvent.massprops.planning.pulls import Pull, pulls_of
 from evolvent.massprops.recordings import Reading, converted
 from evolvent.massprops.signals import Signals
-from evolvent.massprops.springs_inputs import Task as SpringTask, first_body, sensors_of, stand_of
+from evolvent.massprops.spring_keys import Planned
+from evolvent.massprops.springs_inputs import (
+    LABELS,
+    Task as SpringTask,
+    asked,
+    first_body,
+    mounting_of,
+    sensors_of,
+    stand_of,
+)
+from evolvent.massprops.springs_search import Recording, occupied
 
 Array = np.ndarray
 #: Relative difference of frequencies below which two modes are one in the signals.
 COINCIDING = 1e-6
 #: Motion of a sensor, of the largest, below which it shows nothing.
 BLIND = 1e-9
-#: What a wanted uncertainty is held against.
-COUNTED = ("mass", "Ixx", "Iyy", "Izz", "common_factor")
+#: What a wanted uncertainty is held against: quantities that are never zero.
+COUNTED = ("mass", "Ixx", "Iyy", "Izz", "common_factor", "half_length", "half_width")
+#: Most recordings of one plan.
+MOST_RECORDINGS = 24
+
+
+class Expected(NamedTuple):
+    """One recording that is planned.
+
+    Attributes
+    ----------
+    name : str, of its file; "" of the only one
+    given : OnSprings, its description
+    own : tuple of str, keys that it states itself
+    stand : Stand
+    modes : NormalModes, of all that moves, as it is expected
+    points, directions : (c, 3) float, m and 1, of the sensors
+    noise : (c,) float, m, standard deviations
+    sensitivity_std : (c,) float, relative
+    pulls : tuple of Pull, the ways of setting it swinging that are compared
+    """
+
+    name: str
+    given: OnSprings
+    own: tuple[str, ...]
+    stand: Stand
+    modes: NormalModes
+    points: Array
+    directions: Array
+    noise: Array
+    sensitivity_std: Array
+    pulls: tuple[Pull, ...]
+
+
+class Task(NamedTuple):
+    """What is planned.
+
+    Attributes
+    ----------
+    given, planned : OnSprings, Planned
+    recordings : tuple of Expected
+    """
+
+    given: OnSprings
+    planned: Planned
+    recordings: tuple[Expected, ...]
+
+    @property
+    def best_pulls(self) -> tuple[Pull, ...]:
+        """Of each recording the pull that gives the weakest of heave, roll and pitch most energy."""
+        return tuple(max(one.pulls, key=lambda pull: pull.least) for one in self.recordings)
+
+    @property
+    def sensors(self) -> tuple[int, ...]:
+        """Numbers of all sensors, from 0."""
+        return tuple(range(len(self.recordings[0].points)))
 
 
 class Option(NamedTuple):
@@ -37,26 +104,31 @@ class Option(NamedTuple):
 
     Attributes
     ----------
-    spring : int, number of the spring at which the pull is released, from 1
+    pulls : tuple of Pull, how each recording is set swinging
     rate : float, Hz
-    duration : float, s, of the record; the longest allowed where the wanted uncertainty is not reached
+    duration : float, s, of each record; the longest allowed where the wanted uncertainty is not reached
     sensors : tuple of int, numbers of the description's sensors, from 1
     reached : bool, whether the wanted uncertainty is reached
     keys : tuple of str, the quantities that are asked
+    values, std : (p,) float, expected, and their standard uncertainties
     relative : (p,) float, expanded uncertainty of each over its value; NaN of offsets and products
     noise : (p,) float, what the sensors' noise alone gives
     reason : str, why it cannot be evaluated, '' where it can
+    open : int, combinations of unknowns that are not determined
     """
 
-    spring: int
+    pulls: tuple[Pull, ...]
     rate: float
     duration: float
     sensors: tuple[int, ...]
     reached: bool
     keys: tuple[str, ...]
+    values: Array
+    std: Array
     relative: Array
     noise: Array
     reason: str = ""
+    open: int = 0
 
     @property
     def worst(self) -> float:
@@ -70,32 +142,13 @@ class Option(NamedTuple):
 
     @property
     def samples(self) -> int:
-        """Samples of the record, the first among them."""
+        """Samples of each record, the first among them."""
         return round(self.duration * self.rate) + 1
 
-
-class Task(NamedTuple):
-    """What is planned.
-
-    Attributes
-    ----------
-    given, planned : OnSprings, Planned
-    stand, body : Stand, Body, as they are expected
-    modes : NormalModes
-    points, directions : (c, 3) float, m and 1, of the sensors
-    noise : (c,) float, m, standard deviations
-    sensitivity_std : (c,) float, relative
-    """
-
-    given: OnSprings
-    planned: Planned
-    stand: Stand
-    body: Body
-    modes: NormalModes
-    points: Array
-    directions: Array
-    noise: Array
-    sensitivity_std: Array
+    @property
+    def label(self) -> str:
+        """How the recordings are set swinging, in words."""
+        return "; ".join(dict.fromkeys(pull.label for pull in self.pulls))
 
 
 class Lines(NamedTuple):
@@ -133,43 +186,65 @@ def task_of(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None)
     given = load(stand, overrides)
     if not isinstance(given, OnSprings):
         raise InputError(f"stand.kind is {given.stand.kind!r}; a plan is made for springs")
-    planned = given.plan
-    if planned is None:
+    if given.plan is None:
         raise InputError("plan is missing; give plan.force, the pull that is released, such as '1000 N'")
-    _check(given)
-    held = stand_of(given)
-    body, _ = first_body(given, held, np.ones(1))
-    points, directions = sensors_of(given, held)
-    noise, std = _sensors(given, planned)
-    task = Task(given, planned, held, body, linear_model(held, body).modes(), points, directions, noise, std)
-    seen = np.max([np.abs(_amplitude(task, spring)).max(axis=0) for spring in range(len(held.points))], axis=0)
+    names = tuple(given.recordings) if given.has_mounting and given.recordings else ("",)
+    if len(names) > MOST_RECORDINGS:
+        raise InputError(f"recordings has {len(names)}; at most {MOST_RECORDINGS} are planned together")
+    several = {name: for_recording(given, name) if name else (given, ()) for name in names}
+    wanted = {key for own, _ in several.values() if isinstance(own, OnSprings) for key in _check(own)}
+    if not any(is_counted(key, wanted) for key in wanted):
+        raise InputError(
+            f"body has the unknown {' and '.join(sorted(wanted))}; a plan needs one with a relative uncertainty: "
+            f"{', '.join(COUNTED[:4])}"
+        )
+    recordings = tuple(expected(name, own, keys) for name, (own, keys) in several.items() if isinstance(own, OnSprings))
+    if not any(occupied(one.given) for one in recordings):
+        raise InputError(NO_BODY)
+    if any(len(one.points) != len(recordings[0].points) for one in recordings):
+        raise InputError("recordings have different numbers of signals.sensors; a plan takes the same for all")
+    task = Task(given, given.plan, recordings)
+    seen = np.max([np.abs(amplitude(one, pull)).max(axis=0) for one in recordings for pull in one.pulls], axis=0)
     for k in np.flatnonzero(seen <= BLIND * seen.max()):
         raise InputError(
-            f"signals.sensors.{k} shows nothing, at whatever spring the pull is released; turn it, move it or leave "
-            "it out"
+            f"signals.sensors.{k} shows nothing, wherever the pull is released; turn it, move it or leave it out"
         )
     return task
 
 
-def _check(given: OnSprings) -> None:
-    """Refuse unknowns without an expected value, and what a plan cannot take into account."""
-    for key in ("tare", "mounting", "air"):
-        if getattr(given, key):
-            raise InputError(f"{key} is given; a plan is made for a body alone on the stand, in one mounting")
-    asked = (*given.body.unknown, *(("common_factor",) if given.stand.common_factor.unknown else ()))
-    if not any(key in COUNTED for key in asked):
-        raise InputError(
-            f"body has the unknown {' and '.join(asked)}; a plan needs one with a relative uncertainty: "
-            f"{', '.join(COUNTED[:-1])}"
-        )
-    for key in asked:
-        factor = key == "common_factor"
-        value = given.stand.common_factor if factor else getattr(given.body, key)
-        if not math.isfinite(value.value):
+def expected(name: str, given: OnSprings, own: tuple[str, ...]) -> Expected:
+    """One planned recording."""
+    assert given.plan is not None
+    stand = stand_of(given)
+    body, _ = first_body(given, stand, np.ones(1))
+    modes = linearise(setup(stand, body)._replace(mounting=mounting_of(given))).modes()
+    points, directions = sensors_of(given, stand)
+    noise, std = _sensors(given, given.plan)
+    try:
+        pulls = pulls_of(given.plan, stand.points, modes)
+    except InputError as error:
+        raise InputError(f"recordings.{name}: {error}" if name else str(error)) from None
+    return Expected(name, given, own, stand, modes, points, directions, noise, std, pulls)
+
+
+def is_counted(key: str, among: Sequence[str] | set[str]) -> bool:
+    """Whether a wanted uncertainty is held against a quantity; against the tare's only where nothing else is asked."""
+    if key.startswith("tare."):
+        return key.rpartition(".")[2] in COUNTED and not any(other in COUNTED for other in among)
+    return key in COUNTED
+
+
+def _check(given: OnSprings) -> list[str]:
+    """Keys of the unknowns; refuses those without an expected value, and what a plan cannot take into account."""
+    found = []
+    for key, _, stated in asked(given):
+        if not math.isfinite(stated.value):
+            where = key if "." in key else f"{'body' if key in LABELS and key != 'common_factor' else 'stand'}.{key}"
             raise InputError(
-                f"{'stand' if factor else 'body'}.{key} is unknown; a plan needs the value that is expected, such as "
-                f"{key}: unknown near {_example(key)}"
+                f"{where} is unknown; a plan needs the value that is expected, such as {key.rpartition('.')[2]}: "
+                f"unknown near {_example(key)}"
             )
+        found.append(key)
     chosen = given.identification
     if chosen.method != "varpro":
         raise InputError(
@@ -177,11 +252,14 @@ def _check(given: OnSprings) -> None:
         )
     if chosen.band is not None:
         raise InputError("identification.band is given; a plan looks at all modes: leave it out")
+    return found
 
 
 def _example(key: str) -> str:
+    last = key.rpartition(".")[2]
     plain = {"mass": "15 t", "offset_x": "0 m", "offset_z": "0 m", "height": "0 m", "common_factor": "1"}
-    return plain.get(key, "3700 kg m^2")
+    plain |= dict.fromkeys("xyz", "0 m") | {"half_length": "2 m +- 1 mm", "half_width": "1 m +- 1 mm"}
+    return plain.get(last, "3700 kg m^2")
 
 
 def _sensors(given: OnSprings, planned: Planned) -> tuple[Array, Array]:
@@ -214,82 +292,85 @@ def _sensors(given: OnSprings, planned: Planned) -> tuple[Array, Array]:
     return np.array(noise, dtype=float), np.array(std)
 
 
-def _amplitude(task: Task, spring: int) -> Array:
-    """(m, c) complex, m, of every mode of the linear model at all sensors after the pull at a spring."""
-    z = task.modes.release((0.0, -task.planned.force, 0.0), task.stand.points[spring])
-    return np.asarray(task.modes.amplitude(z, task.points, task.directions))
+def amplitude(one: Expected, pull: Pull) -> Array:
+    """(m, c) complex, m, of every mode of the linear model at all sensors after a pull."""
+    return np.asarray(one.modes.amplitude(pull.z, one.points, one.directions))
 
 
-def lines(task: Task, spring: int, rows: Sequence[int]) -> Lines:
-    """What some sensors show after the pull at a spring.
+def lines(one: Expected, pull: Pull, rows: Sequence[int]) -> Lines:
+    """What some sensors show after a pull.
 
     Raises
     ------
     InputError
         If they show nothing.
     """
-    w, decay, a = task.modes.frequency, task.modes.decay_rate, _amplitude(task, spring)[:, list(rows)]
+    w, decay, a = one.modes.frequency, one.modes.decay_rate, amplitude(one, pull)[:, list(rows)]
     first = np.flatnonzero(np.diff(w, prepend=-math.inf) > COINCIDING * w)  # of the modes with the same frequency
     several = np.diff(np.append(first, w.size)) > 1
     a, w, decay = np.add.reduceat(a, first, axis=0), w[first], decay[first]
     speed = np.abs(a).max(axis=1) * w
     if not speed.max(initial=0.0) > 0.0:
-        raise InputError(f"the pull at spring {spring + 1} moves none of the sensors")
+        raise InputError(f"the pull at {pull.label} moves none of the sensors")
     seen = speed > FAINT * speed.max()
     return Lines(w[seen], decay[seen], a[seen], w[seen & several])
 
 
-def with_sensors(task: Task, rows: Sequence[int], order: int) -> OnSprings:
-    """The description with some of its sensors, the number of modes given."""
-    signals = task.given.signals.model_copy(update={"sensors": tuple(task.given.signals.sensors[k] for k in rows)})
-    identification = task.given.identification.model_copy(update={"order": order})
-    return task.given.model_copy(update={"signals": signals, "identification": identification})
+def with_sensors(one: Expected, rows: Sequence[int], order: int) -> OnSprings:
+    """The description of a recording with some of its sensors, the number of modes given."""
+    signals = one.given.signals.model_copy(update={"sensors": tuple(one.given.signals.sensors[k] for k in rows)})
+    identification = one.given.identification.model_copy(update={"order": order})
+    return one.given.model_copy(update={"signals": signals, "identification": identification})
 
 
-def reading_of(task: Task, spring: int, rate: float, samples: int, rows: Sequence[int]) -> Reading:
+def reading_of(one: Expected, pull: Pull, rate: float, samples: int, rows: Sequence[int]) -> Reading:
     """What the sensors read without noise."""
     t, at = np.arange(samples) / rate, list(rows)
-    wave = np.exp((-task.modes.decay_rate + 1j * task.modes.frequency)[:, None] * t)
-    data = np.einsum("ms,mk->ks", _amplitude(task, spring)[:, at], wave).real
-    names = tuple(f"sensor {k + 1}" for k in rows)
-    source = Signals.of(names, data, ("m",) * len(names), rate, path="plan", format="plan")
-    return Reading(source, names, t, 0.0, data, "m", task.noise[at], task.sensitivity_std[at], ())
+    wave = np.exp((-one.modes.decay_rate + 1j * one.modes.frequency)[:, None] * t)
+    data = np.einsum("ms,mk->ks", amplitude(one, pull)[:, at], wave).real
+    names, path = tuple(f"sensor {k + 1}" for k in rows), one.name or "plan"
+    source = Signals.of(names, data, ("m",) * len(names), rate, path=path, format="plan")
+    return Reading(source, names, t, 0.0, data, "m", one.noise[at], one.sensitivity_std[at], ())
 
 
-def with_noise(task: Task, exact: Reading, random: np.random.Generator, rows: Sequence[int]) -> Reading:
+def with_noise(one: Expected, exact: Reading, random: np.random.Generator, rows: Sequence[int]) -> Reading:
     """The same with the sensors' noise."""
-    noise = random.standard_normal(exact.data.shape) * task.noise[list(rows)]
+    noise = random.standard_normal(exact.data.shape) * one.noise[list(rows)]
     return dataclasses.replace(exact, data=exact.data + noise)
 
 
-def spring_task(task: Task, given: OnSprings, seen: modal.Modal, rows: Sequence[int]) -> SpringTask:
-    """What is solved for modes that some sensors show."""
-    keys = (*given.body.unknown, *(("common_factor",) if given.stand.common_factor.unknown else ()))
-    at, mean = list(rows), float(np.mean(task.stand.stiffness))
-    used = tuple(range(len(seen.frequency)))
-    return SpringTask(given, seen, used, task.stand, task.points[at], task.directions[at], keys, mean)
+def recording_of(one: Expected, seen: modal.Modal, rows: Sequence[int]) -> Recording:
+    """A recording as an identification takes it, with modes that some sensors show."""
+    return Recording(with_sensors(one, rows, 1), seen, one.own, one.name or "the recording")
 
 
-def modal_of(task: Task, spring: int, rate: float, samples: int, rows: Sequence[int]) -> modal.Modal:
+def spring_task(one: Expected, recording: Recording, rows: Sequence[int], keys: tuple[str, ...]) -> SpringTask:
+    """What is solved for the modes of a recording."""
+    at, mean = list(rows), float(np.mean(one.stand.stiffness))
+    used = tuple(range(len(recording.modal.frequency)))
+    return SpringTask(recording.given, recording.modal, used, one.stand, one.points[at], one.directions[at], keys, mean)
+
+
+def modal_of(one: Expected, pull: Pull, rate: float, samples: int, rows: Sequence[int]) -> modal.Modal:
     """Modes of a recording as an identification finds them at best, with the Cramér-Rao bound as their covariance."""
-    w, decay, a, _ = lines(task, spring, rows)
+    w, decay, a, _ = lines(one, pull, rows)
     if np.pi * rate <= float(w.max()):
         raise InputError(
             f"plan.rate is {rate:.6g} Hz, which shows nothing above {np.pi * rate:.6g} rad/s, but a mode has "
             f"{w.max():.6g} rad/s"
         )
-    at, reading = list(rows), reading_of(task, spring, rate, samples, rows)
+    at, reading = list(rows), reading_of(one, pull, rate, samples, rows)
     signal = read_signal(
         reading.data, time=reading.time, names=reading.names, noise=reading.noise,
-        detrend=task.given.identification.detrend,
+        detrend=one.given.identification.detrend,
     )  # fmt: skip
     R = np.linalg.qr(basis(-decay + 1j * w, signal, slopes=True), mode="r")
-    C = covariance([Factor(np.asarray(R), np.arange(len(at)))], a, task.noise[at])
+    C = covariance([Factor(np.asarray(R), np.arange(len(at)))], a, one.noise[at])
     if not np.all(np.isfinite(C)):
         raise InputError(f"a record of {(samples - 1) / rate:.3g} s is too short to distinguish the modes")
     zero = np.zeros(len(at))
     modes = Modes(
-        "bound", w.size, reading.names, w, decay, np.abs(a), np.angle(a), zero, zero, C, task.noise[at],
+        "bound", w.size, reading.names, w, decay, np.abs(a), np.angle(a), zero, zero, C, one.noise[at],
         reading.time, reading.data, reading.data, np.zeros_like(reading.data),
     )  # fmt: skip
     found, own = modes.mode_shapes(), np.ones(w.size)

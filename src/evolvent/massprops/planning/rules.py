@@ -9,8 +9,11 @@ import numpy as np
 
 from evolvent.massprops.identification import Modes
 from evolvent.massprops.identification.signals import DETREND
-from evolvent.massprops.planning.expected import Option, Task, lines, modal_of
+from evolvent.massprops.planning.expected import Expected, Option, lines, modal_of
+from evolvent.massprops.planning.pulls import Pull
 
+#: What is measured of (2.5), in `evolvent claims stand-rule-2-5`.
+PRONY = "is refuted for Prony's method, which is best at 2.5 samples a period and fails from 6 on"
 #: Deviations within this share of one another make no difference.
 SAME = 0.05
 
@@ -32,8 +35,8 @@ class Rule(NamedTuple):
     verdict: str
 
 
-def rules(task: Task, best: Option) -> tuple[Rule, ...]:
-    """The paper's rules (2.5) to (2.7) for the recommended recording, beside the Cramér-Rao bound.
+def rules(one: Expected, pull: Pull, best: Option) -> tuple[Rule, ...]:
+    """The paper's rules (2.5) to (2.7) for a recording of the recommended option, beside the Cramér-Rao bound.
 
     Notes
     -----
@@ -43,12 +46,12 @@ def rules(task: Task, best: Option) -> tuple[Rule, ...]:
     used for the frequencies. They were made for Prony's method, whose bias the bound does not have.
     """
     rows = [k - 1 for k in best.sensors]
-    w = lines(task, best.spring - 1, rows).frequency
-    least = 4 * w.size + 2 + DETREND[task.given.identification.detrend]
+    w = lines(one, pull, rows).frequency
+    least = 4 * w.size + 2 + DETREND[one.given.identification.detrend]
     fastest, N = float(w.max()), best.samples
 
     def modes(rate: float, samples: int) -> Modes:
-        return modal_of(task, best.spring - 1, rate, samples, rows).modes
+        return modal_of(one, pull, rate, samples, rows).modes
 
     def deviation(rate: float, samples: int) -> float:
         """Largest relative deviation of a frequency."""
@@ -60,12 +63,14 @@ def rules(task: Task, best: Option) -> tuple[Rule, ...]:
         far, max(round(best.duration * far) + 1, least)
     )
     same_count = deviation(near, N) / deviation(far, N)
+    kept = "holds" if same_count < 1.0 else "does not hold"
     found = [
         Rule(
             "(2.5)",
             f"2 to 10 samples in a period of the fastest mode, better towards 2 (the plan has {per_period:.3g})",
             f"2.5 instead of 10 samples a period: deviations of the frequencies times {same_count:.2g} for as many "
-            f"samples, times {same_time:.2g} for a record as long",
+            f"samples, times {same_time:.2g} for a record as long. (2.5) {kept} for the Cramér-Rao bound of as many "
+            f"samples, and {PRONY}",
             "yes" if same_count < 1.0 else "no",
         )
     ]

@@ -170,6 +170,9 @@ def observe_reel(view: View, name: str) -> Observed:
             stuck = view.s[:, int(row["spool_switch"])] == 0
             found.scalar("stuck", stuck, "1", "1 while friction or the brake holds the spool")
         _add(view, found, index, "friction")
+    for key, (times, values, unit) in view.solution.measured.get(name, {}).items():
+        last = np.maximum(np.searchsorted(times, view.t * (1.0 + 1e-9) + 1e-12, side="right") - 1, 0)
+        found.scalar(f"measured_{key}", values[last], unit, f"last sample of {key}, with noise")
     pose = view.pose(int(row["body"]))
     centre = pose.x + turned(pose.R, row["departure"] - float(row["radius"]) * row["normal"])
     found.vector("position", centre, "m", "centre of the spool, inertial axes")

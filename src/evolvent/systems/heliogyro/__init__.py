@@ -85,6 +85,7 @@ class Heliogyro(SystemDefinition):
         "until": "solver.duration", "every": "output.every", "tolerance": "solver.rtol",
         "absolute_tolerance": "solver.atol", "drive": "spool.rate", "angle": "spool.start_length",
         "stiffness": "blade.stiffness", "length": "blade.length", "separates": "blade.separates",
+        **{f"reel-*.drive.{key}": f"spool.feedback.{key}" for key in ("law", "constants", "sensor", "limits", "rate")},
         "reel-*.drive.inertia": "spool.free.inertia", "reel-*.drive.steps": "spool.changes", "reel-*.drive": "spool",
         "reel-*.radius": "spool.radius", "blade-*.thickness": "spool.film_thickness", "blade-*.": "blade.",
         "spin-up.": "spin_up.", "RigidBody.": "body.",
@@ -96,6 +97,18 @@ class Heliogyro(SystemDefinition):
     motion = staticmethod(show.motion)
     study_figures = staticmethod(study_figures)
 
+    def modes(self, case: Any, *, count: int | None = None, mesh_error: bool = False) -> Any:
+        """As of all systems; of spools that react, modes of the closed loop at several lengths."""
+        if case.spool.feedback is None:
+            return super().modes(case, count=count, mesh_error=mesh_error)
+        if mesh_error:
+            raise InputError(
+                "mesh errors are not found of modes of a closed loop; compare them with blade.nodes doubled"
+            )
+        from evolvent.systems.heliogyro import feedback
+
+        return feedback.modes(case, count)
+
     def settings(self, case: Any) -> dict[str, Any]:
         """How a case is run."""
         return self.prepared_settings(case, build(case).assemble(), {})
@@ -106,11 +119,13 @@ class Heliogyro(SystemDefinition):
 
         solver, end = case.solver, case.solver.duration
         if end == "auto":
-            end = None if "drive" in laws else payout.all_deployed(assembly)
+            end = None if "drive" in laws or case.spool.feedback is not None else payout.all_deployed(assembly)
         if end is None:
             which = "no blade is ever all out after the start"
             if "drive" in laws or case.spool.free is not None:
                 which = "a law in Python drives the spools" if "drive" in laws else "the spools turn freely"
+            elif case.spool.feedback is not None:
+                which = "the spools react to what is measured"
             raise InputError(f"solver.duration is auto, but {which}; give it, such as '60 s'")
         found = {"until": end, "every": case.output.every, "fine": case.output.fine, "method": solver.method}
         step = {} if solver.step == "auto" else {"step": solver.step}

@@ -7,10 +7,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from evolvent.assembly import expressions
 from evolvent.base import units
-from evolvent.base.errors import InputError
+from evolvent.base.errors import InputError, nearest
 from evolvent.base.schema import Section
+from evolvent.parts.expression import Constants, FeedbackLaw
+from evolvent.parts.feedback import RATE, Limits, Sensor
 from evolvent.parts.profile import TorqueProfile
+
+#: Ways in which spools turn, in place of their rate.
+WAYS = ("table", "free", "feedback")
 
 
 class Body(Section):
@@ -109,8 +115,43 @@ class FreeSpool(Section):
     rate: units.AngularRate = Field(0.0, description="at the start; positive pays out")
 
 
+class Feedback(Section):
+    """A drive that reacts to what is measured of the motion, sampled and held (`evolvent.parts.FeedbackDrive`)."""
+
+    law: FeedbackLaw = Field(
+        description="rate to which the spools are commanded, rad/s: an expression of t (s), the spool's angle x and "
+        "rate v, and of what is measured: lag (rad), out (m), spin (rad/s), each also with _rate behind it"
+    )
+    marker: units.LengthOrZero = Field(
+        0.0, description="along the blade from its tip to the node next to it whose lag is measured"
+    )
+    constants: Constants = Field({}, description="of the law, in SI units")
+    sensor: Sensor = Field(description="period, delay, filter, noise and seed of the measurement")
+    limits: Limits = Field(Limits(), description="of rate and acceleration")
+    rate: units.AngularRate = Field(0.0, description="at the start; positive pays out")
+
+    def variables(self, blade: str, segment: float) -> dict[str, str]:
+        """Results that the law, or its noise, names; segment : float, m, between nodes."""
+        lag = f"{blade}[{round(self.marker / segment)}].signed_lag"
+        known = {"lag": lag, "out": f"{blade}.deployed_length", "spin": "body.rate.z"}
+        used = expressions.names(self.law) | set(self.sensor.noise)
+        return {name: result for name, result in known.items() if used & {name, f"{name}{RATE}"}}
+
+    @model_validator(mode="after")
+    def _check(self) -> Feedback:
+        for name in self.sensor.noise:
+            if name not in self.variables("", 1.0):
+                raise InputError(f"spool.feedback.sensor.noise has {name!r}; {nearest(name, ('lag', 'out', 'spin'))}")
+        if not self.variables("", 1.0):
+            raise InputError(
+                f"spool.feedback.law is {self.law!r}, which reads nothing that is measured; use lag, out or spin, or "
+                f"give spool.table"
+            )
+        return self
+
+
 class Spool(Section):
-    """The spools and how they turn: `rate` with `ramp` and `changes`, a `table`, or `free`."""
+    """The spools and how they turn: `rate` with `ramp` and `changes`, a `table`, `free`, or `feedback`."""
 
     radius: units.Length
     rate: units.AngularRates | None = Field(None, description="positive pays out")
@@ -120,6 +161,7 @@ class Spool(Section):
         None, description="pairs (time, rate) in place of rate, with a smooth monotone curve through them"
     )
     free: FreeSpool | None = Field(None, description="spools turned by the thread, in place of rate and table")
+    feedback: Feedback | None = Field(None, description="a law of what is measured, in place of rate and table")
     film_thickness: units.LengthOrZero = Field(
         0.0, description="by which the radius decreases per turn (spiral); radius is then that of the full spool"
     )
@@ -128,15 +170,17 @@ class Spool(Section):
 
     @model_validator(mode="after")
     def _check(self) -> Spool:
-        way = "free" if self.free is not None else "table"
-        if getattr(self, way) is not None:
-            for key in ("rate", "ramp", "changes", "table")[: 4 if way == "free" else 3]:
-                if key in self.model_fields_set and getattr(self, key) != type(self).model_fields[key].default:
-                    wanted = "the rate or the table" if way == "table" else "one of them"
-                    raise InputError(f"spool.{key} and spool.{way} are both given; give {wanted}")
+        ways = [key for key in ("rate", "ramp", "changes", *WAYS) if self._is_given(key)]
+        for way in (key for key in WAYS if key in ways):
+            if ways[0] != way:
+                wanted = "the rate or the table" if way == "table" else "one of them"
+                raise InputError(f"spool.{ways[0]} and spool.{way} are both given; give {wanted}")
         if self.start_lag != 0.0 and self.start_length == 0.0:
             raise InputError("spool.start_lag is given, but spool.start_length is 0; give the length already out")
         return self
+
+    def _is_given(self, key: str) -> bool:
+        return key in self.model_fields_set and getattr(self, key) != type(self).model_fields[key].default
 
     @property
     def start_angle(self) -> float:
@@ -232,6 +276,11 @@ class Case(Section):
             raise InputError("blade.wound_mass is 'ignored'; on a body with motion 'free' it must be 'carried'")
         if self.body.motion == "driven" and self.spin_up is not None:
             raise InputError("spin_up is given, but body.motion is 'driven', at a constant rate; use 'spin' or 'free'")
+        marker = 0.0 if self.spool.feedback is None else self.spool.feedback.marker
+        if marker >= self.blade.length:
+            raise InputError(
+                f"spool.feedback.marker is {marker:g} m; it must be below blade.length, {self.blade.length:g} m"
+            )
         if self.sunlight is not None and self.blade.width is None:
             raise InputError("blade.width is missing; sunlight needs it, such as '10 cm'")
         out, length = self.spool.start_length, self.blade.length

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 Array = np.ndarray
 #: Share of the energy at the start that its balance may lack without a warning.
 LARGEST_DEFECT = 1e-5
+#: Share of the largest rate of the spools below which they stand still.
+STILL = 1e-9
 
 
 def derived(case: Case, solution: Solution) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
@@ -46,6 +48,12 @@ def derived(case: Case, solution: Solution) -> dict[str, tuple[tuple[str, ...], 
     }
     for name in ("tip_lag", "deployed_length", "hub_tension"):
         found[name] = (("time", "blade"), over_blades(name), blades[0][name].units, blades[0][name].long_name)
+    for key, lag, where in (
+        ("tip", found["tip_lag"][1], "of the tip"), ("hub", hub_lag(blades, N), "at the spool"),
+    ):  # fmt: skip
+        found[f"residual_swing_{key}"] = (
+            (), np.array(residual(solution, lag)), "rad", f"largest lag {where} since the spools stand still",
+        )  # fmt: skip
     if case.spin_up is not None:
         found["hub_lag"] = (("time", "blade"), hub_lag(blades, N), "rad", "lag of the blade where it leaves the spool")
     if case.body.motion != "driven" and case.spin_up is None:
@@ -75,6 +83,14 @@ def derived(case: Case, solution: Solution) -> dict[str, tuple[tuple[str, ...], 
         text = "defect of the angular momentum balance, relative to its initial value"
         found["momentum_balance"] = (time, lost / scale if scale > 0.0 else lost, "1", text)
     return found
+
+
+def residual(solution: Solution, lag: Array) -> float:
+    """Largest size of lags (nt, blades) since the time from which all spools stand still, rad; NaN while one turns."""
+    rates = np.abs(solution.observations.spool[:, :, 1]).max(axis=1)
+    turning = np.flatnonzero(rates > STILL * rates.max(initial=0.0))
+    after = lag[turning[-1] + 1 if turning.size else 0 :]
+    return float(np.abs(after).max()) if after.size else np.nan
 
 
 def hub_lag(blades: Sequence[Mapping[str, Any]], count: int) -> Array:

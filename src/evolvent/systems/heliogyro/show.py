@@ -13,6 +13,7 @@ from evolvent.base.units import unit_text
 from evolvent.results import display
 from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of, spline, stacked
 from evolvent.systems.heliogyro.case import Case
+from evolvent.systems.heliogyro.feedback import feedback_figure
 from evolvent.systems.heliogyro.free_figures import nutation_figure
 from evolvent.view import balance, show
 
@@ -105,6 +106,10 @@ def numbers(run: Any) -> list[Number]:
             label = f"mean tip lag, {low * at[-1]:.4g} to {high * at[-1]:.4g} s"
             rows.append((label, text, *_of_blades(means, _unlike(lag), "deg")))
     rows += _hub_rows(run) if np.any(run.hub_tension.values) else []
+    for key, where in (("tip", "of the tip"), ("hub", "at the spool")):
+        swing = np.degrees(float(run[f"residual_swing_{key}"]))
+        if np.isfinite(swing):
+            rows.append((f"largest lag {where} after the spools have stopped", f"{swing:.3g} deg", (swing, "deg")))
     if "momentum_balance" in run:
         largest = float(run.momentum_balance.values.max())
         rows.append(("angular momentum balance", f"{largest:.2g} of the start", (largest, "1")))
@@ -178,6 +183,8 @@ def figures(run: Any) -> list[Figure]:
         return []
     found = [_rate_figure(run), _lag_figure(run), _shape_figure(run), _tension_figure(run), _momentum_figure(run)]
     found.append(balance.balance_figure(run))
+    if case_of(run).spool.feedback is not None:
+        found.insert(0, feedback_figure(run))
     if "position" in show.plots_of(run, "body"):
         found.append(show.figure(run, ["body.position", "body.tilt"], name="body", title="Motion of the body"))
     if "nutation" in run:

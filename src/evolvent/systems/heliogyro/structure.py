@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.systems.heliogyro.case import Case
+from evolvent.systems.heliogyro.case import WAYS, Case
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System
@@ -106,8 +106,9 @@ def _drive(case: Case, laws: Mapping[str, Any], blade: int) -> Any:
     angle = spool.start_angle
     law = law_and_parameters(laws, "drive")
     if law is not None:
-        if spool.free is not None:
-            raise InputError("spool.free and laws['drive'] are both given; give one of them")
+        for key in ("free", "feedback"):
+            if getattr(spool, key) is not None:
+                raise InputError(f"spool.{key} and laws['drive'] are both given; give one of them")
         if spool.start_length > 0.0:
             raise InputError(
                 "spool.start_length and laws['drive'] are both given; the drive's angle at t = 0 "
@@ -116,13 +117,21 @@ def _drive(case: Case, laws: Mapping[str, Any], blade: int) -> Any:
         return parts.LawDrive(law=law[0], parameters=law[1])
     if spool.free is not None:
         return parts.FreeSpool(angle=angle, **spool.free.model_dump())
+    if spool.feedback is not None:
+        own, segment = spool.feedback, case.blade.length / case.blade.nodes
+        return parts.FeedbackDrive(
+            law=own.law, variables=own.variables(f"blade-{blade + 1}", segment), constants=own.constants or None,
+            sensor=own.sensor, limits=own.limits, angle=angle, rate=own.rate,
+        )  # fmt: skip
     if spool.table is not None:
         time, rate = zip(*spool.table, strict=True)
         if time[0] != 0.0:
             raise InputError(f"spool.table starts at {time[0]:g} s; its first row must be at 0 s")
         return parts.TableDrive(time=time, rate=rate, start=angle)
     if spool.rate is None:
-        raise InputError("spool.rate is missing; give it, such as '3.5 rad/s', or spool.table or spool.free")
+        raise InputError(
+            f"spool.rate is missing; give it, such as '3.5 rad/s', or {', '.join(f'spool.{way}' for way in WAYS)}"
+        )
 
     def own(rate: float | tuple[float, ...]) -> float:
         return rate[blade] if isinstance(rate, tuple) else rate

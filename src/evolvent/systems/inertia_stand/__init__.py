@@ -30,6 +30,7 @@ from evolvent.systems.inertia_stand import show
 from evolvent.systems.inertia_stand.case import Case
 from evolvent.systems.inertia_stand.chart import study_figures
 from evolvent.systems.inertia_stand.derived import findings
+from evolvent.systems.inertia_stand.describe import description_of
 from evolvent.systems.inertia_stand.structure import build, setup_of
 
 if TYPE_CHECKING:
@@ -52,6 +53,7 @@ class InertiaStand(BatchedDefinition):
     figures = staticmethod(show.figures)
     motion = staticmethod(show.motion)
     study_figures = staticmethod(study_figures)
+    stand_description = staticmethod(description_of)
 
     def settings(self, case: Any) -> dict[str, Any]:
         """How the general engine runs the parts: by dopri5, whose tolerances the case gives; signals are even."""

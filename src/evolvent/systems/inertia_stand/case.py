@@ -10,6 +10,7 @@ from pydantic import Field, model_validator
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Section
+from evolvent.massprops.excitation_keys import Excitation
 from evolvent.massprops.mounting_keys import Air
 
 
@@ -120,40 +121,6 @@ class Stand(Section):
         return ((a, 0.0, b), (a, 0.0, -b), (-a, 0.0, -b), (-a, 0.0, b))
 
 
-class Excitation(Section):
-    """What sets the body in motion at t = 0: a `force` that is released, an `impulse`, or an initial state."""
-
-    force: units.ForceVector | None = Field(None, description="pulls the body at equilibrium, and is released suddenly")
-    impulse: units.ImpulseVector | None = Field(None, description="strikes the body at equilibrium")
-    at: Annotated[int, units.Whole(least=1, most=10_000)] | Literal["best"] | units.Position = Field(
-        1,
-        description="where it acts: a spring by number, a point, or best: the spring that gives the weakest mode most",
-    )
-    displacement: units.Position | None = Field(
-        None, description="of the centre of mass from equilibrium, of an initial state"
-    )
-    rotation: units.RotationVector | None = Field(None, description="rotation vector from equilibrium")
-    velocity: units.Velocity | None = None
-    rate: units.AngularVelocity | None = Field(None, description="angular velocity, level axes")
-
-    @model_validator(mode="after")
-    def _check(self) -> Excitation:
-        state = [k for k in ("displacement", "rotation", "velocity", "rate") if getattr(self, k) is not None]
-        kinds = [k for k in ("force", "impulse") if getattr(self, k) is not None] + state[:1]
-        if len(kinds) != 1:
-            given = " and ".join(f"excitation.{k}" for k in kinds) or "nothing"
-            raise InputError(
-                f"excitation gives {given}; give one of force, impulse, or an initial state (displacement, rotation, "
-                f"velocity, rate)"
-            )
-        if state and "at" in self.model_fields_set and self.at != 1:
-            raise InputError("excitation.at is given, but an initial state acts nowhere; leave it out")
-        for key in (*kinds[:1], *state):
-            if not any(getattr(self, key)) and len(state) < 2:
-                raise InputError(f"excitation.{key} is zero, so there is no motion")
-        return self
-
-
 class Sensors(Section):
     """Displacements from the rest, along fixed directions, at points of the body."""
 
@@ -257,8 +224,7 @@ class Case(Section):
                 f"solver.method is {self.solver.method!r}, which integrates a body on springs alone; stand.limiters "
                 "takes 'dopri5'"
             )
-        if isinstance(self.excitation.at, int) and self.excitation.at > n:
-            raise InputError(f"excitation.at is {self.excitation.at}, but there are {n} springs")
+        self.excitation.check_springs(n)
         places = self.stand.springs if self.sensors.points == "springs" else self.sensors.points
         rows = self.sensors.directions
         if isinstance(rows, tuple) and len(rows) != len(places):

@@ -127,6 +127,8 @@ def least_energy_map(study: xr.Dataset) -> Figure:
     titles = {"least_energy": "as the case sets it in motion"}
     if "least_energy_best" in study:  # an initial state acts at no spring
         titles["least_energy_best"] = "loaded at the best spring for each offset"
+    if "least_energy_point" in study:
+        titles["least_energy_point"] = "loaded at the best point for each offset"
     top = max(float(np.nan_to_num(study[name].values).max()) for name in titles) or 1.0
     limits, contours = (min(1e-3, 1e-4 * top), top), {0.01 * top: "white", LEAST: "black"}
     label = "energy, J"

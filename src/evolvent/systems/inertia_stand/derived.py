@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from evolvent.massprops.excitation_keys import least_energies
 from evolvent.massprops.identification import recorded
-from evolvent.massprops.inertia import NormalModes, energy, partial_frequencies
+from evolvent.massprops.inertia import NormalModes, best_point, energy, partial_frequencies
 from evolvent.massprops.inertia.stand import MOMENTS
 from evolvent.results.motion import quaternions
 from evolvent.results.observe import View
@@ -15,7 +16,7 @@ from evolvent.results.observe.view import Pose
 from evolvent.solvers import batch
 from evolvent.systems.inertia_stand.case import Case
 from evolvent.systems.inertia_stand.identify import distinct, identified
-from evolvent.systems.inertia_stand.structure import Setup, least_energies, setup_of
+from evolvent.systems.inertia_stand.structure import Setup, setup_of
 
 if TYPE_CHECKING:
     from evolvent.analysis.definition import Variables
@@ -92,13 +93,21 @@ def _linear(case: Case, setup: Setup) -> Variables:
         "partial_frequency": (("partial_motion",), partial, "rad s-1", "frequency of the motion without the others"),
         "static_tilt": ((), setup.equilibrium_pose.tilt, "rad", "angle of the body's y axis to the vertical at rest"),
         "least_energy": ((), energies[modes.vertical].min(), "J", "energy of the weakest of heave, roll, pitch"),
-        "loaded_spring": ((), np.array(setup.loaded), "1", "spring at which the excitation acts, 0 for none"),
+        "loaded_spring": ((), np.array(setup.excited.spring), "1", "spring at which the excitation acts, 0 for none"),
         "inertia_true": (("component",), true, "kg m2", "inertia of the case"),
     }
-    if case.excitation.force is not None or case.excitation.impulse is not None:
-        least = least_energies(case, setup.stand, modes)
+    loads = setup.excited.loads
+    if loads:
+        points = np.array([load.point for load in loads])
+        data["load_point"] = (("load", "axis"), points, "m", "where it acts, from the stiffness centre, body axes")
+    if case.excitation.acts and case.excitation.loads is None:
+        least = least_energies(case.excitation, setup.stand.points, modes)
         data["least_energy_best"] = ((), least.max(), "J", "least energy with the best spring loaded")
         data["best_spring"] = ((), np.array(np.argmax(least) + 1), "1", "number of the best spring to load")
+        point = best_point(modes, setup.stand.points, loads[0].vector, impulse=loads[0].impulse)
+        least = least_energies(case.excitation, point[None], modes)
+        data["least_energy_point"] = ((), least[0], "J", "least energy with the load at the best point")
+        data["best_point"] = (("axis",), point, "m", "best point to load between the springs, body axes")
     return data
 
 

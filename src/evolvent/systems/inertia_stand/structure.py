@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from evolvent.massprops.inertia import Body, NormalModes, Pose, Stand, Start, displaced, linear_model, released, struck
+from evolvent.massprops.excitation_keys import Excited, excitation_on
+from evolvent.massprops.inertia import Body, NormalModes, Pose, Stand, Start, displaced, excited, linear_model
 from evolvent.results.motion import quaternions
 from evolvent.systems.inertia_stand.case import Case
 
@@ -29,14 +30,14 @@ class Setup(NamedTuple):
     stand, body : Stand, Body
         The body with the air that it moves; gravity as it acts on both together.
     modes : NormalModes, of the linear model at equilibrium
-    loaded : int, the spring at which the excitation acts, from 1; 0 for none
+    excited : Excited, where the excitation acts
     start : Start, the state that the excitation gives the body
     """
 
     stand: Stand
     body: Body
     modes: NormalModes
-    loaded: int
+    excited: Excited
     start: Start
 
     @property
@@ -62,16 +63,11 @@ def setup_of(case: Case) -> Setup:
         stand = dataclasses.replace(known, gravity=case.stand.gravity * case.body.mass / (case.body.mass + mass))
         body = Body(mass=case.body.mass + mass, centre=known_body.centre, inertia=case.body.tensor + moments)
     modes = linear_model(stand, body).modes()
-    if given.force is None and given.impulse is None:
-        state = given.model_dump(include={"displacement", "rotation", "velocity", "rate"}, exclude_none=True)
-        return Setup(stand, body, modes, 0, displaced(modes, **state))
-    loaded = 0 if isinstance(given.at, tuple) else given.at
-    if loaded == "best":
-        loaded = 1 + int(np.argmax(least_energies(case, stand, modes)))
-    point = stand.points[loaded - 1] if loaded else given.at
-    if given.force is None:
-        return Setup(stand, body, modes, loaded, struck(modes, given.impulse, point))
-    return Setup(stand, body, modes, loaded, released(stand, body, modes, given.force, point))
+    found = excitation_on(given, stand.points, modes)
+    if found.loads:
+        return Setup(stand, body, modes, found, excited(stand, body, modes, found.loads))
+    state = given.model_dump(include={"displacement", "rotation", "velocity", "rate"}, exclude_none=True)
+    return Setup(stand, body, modes, found, displaced(modes, **state))
 
 
 def known_of(case: Case) -> tuple[Stand, Body]:
@@ -82,13 +78,6 @@ def known_of(case: Case) -> tuple[Stand, Body]:
         lateral_stiffness=s.lateral_stiffness, lateral_damping=s.lateral_damping, support=s.support, gravity=s.gravity,
     )  # fmt: skip
     return stand, Body(mass=b.mass, centre=b.centre, inertia=b.tensor)
-
-
-def least_energies(case: Case, stand: Stand, modes: NormalModes) -> np.ndarray:
-    """(n,) J, energy of the weakest of heave, roll and pitch, were the case's load to act at each spring."""
-    given = case.excitation
-    load, act = (given.impulse, modes.impulse) if given.force is None else (given.force, modes.release)
-    return np.array([modes.energy(act(load, point))[modes.vertical].min() for point in stand.points])
 
 
 def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:

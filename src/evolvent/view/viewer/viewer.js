@@ -106,8 +106,8 @@ export class Viewer extends Picture {
     this.bar.hidden = !color || !this.alone;
     if (!color) return;
     this.barName.textContent = color.name;
-    this.low.textContent = quantity(color.low, color.unit);
-    this.high.textContent = quantity(color.high, color.unit);
+    this.low.textContent = (color.below ? "\u2264 " : "") + quantity(color.low, color.unit);  // values beyond have its colour
+    this.high.textContent = (color.above ? "\u2265 " : "") + quantity(color.high, color.unit);
   }
   open(content) {  // a panel over the picture; the same again closes it
     const same = !this.panel.hidden && this.panel.dataset.what === content.dataset.what;
