@@ -60,6 +60,7 @@ FRAMES = {
     "wire-booms": Frame(0.7, {"wire.nodes": 8}),
     "wrapped-rib": Frame(0.36),
     "wrapped-rib-deploy": Frame(0.25, {"rib.elements": 40}),
+    "wrapped-rib-deploy-damped": Frame(0.66),
     "wrapped-rib-hold": Frame(1.0),
     "wrapped-rib-paper": Frame(0.9),
     "yo-yo-despin": Frame(0.6),

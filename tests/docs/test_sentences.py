@@ -280,6 +280,16 @@ SENTENCES = (
         held_film,
     ),
     Sentence(
+        "lay {2.725} and {2.856} on the hub, the elastica {2.724} and {2.854}",
+        ("docs/guide/rib-antennas.md",),
+        lambda: [ledger.claim("rib-torque").values[name] for name in ("w_mean", "w_strong", "h_mean", "h_strong")],
+    ),
+    Sentence(
+        "if its tail were straight along the tangent: {2.865} and {2.953} turns here",
+        ("docs/guide/rib-antennas.md",),
+        lambda: [ledger.claim("rib-torque").values[name] for name in ("n_mean", "n_strong")],
+    ),
+    Sentence(
         "For all 5 m the largest rate is {13.3} mm/s, in place of the paper's 35 mm/s; an edge is slack from {7.9} "
         "mm/s on.",
         FILM,

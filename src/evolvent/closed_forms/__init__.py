@@ -45,6 +45,7 @@ from evolvent.closed_forms.films import (
     payout_slack,
 )
 from evolvent.closed_forms.membranes import driven_twist, spinning_strip_modes, sunlight_coning
+from evolvent.closed_forms.openings import Opening, opening
 from evolvent.closed_forms.strips import (
     STIFF,
     WOUND,
@@ -86,6 +87,7 @@ __all__ = [
     "WOUND_LAG",
     "Film",
     "HeldTail",
+    "Opening",
     "Rotor",
     "Snap",
     "SpunTail",
@@ -106,6 +108,7 @@ __all__ = [
     "lateral_buckling",
     "least_winding_torque",
     "membrane_energy",
+    "opening",
     "parabola_energy",
     "payout_buckling",
     "payout_buckling_modes",

@@ -124,9 +124,10 @@ RIB: dict[str, Entry] = _entries(
     ("figure-8", 12, 5, "rib_figures.figure_8", f"{CAPTIONS[8]} (our torque and damping)"),
     ("figure-9", 12, 5, "rib_figures.figure_9", f"{CAPTIONS[9]} (our torque)"),
     ("root-damping", 10, 5, "rib_figures.root_damping", "ours: damping in the first element or hinge alone"),
+    ("deployment-damping", 40, 20, "rib_deployment.figure", "ours: hinge dampers while the rib deploys"),
     ("points-at-rest", 3, 2, "rib_figures.points_at_rest", "ours: wound rib at rest, gaps of the contact points"),
     ("table-1", 240, 30, "rib.table_1",
-     "winding of a rib, a = 0: CPU time and error over the step, implicit and explicit, two models"),
+     "CPU time of two methods (caption translated by us): implicit and explicit, two models, error over the step"),
     ("figure-10", 60, 20, "rib.figure_10", f"{CAPTIONS[10]} (our torque, a chain of links in place of LS-DYNA)"),
 )  # fmt: skip
 

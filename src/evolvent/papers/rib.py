@@ -16,6 +16,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.papers import Made, Options
+from evolvent.papers.rib_captions import title
 from evolvent.papers.rib_chain import LINKS, Chain
 from evolvent.papers.winding import (
     ALPHA,
@@ -50,11 +51,9 @@ SHARES, USUAL = (1.0, 0.5, 0.25, 0.1), 0.9
 SHORT = 0.02
 #: Links of the chain in the quick form.
 QUICK_LINKS = 80
-#: Caption of figure 10 as printed, and what we put in place of the paper's second method; names of its runs.
-TITLE_10 = (
-    "Velocity amplitude comparison of wrapping-rib's endpoint between two methods\n"
-    "(figure 10 of Yi et al. 2017; ours: torque 0.2 N m, a chain of links in place of LS-DYNA)"
-)
+#: What of figure 10 is ours, the torque and what stands in place of the paper's second method.
+OURS = "torque 0.2 N m, a chain of links in place of LS-DYNA"
+#: Names of the runs of figure 10.
 PAIRS = (
     "implicit, 40 cable elements", "explicit, chain of links", "cable, hunt-crossley 0.5 s/m",
     "chain, hunt-crossley 0.5 s/m",
@@ -245,9 +244,9 @@ def figure_10(options: Options) -> Made:
     lines = [line for k, run in enumerate(coarse) for line in _speed(run, k)]
     lines = [_between(line, (0.0, BEFORE_THE_WHIP)) for line in lines if line.x[0] <= BEFORE_THE_WHIP]
     lines = [dataclasses.replace(line, y=np.minimum(line.y, LARGEST_SHOWN)) for line in lines]
-    title = "ours: longer steps, to the whip"
-    panels.append(Panel(x_label="time, s", y_label=text, lines=lines, y_zero=True, title=title))
-    figure = Figure(name="rib-figure-10", title=TITLE_10, panels=panels, height=250.0)
+    words = "ours: longer steps, to the whip"
+    panels.append(Panel(x_label="time, s", y_label=text, lines=lines, y_zero=True, title=words))
+    figure = Figure(name="rib-figure-10", title=title(10, OURS), panels=panels, height=250.0)
     note = NOTE_ON_CHAIN.format(links=chain.chain.mass.size - 1)
     table = _table([reference, *pairs, *coarse[1:]], [ENERGY, *PAIRS[: len(pairs)]])
     body = f"{NOTE}\n{note}\n{NOTE_ON_ENERGY}\n{table}"

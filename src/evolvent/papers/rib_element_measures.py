@@ -297,13 +297,15 @@ def masses() -> Values:
 def weight() -> Values:
     """Moment of the rib's weight at its root on the ground, over what bends it to the hub's radius: with 5 MPa, 50 GPa.
 
-    `air` is the mass of the air that moves with the rib across it, over its own.
+    `sag` is how far the tip of one of 50 GPa sags on its edge by linear theory, over its length; `air` is the mass of
+    the air that moves with the rib across it, over its own.
     """
     line_density = 1600.0 * WIDTH * THICKNESS
     moment = 0.5 * line_density * 9.81 * 12.0**2
     stiffness = WIDTH * THICKNESS**3 / 12.0 / R
+    sag = line_density * 9.81 * 12.0**3 / (8.0 * 50e9 * THICKNESS * WIDTH**3 / 12.0)
     air = 1.2 * np.pi * WIDTH**2 / 4.0 / line_density
-    return {"soft": moment / (E * stiffness), "carbon": moment / (50e9 * stiffness), "air": float(air)}
+    return {"soft": moment / (E * stiffness), "carbon": moment / (50e9 * stiffness), "sag": sag, "air": float(air)}
 
 
 def stowage() -> Values:

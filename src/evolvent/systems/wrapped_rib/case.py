@@ -15,6 +15,7 @@ from evolvent.systems.wrapped_rib.keys import (
     ALPHA,
     ENERGY,
     KINDS,
+    LATCHES,
     MOST_ELEMENTS,
     MOTIONS,
     SINKS,
@@ -67,6 +68,8 @@ class Case(Section):
             yield f"start is {self.start!r}; {allowed}; {nearest(self.start, starts)}"
         if self.begins != "straight" and self.rib.start_angle != 0.0:
             yield "rib.start_angle is given, but the rib does not start straight; leave it out"
+        if phase != "deploy" and self.rib.root_latch is not None:
+            yield f"rib.root_latch is given, but phase is {phase!r}; a hinge locks in phase deploy, leave it out"
         if phase == "hold" and hold is None:
             yield "hold is missing; phase 'hold' needs it, such as {time: 60 s}"
         if phase != "hold" and hold is not None:
@@ -317,4 +320,18 @@ class Case(Section):
             return 1.2 * motion.end_time + drive.ramp
         if drive is not None and drive.rate is not None:
             return 1.2 * turns / abs(drive.rate) + drive.ramp
-        return closed_forms.deployment_time(self.strip)
+        return closed_forms.deployment_time(self.strip) if self.rib.root_latch is None else self._latched
+
+    @property
+    def _latched(self) -> float:
+        """Time until a hinge without a spring has locked and the rib has turned on by half a turn, s."""
+        rib, alpha = self.rib, self.damping.alpha
+        assert rib.root_latch is not None
+        turn = LATCHES - rib.root_latch
+        found = closed_forms.opening(self.strip, alpha=alpha, damping=rib.root_damping, turn=turn)
+        if not math.isfinite(found.latched):
+            raise InputError(
+                f"solver.duration is auto, but rib.root_damping {rib.root_damping:g} N m s and damping.alpha {alpha:g} "
+                f"1/s stop the rib before its latch, as far as a rigid rib tells; give it, such as '200 s'"
+            )
+        return found.latched + math.pi / found.rate

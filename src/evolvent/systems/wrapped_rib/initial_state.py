@@ -64,7 +64,13 @@ def initial_state(case: Case) -> Start:
     hub = {"position": (0.0, 0.0, 0.0), "orientation": (1.0, 0.0, 0.0, 0.0)}
     hub |= dict.fromkeys(("velocity", "angular_velocity"), (0.0, 0.0, 0.0))
     rest = case.first_direction if case.begins == "straight" else 0.5 * np.pi
-    return Start(nodes, np.zeros_like(nodes), hub, np.full(count, rest), case.contact_stiffness)
+    return Start(nodes, np.zeros_like(nodes), hub, _rest(case, np.full(count, rest)), case.contact_stiffness)
+
+
+def _rest(case: Case, auto: Array) -> Array:
+    """Directions without moment of the springs in the roots' hinges, from outwards, rad."""
+    given = case.rib.root_rest
+    return auto if given == "auto" else np.full(auto.size, float(given))
 
 
 def _straight(case: Case) -> Array:
@@ -147,9 +153,8 @@ def _from_run(case: Case) -> Start:
     if run.attrs["status"] != "success":
         ended = f"{run.attrs['status']} at {float(run['time'][-1]):.6g} s"
         warning = f"it starts from {case.start}, a run that ended as {ended}"
-    begin = Start(
-        run["end_coordinates"].values, run["end_velocities"].values, hub, run["hinge_rest"].values, stiffness, warning
-    )
+    rest = _rest(case, run["hinge_rest"].values)
+    begin = Start(run["end_coordinates"].values, run["end_velocities"].values, hub, rest, stiffness, warning)
     mesh = (case.rib.length, case.rib.elements)
     one_by_one = zip(begin.nodes, begin.rates, strict=True)
     found = [resampled(*rib, *mesh, vectors=case.rib.vectors, z=begin.rotation[:, 2]) for rib in one_by_one]

@@ -42,6 +42,9 @@ Stiffness = Annotated[
 Height = Annotated[float | str, units.Quantity(what="a height", unit="m", example="-0.2 m", auto=True)]
 
 
+RootRest = Annotated[float | str, units.Quantity(what="an angle", unit="rad", example="90 deg", auto=True)]
+
+
 Points = Annotated[int, units.Whole(least=1, most=64)]
 
 
@@ -52,6 +55,16 @@ STRAIN_REFUSED = 0.5
 #: Depths, in radii of the hub, to which a wound rib and a piece of it that falls on the hub sink in at most; the
 #: automatic stiffness of the contact follows from them.
 SINKS, TIP_FALL = 1e-4, 1e-3
+
+
+#: Keys of the hinge at the root, and the greatest angle at which it can lock, where a wound rib starts, rad.
+HINGE = (
+    "root_stiffness", "root_rest", "root_damping", "root_friction", "root_latch", "root_latch_stiffness",
+    "root_latch_damping",
+)  # fmt: skip
+
+
+LATCHES = 0.5 * math.pi
 
 
 #: Most elements of a rib.
@@ -97,9 +110,18 @@ class Rib(Section):
     poisson: units.PoissonRatio = key(0.3, "nu, above -1 and below 0.5; a cable does not use it")
     count: Points = key(1, "ribs, evenly spaced round the hub")
     root: Literal["hinge", "clamp"] = key("hinge", "hinge: turns about the hub's axis; clamp: keeps its direction")
-    root_stiffness: units.RotationalStiffnessOrZero = key(0.0, "of a spring in the hinge, without moment at the start")
+    root_stiffness: units.RotationalStiffnessOrZero = key(0.0, "of a spring in the hinge")
+    root_rest: RootRest = key(
+        "auto",
+        "direction of the root without moment of its spring, from outwards in the winding sense; auto: the start",
+    )
     root_damping: units.RotationalDampingOrZero = key(0.0, "of a damper in the hinge")
     root_friction: units.TorqueOrZero = key(0.0, "torque of Coulomb friction in the hinge, which sticks below it")
+    root_latch: units.Angle | None = key(
+        None, "direction, from outwards in the winding sense, in which the hinge of a rib that deploys locks for good"
+    )
+    root_latch_stiffness: units.RotationalStiffnessOrZero = key(0.0, "of the latch")
+    root_latch_damping: units.RotationalDampingOrZero = key(0.0, "of the latch")
     pitch: units.LengthOrZero = key(
         0.0, "advance along the hub's axis in one turn, of a rib wound as a helix; 0: turns on one another"
     )
@@ -128,9 +150,7 @@ class Rib(Section):
             )
         if thickest > self.width:
             yield f"rib.thickness is {thickest:g} m, more than rib.width {self.width:g} m; exchange them"
-        for key in ("root_stiffness", "root_damping", "root_friction"):
-            if self.root == "clamp" and getattr(self, key) > 0.0:
-                yield f"rib.{key} is given, but rib.root is 'clamp', which does not turn; use a hinge"
+        yield from self._refused_hinge()
         if self.shape is not None and self.vectors == 2:
             yield (
                 f"rib.shape is given and rib.formulation is {self.formulation!r}; a cable is straight at rest, use "
@@ -138,6 +158,26 @@ class Rib(Section):
             )
         if self.shape is not None and self.pitch > 0.0:
             yield "rib.shape and rib.pitch are both given; a curved rib is wound in its plane, leave one of them out"
+
+    def _refused_hinge(self) -> Iterator[str]:
+        for key in HINGE:
+            if self.root == "clamp" and getattr(self, key) != type(self).model_fields[key].default:
+                yield f"rib.{key} is given, but rib.root is 'clamp', which does not turn; use a hinge"
+        if self.root_rest != "auto" and self.root_stiffness == 0.0:
+            yield "rib.root_rest is given, but rib.root_stiffness is 0; the hinge has no spring, give its stiffness"
+        for key in ("root_latch_stiffness", "root_latch_damping"):
+            if self.root_latch is None and getattr(self, key) > 0.0:
+                yield f"rib.{key} is given without rib.root_latch; give the direction in which the hinge locks"
+        if self.root_latch is None:
+            return
+        degrees = f"rib.root_latch is {math.degrees(self.root_latch):.4g} deg"
+        if self.root_latch_stiffness == 0.0:
+            yield f"{degrees}, but rib.root_latch_stiffness is 0; a latch needs one, such as '1 N m/rad'"
+        if not -LATCHES - 1e-9 < self.root_latch < LATCHES * (1.0 - 1e-3):
+            yield (
+                f"{degrees}; the root of a wound rib starts at 90 deg, along the hub, and opens to smaller angles: it "
+                f"must be from -90 to below 90 deg, such as '0 deg', outwards"
+            )
 
     @property
     def curvatures(self) -> tuple[float, float]:

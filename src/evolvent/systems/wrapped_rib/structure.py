@@ -51,11 +51,12 @@ def build(case: Case, begin: Start) -> System:
         system.add(parts.Beam(nodes=nodes, rates=rates, **beam), f"rib-{k}")
         place = tuple(product(begin.rotation.T, nodes[0, 0] - begin.hub["position"]))
         system.add(parts.Joint(a=("hub", place), b=root, **hold), f"root-{k}")
-        if max(rib.root_stiffness, rib.root_damping, rib.root_friction) > 0.0:
-            rest = turn + begin.rest[b]
-            zero = tuple(product(begin.rotation, [math.cos(rest), math.sin(rest), 0.0]))
-            spring = {"zero": zero, "stiffness": rib.root_stiffness, "damping": rib.root_damping}
-            spring |= {"friction_torque": rib.root_friction}
+        if max(rib.root_stiffness, rib.root_damping, rib.root_friction) > 0.0 or rib.root_latch is not None:
+            outwards = tuple(product(begin.rotation, [math.cos(turn), math.sin(turn), 0.0]))
+            spring: dict[str, Any] = {"zero": outwards, "stiffness": rib.root_stiffness, "damping": rib.root_damping}
+            spring |= {"rest": begin.rest[b], "friction_torque": rib.root_friction, "latch": rib.root_latch}
+            if rib.root_latch is not None:
+                spring |= {"latch_stiffness": rib.root_latch_stiffness, "latch_damping": rib.root_latch_damping}
             system.add(parts.RotationalSpring(a="hub", b=root, axis=axis, **spring), f"hinge-{k}")
         system.add(parts.CylinderContact(beams=[f"rib-{k}"], **cylinder), f"contact-{k}")
         if drive is not None and drive.torque is not None:
@@ -66,8 +67,8 @@ def build(case: Case, begin: Start) -> System:
             taut = case.strip.length * (1.0 + drive.stretch)
             path = {"drive": _drive(case, taut / hub.radius), "radius": hub.radius, "length": taut}
             path["centre"] = (0.0, 0.0, case.root_height + case.rise * (1.0 + drive.stretch))
-            outwards = (math.cos(turn), math.sin(turn), 0.0)
-            system.add(parts.PrescribedMotion(at=f"rib-{k}.tip", zero=outwards, **path), f"drive-{k}")
+            path["zero"] = (math.cos(turn), math.sin(turn), 0.0)
+            system.add(parts.PrescribedMotion(at=f"rib-{k}.tip", **path), f"drive-{k}")
     for k in range(1, rib.count + 1) if case.contact.self else ():
         under = f"rib-{k % rib.count + 1}" if rib.count > 1 else None  # turns of the rib itself, or of the next one
         thickness = [rib.thickness_of(i) for i in range(rib.elements)]
