@@ -153,7 +153,7 @@ def least_energy_map(study: xr.Dataset) -> Figure:
 def _errors(study: xr.Dataset) -> Figure:
     """Error of the identified moments over the plane."""
     lines, panels = box(study)[0], []
-    look: dict[str, Any] = {"label": "error, % (grey: not identified)", "limits": (1e-5, 1.0), "colors": "magma_r"}
+    look: dict[str, Any] = {"label": "error (grey: not identified), %", "limits": (1e-5, 1.0), "colors": "magma_r"}
     error = 100.0 * np.abs(study.inertia_identified / study.inertia_true - 1.0)
     for component in ("xx", "zz"):
         values = error.sel(component=component).values
