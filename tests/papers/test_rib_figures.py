@@ -5,6 +5,7 @@ import pytest
 
 from evolvent import papers
 from evolvent.papers import Options, rib_figures, rib_runs
+from evolvent.papers.rib_captions import CAPTIONS, title
 from evolvent.papers.rib_schematics import straddling_distances
 from evolvent.view import plots
 
@@ -47,10 +48,12 @@ def test_figures_6_8_and_9_share_the_runs_of_figure_7():
     done = rib_runs._winding.cache_info().misses
     shapes, points, force = (make(QUICK) for make in (rib_figures.figure_6, rib_figures.figure_8, rib_figures.figure_9))
     assert rib_runs._winding.cache_info().misses <= done + 3
-    turns = [float(row[2]) for row in numbers(shapes.text)]
-    assert turns[0] == 0.0
-    assert turns[-1] > 2.5
-    assert np.all(np.diff(turns) >= 0.0)
+    turns, touching = np.array([[float(cell) for cell in row[2:4]] for row in numbers(shapes.text)]).T
+    assert turns[0] == touching[0] == 0.0
+    assert turns[-2] > 2.5
+    assert np.all(np.diff(turns[:-1]) >= 0.0)
+    assert float(numbers(shapes.text)[-1][0]) == 70.0  # the last shape is that of the end of the run
+    assert [len(panel.lines) for panel in points.figure.panels] == [1, 3, 3]  # the paper's figure 8 has one curve
     for row in numbers(points.text):
         counts = [float(cell) for cell in row[1:5]]
         assert counts == sorted(counts)
@@ -93,7 +96,7 @@ def test_points_that_do_not_touch_at_rest_lie_off_by_what_a_cubic_departs_from_a
     assert pressed[2:38] == pytest.approx(closed[2:38], abs=0.02 * closed[0])
     assert run.force[-1] == pytest.approx(k * np.where(touching, -gap, 0.0).sum(), rel=1e-4)
     made = rib_figures.points_at_rest(Options())
-    assert made.figure.title.endswith(f"{int(run.points[-1])} of 160 touch")
+    assert made.figure.title.endswith(f"at rest, {int(run.points[-1])} of 160 touch")
 
 
 @pytest.mark.slow
@@ -102,12 +105,32 @@ def test_schematics_are_drawn(number, tmp_path):
     made = papers.entry(f"rib-figure-{number}").make(QUICK)
     (panel,) = made.figure.panels
     assert not panel.axes
-    assert f"(figure {number} of Yi et al. 2017)" in made.figure.title
+    assert made.figure.title.startswith(f"{CAPTIONS[number]}\n(figure {number} of Yi et al. 2017")
     assert "Schematic, drawn by us" in made.text
     assert all(np.isfinite(line.x).all() for line in panel.lines)
     assert len({note.text for note in panel.notes}) == len(panel.notes) >= 4
     path = plots.save(made.figure, tmp_path / "figure.svg")
     assert "<svg" in (tmp_path / "figure.svg").read_text(encoding="utf-8")[:2000], path
+
+
+def test_figures_have_the_captions_of_the_paper_and_mark_what_is_ours():
+    for number, caption in CAPTIONS.items():
+        assert caption in papers.entry(f"rib-figure-{number}").title
+    assert title(6, "torque 0.2 N m") == f"{CAPTIONS[6]}\n(figure 6 of Yi et al. 2017; ours: torque 0.2 N m)"
+
+
+@pytest.mark.usefixtures("until_the_whip")
+def test_added_panels_and_curves_are_marked_as_ours():
+    for make, number in ((rib_figures.figure_7, 7), (rib_figures.figure_8, 8), (rib_figures.figure_9, 9)):
+        made = make(QUICK)
+        assert made.figure.title.startswith(title(number, "torque 0.2 N m")[:-1])
+        first, *added = made.figure.panels
+        assert all(panel.title.startswith("ours: ") for panel in added)
+        assert not first.title
+        labels = {line.label for line in first.lines if line.label}
+        assert {label for label in labels if not label.startswith("ours: ")} <= {
+            f"$a$ = {a:g} 1/s" for a in (0, 0.2, 0.5)
+        }
 
 
 def test_a_search_by_nodes_must_reach_beyond_the_hub():

@@ -5,7 +5,7 @@ import pytest
 
 import evolvent
 from evolvent import papers
-from evolvent.papers import Options, stand, stand_error, stand_prony, stand_schematic
+from evolvent.papers import Options, stand, stand_error, stand_prony, stand_pulls, stand_schematic
 
 QUICK = Options(quick=True)
 
@@ -127,6 +127,19 @@ def test_energies_have_simulated_ones_on_the_curves(over):
 
 
 @pytest.mark.slow
+@pytest.mark.slow
+def test_pulls_other_than_at_one_spring_leave_no_mode_dead():
+    """The share of the box with a dead mode is that of the map for one spring, and 0 for the others."""
+    made = stand_pulls.figure(QUICK)
+    assert len(made.figure.panels) == 4
+    shares = [float(row[-1]) for row in columns(made.text)]
+    over = stand.grid()
+    x, z = over.x[np.abs(over.x) < 0.8001], over.z[np.abs(over.z) < 0.34785]
+    least = over.least_energies(x[:, None], z[None, :])[0]
+    assert shares[0] == pytest.approx(100.0 * np.mean(least < 0.01 * 9806.65**2 / (8.0 * 740250.0)), abs=0.06)
+    assert shares[1:] == [0.0, 0.0, 0.0]
+
+
 def test_amplitudes_obey_the_energy_of_the_load(over):
     made = stand.amplitudes(QUICK)
     amplitude = [float(row[2]) for row in columns(made.text)]

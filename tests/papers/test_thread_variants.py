@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent.papers.thread_variants import SHARE, Data, Deployment, deploy
+from evolvent.papers.thread_variants import SHARE, Data, Deployment, deploy, hold
 
 SOFT = Data(stiffness=1e3)
 
@@ -95,6 +95,42 @@ def test_a_step_is_stable_where_damping_limits_it(damping):
     )
     assert found.off_plane == pytest.approx(half.off_plane, rel=1e-3)
     assert unstable.t[-1] < found.t[-1]
+
+
+def test_a_disturbance_grows_above_the_longest_stable_step_alone():
+    """RK4 is stable up to 2 sqrt(2) over the largest frequency, near 2 sqrt(c/m) of many nodes."""
+    from evolvent.papers.thread_stability_measures import longest_step
+
+    data = Data(stiffness=1e5, damping=0.0)
+    limit = math.sqrt(8.0 * data.line_density * data.segment / (4.0 * data.stiffness))
+    assert hold(data, 0.99 * limit, 2000) < 10.0
+    assert hold(data, 1.02 * limit, 2000) > 1e3
+    assert longest_step(1e5, 0.0) == pytest.approx(limit, rel=0.01)
+
+
+def test_contact_stiffens_a_turn_by_its_own_frequency():
+    """Contact much stiffer than the springs: the frequency is that of a node on it, sqrt(k/m)."""
+    from evolvent.papers.thread_stability_measures import RK4, _step_of_a_turn
+
+    mass = SOFT.line_density * 2.0 * math.pi * SOFT.radius / 12
+    assert _step_of_a_turn(12, 1.0, 1e6) == pytest.approx(RK4 / math.sqrt(1e6 / mass), rel=1e-3)
+    assert _step_of_a_turn(12, 1e3, 0.0) > RK4 / math.sqrt(4e3 / mass)
+
+
+def test_a_tip_that_starts_across_draws_a_straight_thread_with_the_departure_point():
+    """Without spin the thread is straight from Q to the tip, which moves on at the speed of the pay-out."""
+    film = Data(nodes=477, stiffness=100.0 * 477, rate=0.0)
+    found = deploy(film, until=1.0, samples=4, kick=(0.0, 0.3 * film.speed, 0.4 * film.speed))
+    from_q = found.positions[-1, :, :] - np.array([0.0, 0.0, film.radius])
+    out = np.isfinite(from_q[:, 0])
+    assert np.linalg.norm(from_q[0]) == pytest.approx(film.speed * found.t[-1], rel=2e-3)
+    assert from_q[0] == pytest.approx(np.linalg.norm(from_q[0]) * np.array([1.0, 0.3, 0.4]) / math.sqrt(1.25), rel=1e-3)
+    across = np.cross(from_q[out], from_q[0] / np.linalg.norm(from_q[0]))
+    assert np.abs(across).max() < 1e-3 * film.radius
+
+
+def test_without_eq_11_the_first_step_is_singular():
+    assert run(until=8.0, tiny=0.0).t.size == 1
 
 
 def test_a_thread_without_forces_leaves_straight_with_the_departure_point_only():

@@ -96,6 +96,11 @@ def test_a_held_rib_rests_as_the_elastica_says(book):
     for name, wanted in (("tip_radius", held.tip_radius), ("wrap_angle", held.wrap), ("touching_angle", held.touching)):
         assert float(run[name][-1, 0]) == pytest.approx(np.interp(-torque, -held.torque, wanted), rel=3e-3)
     assert float(run.touching_angle[-1, 0]) < float(run.wrap_angle[-1, 0]) - 0.5
+    touching = float(run.touching_angle[-1, 0]), np.interp(-torque, -held.torque, held.touching)
+    book(
+        "Wrapped rib", "Rib held on the hub by 21 EI/(2R): angle that touches", reference="elastica, solve_bvp",
+        source="independent computation", allowed=3e-3, error=abs(touching[0] / touching[1] - 1.0),
+    )  # fmt: skip
     # at the hinge, which carries no moment, the rib is straight and may lift off
     first = float(run.touching_angle[-1, 0]) * 0.6 - float(run["contact-1"].touching_length[-1])
     assert -1e-3 < first < 0.3

@@ -20,7 +20,7 @@ FREE = {"hub.motion": "free", "hub.mass": 20, "hub.inertia": 5}
 
 
 def wound(run):
-    """Length on the hub at the end, of the rib's."""
+    """Angle by which the rib is wound at the end, as if its tail were straight, of that of its length, L/R."""
     case = case_of(run)
     return float(run.wrap_angle[-1, 0]) * case.hub.radius / case.rib.length
 
@@ -156,8 +156,8 @@ def test_a_turning_hub_winds_a_rib_that_is_held_back(book):
     assert np.degrees(float(run.hub_angle[-1])) == pytest.approx(-np.degrees(0.4 * 39.0), rel=1e-6)
     assert wound(run) == pytest.approx(1.0, abs=0.01)
     book(
-        "Wrapped rib", "Rib wound by its hub: length on the hub", reference="L", source="closed form",
-        error=abs(wound(run) - 1.0), allowed=0.01, unit="L",
+        "Wrapped rib", "Rib wound by its hub: angle wound", reference="L/R", source="closed form",
+        error=abs(wound(run) - 1.0), allowed=0.01, unit="L/R",
     )  # fmt: skip
     # the hub's drive works against the torque that holds the rib, and the torque on the hub is that torque
     assert float(run.hub_torque[-20:].mean()) == pytest.approx(0.05, rel=0.1)

@@ -12,7 +12,7 @@ import evolvent
 from evolvent import cases, papers
 from evolvent.massprops import mode_figures
 from evolvent.massprops.identification import identify
-from evolvent.results.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, plain, y_limits
+from evolvent.results.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, counts, plain, y_limits
 from evolvent.view import plots, ticks
 
 #: Built-in cases and keys that make their runs short.
@@ -231,6 +231,19 @@ def test_small_differences_look_small():
     assert ends([5.0, 5.0 + 1e-9, 5.0]) == pytest.approx((4.5, 5.5))
     assert ends([0.0, 1.0, 2.0], y_zero=True) == pytest.approx((0.0, 2.1))
     assert ends([1.0, 2.0, 3.0], y_span=0.02, log=True) is None
+
+
+@pytest.mark.parametrize(
+    ("label", "y", "whole"),
+    [("points", [0.0, 3.0, np.nan], True), ("points", [0.0, 2.5], False), ("speed, m/s", [0.0, 3.0], False),
+     ("points", [2.0, 2.0], False)],
+)  # fmt: skip
+def test_an_axis_that_counts_has_ticks_at_whole_numbers_alone(label, y, whole):
+    panel = Panel(x_label="time, s", y_label=label, lines=[Line(x=np.arange(len(y)), y=np.array(y))])
+    assert counts(panel, "y") == whole
+    if whole:
+        (axis,) = plots.sheet(Figure(name="n", title="t", panels=[panel])).axes
+        assert np.all(axis.get_yticks() == np.round(axis.get_yticks()))
 
 
 @pytest.mark.slow

@@ -161,7 +161,9 @@ def _table(found: MassProperties) -> None:
     console = Console(highlight=False)
 
     several = len(found.evaluations) > 1
-    modes = made_table("modes" if not several else "recordings", "", "frequency rad/s", "decay rate 1/s", "")
+    modes = made_table(
+        "modes" if not several else "recordings", "", "frequency rad/s", "decay rate 1/s", "damping ratio", ""
+    )
     for e in found.evaluations:
         m, name = e.modal.modes, visible(os.path.basename(e.modal.reading.source.path))
         for k in e.used if several else range(m.order):
@@ -174,6 +176,7 @@ def _table(found: MassProperties) -> None:
                 name if several else f"mode {k + 1}",
                 shown(m.frequency[k], wide * m.frequency_std[k]),
                 shown(m.decay_rate[k], wide * m.decay_rate_std[k]),
+                shown(m.damping_ratio[k], wide * m.damping_ratio_std[k]),
                 last or ("" if k in e.used else "left out"),
             )
     console.print(modes)

@@ -119,6 +119,9 @@ def _print(found: Plan) -> None:
         for label, share in found.floor[:_MOST_ROWS]:
             table.add_row(label, f"{100.0 * share:.3g} %")
         tables.append(table)
+    tables.append(_needs(found))
+    if found.calibrations:
+        tables.append(_calibrations(found))
     rules = made_table("the paper's rules and the Cramér-Rao bound", "", "asks", "the bound gives", "holds")
     for rule in found.rules:
         rules.add_row(rule.name, rule.asks, rule.finds, rule.verdict)
@@ -168,6 +171,36 @@ def _modes(found: Plan) -> Any:
             first, shown(m.frequency, m.frequency_std), shown(m.decay_rate, m.decay_rate_std),
             shown(m.damping_ratio, m.damping_ratio_std), f"{m.energy:.3g}", f"{1e3 * m.amplitude:.3g}",
         )  # fmt: skip
+    return table
+
+
+def _needs(found: Plan) -> Any:
+    """How well the stand has to be known, and other inputs that count."""
+    from evolvent.commands.massprops import made_table
+    from evolvent.massprops.spring_keys import CALIBRATED
+
+    title = f"u that {100.0 * found.wanted:.3g} % needs, with the others as stated, and with all else exact"
+    table = made_table(title, "", "value", "u stated", "part of U", "needed", "all else exact", "unit")
+    for one in found.needs[: len(CALIBRATED) + _MOST_ROWS]:
+        stated = f"{one.std:.3g}" if one.std else "exact"
+        part = f"{100.0 * one.part:.3g} %" if one.std else "-"
+        needed = f"{one.needed:.3g}" if one.needed > 0.0 else "not by it alone"
+        table.add_row(one.key, f"{one.value:.6g}", stated, part, needed, f"{one.alone:.3g}", one.unit)
+    return table
+
+
+def _calibrations(found: Plan) -> Any:
+    """What ways of calibrating the stand give."""
+    from evolvent.commands.massprops import made_table
+    from evolvent.massprops.description import CALIBRATED
+
+    head = ("largest U", "u(a)/a", "u(b)/b", "u(k)/k", "")
+    table = made_table("half-length a, half-width b and mean stiffness k, calibrated", "", *head)
+    for one in found.calibrations:
+        worst = f"{100.0 * one.option.worst:.3g} %" if math.isfinite(one.option.worst) else "-"
+        cells = ["-" if math.isnan(one.std[key]) else f"{100.0 * one.std[key]:.2g} %" for key in CALIBRATED]
+        text = one.option.reason.removeprefix("the data do not determine the unknowns: ")
+        table.add_row(one.label, worst, *cells, text or ("reached" if one.option.reached else "not reached"))
     return table
 
 

@@ -11,13 +11,14 @@ import numpy as np
 
 from evolvent.base.errors import InputError
 from evolvent.massprops import amplitude, mode_selection
-from evolvent.massprops.description import PROPERTIES, OnSprings
+from evolvent.massprops.description import OnSprings
 from evolvent.massprops.estimates import Evaluation, Output
 from evolvent.massprops.inertia import Body, Candidate, Inertia, Stand, candidates, fit, linear_model, mac
 from evolvent.massprops.inertia.combined import Combined
 from evolvent.massprops.inertia.problem import Problem, assign, matching, undetermined
 from evolvent.massprops.keys import DIRECTIONS
 from evolvent.massprops.modal import Modal, refuse_fast, refuse_rate
+from evolvent.massprops.spring_keys import PROPERTIES
 from evolvent.massprops.springs_inputs import (
     LABELS,
     Input,
@@ -211,7 +212,9 @@ def measured_of(task: Task) -> dict[str, Any]:
     given, modal, rows = task.given, task.modal, list(task.used)
     shapes: dict[str, Any] = {}
     if given.identification.shapes:
+        at = [sensor.point - 1 if isinstance(sensor.point, int) else -1 for sensor in given.signals.sensors]
         shapes = {"shapes": modal.shapes[rows], "points": task.sensors, "directions": task.directions}
+        shapes["at_springs"] = tuple(at)
         if modal.has_uncertainties:
             shapes["shape_covariance"] = modal.shape_covariance[rows]
     known = modal.has_uncertainties

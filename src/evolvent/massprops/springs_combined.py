@@ -12,13 +12,14 @@ import scipy.stats
 
 from evolvent.base.errors import InputError
 from evolvent.massprops import amplitude, mode_selection
-from evolvent.massprops.description import PROPERTIES, OnSprings
+from evolvent.massprops.description import NO_UNKNOWN, OnSprings
 from evolvent.massprops.estimates import Evaluation, Output, Share
 from evolvent.massprops.inertia.combined import NO_BODY, Combined
 from evolvent.massprops.inertia.least_squares import solve
-from evolvent.massprops.inertia.problem import problem, undetermined, value_of
+from evolvent.massprops.inertia.problem import BODY_NAMES, problem, undetermined, value_of
 from evolvent.massprops.modal import refuse_fast, refuse_rate
 from evolvent.massprops.mounting_keys import AIR_SHAPES
+from evolvent.massprops.spring_keys import CALIBRATED, PROPERTIES
 from evolvent.massprops.springs import compare, data_fitted, measured_of, refuse_flexible
 from evolvent.massprops.springs_inputs import (
     LABELS,
@@ -43,7 +44,7 @@ from evolvent.massprops.springs_search import (
     refuse_tare,
     undetermined_near,
 )
-from evolvent.massprops.springs_uncertainty import Budget, amplitude_share, budget_of, monte_carlo
+from evolvent.massprops.springs_uncertainty import Budget, amplitude_share, budget_of, monte_carlo, weighted
 
 #: Probability of the chi-square below which the recordings contradict one another.
 UNLIKELY = 1e-3
@@ -73,8 +74,11 @@ def evaluate(recordings: Sequence[Recording]) -> Joint:
         raise InputError(NO_BODY)
     _refuse_unstated(recordings)
     groups = mountings(recordings)
-    first = next(k for k, r in enumerate(recordings) if occupied(r.given))
+    on = [k for k, r in enumerate(recordings) if occupied(r.given)]
+    first = next((k for k in on if recordings[k].given.body.unknown), on[0])
     unknown = unknowns(recordings, groups)
+    if not unknown:
+        raise InputError(NO_UNKNOWN)
     keys = tuple(unknown)
     tasks, why, warnings = [], [], []
     for r in recordings:
@@ -95,7 +99,7 @@ def evaluate(recordings: Sequence[Recording]) -> Joint:
         hints = [f"{r.name}: {h}" for r in recordings if (h := amplitude.large(stand_of(r.given).length, r.modal))]
         raise InputError("; ".join([with_keys(str(error), spelled), *hints])) from None
     inputs = shared_inputs(recordings, tasks, groups, known)
-    values = np.array([inertia.values[name] for name in p.unknown])
+    values = weighted(p, np.array([inertia.values[name] for name in p.unknown]), inputs)
     if reasons := undetermined_near(p, values):
         raise InputError(with_keys(open_sentence(reasons, recordings), spelled))
     compared = [
@@ -156,12 +160,14 @@ def _refuse_unstated(recordings: Sequence[Recording]) -> None:
     """Refuse what several recordings leave open."""
     for r in recordings:
         given, b = r.given, r.given.body
-        own = [k for k in r.own if k == "stand" or k.startswith(("stand.stiffness", "stand.common_factor"))]
-        if own and any(other.given.stand.common_factor.unknown for other in recordings):
-            raise InputError(
-                f"recordings.{r.name}.{own[0]} is given and stand.common_factor is unknown, which is one for all "
-                "recordings; leave one of them out"
-            )
+        for key in sorted({key for other in recordings for key in other.given.stand.unknown}):
+            same = ("stand.stiffness",) if key == "common_factor" else ("stand.points",)
+            own = [k for k in r.own if k == "stand" or k.startswith((f"stand.{key}", *same))]
+            if own:
+                raise InputError(
+                    f"recordings.{r.name}.{own[0]} is given and stand.{key} is unknown, which is one for all "
+                    "recordings; leave one of them out"
+                )
         if not occupied(given):
             continue
         upright = given.mounting is None or abs(given.mounting.matrix[1, 1]) > 1.0 - 1e-9
@@ -178,10 +184,10 @@ def _refuse_unstated(recordings: Sequence[Recording]) -> None:
 
 def spelled_by_user(unknown: dict[str, tuple[str, float, float]], recordings: Sequence[Recording]) -> dict[str, str]:
     """Names of the unknowns as the user writes them."""
-    found = {own: key for key, own in PROPERTIES.items()} | {"stiffness": "stand.common_factor"}
+    found = {own: key for key, own in PROPERTIES.items()} | {own: f"stand.{key}" for key, own in CALIBRATED.items()}
     for key, (name, _, _) in unknown.items():
         plain, _, mark = key.partition("@")
-        plain = "stand.common_factor" if plain == "common_factor" else plain
+        plain = f"stand.{plain}" if plain in CALIBRATED else plain
         found[name] = f"{plain} of {recordings[int(mark) - 1].name}" if mark else plain
     return found
 
@@ -256,7 +262,7 @@ def joined(
         mounting = mounting_of(r.given)
         names: list[tuple[str, str]] = []
         for key, name, _ in asked(r.given):
-            if not mounting.occupied and not key.startswith(("tare", "common")):
+            if not mounting.occupied and not key.startswith("tare") and key not in CALIBRATED:
                 continue
             names.append((name, f"{name}@{groups[k] + 1}" if key.startswith("mounting.") else name))
         of_one = problem(
@@ -273,7 +279,10 @@ def joined(
         problems.append(of_one)
         own.append(tuple(full for _, full in names))
     prior = tuple((name, value, std) for name, value, std in unknown.values() if std > 0.0)
-    return Combined(problems=tuple(problems), unknown=tuple(order), own=tuple(own), prior=prior)
+    generalized = any(r.given.stand.unknown and r.given.has_mounting for r in recordings)
+    return Combined(
+        problems=tuple(problems), unknown=tuple(order), own=tuple(own), prior=prior, generalized=generalized
+    )
 
 
 def _tare_starts(recordings: Sequence[Recording], tasks: Sequence[Task]) -> dict[str, float]:
@@ -349,9 +358,11 @@ def _consistency_warnings(recordings: Sequence[Recording], budget: Budget) -> li
 
 def _statement(p: Combined, recordings: Sequence[Recording], budget: Budget) -> str:
     """How the unknowns were found, for the certificate."""
-    n, on_stand = len(recordings), [occupied(r.given) for r in recordings]
-    count = len({g for g, on in zip(mountings(recordings), on_stand, strict=True) if on})
+    n, on_stand, asked_of = len(recordings), [occupied(r.given) for r in recordings], p.on
+    count = len({g for k, g in enumerate(mountings(recordings)) if k in asked_of})
+    known = on_stand.count(True) - len(asked_of)
     empty = "" if all(on_stand) else f" and {on_stand.count(False)} without the body"
+    empty = f" and {known} of a known body{empty}" if known else empty
     text = (
         f"One least squares of {data_fitted(p)} over {n} recording{'s' if n > 1 else ''} in {count} "
         f"mounting{'s' if count > 1 else ''}{empty}, weighted by their covariances"
@@ -390,6 +401,8 @@ def _mounted(given: OnSprings) -> tuple[tuple[str, str], ...]:
 def _undetermined(p: Combined, values: np.ndarray, spelled: dict[str, str]) -> tuple[tuple[str, str], ...]:
     """Properties of the body that were not asked for and that these mountings do not determine, with the reason."""
     rows = []
+    if not set(BODY_NAMES) & set(p.unknown):
+        return ()
     for key, name in (*PROPERTIES.items(), ("common_factor", "stiffness")):
         if name in p.unknown:
             continue

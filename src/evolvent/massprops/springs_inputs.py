@@ -8,12 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.description import PROPERTIES, OnSprings
+from evolvent.massprops.description import OnSprings
 from evolvent.massprops.inertia import Body, Stand
 from evolvent.massprops.inertia.stand import Mounting, inertia_defect
 from evolvent.massprops.keys import DIRECTIONS
 from evolvent.massprops.modal import Modal
 from evolvent.massprops.rounding import shown
+from evolvent.massprops.spring_keys import CALIBRATED, PROPERTIES
 from evolvent.massprops.uncertain import Uncertain
 
 #: Name and unit of every quantity that may be asked for.
@@ -25,6 +26,8 @@ LABELS = {
     **{f"I{a}{a}": (f"moment of inertia about {a}", "kg m²") for a in "xyz"},
     **{f"I{ab}": (f"product of inertia {ab} (element of the tensor)", "kg m²") for ab in ("xy", "xz", "yz")},
     "common_factor": ("common factor on the stiffnesses", "1"),
+    "half_length": ("half the distance of the springs along x", "m"),
+    "half_width": ("half the distance of the springs along z", "m"),
 }
 
 
@@ -61,8 +64,7 @@ def asked(given: OnSprings) -> list[Asked]:
         for axis, value in zip("xyz", given.mounting.position, strict=True):
             if value.unknown:
                 found.append(Asked(f"mounting.position.{axis}", f"position_{axis}", value))
-    if given.stand.common_factor.unknown:
-        found.append(Asked("common_factor", "stiffness", given.stand.common_factor))
+    found += [Asked(key, CALIBRATED[key], getattr(given.stand, key)) for key in given.stand.unknown]
     return found
 
 
@@ -278,7 +280,8 @@ def assumptions(given: OnSprings, body: Body, extra: list[Input], half: float) -
             exact = "" if value.std else ", taken as exact"
             rows.append((label, f"{shown(value.value, value.std)} {unit}{exact}"))
     s = given.stand
-    fixed = [k for k in ("half_length", "half_width") if (v := getattr(s, k)) is not None and not v.std]
+    sides = {k: v for k in ("half_length", "half_width") if (v := getattr(s, k)) is not None}
+    fixed = [k for k, v in sides.items() if not v.std and not v.unknown]
     fixed += [k for k in ("stiffness", "natural_length", "lateral_stiffness") if not any(v.std for v in getattr(s, k))]
     fixed += ["points"] if s.points is not None and not any(c.std for p in s.points for c in p) else []
     if fixed:

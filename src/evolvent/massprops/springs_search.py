@@ -34,8 +34,11 @@ class Recording(NamedTuple):
 
 
 def mountings(recordings: Sequence[Recording]) -> list[int]:
-    """Number of the first recording in the same mounting, for each."""
-    found = [(r.given.mounting or mounting_keys.Mounting()).model_dump(mode="json") for r in recordings]
+    """Number of the first recording of the same body in the same mounting, for each."""
+    found = [
+        ((r.given.mounting or mounting_keys.Mounting()).model_dump(mode="json"), r.given.body.model_dump(mode="json"))
+        for r in recordings
+    ]
     return [found.index(one) for one in found]
 
 
@@ -117,7 +120,10 @@ def _hint(recordings: Sequence[Recording], reasons: str) -> str:
     """What may be done where unknowns are not determined."""
     if "tare" in reasons and all(occupied(r.given) for r in recordings):
         return "; record the stand without the body as well (mounting.body: false), or state what is known"
-    mounted = {g for g, r in zip(mountings(recordings), recordings, strict=True) if occupied(r.given)}
+    groups = zip(mountings(recordings), recordings, strict=True)
+    mounted = {g for g, r in groups if occupied(r.given) and r.given.body.unknown}
+    if not mounted:
+        return ""
     text = "1 mounting of the body is" if len(mounted) == 1 else f"{len(mounted)} mountings of the body are"
     return f"; {text} recorded: turn it about another axis, or state what is known"
 

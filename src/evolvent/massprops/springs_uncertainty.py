@@ -157,13 +157,45 @@ def _second_order_terms(
     return np.asarray((found[:q] + found[q:-1] - 2.0 * found[-1]) / np.sqrt(2.0))
 
 
-def _misfit_of_each(p: Combined, r: np.ndarray, D: np.ndarray, U: np.ndarray) -> np.ndarray:
+def influence(p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input]) -> np.ndarray:
+    """(r, q) change of the residual by each input's standard deviation."""
+    if not inputs:
+        return np.zeros((len(p.residual(values)), 0))
+    plus, minus = np.split(_ends(p, values, inputs, 0.5)[1], 2)
+    return np.asarray((plus - minus).T)
+
+
+def _estimator(p: Problem | Combined, J: np.ndarray, D: np.ndarray) -> np.ndarray:
+    """(p, r) P of the estimate, dp = -P dr, for the derivative J of the residual by the unknowns over their scale.
+
+    Notes
+    -----
+    The pseudoinverse of J; of a generalized problem that of the residual whitened by 1 + D D^T (Aitken 1935).
+    """
+    if isinstance(p, Combined) and p.generalized:
+        W = np.linalg.inv(np.linalg.cholesky(np.eye(len(J)) + D @ D.T))
+        return np.asarray(p.scale[:, None] * (np.linalg.pinv(W @ J) @ W))
+    return np.asarray(p.scale[:, None] * np.linalg.pinv(J))
+
+
+def weighted(p: Combined, values: np.ndarray, inputs: Sequence[Input]) -> np.ndarray:
+    """Values of the unknowns of a generalized problem, from those that weight the data by their noise alone."""
+    if not p.generalized:
+        return values
+    for _ in range(2):
+        P = _estimator(p, p.jacobian(values) * p.scale, influence(p, values, inputs))
+        for _ in range(4):
+            values = values - P @ p.residual(values)
+    return values
+
+
+def _misfit_of_each(p: Combined, r: np.ndarray, D: np.ndarray, fitted: np.ndarray) -> np.ndarray:
     """(n,) root mean square of each recording's residual, of the covariance that data and inputs let expect of it.
 
-    U (r, p) holds the columns of J.
+    `fitted` (r, r) is the part of the residual that the unknowns take up, J P.
     """
-    left, first, found = np.eye(len(r)) - U @ U.T, p.first_rows, []
-    C = left @ (np.eye(len(r)) + D @ D.T) @ left
+    left, first, found = np.eye(len(r)) - fitted, p.first_rows, []
+    C = left @ (np.eye(len(r)) + D @ D.T) @ left.T
     for k, (part, _) in enumerate(p.parts):
         rows = slice(first[k], first[k + 1])
         variance, V = np.linalg.eigh(C[rows, rows])
@@ -214,11 +246,8 @@ def budget_of(
     """
     scale, certain = p.scale, p.weighted
     J = p.jacobian(values) * scale
-    P = scale[:, None] * np.linalg.pinv(J)
-    D = np.zeros((len(J), 0))
-    if inputs:
-        plus, minus = np.split(_ends(p, values, inputs, 0.5)[1], 2)
-        D = (plus - minus).T
+    D = influence(p, values, inputs)
+    P = _estimator(p, J, D)
     r = p.residual(values)
     free = len(r) - len(values) - p.free_scales
     consistency, misfit = np.nan, np.full(len(p.parts), np.nan)
@@ -229,7 +258,7 @@ def budget_of(
         z, E = N.T @ r, N.T @ D
         consistency = float(np.sqrt(z @ np.linalg.solve(np.eye(len(z)) + E @ E.T, z) / free))
         if isinstance(p, Combined):
-            misfit = _misfit_of_each(p, r, D, U[:, :rank])
+            misfit = _misfit_of_each(p, r, D, (J / scale) @ P)
     widened = max(1.0, consistency) if np.isfinite(consistency) else 1.0
     first, second = -(P @ D).T, np.nan_to_num(_second_order_terms(p, values, inputs, P), posinf=0.0, neginf=0.0)
     sign = np.sign(np.where(np.abs(first) >= np.abs(second), first, second))

@@ -171,6 +171,7 @@ MassOrZeroOrUnknown = Annotated[Uncertain, _kind(**_MASS, least=0.0, unknown=Tru
 InertiaOrUnknown = Annotated[Uncertain, _kind(**_INERTIA, above=0.0, unknown=True)]
 ProductOrUnknown = Annotated[Uncertain, _kind(**_PRODUCT, unknown=True)]
 Length = Annotated[Uncertain, _kind(**_LENGTH)]
+LengthOrUnknown = Annotated[Uncertain, _kind(**_LENGTH, unknown=True)]
 LengthOrZero = Annotated[Uncertain, _kind(what="a length", unit="m", example="0.25 m +- 0.5 mm", least=0.0)]
 Lengths = Annotated[tuple[Uncertain, ...], MeasuredList(quantity=_kind(**_LENGTH))]
 Stiffnesses = Annotated[tuple[Uncertain, ...], MeasuredList(quantity=_kind(**_STIFFNESS, above=0.0))]

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
 from evolvent.base.errors import InputError, nearest
+from evolvent.papers.rib_captions import CAPTIONS
 
 if TYPE_CHECKING:
     from evolvent.results.figures import Figure
@@ -117,21 +118,16 @@ THREAD: dict[str, Entry] = _entries(
 #: Tables and figures of the paper on the wrapped rib.
 RIB: dict[str, Entry] = _entries(
     "rib",
-    ("figure-1", 1, 1, "rib_schematics.figure_1", "schematic: antenna folded in orbit, ribs wound on the hub"),
-    ("figure-2", 1, 1, "rib_schematics.figure_2", "schematic: wrapping process"),
-    ("figure-3", 1, 1, "rib_schematics.figure_3", "schematic: spatial ANCF beam element with the vectors of its nodes"),
-    ("figure-4", 1, 1, "rib_schematics.figure_4", "schematic: detection of contact between rib and hub"),
-    ("figure-5", 1, 1, "rib_schematics.figure_5", "schematic: initial state of rib and hub"),
-    ("figure-6", 3, 2, "rib_figures.figure_6", "winding of a rib: shapes in time (our torque and damping)"),
-    ("figure-7", 12, 5, "rib_figures.figure_7", "winding of a rib: tip speed for three mass dampings"),
-    ("figure-8", 12, 5, "rib_figures.figure_8", "winding of a rib: points that touch the hub (our torque and damping)"),
-    ("figure-9", 12, 5, "rib_figures.figure_9", "winding of a rib: contact force for three mass dampings"),
+    *((f"figure-{k}", 1, 1, f"rib_schematics.figure_{k}", f"schematic: {CAPTIONS[k]}") for k in range(1, 6)),
+    ("figure-6", 3, 2, "rib_figures.figure_6", f"{CAPTIONS[6]} (our torque and damping)"),
+    ("figure-7", 12, 5, "rib_figures.figure_7", f"{CAPTIONS[7]} (our torque)"),
+    ("figure-8", 12, 5, "rib_figures.figure_8", f"{CAPTIONS[8]} (our torque and damping)"),
+    ("figure-9", 12, 5, "rib_figures.figure_9", f"{CAPTIONS[9]} (our torque)"),
     ("root-damping", 10, 5, "rib_figures.root_damping", "ours: damping in the first element or hinge alone"),
     ("points-at-rest", 3, 2, "rib_figures.points_at_rest", "ours: wound rib at rest, gaps of the contact points"),
     ("table-1", 240, 30, "rib.table_1",
      "winding of a rib, a = 0: CPU time and error over the step, implicit and explicit, two models"),
-    ("figure-10", 60, 20, "rib.figure_10",
-     "winding of a rib, a = 0: tip speed by two methods, implicit and a chain by central differences"),
+    ("figure-10", 60, 20, "rib.figure_10", f"{CAPTIONS[10]} (our torque, a chain of links in place of LS-DYNA)"),
 )  # fmt: skip
 
 #: Tables and figures of the paper on the inertia stand.
@@ -144,6 +140,7 @@ STAND: dict[str, Entry] = _entries(
     ("figure-5", 5, 3, "stand.figure_5", "two frequencies over the x offset"),
     ("energies", 8, 4, "stand.energies", "ours: energies of the three modes over the offset"),
     ("amplitudes", 8, 4, "stand.amplitudes", "ours: amplitudes of each mode at each spring over the offset"),
+    ("pulls", 4, 4, "stand_pulls.figure", "ours: least energies with pulls at two springs, at a point, in two records"),
     ("prony", 60, 8, "stand_prony.figure_prony",
      "ours: frequencies and decrements by Prony's method and VARPRO: errors over rate, number of samples, noise"),
     ("error", 15, 6, "stand_error.table_error",

@@ -12,6 +12,7 @@ import numpy as np
 from evolvent import closed_forms
 from evolvent.elements import axis_shape
 from evolvent.papers import Made, Options
+from evolvent.papers.rib_captions import title
 from evolvent.papers.rib_runs import ALPHAS, Run, of_the_paper, runs
 from evolvent.papers.winding import markdown
 from evolvent.results.figures import Figure, Line, Panel, plain
@@ -23,13 +24,15 @@ Array = np.ndarray
 DETAIL, ROOT_DETAIL = (-0.2, 0.2), (27.9, 28.6)
 #: Shapes that are drawn of a run, and its mass damping, 1/s.
 SHAPES, SHOWN = 6, 0.2
+#: Speed of the tip below which a wound rib is at rest, m/s.
+AT_REST = 1e-3
 #: Points of an element at which its shape is drawn.
 SMOOTH = 12
 TIME = "time, s"
 #: Runs on the damping of the root: name -> keys beside those of a run without damping.
 ROOT: Mapping[str, Mapping[str, Any]] = {
     "no damping": {},
-    r"$\alpha$ = 0.5 1/s on the first 1.2 m": {"damping__alpha": 0.5, "damping__elements": (1, 2, 3, 4)},
+    "$a$ = 0.5 1/s on the first 1.2 m": {"damping__alpha": 0.5, "damping__elements": (1, 2, 3, 4)},
     "hinge damper 0.05 N m s": {"rib__root_damping": 0.05},
     "hinge damper 1 N m s": {"rib__root_damping": 1.0},
 }
@@ -46,16 +49,21 @@ def _of(wanted: Sequence[Mapping[str, Any]], options: Options) -> tuple[list[Run
 
 
 def _name(run: Run) -> str:
-    return rf"$\alpha$ = {run.case.damping.alpha:g} 1/s"
+    return f"$a$ = {run.case.damping.alpha:g} 1/s"
+
+
+def _ours(run: Run, damping: str = "$a$") -> str:
+    """What the paper does not give, or leaves open."""
+    return f"torque {run.case.drive.torque:g} N m, {damping} on the whole rib"
 
 
 def _note(run: Run) -> str:
     return f"{run.case.rib.elements} cable elements, torque {run.case.drive.torque:g} N m, energy-momentum.\n"
 
 
-def _lines(found: list[Run], values: Callable[[Run], Array], *, named: bool = True) -> list[Line]:
+def _lines(found: list[Run], values: Callable[[Run], Array]) -> list[Line]:
     """A line of each run over its time."""
-    return [Line(x=run.t, y=values(run), label=_name(run) * named, color=k, width=1.2) for k, run in enumerate(found)]
+    return [Line(x=run.t, y=values(run), label=_name(run), color=k, width=1.2) for k, run in enumerate(found)]
 
 
 # ------------------------------------------------------------------------------------------------ figures 6 to 9
@@ -69,23 +77,24 @@ def figure_6(options: Options) -> Made:
     turned = np.maximum.accumulate(np.abs(run.turns[kept]))
     mixed = turned / max(turned[-1], 1e-300) + 0.3 * run.t[kept] / run.t[kept[-1]]
     moments = sorted({int(kept[np.searchsorted(mixed, x)]) for x in np.linspace(mixed[0], mixed[-1], SHAPES)})
+    moments.append(run.t.size - 1)  # wound and at rest
     R, length = run.case.hub.radius, run.case.rib.element_length
     around = np.linspace(0.0, 2.0 * np.pi, 181)
     whole = [Line(x=R * np.cos(around), y=R * np.sin(around), color="gray", width=1.0)]
     paths = smooth(run.x[moments, :, 0], run.x[moments, :, 1], length, SMOOTH)
     for k, path in enumerate(paths):
         label, color = f"{run.t[moments[k]]:.4g} s", k / len(moments)
+        label += ", at rest" * bool(k and run.speed[moments[k]] < AT_REST)
         whole.append(Line(x=path[:, 0], y=path[:, 1], label=label, color=color, width=1.3))
     near = [_inside(line, 2.0 * R) for line in whole]
     panels = [
         Panel(x_label="x, m", y_label="y, m", lines=lines, title=text, equal=True)
         for lines, text in ((whole, "along the hub's axis"), (near, "near the hub"))
     ]
-    title = f"Shapes of the rib in time, {_name(run)} (figure 6 of Yi et al. 2017)"
-    figure = Figure(name="rib-figure-6", title=title, panels=panels, columns=2, height=108.0)
-    tip, wrapped = np.linalg.norm(run.x[:, -1, 0, :2], axis=1), run.turns
-    rows = [[f"{run.t[k]:.4g}", f"{tip[k]:.3g}", f"{wrapped[k]:.3g}"] for k in moments]
-    table = markdown(("time, s", "tip from the hub's axis, m", "turns wound"), rows)
+    figure = Figure(name="rib-figure-6", title=title(6, _ours(run, _name(run))), panels=panels, columns=2, height=108.0)
+    tip, wound, touching = np.linalg.norm(run.x[:, -1, 0, :2], axis=1), run.turns, run.touching_turns
+    rows = [[f"{run.t[k]:.4g}", f"{tip[k]:.3g}", f"{wound[k]:.3g}", f"{touching[k]:.3g}"] for k in moments]
+    table = markdown(("time, s", "tip from the hub's axis, m", "turns wound", "turns that touch"), rows)
     return Made(text=f"{_note(run)}\n{table}", figure=figure, complete=complete)
 
 
@@ -109,19 +118,18 @@ def figure_7(options: Options) -> Made:
     found, complete = _all(options)
     strings = [_string_speed(run) for run in found]
     if strings:
-        strings[0] = dataclasses.replace(strings[0], label="string, to 98 % wound")
+        strings[0] = dataclasses.replace(strings[0], label="ours: string, to 98 % wound")
     lines = [*_lines(found, lambda run: run.speed), *strings]
-    panels = [Panel(x_label=TIME, y_label="tip speed, m/s", lines=lines, y_zero=True, title="winding")]
+    panels = [Panel(x_label=TIME, y_label="tip speed, m/s", lines=lines, y_zero=True)]
     for k, run in enumerate(found):
         peak = run.t[run.peak]
         near = (run.t > peak + DETAIL[0]) & (run.t < peak + DETAIL[1])
-        drawn = [Line(x=run.t[near], y=run.speed[near], color=k)]
+        drawn = [Line(x=run.t[near], y=run.speed[near], label=_name(run), color=k)]
         coarse = near & run.even
         drawn.append(Line(x=run.t[coarse], y=run.speed[coarse], color=k, style="", marker="o", label="every 0.25 s"))
-        text = f"{_name(run)}: largest {run.speed[run.peak]:.1f} m/s at {peak:.2f} s"
+        text = f"ours: detail, {run.speed[run.peak]:.1f} m/s at {peak:.2f} s"
         panels.append(Panel(x_label=TIME, y_label="tip speed, m/s", lines=drawn, y_zero=True, title=text))
-    title = "Speed of the tip, three dampings of the whole rib (our reading of figure 7 of Yi et al. 2017)"
-    figure = Figure(name="rib-figure-7", title=title, panels=panels, columns=2, height=160.0)
+    figure = Figure(name="rib-figure-7", title=title(7, _ours(found[0])), panels=panels, columns=2, height=160.0)
     rows = [
         [
             f"{run.case.damping.alpha:g}", f"{run.t[run.peak]:.2f}", f"{run.speed[run.peak]:.3g}",
@@ -129,7 +137,7 @@ def figure_7(options: Options) -> Made:
         ]
         for run in found
     ]  # fmt: skip
-    head = ("alpha, 1/s", "tip fastest at, s", "peak, m/s", "largest of samples every 0.25 s, m/s",
+    head = ("a, 1/s", "tip fastest at, s", "peak, m/s", "largest of samples every 0.25 s, m/s",
             "string 98 % wound at, s")  # fmt: skip
     return Made(text=f"{_note(found[0])}\n{markdown(head, rows)}", figure=figure, complete=complete)
 
@@ -145,17 +153,15 @@ def figure_8(options: Options) -> Made:
     found, complete = _all(options)
     case = found[0].case
     total = case.rib.elements * case.contact.points
+    label, touching = f"points with contact (of {total})", f"elements that touch (of {case.rib.elements})"
+    every = _lines(found, lambda run: run.points)
+    k = min(1, len(every) - 1)  # the paper has one curve, of a damping that it does not name
     panels = [
-        Panel(
-            x_label="", y_label=f"contact points that touch (of {total})", lines=_lines(found, lambda run: run.points)
-        ),
-        Panel(
-            x_label=TIME, y_label=f"elements that touch (of {case.rib.elements})",
-            lines=_lines(found, _touching_elements, named=False),
-        ),
-    ]  # fmt: skip
-    title = "Contact points that touch the hub (figure 8 of Yi et al. 2017)"
-    figure = Figure(name="rib-figure-8", title=title, panels=panels, height=140.0)
+        Panel(x_label="", y_label=label, lines=[every[k]]),
+        Panel(x_label="", y_label=label, lines=every, title="ours: three dampings"),
+        Panel(x_label=TIME, y_label=touching, lines=_lines(found, _touching_elements), title="ours: elements"),
+    ]
+    figure = Figure(name="rib-figure-8", title=title(8, _ours(found[k], _name(found[k]))), panels=panels, height=200.0)
     rows = []
     for run in found:
         at = np.searchsorted(run.t, run.t[run.peak] * np.array([0.5, 0.75, 0.9, 0.99]))
@@ -163,7 +169,7 @@ def figure_8(options: Options) -> Made:
         end = f"{run.points[-1]:.0f} at {run.t[-1]:g} s"
         rows.append([f"{run.case.damping.alpha:g}", *counts, end, str(_touching_elements(run)[-1])])
     head = (
-        "alpha, 1/s",
+        "a, 1/s",
         "points at 50 % of the peak's time",
         "75 %",
         "90 %",
@@ -179,20 +185,21 @@ def figure_9(options: Options) -> Made:
     found, complete = _all(options)
     closed = closed_forms.wound_contact_force(found[0].case.strip, found[0].case.drive.torque)
     span = np.array([0.0, max(run.t[-1] for run in found)])
-    rest = Line(x=span, y=np.full(2, closed), label="wound and held, $TL/2R^2$", color="gray", style="--", width=1.0)
+    words = "ours: wound and held, $TL/2R^2$"
+    rest = Line(x=span, y=np.full(2, closed), label=words, color="gray", style="--", width=1.0)
+    impulses = _lines(found, lambda run: run.impulse)
     panels = [
         Panel(x_label="", y_label="contact force, N", lines=[*_lines(found, lambda run: run.force), rest], y_zero=True),
-        Panel(x_label=TIME, y_label="impulse, N s", lines=_lines(found, lambda run: run.impulse, named=False)),
+        Panel(x_label=TIME, y_label="impulse, N s", lines=impulses, title="ours: impulse"),
     ]
     near = []
     for k, run in enumerate(found):
         part = np.abs(run.t - run.t[run.peak] + 0.05) < 0.15
-        near.append(Line(x=run.t[part] - run.t[run.peak], y=run.force[part], color=k, width=1.2))
-    text = "contact force, N"
-    panels.append(Panel(x_label="time from the peak of the tip's speed, s", y_label=text, lines=near, y_zero=True))
-    title = "Contact force, three dampings of the whole rib (our reading of figure 9 of Yi et al. 2017)"
-    figure = Figure(name="rib-figure-9", title=title, panels=panels, height=190.0)
-    head = ("alpha, 1/s", *FORCES)
+        near.append(Line(x=run.t[part] - run.t[run.peak], y=run.force[part], label=_name(run), color=k, width=1.2))
+    label = "time from the peak of the tip's speed, s"
+    panels.append(Panel(x_label=label, y_label="contact force, N", lines=near, y_zero=True, title="ours: detail"))
+    figure = Figure(name="rib-figure-9", title=title(9, _ours(found[0])), panels=panels, height=200.0)
+    head = ("a, 1/s", *FORCES)
     rows = [[f"{run.case.damping.alpha:g}", *_forces(run)] for run in found]
     return Made(text=f"{_note(found[0])}\n{markdown(head, rows)}", figure=figure, complete=complete)
 
@@ -234,8 +241,8 @@ def root_damping(options: Options) -> Made:
     panels = [
         Panel(x_label=TIME, y_label=label, lines=each, y_zero=True) for label, each in zip(labels, lines, strict=True)
     ]
-    title = "Damping at the root alone does not guide the winding (section 2.3 of Yi et al. 2017)"
-    figure = Figure(name="rib-root-damping", title=title, panels=panels, height=190.0)
+    text = "Ours: damping at the root alone does not guide the winding (section 2.3 of Yi et al. 2017)"
+    figure = Figure(name="rib-root-damping", title=text, panels=panels, height=190.0)
     rows = [
         [plain(name), f"{run.t[run.peak]:.2f}", f"{run.speed[run.peak]:.3g}", *_forces(run)]
         for run, name in zip(found, ROOT, strict=False)
@@ -282,8 +289,8 @@ def points_at_rest(options: Options) -> Made:
         drawn.append(Line(x=np.arange(1, each + 1) / each, y=gap[number], color=k, style="", marker="o"))
     drawn.append(Line(x=np.array([0.0, 1.0]), y=np.zeros(2), color="gray", width=0.8))
     panels.append(Panel(x_label="along the element", y_label="distance from the hub, um", lines=drawn))
-    title = f"Contact points of the wound rib at rest: {touches.sum()} of {touches.size} touch"
-    figure = Figure(name="rib-points-at-rest", title=title, panels=panels, height=160.0)
+    heading = f"Ours: contact points of the wound rib at rest, {touches.sum()} of {touches.size} touch"
+    figure = Figure(name="rib-points-at-rest", title=heading, panels=panels, height=160.0)
     head = ("point, of each element", f"touch, of {count}", "mean gap, um", "smallest, um", "largest, um")
     rows = [
         [f"{(i + 1) / each:g}", str(touches[:, i].sum()), f"{gap[inside, i].mean():.3g}", f"{gap[inside, i].min():.3g}",

@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent.elements import axis_shape, nodal
 from evolvent.papers import Made, Options
+from evolvent.papers.rib_captions import title
 from evolvent.papers.winding import markdown
 from evolvent.results.figures import Figure, Line, Note, Panel
 
@@ -57,12 +58,12 @@ def _note(at: Any, text: str) -> Note:
     return Note(at=(float(at[0]), float(at[1])), text=text)
 
 
-def _made(number: int, title: str, lines: list[Line], notes: list[Note], rows: list[list[str]]) -> Made:
+def _made(number: int, lines: list[Line], notes: list[Note], rows: list[list[str]], *, ours: str = "") -> Made:
     panel = Panel(x_label="", y_label="", lines=lines, notes=notes, axes=False, equal=True)
-    text = f"{title} (figure {number} of Yi et al. 2017)"
+    text = title(number, ours)
     figure = Figure(name=f"rib-figure-{number}", title=text, panels=[panel])
     note = "Schematic, drawn by us from the caption and the text; the paper's own drawing is not reproduced."
-    return Made(text=f"{text}.\n{note}\n\n{markdown(('quantity', 'value'), rows)}", figure=figure)
+    return Made(text=f"{text}\n\n{note}\n\n{markdown(('quantity', 'value'), rows)}", figure=figure)
 
 
 def _axis(nodes: Array, length: float, xi: Array) -> Array:
@@ -97,12 +98,11 @@ def figure_1(options: Options) -> Made:
             text="hinge of a rib",
             points_to=(R * math.cos(4.0 * np.pi / 3.0), R * math.sin(4.0 * np.pi / 3.0)),
         ),
-        _note((0.95, -0.98), "distance of the turns not to scale"),
     ]
     rows = [["ribs drawn", f"{RIBS} (the paper's number is not known)"],
             ["turns of a rib of 12 m on the hub", f"{turns:.2f}"],
             ["thickness of the wound layers, so many ribs", f"{1e3 * RIBS * turns * THICKNESS:.2g} mm"]]  # fmt: skip
-    return _made(1, "Wrapped-rib antenna folded in orbit: ribs wound on the hub", lines, notes, rows)
+    return _made(1, lines, notes, rows, ours=f"{RIBS} ribs; distance of the turns not to scale")
 
 
 def figure_2(options: Options) -> Made:
@@ -129,7 +129,7 @@ def figure_2(options: Options) -> Made:
     rows = [["drawn of the rib", f"{shown:g} m of its {LENGTH:g} m"],
             ["the rib rotates about the hub", f"{LENGTH / R:g} rad in all"],
             ["strain of its surface on the hub, t/2R", f"{50.0 * THICKNESS / R:.3g} %"]]  # fmt: skip
-    return _made(2, "Wrapping process: rotation about the hub with large bending", lines, notes, rows)
+    return _made(2, lines, notes, rows)
 
 
 def figure_3(options: Options) -> Made:
@@ -150,20 +150,21 @@ def figure_3(options: Options) -> Made:
     lines.append(_line(axis, color=0, width=2.0))
     origin = np.array([-0.45, -0.35, -0.2])
     notes = [_note(_moved(origin, 0.0, 0.0, -0.05), "$O$")]
-    for unit, text in zip(np.eye(3), "xyz", strict=True):
+    for unit, text in zip(np.eye(3), "XYZ", strict=True):
         lines.append(_arrow(origin, origin + 0.25 * unit, color="gray"))
         notes.append(_note(origin + 0.3 * unit, f"${text}$"))
     for node, name in zip(nodes, "pq", strict=True):
         lines.append(_arrow(origin, node[0], head=0.05, color=2, width=1.2))
         lines.append(_line(node[:1], color=0, style="", marker="o"))
-        notes.append(_note(_moved(0.45 * origin + 0.55 * node[0], 0.0, 0.0, -0.06), rf"$\mathbf{{r}}_{{{name}}}$"))
+        notes.append(_note(_moved(0.45 * origin + 0.55 * node[0], 0.0, 0.0, -0.06), rf"$\mathbf{{R}}_{{{name}}}$"))
+        notes.append(_note(_moved(node[0], 0.0, 0.0, -0.09), f"${name}$"))
         for k, text in enumerate(("x", "y", "z"), start=1):
             tip = node[0] + 0.36 * node[k] / np.linalg.norm(node[k])
             lines.append(_arrow(node[0], tip, color=1, width=1.8))
-            notes.append(_note(tip + 0.06 * node[k] / np.linalg.norm(node[k]), rf"$\mathbf{{r}}_{{{name},{text}}}$"))
-    rows = [["coordinates of a node", "12: position r and slopes r,x r,y r,z"], ["coordinates of an element", "24"],
-            ["position of a point", "r = S(x, y, z) e"]]  # fmt: skip
-    return _made(3, "Spatial ANCF beam element with the vectors of its nodes", lines, notes, rows)
+            notes.append(_note(tip + 0.06 * node[k] / np.linalg.norm(node[k]), rf"$\mathbf{{R}}_{{{name},{text}}}$"))
+    rows = [["coordinates of a node", "12: those of R and of its slopes R,x R,y R,z in O-XYZ"],
+            ["coordinates of an element", "24"], ["position of a point", "r = S(x, y, z) e"]]  # fmt: skip
+    return _made(3, lines, notes, rows)
 
 
 def straddling_distances(length: float) -> tuple[float, float]:
@@ -213,7 +214,7 @@ def figure_4(options: Options) -> Made:
             ["distance of the nodes from the axis when the middle touches", f"{reach:.3f} m"],
             ["force f on the middle, on the nodes by S^T f", f"{S[0]:g} f, {S[2]:g} f"],
             ["and on the slopes, over the element's length", f"{S[1] / length:g} f, {S[3] / length:g} f"]]  # fmt: skip
-    return _made(4, "Detection of contact between the rib and the hub", lines, notes, rows)
+    return _made(4, lines, notes, rows)
 
 
 def figure_5(options: Options) -> Made:
@@ -253,4 +254,4 @@ def figure_5(options: Options) -> Made:
             ["rib", f"{LENGTH:g} m x {WIDTH:g} m x {THICKNESS:g} m, 1600 kg/m3, E = 5 MPa, nu = 0.3"],
             ["drawn of the rib", f"{shown:g} m of its length, eight times its width"],
             ["contact", "K = 1e6, c = 1e3 (units not given)"]]  # fmt: skip
-    return _made(5, "Initial state of the rib and the hub", lines, notes, rows)
+    return _made(5, lines, notes, rows)

@@ -70,7 +70,7 @@ def decrements() -> Values:
     At the damping ratios 0.002 ("low") and 0.01 ("high"), by Prony's method, by VARPRO, and by the Cramér-Rao bound in
     closed form; `any` is the least of the closed form over all damping ratios from 1e-4 to 1.
     """
-    found = {}
+    found: dict[str, float] = {}
     for name, damping in zip(("low", "high"), DAMPINGS, strict=True):
         record = Record(damping=damping)
         rows = {

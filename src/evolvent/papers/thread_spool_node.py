@@ -143,8 +143,8 @@ def _unwinding(name: str, title: str, start: Start) -> Made:
         "No external forces, body at rest, no weight at the tip; r, rate of the spool and mass per length of the "
         "paper. Our reading: shapes in the plane of X and Z. The paper gives no c, d and length for the figure; our "
         f"choice: a regular motion, E b h = c l0 = {REGULAR[0]:g} N, d = {REGULAR[1]:g} N s/m, {TURNS:g} turns, "
-        f"rounded up to a whole segment. With the film of table IV.1, {STIFF[0]:g} N, and d = {STIFF[1]:g} N s/m the motion by "
-        "(3, 4) is chaotic; `evolvent figure thread-spool-node-map` has others. Computed with the equations of the "
+        f"rounded up to a whole segment. With the film of table IV.1, {STIFF[0]:g} N, and d = {STIFF[1]:g} N s/m the "
+        "motion by (3, 4) is chaotic; `evolvent figure thread-spool-node-map` has others. Computed with the equations of the "
         "paper, by RK4, without the package's solvers.\n"
     )
     figure = Figure(name=name, title=title, panels=panels, columns=2, height=205.0)

@@ -241,6 +241,15 @@ def _letter(name: str) -> str:
         return name
 
 
+def counts(panel: Panel, direction: str) -> bool:
+    """Whether the axis "x" or "y" of a panel counts things: its values are whole numbers without a unit."""
+    if ", " in getattr(panel, f"{direction}_label") or not panel.lines:
+        return False
+    values = np.concatenate([np.ravel(np.asarray(getattr(line, direction), dtype=float)) for line in panel.lines])
+    values = values[np.isfinite(values)]
+    return bool(values.size and np.ptp(values) >= 1.0 and np.all(values == np.round(values)))
+
+
 def y_limits(panel: Panel) -> tuple[float, float] | None:
     """Ends of a panel's y axis where its values alone do not decide them.
 

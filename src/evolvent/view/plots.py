@@ -14,7 +14,7 @@ import numpy as np
 from evolvent.base import progress
 from evolvent.base.errors import InputError
 from evolvent.base.files import make_folder, write_file
-from evolvent.results.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, y_limits
+from evolvent.results.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, counts, y_limits
 from evolvent.view.layout import EDGE, Place, arrange
 from evolvent.view.style import DASHES, PALETTE, POINT, STYLE, block, text_width, wrapped
 from evolvent.view.ticks import set_plain_ticks
@@ -237,7 +237,10 @@ def _panel(axis: Any, panel: Panel, size: tuple[float, float], *, legend: bool, 
     if panel.log_x:
         axis.set_xscale("log")
     if not panel.log_x and panel.x_names is None and panel.axes:
-        axis.locator_params(axis="x", nbins=int(np.clip(width / _TICK, 3, 10)))
+        nbins = int(np.clip(width / _TICK, 3, 10))
+        axis.locator_params(axis="x", nbins=nbins, integer=counts(panel, "x"))
+    if not panel.log and panel.y_names is None and counts(panel, "y"):
+        axis.locator_params(axis="y", integer=True)
     if (ends := y_limits(panel)) is not None:
         axis.set_ylim(*ends)
     if not panel.axes:

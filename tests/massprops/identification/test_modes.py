@@ -304,3 +304,16 @@ def test_of_equal_amplitudes_the_first_is_positive(more):
         swing = sign * 0.2 * np.cos(21.0 * t)
         found = identify({"left": swing, "right": -(1.0 + more) * swing}, rate=50.0, order=1)
         assert found.mode_shapes().real[0] == pytest.approx([0.2, -0.2], abs=1e-5)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-9, 1e-3])
+def test_prony_counts_samples_a_period_of_the_highest_mode(noise: float, rng: np.random.Generator) -> None:
+    """Not of a weak harmonic, nor of what a spectrum without noise shows far above the modes."""
+    rate, w = 500.0 / 3.0, np.array([13.96, 16.42, 24.59])
+    time = np.arange(2041) / rate
+    data = np.cos(time[:, None] * w).sum(axis=1) + 1e-6 * np.cos(3.0 * w[2] * time)
+    data += noise * rng.standard_normal(time.size)
+    found = prony(data, 3, rate=rate)
+    every = prony(data[::17], 3, rate=rate / 17.0, samples_per_period=None)  # 2 pi 500 / (3 * 24.59 * 2.5) = 17.03
+    np.testing.assert_allclose(found.frequency, every.frequency, rtol=1e-12)
+    np.testing.assert_allclose(found.frequency, w, rtol=max(1e-7, 0.2 * noise))

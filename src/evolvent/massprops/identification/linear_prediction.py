@@ -10,7 +10,16 @@ from numpy.lib.stride_tricks import sliding_window_view
 from evolvent.base.errors import InputError
 from evolvent.massprops.identification.modes import Modes, make_modes
 from evolvent.massprops.identification.signals import Array, Sampling, Signal, noise_and_highest_frequency
-from evolvent.massprops.identification.subspace import check_poles, choose_stride, complete_signal, hankel_subspace
+from evolvent.massprops.identification.subspace import (
+    candidates,
+    check_poles,
+    choose_stride,
+    complete_signal,
+    hankel_subspace,
+    shift_poles,
+    signal_subspace,
+    strongest,
+)
 
 
 def prony(data: Any, order: int, *, samples_per_period: float | None = 2.5, **sampling: Unpack[Sampling]) -> Modes:
@@ -41,7 +50,7 @@ def prony(data: Any, order: int, *, samples_per_period: float | None = 2.5, **sa
     benchmarks/identification.py.
     """
     signal, order = complete_signal("prony", data, order, sampling)
-    stride = _decimation(signal, samples_per_period)
+    stride = _decimation(signal, order, samples_per_period)
     size = 2 * order + 1 + signal.degree
     kept = signal.data[::stride]
     if len(kept) < 2 * size:
@@ -76,13 +85,24 @@ def tls_prony(data: Any, order: int, **sampling: Unpack[Sampling]) -> Modes:
     return _from_roots("tls prony", roots[np.argsort(np.abs(roots))[:order]], stride, signal, order)
 
 
-def _decimation(signal: Signal, samples_per_period: float | None) -> int:
+def _decimation(signal: Signal, order: int, samples_per_period: float | None) -> int:
     if samples_per_period is None:
         return 1
     if not samples_per_period > 2.0:
         raise InputError(f"samples_per_period is {samples_per_period!r}; it must be above 2")
+    return max(1, int(2.0 * np.pi / (_highest_mode(signal, order) * signal.step * samples_per_period)))
+
+
+def _highest_mode(signal: Signal, order: int) -> float:
+    """Highest frequency of the modes, rad/s: by ESPRIT; where that finds fewer, of all that stands out of the noise.
+
+    Without noise far more than the modes stands out: what their lines spread, and harmonics.
+    """
     highest = noise_and_highest_frequency(signal)[1]
-    return max(1, int(2.0 * np.pi / (highest * signal.step * samples_per_period)))
+    poles = candidates(shift_poles(signal_subspace(signal), order, signal.step, total=True), signal)
+    if len(poles) < order:
+        return highest
+    return min(highest, float(strongest(signal, poles, order).imag.max()))
 
 
 def _from_roots(method: str, roots: Array, stride: int, signal: Signal, order: int) -> Modes:

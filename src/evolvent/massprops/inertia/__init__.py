@@ -12,6 +12,7 @@ from evolvent.massprops.inertia.initial_motion import (
     struck,
 )
 from evolvent.massprops.inertia.inverse import fit, from_modes, from_shapes, from_six_modes, from_three_frequencies
+from evolvent.massprops.inertia.mode_partners import mode_energies, partners
 from evolvent.massprops.inertia.pendulums import (
     bifilar,
     compound,
@@ -19,7 +20,7 @@ from evolvent.massprops.inertia.pendulums import (
     torsion,
     trifilar,
 )
-from evolvent.massprops.inertia.problem import mac, mode_energies, partners
+from evolvent.massprops.inertia.problem import mac
 from evolvent.massprops.inertia.stand import Body, Stand
 from evolvent.massprops.inertia.statics import Pose, energy, equilibrium, wrench
 from evolvent.massprops.inertia.three_frequencies import candidates

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia.problem import Problem, scale_of, value_of
+from evolvent.massprops.inertia.problem import BODY_NAMES, Problem, scale_of, value_of
 from evolvent.massprops.inertia.stand import Setup
 
 #: What is said where no recording has the body on the stand.
@@ -27,12 +27,15 @@ class Combined:
     own : tuple of tuple of str
         Of each problem, the names in `unknown` behind its own unknowns, in their order.
     prior : tuple of (name, value, standard deviation)
+    generalized : bool
+        Whether known numbers count with their uncertainties when the data are weighted (generalized least squares).
     """
 
     problems: tuple[Problem, ...]
     unknown: tuple[str, ...]
     own: tuple[tuple[str, ...], ...]
     prior: tuple[tuple[str, float, float], ...] = ()
+    generalized: bool = False
 
     @property
     def parts(self) -> tuple[tuple[Problem, list[int]], ...]:
@@ -93,12 +96,18 @@ class Combined:
             found[places] = [float(function(p.base, name)) for name in p.unknown]
         return found
 
+    @property
+    def on(self) -> list[int]:
+        """Numbers of the recordings with the body on the stand that is asked; with any, if none is."""
+        on = [k for k, p in enumerate(self.problems) if p.base.mounting is None or p.base.mounting.occupied]
+        return [k for k in on if set(BODY_NAMES) & set(self.problems[k].unknown)] or on
+
     def assigned(self, values: np.ndarray) -> Setup:
         """The setup of the first recording with the body on the stand, with values of the unknowns."""
-        for p, places in self.parts:
-            if p.base.mounting is None or p.base.mounting.occupied:
-                return p.assigned(values[..., places])
-        raise InputError(NO_BODY)
+        if not self.on:
+            raise InputError(NO_BODY)
+        p, places = self.parts[self.on[0]]
+        return p.assigned(values[..., places])
 
     def joined(self, rows: Sequence[np.ndarray], values: np.ndarray) -> np.ndarray:
         """Residuals of the problems, and behind them the rows of the priors."""
@@ -128,8 +137,8 @@ class Combined:
     def with_unknown(self, name: str, values: np.ndarray) -> Combined:
         """The same with one number of the body more among the unknowns, all at given values."""
         problems, own = [], []
-        for (p, places), names in zip(self.parts, self.own, strict=True):
-            more = p.base.mounting is None or p.base.mounting.occupied or name == "stiffness"
+        for k, ((p, places), names) in enumerate(zip(self.parts, self.own, strict=True)):
+            more = k in self.on or name == "stiffness"
             extra = (name,) if more else ()
             problems.append(dataclasses.replace(p, base=p.assigned(values[places]), unknown=(*p.unknown, *extra)))
             own.append((*names, *extra))

@@ -257,6 +257,7 @@ def fit(
     release: Any = None,
     prior: Mapping[str, tuple[float, float]] | None = None,
     inputs: Mapping[str, float] | None = None,
+    at_springs: Sequence[int] = (),
 ) -> Inertia:
     """Any unknowns of body and stand from frequencies, and shapes where given, by nonlinear least squares.
 
@@ -281,6 +282,8 @@ def fit(
         Unknowns that were also measured otherwise, such as the mass.
     inputs : mapping of str to float, optional
         Standard deviations of what is taken as known; see `with_budget`.
+    at_springs : (s,) sequence of int, optional
+        Number of the spring, from 0, at whose end each sensor sits, wherever that is; -1 for a sensor at its point.
 
     Returns
     -------
@@ -310,6 +313,7 @@ def fit(
         model=model,
         release=release,
         prior=dict(prior or {}),
+        at_springs=at_springs,
     )
     result = solve(p, "least squares", starts(p, stand, body), inputs=inputs)
     if p.shapes is None and len(p.frequency) == 3 and {"Ixx", "Izz"} <= set(p.unknown):

@@ -142,6 +142,8 @@ def finish(
             raise InputError(f"the data give {name} = {named[name]:.6g} kg m2; no body has it, check the data")
         if (name == "stiffness" or name[0] == "k") and not named[name] > 0.0:
             raise InputError(f"the data give {name} = {named[name]:.6g} N/m; no spring has it, check the data")
+        if name in ("a", "b") and not named[name] > 0.0:
+            raise InputError(f"the data give {name} = {named[name]:.6g} m; no stand has it, check the data")
     r = p.residual(values)
     free = len(r) - p.free_scales - len(values)
     misfit = float(np.sqrt(r @ r / free)) if free > 0 else float("nan")

@@ -5,16 +5,15 @@ from __future__ import annotations
 import dataclasses
 import functools
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from evolvent.base.errors import InputError, nearest
-from evolvent.massprops.identification import Modes
 from evolvent.massprops.inertia import mounted
 from evolvent.massprops.inertia.stand import CENTRE, MOMENTS, Body, Mounting, Setup, Stand, array, setup
-from evolvent.massprops.inertia.vibration import NormalModes, level, linearise, spring_energies
+from evolvent.massprops.inertia.vibration import NormalModes, level, linearise
 
 BODY_NAMES = ("mass", *CENTRE, *MOMENTS)
 STAND_NAMES = ("stiffness", "a", "b", "length", "lateral_stiffness", "gravity")
@@ -187,6 +186,8 @@ class Problem:
     prior : tuple of (name, value, standard deviation)
         Measurements of unknowns made otherwise.
     weighted : bool, whether the covariances were given and may be propagated
+    at_springs : (s,) tuple of int
+        Number of the spring, from 0, at whose end each sensor sits, wherever that is; -1 for a sensor at its point.
     """
 
     base: Setup
@@ -201,6 +202,7 @@ class Problem:
     release: np.ndarray | None
     prior: tuple[tuple[str, float, float], ...]
     weighted: bool
+    at_springs: tuple[int, ...] = ()
 
     @property
     def initial_estimate(self) -> np.ndarray:
@@ -252,6 +254,17 @@ class Problem:
         none = np.zeros(s.stiffness.shape[-1])
         return MODELS[self.model](s._replace(damping=none, lateral_damping=none)).modes()
 
+    def sensors(self, s: Setup) -> np.ndarray | None:
+        """(..., s, 3) m, points of the sensors on a setup: of those at springs the springs' own."""
+        if self.points is None or max(self.at_springs, default=-1) < 0:
+            return self.points
+        batch = np.broadcast_shapes(self.points.shape[:-2], s.points.shape[:-2])
+        points = np.broadcast_to(self.points, (*batch, *self.points.shape[-2:])).copy()
+        for k, spring in enumerate(self.at_springs):
+            if spring >= 0:
+                points[..., k, :] = s.points[..., spring, :]
+        return points
+
     def residual(
         self,
         values: np.ndarray,
@@ -282,10 +295,11 @@ class Problem:
         frequency = self.frequency if frequency is None else frequency
         shapes = self.shapes if shapes is None else shapes
         s = self.base if known_values is None else assign(self.base, known, known_values)
-        modes = self.modes(assign(s, self.unknown, values))
+        s = assign(s, self.unknown, values)
+        modes, points = self.modes(s), self.sensors(s)
         batch = np.broadcast_shapes(modes.eigenvalue.shape[:-1], frequency.shape[:-1], np.shape(values)[:-1])
         f = np.sqrt(modes.eigenvalue)
-        v = None if self.points is None or shapes is None else modes.at(self.points, self.directions)
+        v = None if points is None or shapes is None else modes.at(points, self.directions)
         if v is not None and self.release is not None:
             v = modes.release(*self.release).real[..., None] * v
         cost = np.abs(np.log(f[..., None, :] / frequency[..., :, None]))
@@ -333,73 +347,6 @@ def matching(cost: np.ndarray) -> np.ndarray:
     return pick
 
 
-def partners(
-    frequency: np.ndarray,
-    shapes: np.ndarray,
-    modes: NormalModes,
-    points: Any,
-    directions: Any = (0.0, 1.0, 0.0),
-    *,
-    within: float = 0.05,
-) -> dict[int, int]:
-    """Number of the model's mode that each measured one is; those that are none of its modes are left out.
-
-    Parameters
-    ----------
-    frequency : (m,) float, rad/s, measured, damped
-    shapes : (m, s) float, amplitudes of each measured mode at the sensors, to any scale
-    modes : NormalModes, of the model
-    points, directions : (s, 3) float, m and level axes, of the sensors
-    within : float, largest relative difference of the frequencies of a pair
-
-    Notes
-    -----
-    The assignment of least sum of ``|log(frequency ratio)| + 1 - MAC``. A mode of the model that moves no sensor has no
-    partner.
-    """
-    from scipy.optimize import linear_sum_assignment
-
-    own = modes.at(points, directions)
-    agreement = np.nan_to_num(mac(shapes[:, None], own[None]))
-    apart = np.abs(np.log(frequency[:, None] / modes.frequency))
-    moved = np.abs(own).max(axis=1)
-    apart[:, moved < 1e-12 * moved.max()] = np.inf
-    cost = np.where(apart < within, apart + 1.0 - agreement, 3.0)  # any true pair costs less than none
-    row, column = linear_sum_assignment(cost)
-    return {int(i): int(j) for i, j in zip(row, column, strict=True) if apart[i, j] < within}
-
-
-def mode_energies(
-    stand: Stand, modes: NormalModes, found: Modes, pairs: Mapping[int, int], points: Any, directions: Any
-) -> tuple[np.ndarray, np.ndarray]:
-    """Energy of each identified mode, J, from its amplitudes, and its standard deviation; NaN for one without partner.
-
-    Parameters
-    ----------
-    stand, modes : Stand, NormalModes, of the model
-    found : evolvent.massprops.identification.Modes, of displacements, m
-    pairs : mapping, as of `partners`
-    points, directions : (s, 3) float, m and level axes, of the sensors
-
-    Notes
-    -----
-    With a vertical sensor at every spring E = sum k_i A_i^2 / 2, as in Belyakov (2002); else from the modal coordinate
-    that fits the amplitudes best to the model's shape, omega^2 z^2 / 2.
-    """
-    A, s = found.amplitude, found.amplitude_std
-    energy, std = np.full(found.order, np.nan), np.full(found.order, np.nan)
-    if np.array_equal(points, stand.points) and not np.any(np.asarray(directions) - (0.0, 1.0, 0.0)):
-        k, own = stand.stiffness, list(pairs)
-        energy[own], std[own] = spring_energies(k, A[own]), np.sqrt(np.sum((k * A[own] * s[own]) ** 2, axis=1))
-        return energy, std
-    shapes, signed = modes.at(points, directions), found.mode_shapes().real
-    for i, j in pairs.items():
-        u, square = shapes[j], modes.natural_frequency[j] ** 2
-        z, z_std = u @ signed[i] / (u @ u), np.sqrt(np.sum((u * s[i]) ** 2)) / (u @ u)
-        energy[i], std[i] = 0.5 * square * z * z, square * abs(z) * z_std
-    return energy, std
-
-
 def problem(
     stand: Stand,
     body: Body,
@@ -415,6 +362,7 @@ def problem(
     release: Any = None,
     prior: dict[str, tuple[float, float]] | None = None,
     mounting: Mounting | None = None,
+    at_springs: Sequence[int] = (),
 ) -> Problem:
     """A checked `Problem`; parameters as of `evolvent.massprops.inertia.fit`."""
     s = setup(stand, body)._replace(mounting=mounting)
@@ -472,6 +420,7 @@ def problem(
         release=None if release is None else array("release", release, (2, 3)),
         prior=tuple(rows),
         weighted=weighted,
+        at_springs=tuple(at_springs),
     )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.massprops import modal
-from evolvent.massprops.description import OnSprings, Planned, for_recording, load
+from evolvent.massprops.description import OnSprings, for_recording, load
 from evolvent.massprops.identification import Modes
 from evolvent.massprops.identification.bounds import Factor, covariance
 from evolvent.massprops.identification.signals import basis, read_signal
@@ -24,6 +24,7 @@ from evolvent.massprops.mode_selection import FAINT
 from evolvent.massprops.planning.pulls import Pull, pulls_of
 from evolvent.massprops.recordings import Reading, converted
 from evolvent.massprops.signals import Signals
+from evolvent.massprops.spring_keys import Planned
 from evolvent.massprops.springs_inputs import (
     LABELS,
     Task as SpringTask,

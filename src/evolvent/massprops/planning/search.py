@@ -21,6 +21,7 @@ from evolvent.massprops import modal, springs
 from evolvent.massprops.identification.signals import DETREND
 from evolvent.massprops.inertia.least_squares import solve
 from evolvent.massprops.mounting_keys import Mounting
+from evolvent.massprops.planning.calibration import Calibration, Need, calibrations, needs
 from evolvent.massprops.planning.expected import (
     Expected,
     Lines,
@@ -39,7 +40,7 @@ from evolvent.massprops.planning.pulls import Pull
 from evolvent.massprops.planning.rules import Rule, rules
 from evolvent.massprops.springs_inputs import Task as SpringTask, label_of
 from evolvent.massprops.springs_search import occupied
-from evolvent.massprops.springs_uncertainty import amplitude_share
+from evolvent.massprops.springs_uncertainty import amplitude_share, weighted
 
 Array = np.ndarray
 #: Samples per period of the fastest mode at which a plan looks, where no rate is given.
@@ -71,6 +72,8 @@ class Plan(NamedTuple):
     modes : tuple of Mode, what `best` gives of the modes
     units : tuple of str, of the quantities of `best`
     rotations : tuple of str, of the body in the recordings, in words
+    needs : tuple of Need, how well half-length, half-width, stiffness and other inputs have to be known
+    calibrations : tuple of Calibration, what calibrating the stand gives
     floor : tuple of (label, relative contribution), largest first: what a longer record does not improve
     rules : tuple of Rule
     warnings : tuple of str
@@ -88,6 +91,8 @@ class Plan(NamedTuple):
     modes: tuple[Mode, ...]
     units: tuple[str, ...]
     rotations: tuple[str, ...]
+    needs: tuple[Need, ...]
+    calibrations: tuple[Calibration, ...]
     floor: tuple[tuple[str, float], ...]
     rules: tuple[Rule, ...]
     warnings: tuple[str, ...]
@@ -165,6 +170,8 @@ def plan(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None = N
             in_words(one.given.mounting or Mounting()) if occupied(one.given) else "without the body"
             for one in task.recordings
         ),
+        needs=needs(task, uncertainty, best),
+        calibrations=calibrations(task, uncertainty, best),
         floor=floor,
         rules=rules(task.recordings[k], best.pulls[k], best),
         warnings=warnings,
@@ -261,12 +268,13 @@ def check(
                 recording_of(one, modal.find(with_noise(one, clean, random, rows), own), rows)
                 for (one, _), clean, own in zip(pairs, exact, given, strict=True)
             ]
-            p = posed(task, seen, rows).problem
-            found = solve(p, "least squares", [p.initial_estimate])
+            of = posed(task, seen, rows)
+            found = solve(of.problem, "least squares", [of.problem.initial_estimate])
+            values = weighted(of.problem, np.array([found.values[name] for name in of.problem.unknown]), of.inputs)
         except InputError as error:
             failed.append(str(error))
             continue
-        errors.append(truth.scale * np.array([found.values[name] for name in p.unknown]) - truth.values)
+        errors.append(truth.scale * values - truth.values)
     if len(failed) > MOST_FAILED * runs:
         raise InputError(f"{len(failed)} of {runs} simulated recordings cannot be evaluated; the first: {failed[0]}")
     return over(np.sqrt(np.mean(np.square(errors), axis=0)), truth.noise)

@@ -71,7 +71,7 @@ def _strings(study: xr.Dataset, key: str, stage: str) -> np.ndarray:
 
 
 class _Row(NamedTuple):
-    """Runs that differ in one key alone: label, cases, values of the key, and share of the rib up to its last contact."""
+    """Runs that differ in one key alone: label, cases, values of the key, share of the rib up to its last contact."""
 
     label: str
     cases: list[Any]
