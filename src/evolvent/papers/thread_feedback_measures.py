@@ -63,15 +63,20 @@ def stability() -> Numbers:
     system = cases.system("heliogyro")
     found = system.modes(cases.load(CASE), count=12)
     late = cases.load(CASE, {"spool.feedback.sensor.delay": 5.0})
+    constants = cases.load(CASE).spool.feedback.constants
+    # the gains grow with the eighth power of the length
+    strong = constants["end"] - 0.5**0.125 * constants["L"] / (constants["r"] * constants["rate"])
     last, delayed = found.modes[-1], system.modes(late, count=12).modes[-1]
     swings = [k for k, pole in enumerate(last.pole) if 0.01 < pole.imag < 0.5]
     slowest = min(swings, key=lambda k: float(last.damping_ratio[k]))
     waves = [float(pole.real) for of in found.modes for pole in of.pole if pole.imag > 0.5]
+    growth = max(waves)
     return {
         "length": float(found.length[-1]),
         "frequency": float(last.frequency[slowest]),
         "damping": float(last.damping_ratio[slowest]),
         "decay": -max(float(pole.real) for pole in last.pole if abs(pole) < 0.5),
-        "growth": max(waves),
+        "growth": growth,
+        "share": 100.0 * math.expm1(max(growth, 0.0) * strong),
         "late": max(float(pole.real) for pole in delayed.pole if abs(pole) < 0.5),
     }
