@@ -41,6 +41,7 @@ FRAMES = {
     "hanging-chain": Frame(0.0),
     "heliogyro": Frame(0.8, _FAST_BLADES),
     "heliogyro-designed": Frame(0.6, _FAST_BLADES),
+    "heliogyro-feedback": Frame(0.55),
     "heliogyro-paper": Frame(1.0, _FAST_BLADES),
     "heliogyro-strip-payout": Frame(0.1),
     "heliogyro-strip": Frame(0.5),

@@ -15,7 +15,8 @@ from evolvent.kernels import axial, gaps, joint as kernels, rigid, sides
 from evolvent.parts.applies import Applies, given, left_out, one_of
 from evolvent.parts.base import BodyName, Part, PointReference, unit
 from evolvent.parts.checks import check_units
-from evolvent.parts.drive import DriveKind, RampDrive
+from evolvent.parts.drive import RampDrive
+from evolvent.parts.drive_kind import DriveKind
 from evolvent.parts.joint_sides import (
     NOTHING,
     Held,

@@ -130,8 +130,9 @@ def modes(case: Case, count: int | None) -> LoopTable:
             },
         )  # fmt: skip
         values = dict(zip(names, [command.angle, command.rate, *loop.filtered[-1]], strict=True))
-        lasts = {"values": values, "time": command.time, "count": 6 if count is None else count}
-        found.append((length, command.time, loop_modes(build(frozen).assemble(), **lasts)))
+        most = 6 if count is None else count
+        of = loop_modes(build(frozen).assemble(), values=values, time=command.time, count=most)
+        found.append((length, command.time, of))
     if not found:
         raise InputError(
             f"no more than spool.start_length, {case.spool.start_length:g} m, are out by the end of the run; modes of "

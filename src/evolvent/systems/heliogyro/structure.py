@@ -118,10 +118,10 @@ def _drive(case: Case, laws: Mapping[str, Any], blade: int) -> Any:
     if spool.free is not None:
         return parts.FreeSpool(angle=angle, **spool.free.model_dump())
     if spool.feedback is not None:
-        own, segment = spool.feedback, case.blade.length / case.blade.nodes
+        loop, segment = spool.feedback, case.blade.length / case.blade.nodes
         return parts.FeedbackDrive(
-            law=own.law, variables=own.variables(f"blade-{blade + 1}", segment), constants=own.constants or None,
-            sensor=own.sensor, limits=own.limits, angle=angle, rate=own.rate,
+            law=loop.law, variables=loop.variables(f"blade-{blade + 1}", segment), constants=loop.constants or None,
+            sensor=loop.sensor, limits=loop.limits, angle=angle, rate=loop.rate,
         )  # fmt: skip
     if spool.table is not None:
         time, rate = zip(*spool.table, strict=True)
