@@ -188,7 +188,8 @@ def test_calibrations_are_compared() -> None:
     # the same by a description that states the recordings, as identify takes it
     changes = {
         "stand.half_length": "unknown near 2 m +- 0.3 mm", "stand.half_width": "unknown near 0.8696 m +- 0.3 mm",
-        "stand.common_factor": "unknown near 1", "recordings": {"own.csv": {}, "slab.csv": {"body": reference}},
+        "stand.common_factor": "unknown near 1 +- 0.0005",
+        "recordings": {"own.csv": {}, "slab.csv": {"body": reference}},
     }  # fmt: skip
     described = task_of(EXAMPLE, 1.0, QUICK | changes)
     same = at(described, wanted, described.best_pulls, 20.0, 401, described.sensors)

@@ -192,7 +192,7 @@ def _needs(found: Plan) -> Any:
 def _calibrations(found: Plan) -> Any:
     """What ways of calibrating the stand give."""
     from evolvent.commands.massprops import made_table
-    from evolvent.massprops.description import CALIBRATED
+    from evolvent.massprops.spring_keys import CALIBRATED
 
     head = ("largest U", "u(a)/a", "u(b)/b", "u(k)/k", "")
     table = made_table("half-length a, half-width b and mean stiffness k, calibrated", "", *head)

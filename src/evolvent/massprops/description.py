@@ -325,8 +325,18 @@ def load(stand: Any, overrides: Mapping[str, Any] | None = None) -> Description:
     if "system" in content or "parts" in content:
         content, given = _of_case(content, given)
     for key, value in given.items():
-        cases.override(content, key, cases.copied(value))
+        _override(content, key, value)
     return _checked(content)
+
+
+def _override(content: dict[str, Any], key: str, value: Any) -> None:
+    """Put a value in the place of a key; an excitation of a plan takes that of its force, and the force its."""
+    cases.override(content, key, cases.copied(value))
+    plan, (head, *rest) = content.get("plan"), key.split(".")
+    if head == "plan" and rest and isinstance(plan, dict):
+        other = {"excitation": "force", "force": "excitation"}.get(rest[0])
+        if other is not None and value is not None:
+            plan.pop(other, None)
 
 
 def _of_case(content: dict[str, Any], overrides: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -347,8 +357,6 @@ def _of_case(content: dict[str, Any], overrides: dict[str, Any]) -> tuple[dict[s
             f"the system {definition.Case.model_fields['system'].default!r} is no stand; give a description of a "
             "stand, or a case of the system 'inertia-stand'"
         )
-    if any(key.split(".")[:2] == ["plan", "excitation"] for key in rest):
-        found["plan"].pop("force", None)
     return found, rest
 
 
@@ -410,7 +418,7 @@ def for_recording(description: Description, name: str) -> tuple[Description, tup
     content = description.model_dump(mode="json", exclude_none=True)
     own = description.recordings[name]
     for key, value in own.items():
-        cases.override(content, key, cases.copied(value))
+        _override(content, key, value)
     try:
         return _checked(content), tuple(own)
     except InputError as error:

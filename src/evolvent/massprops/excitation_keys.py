@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -118,7 +118,7 @@ def excitation_on(given: Excitation, springs: np.ndarray, modes: NormalModes) ->
         loads = tuple(_load(one.force, one.impulse, one.at, springs) for one in given.loads)
         spring = given.loads[0].at if len(loads) == 1 and isinstance(given.loads[0].at, int) else 0
         return Excited(loads, spring, coordinates(modes, loads))
-    place = given.at
+    place: Any = given.at
     if place == "best":
         place = 1 + int(np.argmax(least_energies(given, springs, modes)))
     elif place == "best point":

@@ -122,20 +122,22 @@ def calibrations(task: Task, wanted: float, best: Option) -> tuple[Calibration, 
     Notes
     -----
     Half-length, half-width and the common factor of the stiffnesses become unknowns of the same least squares, with
-    what is stated of them as another measurement; those without a stated uncertainty stay exact. Recordings that are
+    what is stated of them as another measurement, of the factor that of the mean stiffness; those without a stated
+    uncertainty stay exact. Recordings that are
     added have the length of the others: of the body with a known mass at a known place, and of a body whose mass
     properties are known, `plan.reference` or one like the expected body that is known exactly.
     """
     stand = task.given.stand
-    asked = [key for key in CALIBRATED if (v := getattr(stand, key)) is not None and (v.std > 0.0 or v.unknown)]
-    springs_apart = any(v.std > 0.0 for v in stand.stiffness) and "mass" not in task.given.body.unknown
-    if springs_apart and "common_factor" not in asked:
-        asked.append("common_factor")
+    known = {key: v for key in CALIBRATED if (v := getattr(stand, key)) is not None}
+    if not stand.common_factor.unknown:
+        mean = _stated(task, best)["common_factor"] * stand.common_factor.value
+        known["common_factor"] = dataclasses.replace(stand.common_factor, std=mean)
+    asked = {key: v for key, v in known.items() if v.std > 0.0 or v.unknown}
     if stand.points is not None or not asked:
         return ()
     rows = [k - 1 for k in best.sensors]
     found = [Calibration("as stated", best, _stated(task, best))]
-    keys = {f"stand.{key}": _asked(getattr(stand, key)) for key in asked}
+    keys = {f"stand.{key}": _asked(value) for key, value in asked.items()}
     try:
         own = tuple(_again(one, keys) for one in task.recordings)
         given = load(task.given, keys)
@@ -176,8 +178,8 @@ def _stated(task: Task, best: Option) -> dict[str, float]:
 
 def _found(option: Option) -> dict[str, float]:
     """Relative standard uncertainties of the stand's numbers that are among an option's quantities."""
-    pairs = dict(zip(option.keys, option.std / np.abs(option.values), strict=True)) if option.keys else {}
-    return {key: float(pairs.get(key, math.nan)) for key in CALIBRATED}
+    pairs = {key: (value, std) for key, value, std in zip(option.keys, option.values, option.std, strict=True)}
+    return {key: float(pairs[key][1] / pairs[key][0]) if key in pairs else math.nan for key in CALIBRATED}
 
 
 def _asked(value: Any) -> str:
