@@ -213,7 +213,7 @@ def _asked(run: Winding) -> str:
 def two_models(end: float, *, quick: bool = False) -> Iterator[tuple[str, Runnable, Trial]]:
     """The cable and the chain with contacts that keep the energy, and with those of the case: name, model and trial."""
     taken, links = cases.load("wrapped-rib", dict(FREE)).contact.dissipation, QUICK_LINKS * 3 // 2 if quick else LINKS
-    keeping = FREE | {"contact.law": "conservative"}
+    keeping = {**FREE, "contact.law": "conservative"}
     yield "cable", Model("wrapped-rib", end, keeping), Trial(ENERGY, step=KEEPING, radius=1.0)
     yield "chain", ChainModel(end, FREE, links), Trial(CHAIN, share=HALF)
     yield "damped_cable", Model("wrapped-rib", end, FREE), Trial(ENERGY, step=KEEPING)
@@ -224,6 +224,7 @@ def figure_10(options: Options) -> Made:
     """The tip's speed over time by the implicit method and by a second model with an explicit method."""
     main = [(model, trial) for _, model, trial in two_models(END, quick=options.quick)]
     (cable, _), (chain, _) = main[2], main[1]
+    assert isinstance(chain, ChainModel)
     fine: tuple[Runnable, Trial] = (cable, Trial(ENERGY, step=QUICK_FINE if options.quick else FINE))
     others: list[tuple[Runnable, Trial]] = [(cable, Trial(ENERGY, step=0.05))]
     others += [(cable, Trial(ALPHA, step=step)) for step in ((0.5,) if options.quick else (0.5, 0.1, 0.005))]
