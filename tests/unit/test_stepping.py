@@ -247,7 +247,9 @@ def test_a_case_is_stepped_as_it_runs() -> None:
 
 
 def test_cases_that_are_not_stepped() -> None:
-    with pytest.raises(InputError, match="'inertia-stand', which is not stepped from outside; known: film-blade, helio"):
+    with pytest.raises(
+        InputError, match="'inertia-stand', which is not stepped from outside; known: film-blade, helio"
+    ):
         Stepper.of_case("inertia-stand")
     with pytest.raises(InputError, match="inputs name 'hub', which no force moves"):
         Stepper.of_case("wrapped-rib", inputs=["hub"])
