@@ -46,7 +46,7 @@ def figure_1(options: Options) -> Made:
     side, end, plan = (
         _elevation(setup.stand, centre, _View(0, 1), "Side view"),
         _elevation(setup.stand, centre, _View(2, 1), "End view"),
-        _plan(setup.stand, centre, setup.modes, setup.loaded),
+        _plan(setup.stand, centre, setup.modes, setup.excited.spring),
     )
     title = (
         "Figure 1 of Belyakov (2002): scheme of the measuring stand, drawn from the text. Ours: spacing along Z, "

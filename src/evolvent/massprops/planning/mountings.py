@@ -65,9 +65,7 @@ def sets(task: Task, wanted: float, best: Option) -> tuple[MountingSet, ...]:
         return ()
     found, last = [], on
     for size in range(len(on), 0, -1):
-        tried = itertools.combinations(on if len(on) <= MOST_COMPARED else last, size)
-        if len(on) > MOST_COMPARED and size == len(on):
-            tried = iter([tuple(on)])
+        tried = list(itertools.combinations(on if len(on) <= MOST_COMPARED else last, size))
         options = [(_of(task, wanted, best, chosen), chosen) for chosen in tried]
         option, chosen = min(options, key=lambda pair: _rank(pair[0]))
         found.append(MountingSet(tuple(task.recordings[k].name for k in chosen), option))
