@@ -14,7 +14,7 @@ from evolvent.massprops import mass_properties, planning
 from evolvent.massprops.inertia import Body, Stand, linear_model
 from evolvent.massprops.planning import calibration
 from evolvent.massprops.planning.expected import task_of
-from evolvent.massprops.planning.promises import at, promised
+from evolvent.massprops.planning.predictions import at, predicted
 from evolvent.massprops.signals import Signals
 from massprops import rig
 
@@ -128,14 +128,14 @@ def test_a_reference_like_the_body_costs_a_root_of_two() -> None:
         "stand.common_factor": 1,
     }
     both, alone = (task_of(description(), 1.0, changes) for changes in (keys, exact))
-    calibrated = promised(both, both.best_pulls, 40.0, 301, both.sensors)
-    known = promised(alone, alone.best_pulls, 40.0, 301, alone.sensors)
+    calibrated = predicted(both, both.best_pulls, 40.0, 301, both.sensors)
+    known = predicted(alone, alone.best_pulls, 40.0, 301, alone.sensors)
     for key in ("Ixx", "Izz"):
         ratio = calibrated.noise[calibrated.keys.index(key)] / known.noise[known.keys.index(key)]
         assert ratio == pytest.approx(math.sqrt(2.0), rel=1e-5)
     nothing = task_of(description(), 1.0, level | {"recordings": {}})
     with pytest.raises(InputError, match=r"half_width.* not distinguished"):
-        promised(nothing, nothing.best_pulls, 40.0, 301, nothing.sensors)
+        predicted(nothing, nothing.best_pulls, 40.0, 301, nothing.sensors)
     half, ixx = calibrated.keys.index("half_width"), known.keys.index("Ixx")
     # b^2 = I w^2/4k: u(b)/b = hypot(2 u(w_roll)/w, 2 u(w_heave)/(w sqrt 2))/2, heave's being seen twice
     roll = known.noise[ixx] / 9.0

@@ -12,7 +12,7 @@ from book import Book
 from evolvent.base.errors import InputError
 from evolvent.massprops import mass_properties, planning
 from evolvent.massprops.planning.expected import reading_of, task_of, with_noise
-from evolvent.massprops.planning.promises import promised
+from evolvent.massprops.planning.predictions import predicted
 from massprops import rig
 
 EXAMPLE = rig.EXAMPLES / "plan-mountings.yaml"
@@ -31,7 +31,7 @@ LEVEL: dict[str, Any] = {
 
 
 @pytest.mark.slow
-def test_the_promise_of_three_mountings_is_met_by_simulations(book: Book) -> None:
+def test_the_prediction_of_three_mountings_is_met_by_simulations(book: Book) -> None:
     """All ten properties and two of the cradle; the real identification of four simulated recordings.
 
     The deviation of so few has one of 1/sqrt(2 runs), 13 %; that of all twelve together a few per cent. 200 of them
@@ -50,11 +50,11 @@ def test_the_promise_of_three_mountings_is_met_by_simulations(book: Book) -> Non
 
 
 @pytest.mark.slow
-def test_what_is_promised_is_what_identify_states() -> None:
-    """The identification of one simulated set states the uncertainties that the plan has promised, inputs and all."""
+def test_what_is_predicted_is_what_identify_states() -> None:
+    """The identification of one simulated set states the uncertainties that the plan has predicted, inputs and all."""
     task = task_of(EXAMPLE, 1.0, QUICK)
     pulls, rows = task.best_pulls, task.sensors
-    promise = promised(task, pulls, 40.0, 241, rows)
+    prediction = predicted(task, pulls, 40.0, 241, rows)
     random, signals = np.random.default_rng(4), []
     for one, pull in zip(task.recordings, pulls, strict=True):
         reading = with_noise(one, reading_of(one, pull, 40.0, 241, rows), random, rows)
@@ -62,14 +62,14 @@ def test_what_is_promised_is_what_identify_states() -> None:
             reading.names, reading.data, ("m",) * 4, 40.0, path=one.name, sha256=one.name
         ))  # fmt: skip
     found = mass_properties(signals, EXAMPLE, {"identification.order": 3})
-    assert [o.key for o in found.outputs] == list(promise.keys)
+    assert [o.key for o in found.outputs] == list(prediction.keys)
     # the noise is known to the plan, and estimated in the identification
-    np.testing.assert_allclose(found.std, promise.std, rtol=0.08)
-    shares = {s.label: s.contribution for s in promise.shares}
-    at = promise.keys.index("Izz")
+    np.testing.assert_allclose(found.std, prediction.std, rtol=0.08)
+    shares = {s.label: s.contribution for s in prediction.shares}
+    at = prediction.keys.index("Izz")
     for share in found.shares:
         if not share.label.startswith(("noise", "amplitude")):
-            assert share.contribution[at] == pytest.approx(shares[share.label][at], abs=0.02 * promise.std[at])
+            assert share.contribution[at] == pytest.approx(shares[share.label][at], abs=0.02 * prediction.std[at])
 
 
 @pytest.mark.slow
@@ -99,17 +99,17 @@ def test_tare_and_air_are_taken_off_with_their_uncertainties() -> None:
     tare = [{"mass": "40 +- 0.5 kg", "Ixx": "4 +- 0.2 kg m^2", "Iyy": "7 kg m^2", "Izz": "5 +- 0.1 kg m^2"}]
     air = {"density": "1.2 kg/m^3", "shapes": [{"disc": {"radius": "0.5 m", "factor": "1 +- 0.1"}}]}
     task = task_of(EXAMPLE, 1.0, QUICK | LEVEL | {"tare": tare, "air": air})
-    promise = promised(task, task.best_pulls, 40.0, 241, task.sensors)
+    prediction = predicted(task, task.best_pulls, 40.0, 241, task.sensors)
     moment = 16.0 / 45.0 * 1.2 * 0.5**5
-    share = {s.label: s.contribution for s in promise.shares}
+    share = {s.label: s.contribution for s in prediction.shares}
     np.testing.assert_allclose(share["tare.0.Ixx"], [-0.2, 0.0], atol=1e-3)
     np.testing.assert_allclose(share["tare.0.Izz"], [0.0, -0.1], atol=1e-3)
     np.testing.assert_allclose(share["air.shapes.0.factor"], np.full(2, -0.1 * moment), rtol=1e-2)
     alone = task_of(EXAMPLE, 1.0, QUICK | LEVEL | {"tare": [], "body.Ixx": f"unknown near {13.0 + moment!r} kg m^2",
                     "body.mass": f"{160.0 + 8.0 / 3.0 * 1.2 * 0.125!r} kg",
                     "body.Izz": f"unknown near {16.0 + moment!r} kg m^2"})  # fmt: skip
-    as_one = promised(alone, alone.best_pulls, 40.0, 241, alone.sensors)
-    np.testing.assert_allclose(promise.noise, as_one.noise, rtol=1e-6)
+    as_one = predicted(alone, alone.best_pulls, 40.0, 241, alone.sensors)
+    np.testing.assert_allclose(prediction.noise, as_one.noise, rtol=1e-6)
 
 
 def test_the_empty_cradle_is_recorded_for_its_unknowns() -> None:
@@ -117,11 +117,11 @@ def test_the_empty_cradle_is_recorded_for_its_unknowns() -> None:
     tare = [{"mass": "40 kg", "Ixx": "unknown near 4 kg m^2", "Iyy": "7 kg m^2", "Izz": "5 kg m^2"}]
     both = {"a.csv": {}, "empty.csv": {"mounting.body": False}}
     task = task_of(EXAMPLE, 1.0, QUICK | LEVEL | {"tare": tare, "recordings": both})
-    promise = promised(task, task.best_pulls, 40.0, 241, task.sensors)
-    ixx, cradle = (promise.keys.index(key) for key in ("Ixx", "tare.0.Ixx"))
+    prediction = predicted(task, task.best_pulls, 40.0, 241, task.sensors)
+    ixx, cradle = (prediction.keys.index(key) for key in ("Ixx", "tare.0.Ixx"))
     known = task_of(EXAMPLE, 1.0, QUICK | LEVEL | {"tare": tare, "tare.0.Ixx": "4 kg m^2"})
-    whole = promised(known, known.best_pulls, 40.0, 241, known.sensors)
-    assert promise.noise[ixx] == pytest.approx(math.hypot(whole.noise[0], promise.noise[cradle]), rel=1e-6)
+    whole = predicted(known, known.best_pulls, 40.0, 241, known.sensors)
+    assert prediction.noise[ixx] == pytest.approx(math.hypot(whole.noise[0], prediction.noise[cradle]), rel=1e-6)
     with pytest.raises(InputError, match="record the stand without the body as well"):
         planning.plan(EXAMPLE, 1e-2, QUICK | LEVEL | {"tare": tare})
 
@@ -138,7 +138,7 @@ def test_two_pulls_in_two_records_see_what_each_leaves_dead() -> None:
     def noise(*places: Any) -> np.ndarray:
         own = {f"{k}.csv": {"plan.excitation": {**pull, "at": place}} for k, place in enumerate(places)}
         task = task_of("inertia-stand", 1.0, case | {"plan.excitation": {**pull, "at": 1}, "recordings": own})
-        return promised(task, task.best_pulls, 32.0, 321, task.sensors).noise
+        return predicted(task, task.best_pulls, 32.0, 321, task.sensors).noise
 
     first, opposite, both = noise(1), noise(3), noise(1, 3)
     np.testing.assert_allclose(noise(1, 1), first / math.sqrt(2.0), rtol=1e-6)

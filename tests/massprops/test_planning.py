@@ -1,4 +1,4 @@
-"""Plans of measurements: the promised uncertainty is met by simulated recordings, and agrees with closed forms."""
+"""Plans of measurements: the predicted uncertainty is met by simulated recordings, and agrees with closed forms."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from evolvent.base.errors import InputError
 from evolvent.commands.cli import commands
 from evolvent.massprops import planning
 from evolvent.massprops.planning.expected import task_of
-from evolvent.massprops.planning.promises import promised
+from evolvent.massprops.planning.predictions import predicted
 from massprops import rig
 
 EXAMPLE = rig.EXAMPLES / "plan.yaml"
@@ -33,8 +33,8 @@ LEVEL: dict[str, Any] = EXACT | {"body.offset_x": "0 m", "body.offset_z": "0 m",
 
 
 @pytest.mark.slow
-def test_the_promise_is_met_by_simulated_recordings(book: Book) -> None:
-    """Recordings with noise, identified and evaluated, scatter as the plan promises.
+def test_the_prediction_is_met_by_simulated_recordings(book: Book) -> None:
+    """Recordings with noise, identified and evaluated, scatter as the plan predicts.
 
     The deviation of so few has one of 1/sqrt(2 runs), 9 %; 300 of them give 0.99 for both moments.
     """
@@ -57,13 +57,13 @@ def test_the_uncertainty_of_one_oscillator_is_the_closed_form(book: Book) -> Non
     exact = EXACT | {"body.offset_x": "0 m", "body.offset_z": "0 m", "stand.support": "guided", "plan.rate": "40 Hz"}
     N, T = 1601, 1.0 / 40.0
     task = task_of(EXAMPLE, 1.0, exact)
-    promise = promised(task, task.recordings[0].pulls[:1], 1.0 / T, N, range(4))
+    prediction = predicted(task, task.recordings[0].pulls[:1], 1.0 / T, N, range(4))
     force, k, b = 9806.65, 740250.0, 0.8696
     amplitude = force / (4.0 * k)  # at every spring, of each of the three modes
     std = math.sqrt(24.0 * 1e-8 / (4.0 * amplitude**2 * T**2 * N * (N**2 - 1.0)))  # four sensors
     wanted = 2.0 * std / math.sqrt(4.0 * k * b * b / 3703.0)  # stiffness and mass are known
-    at = promise.keys.index("Ixx")
-    error = abs(promise.noise[at] / promise.values[at] / wanted - 1.0)
+    at = prediction.keys.index("Ixx")
+    error = abs(prediction.noise[at] / prediction.values[at] / wanted - 1.0)
     book(
         "Inertia stand and identification", "Planned uncertainty of Ixx of a guided body by noise",
         reference="2 u(w)/w of roll",

@@ -39,7 +39,7 @@ from security import mutations
 COUNT = int(os.environ.get("EVOLVENT_HOSTILE", "2000"))
 FIRST = int(os.environ.get("EVOLVENT_HOSTILE_SEED", "0"))
 EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
-CASES = ("heliogyro", "inertia-stand", "wrapped-rib", "wire-booms", "two-booms", "yo-yo-despin")
+CASES = ("heliogyro", "film-blade", "inertia-stand", "wrapped-rib", "wire-booms", "two-booms", "yo-yo-despin")
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 

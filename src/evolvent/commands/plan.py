@@ -64,7 +64,7 @@ def plan(stand: str, uncertainty: str, runs: int | None, output: str | None, ass
             for key, ratio in zip(found.best.keys, ratios, strict=True)
         )
         echo(
-            f"{runs} simulated recordings: deviation by noise over the promised one: {texts} "
+            f"{runs} simulated recordings: deviation by noise over the predicted one: {texts} "
             f"(each to {1.0 / math.sqrt(2.0 * runs):.0%})"
         )
     if drawn is not None and output is not None:

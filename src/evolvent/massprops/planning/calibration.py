@@ -13,7 +13,7 @@ from evolvent.base.errors import InputError
 from evolvent.massprops.description import OnSprings, load
 from evolvent.massprops.inertia.stand import MOMENTS
 from evolvent.massprops.planning.expected import Expected, Option, Task, expected
-from evolvent.massprops.planning.promises import at, promised, relative
+from evolvent.massprops.planning.predictions import at, predicted, relative
 from evolvent.massprops.spring_keys import CALIBRATED
 from evolvent.massprops.springs_inputs import first_body
 from evolvent.massprops.springs_search import occupied
@@ -72,9 +72,9 @@ def needs(task: Task, wanted: float, best: Option) -> tuple[Need, ...]:
     (W q)^2 - (U_q^2 - (k s_q u)^2), of which the least over the quantities counts.
     """
     rows = [k - 1 for k in best.sensors]
-    given = promised(task, best.pulls, best.rate, best.samples, rows)
+    given = predicted(task, best.pulls, best.rate, best.samples, rows)
     probe = task._replace(recordings=tuple(_probed(one) for one in task.recordings))
-    found = promised(probe, best.pulls, best.rate, best.samples, rows)
+    found = predicted(probe, best.pulls, best.rate, best.samples, rows)
     k = task.given.uncertainty.coverage_factor
     counts = np.isfinite(relative(task, given.keys, given.values, given.std))
     size = k / np.abs(given.values[counts])

@@ -13,7 +13,7 @@ from evolvent.base.errors import InputError
 from evolvent.massprops.description import OnSprings, load
 from evolvent.massprops.mounting_keys import Mounting
 from evolvent.massprops.planning.expected import Expected, Option, Task, expected
-from evolvent.massprops.planning.promises import at
+from evolvent.massprops.planning.predictions import at
 from evolvent.massprops.springs_search import occupied
 
 #: Rotations that are tried where the description names none.

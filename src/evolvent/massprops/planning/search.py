@@ -35,7 +35,7 @@ from evolvent.massprops.planning.expected import (
     with_sensors,
 )
 from evolvent.massprops.planning.mountings import Further, MountingSet, further, in_words, sets
-from evolvent.massprops.planning.promises import Mode, at, modes_of, over, posed, promised, without_result
+from evolvent.massprops.planning.predictions import Mode, at, modes_of, over, posed, predicted, without_result
 from evolvent.massprops.planning.pulls import Pull
 from evolvent.massprops.planning.rules import Rule, rules
 from evolvent.massprops.springs_inputs import Task as SpringTask, label_of
@@ -231,7 +231,7 @@ def curves(
 def check(
     stand: Any, checked: Option, overrides: Mapping[str, Any] | None = None, *, runs: int = 200, seed: int = 1
 ) -> Array:
-    """Deviation of the results of simulated recordings with noise, over the one that the plan promises of noise.
+    """Deviation of the results of simulated recordings with noise, over the one that the plan predicts of noise.
 
     Parameters
     ----------
@@ -243,7 +243,7 @@ def check(
     Returns
     -------
     (p,) float
-        Root mean square of the error over the promised standard deviation, for each quantity of `checked.keys`; its own
+        Root mean square of the error over the predicted standard deviation, for each quantity of `checked.keys`; its own
         deviation is about 1/sqrt(2 runs). NaN where the noise has no influence.
 
     Raises
@@ -260,7 +260,7 @@ def check(
     pairs = list(zip(task.recordings, checked.pulls, strict=True))
     given = [with_sensors(one, rows, lines(one, pull, rows).frequency.size) for one, pull in pairs]
     exact = [reading_of(one, pull, checked.rate, checked.samples, rows) for one, pull in pairs]
-    truth = promised(task, checked.pulls, checked.rate, checked.samples, rows)
+    truth = predicted(task, checked.pulls, checked.rate, checked.samples, rows)
     errors, failed = [], []
     for _ in progress.track(range(runs), "simulating recordings"):
         try:
@@ -366,7 +366,7 @@ def _floor(task: Task, best: Option) -> tuple[tuple[tuple[str, float], ...], tup
     recordings those on the amplitude.
     """
     rows = [k - 1 for k in best.sensors]
-    found = promised(task, best.pulls, best.rate, best.samples, rows)
+    found = predicted(task, best.pulls, best.rate, best.samples, rows)
     shares, warnings = list(found.shares), list(found.warnings)
     tasks: Sequence[SpringTask] = found.tasks
     bias = amplitude_share(tasks, found.problem, found.values / found.scale, found.P)

@@ -57,7 +57,7 @@ class Posed(NamedTuple):
     spelled: dict[str, str]
 
 
-class Promise(NamedTuple):
+class Prediction(NamedTuple):
     """What recordings will give.
 
     Attributes
@@ -122,7 +122,7 @@ def posed(task: Task, recordings: Sequence[Recording], rows: Sequence[int]) -> P
     return Posed(p, keys, tasks, inputs, own_labels(recordings), spelled_by_user(unknown, recordings))
 
 
-def promised(task: Task, pulls: Sequence[Pull], rate: float, samples: int, rows: Sequence[int]) -> Promise:
+def predicted(task: Task, pulls: Sequence[Pull], rate: float, samples: int, rows: Sequence[int]) -> Prediction:
     """What recordings will give: the budget at the expected body, with the bound of the modes.
 
     Raises
@@ -151,7 +151,7 @@ def promised(task: Task, pulls: Sequence[Pull], rate: float, samples: int, rows:
     scale = np.array([stand_factor(first.given) / first.mean if key == "common_factor" else 1.0 for key in of.keys])
     shares = tuple(share._replace(contribution=share.contribution * scale) for share in budget.shares)
     parts = [share.contribution for share in shares if share.label.startswith("noise:")]
-    return Promise(
+    return Prediction(
         keys=of.keys,
         values=values * scale,
         std=np.sqrt(np.diag(budget.covariance)) * scale,
@@ -180,7 +180,7 @@ def over(numbers: Array, by: Array) -> Array:
 def at(task: Task, wanted: float, pulls: tuple[Pull, ...], rate: float, samples: int, rows: Sequence[int]) -> Option:
     """Recordings of a given length."""
     try:
-        found = promised(task, pulls, rate, samples, rows)
+        found = predicted(task, pulls, rate, samples, rows)
     except (InputError, np.linalg.LinAlgError) as error:
         none = without_result(pulls, rate, (samples - 1) / rate, rows, str(error))
         return none._replace(open=error.count if isinstance(error, Undetermined) else 0)
