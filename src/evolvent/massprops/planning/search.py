@@ -243,8 +243,8 @@ def check(
     Returns
     -------
     (p,) float
-        Root mean square of the error over the predicted standard deviation, for each quantity of `checked.keys`; its own
-        deviation is about 1/sqrt(2 runs). NaN where the noise has no influence.
+        Root mean square of the error over the predicted standard deviation, for each quantity of `checked.keys`; its
+        own deviation is about 1/sqrt(2 runs). NaN where the noise has no influence.
 
     Raises
     ------
