@@ -20,7 +20,13 @@ RADIUS, LENGTH, OFFSET, SPIN = 0.01, 1.0, 0.2, 2.0
 
 
 def reacting(
-    law: str = "(g - out)/(r*tau)", *, constants: Any = None, sensor: Any = None, limits: Any = None, **drive: Any
+    law: str = "(g - out)/(r*tau)",
+    *,
+    constants: Any = None,
+    sensor: Any = None,
+    limits: Any = None,
+    nodes: int = 1,
+    **drive: Any,
 ) -> System:
     """One link of fixed length on a body that turns at 2 rad/s; its lag is a pendulum's."""
     found = System()
@@ -31,8 +37,8 @@ def reacting(
         constants={"g": 0.5, "r": RADIUS, "tau": 2.0} if constants is None else constants, **given,
     )  # fmt: skip
     found.add(parts.Reel(body="body", radius=RADIUS, drive=own, centre=(OFFSET, 0, 0)), "reel")
-    blade = parts.Thread(reel="reel", length=LENGTH, line_density=1e-3, tip_mass=1e-3, nodes=1, segments="inextensible")
-    found.add(blade, "blade")
+    own_thread = {"line_density": 1e-3, "tip_mass": 1e-3, "nodes": nodes, "segments": "inextensible"}
+    found.add(parts.Thread(reel="reel", length=LENGTH, **own_thread), "blade")
     return found
 
 
@@ -255,6 +261,14 @@ def test_refused(name: str) -> None:
     given, message = REFUSED[name]
     with pytest.raises(InputError, match=message):
         reacting(**given).simulate(until=1.0, every=0.5)
+
+
+@pytest.mark.slow
+def test_a_spool_where_a_node_is_released_has_no_modes() -> None:
+    """There the motion beside the steady turn has no derivative: a released node brings in energy."""
+    found = reacting(angle=50.0, nodes=2)
+    with pytest.raises(InputError, match=r"stands at 50 rad just where a node .* give it another angle"):
+        found.loop_modes()
 
 
 def test_limits_and_sensors_are_checked() -> None:

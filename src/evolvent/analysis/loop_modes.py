@@ -17,7 +17,7 @@ import numpy as np
 from evolvent.analysis import feedback
 from evolvent.analysis.stepping import Stepper
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError
+from evolvent.base.errors import InputError, RunFailed
 from evolvent.kernels import blocks as kinds, rigid, thread
 
 Array = np.ndarray
@@ -238,7 +238,13 @@ class _Plant:
             piece = feedback.Command(loop.start, angle, rate, after)
             end = loop.start + length
         loop.write(self.stepper, piece, end)
-        found = self.stepper.moved(y, self.s0, length)
+        try:
+            found = self.stepper.moved(y, self.s0, length)
+        except RunFailed as error:
+            raise InputError(
+                f"the motion beside the steady turn cannot be followed: {error}; a spool that stands at {angle:g} rad "
+                "just where a node of its thread is released or wound has no modes there: give it another angle"
+            ) from None
         return self._back(found, self.turn * length)
 
     def linear(self, length: float) -> Array:
