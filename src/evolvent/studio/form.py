@@ -439,13 +439,17 @@ def content_of(form: Group, typed: Mapping[str, str], sections: set[str]) -> tup
     """
     content: dict[str, Any] = {}
     wrong: dict[str, str] = {}
+    left_out = {g.key for g in form.groups() if g.optional and g.key not in sections}
+
+    def is_inside(key: str) -> bool:
+        return any(key == one or key.startswith(f"{one}.") for one in left_out)
+
     for group in form.groups():
-        if group.key and (not group.optional or group.key in sections):
+        if group.key and not is_inside(group.key):
             put(content, group.key, {})
     for field in form.fields():
         text = typed.get(field.key, "").strip()
-        left_out = {g.key for g in form.groups() if g.optional and g.key not in sections}
-        if not text or any(field.key.startswith(f"{key}.") for key in left_out):
+        if not text or is_inside(field.key):
             continue
         try:
             is_word = field.kind == "choice" and not field.numeric
