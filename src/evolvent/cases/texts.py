@@ -201,7 +201,10 @@ def _letters(node: yaml.SequenceNode) -> int:
 
 
 def dump(content: Mapping[str, Any]) -> str:
-    """Plain content of a case as YAML: block style, lines of at most 99 letters where the values allow it."""
+    """Plain content of a case as YAML: block style, lines of at most 99 letters where the values allow it.
+
+    A text is broken at the first blank behind 80 letters.
+    """
     return str(
-        yaml.dump(content, Dumper=_Dumper, sort_keys=False, default_flow_style=False, width=99, allow_unicode=True)
+        yaml.dump(content, Dumper=_Dumper, sort_keys=False, default_flow_style=False, width=80, allow_unicode=True)
     )

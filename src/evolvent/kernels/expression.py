@@ -5,7 +5,7 @@ A program is ``p[at]`` numbers long, from ``p[at + 1]``. The top of the stack is
 
 import math
 
-from numba import config
+from numba import config, types
 
 from evolvent.compiled.jit import REAL, VECTOR, entry, inlined, kernel
 from evolvent.compiled.views import local_vector
@@ -111,6 +111,7 @@ def of_one(instruction, a):
     return math.tanh(a)
 
 
+@entry(VECTOR, types.int64, VECTOR)
 @kernel
 def evaluate(p, at, variables):
     """Value of the program at ``p[at]``; variables : (k,) float."""
