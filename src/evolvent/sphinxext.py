@@ -18,12 +18,12 @@ from pydantic_core import PydanticUndefined
 from sphinx.util.docutils import SphinxDirective
 
 from evolvent import cases
-from evolvent.assembly import families
 from evolvent.base import units
 from evolvent.base.errors import InputError, nearest
 from evolvent.base.schema import OneOf, Section, descriptions, marks
 from evolvent.commands import cli
 from evolvent.design import studies
+from evolvent.model import family
 from evolvent.papers import ledger
 from evolvent.parts import registry
 from evolvent.parts.base import Part, Reference
@@ -141,11 +141,11 @@ class Families(SphinxDirective):
 def families_table() -> str:
     """The families of parts and the solvers, as a table in Markdown."""
     text = [
-        f"| family of parts | {' | '.join(families.SOLVERS.values())} | instead |",
-        "|---" * (len(families.SOLVERS) + 2) + "|",
+        f"| family of parts | {' | '.join(family.SOLVERS.values())} | instead |",
+        "|---" * (len(family.SOLVERS) + 2) + "|",
     ]
-    for row in families.FAMILIES:
-        cells = ["supported" if solver in row.solvers else "refused" for solver in families.SOLVERS]
+    for row in (kind for one in family.families().values() for kind in one.kinds):
+        cells = ["supported" if solver in row.solvers else "refused" for solver in family.SOLVERS]
         text.append(f"| {' | '.join([row.name, *cells, _cell(row.advice)])} |")
     return "\n".join(text)
 

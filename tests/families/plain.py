@@ -16,13 +16,14 @@ import families.lumped
 import families.reduced
 import families.rods  # noqa: F401  (all enter their cases)
 from evolvent import model as mdl
-from evolvent.assembly import families as table
 from evolvent.assembly.assembled import Assembly
 from evolvent.flow import implicit, inventory
+from evolvent.model.family import EXPLICIT, IMPLICIT
 from evolvent.solvers import explicit_modes, solve
 from evolvent.solvers.fixed_lengths import with_positions
 from evolvent.solvers.implicit import solve_implicit
 from families.case import CASES, Array
+from families.rows import FAMILIES
 from helpers import derivative
 from implicit.rigs import Equations
 
@@ -42,16 +43,16 @@ def one_product(product: Callable[[Array], Array], n: int) -> tuple[float, Array
 def numbers(name: str) -> dict[str, list[float]]:
     """Rates, residual and energies of a case's disturbed start, and where two steps lead from its start."""
     case = CASES[name]()
-    row = next(family for family in table.FAMILIES if family.name == name)
+    row = next(family for family in FAMILIES if family.name == name)
     assembly, found = case.system().assemble(), {}
     y, model, samples = disturbed(assembly), assembly.model, np.array([0.0, 2.0 * case.step])
-    if table.EXPLICIT in row.solvers:
+    if EXPLICIT in row.solvers:
         sums = np.zeros(mdl.N_INVENTORY)
         inventory.inventory(0.0, y, assembly.s, model, sums)
         found["rates"], found["sums"] = derivative(assembly)(0.0, y).tolist(), sums.tolist()
         with mock.patch.object(explicit_modes, "_largest", one_product):
             found["explicit"] = solve(assembly, samples=samples, step=case.step, method="rk4").y[-1].tolist()
-    if table.IMPLICIT in row.solvers:
+    if IMPLICIT in row.solvers:
         assembly = with_positions(assembly)
         model, y = assembly.model, disturbed(assembly)
         model.switches[:] = assembly.s

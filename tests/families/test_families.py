@@ -17,10 +17,10 @@ import pytest
 from numba import config
 
 import evolvent
-from evolvent import InputError, model as mdl
+from evolvent import InputError
 from evolvent.assembly import families, needs
-from evolvent.assembly.families import ENERGY, EXPLICIT, FAMILIES, IMPLICIT, MODES, SOLVERS, STATIC, Family
 from evolvent.compiled import jit
+from evolvent.model.family import ENERGY, EVERY, EXPLICIT, IMPLICIT, MODES, SOLVERS, STATIC, families as family_table
 from evolvent.solvers import solve
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit
@@ -29,6 +29,7 @@ from evolvent.solvers.modes import Where, at_equilibrium, modes
 from evolvent.solvers.static import solve_static
 from families.case import CASES, Case
 from families.plain import numbers, print_numbers
+from families.rows import FAMILIES, Row, set_kinds
 
 #: Ways to call the solvers: the solver's name in the table, and what motions may be off, of their size.
 VARIANTS = {
@@ -86,7 +87,7 @@ def reference(family: str) -> Any:
     return solved(CASES[family](), "rk4")
 
 
-def check_motion(row: Family, case: Case, variant: str) -> None:
+def check_motion(row: Row, case: Case, variant: str) -> None:
     """Hold a motion against its closed form, and against that of RK4."""
     allowed = VARIANTS[variant][1]
     solution = reference(row.name) if variant == "rk4" else solved(case, variant)
@@ -125,7 +126,7 @@ def check_poles(case: Case) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("row", "variant"), CELLS)
-def test_cell(row: Family, variant: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cell(row: Row, variant: str, monkeypatch: pytest.MonkeyPatch) -> None:
     case, solver = CASES[row.name](), VARIANTS[variant][0]
     needs.unload()
     if solver in row.solvers:
@@ -142,8 +143,10 @@ def test_cell(row: Family, variant: str, monkeypatch: pytest.MonkeyPatch) -> Non
     with pytest.raises(InputError, match=f"{called} do(es)? not support"):
         solved(case, variant)
     # by its own name, whatever the families say that it needs
-    others = [other if other is row else dataclasses.replace(other, solvers=families.EVERY) for other in FAMILIES]
-    monkeypatch.setattr(families, "FAMILIES", tuple(others))
+    kept = row.solvers
+    able = {True: kept, False: EVERY}
+    rows = [Row(one.records, dataclasses.replace(one.kind, solvers=able[one is row])) for one in FAMILIES]
+    set_kinds(monkeypatch, rows)
     with pytest.raises(InputError) as refused:
         solved(case, variant)
     for words in (repr(case.part), row.name, called, row.advice):
@@ -158,14 +161,15 @@ def test_every_row_has_a_case() -> None:
 
 
 def test_every_family_of_records_has_a_row() -> None:
-    assert {row.records for row in FAMILIES} == set(mdl.RECORDS) - set(families.PARTS_OF_OTHERS)
+    every = family_table()
+    assert {row.records for row in FAMILIES} == {name for name, family in every.items() if not family.of}
+    assert {family.of for family in every.values()} - {""} <= set(every)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("row", FAMILIES, ids=lambda row: row.name)
-def test_what_no_row_covers_is_refused(row: Family, monkeypatch: pytest.MonkeyPatch) -> None:
-    others = [dataclasses.replace(other, solvers=families.EVERY) for other in FAMILIES if other is not row]
-    monkeypatch.setattr(families, "FAMILIES", tuple(others))
+def test_what_no_row_covers_is_refused(row: Row, monkeypatch: pytest.MonkeyPatch) -> None:
+    set_kinds(monkeypatch, [other for other in FAMILIES if other is not row], solvers=EVERY)
     case = CASES[row.name]()
     part = "ground" if row.name == "a driven body" else case.part  # which is one
     for solver, name in SOLVERS.items():

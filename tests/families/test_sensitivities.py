@@ -11,12 +11,12 @@ import evolvent
 import families.plain  # noqa: F401  (it imports all cases)
 from evolvent import System
 from evolvent.analysis.sensitivity import SUPPORTED, key_of
-from evolvent.assembly.families import FAMILIES
 from evolvent.base.errors import InputError
 from evolvent.results.kept import kept_of
 from evolvent.results.tree import root_of
 from evolvent.solvers import implicit
 from families.case import CASES
+from families.rows import FAMILIES
 
 ALPHA, ENERGY = "generalized-alpha", "energy-momentum"
 #: Families, and methods that support them.

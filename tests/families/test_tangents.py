@@ -14,9 +14,9 @@ import pytest
 import families.plain  # noqa: F401  (all cases are entered)
 from evolvent import System
 from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.families import ENERGY, FAMILIES, IMPLICIT, STATIC
 from evolvent.flow import energy_momentum as flow
 from evolvent.kernels import attitude, attitude_tangent, blocks
+from evolvent.model.family import ENERGY, IMPLICIT, STATIC
 from evolvent.solvers import energy_momentum
 from evolvent.solvers.fixed_lengths import with_positions
 from evolvent.solvers.implicit_setup import matrix_of
@@ -24,6 +24,7 @@ from evolvent.solvers.static_work import sparse_of
 from evolvent.solvers.still_threads import idle_nodes
 from families.case import CASES
 from families.moving import SYSTEMS
+from families.rows import FAMILIES
 from implicit.rigs import Equations
 
 Array = np.ndarray

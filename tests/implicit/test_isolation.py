@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-import families.plain  # noqa: F401  (all cases are entered)
-from evolvent import System, model as mdl, parts
-from evolvent.assembly import ends, needs
+import families.plain
+from evolvent import System, parts
+from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.flow import implicit as flow
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import blocks, rigid
+from evolvent.model.family import families
 from evolvent.solvers import solve
-from evolvent.solvers.graph import COUPLED
 from evolvent.solvers.implicit_setup import acts_from_outside
 from families.case import CASES
 from families.moving import SYSTEMS, coupled
@@ -283,8 +283,9 @@ def test_the_motion_is_that_of_an_explicit_method(name: str, motion: str) -> Non
 
 
 def test_every_family_is_known_to_act_or_not() -> None:
-    assert not set(ends.ENDS) & ends.WITHIN
-    assert set(ends.ENDS) | ends.WITHIN <= set(mdl.RECORDS)
-    assert set(COUPLED) <= set(ends.ENDS)
-    for name in ends.AT_TIMES:
-        assert "outside" in mdl.RECORDS[name].names
+    for family in families().values():
+        if "outside" in family.record.names:
+            assert family.ends is not None
+        if family.through:
+            assert family.ends is not None
+        assert not family.of or family.isolated is None

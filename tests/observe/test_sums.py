@@ -15,6 +15,7 @@ from evolvent import analysis
 from evolvent.assembly import families as table
 from evolvent.base import netcdf
 from evolvent.base.errors import InputError
+from evolvent.model.family import EXPLICIT, IMPLICIT
 from families.case import CASES
 from observe.seeing import Seen, close
 
@@ -34,7 +35,7 @@ def seen(family: str, method: str) -> Seen:
     case = CASES[family]()
     assembly = case.system().assemble()
     try:
-        table.check(assembly, table.IMPLICIT if method == "generalized-alpha" else table.EXPLICIT)
+        table.check(assembly, IMPLICIT if method == "generalized-alpha" else EXPLICIT)
     except InputError as error:
         pytest.skip(str(error))
     end = min(case.end, 5e-3 * max(round(400.0 * case.step / 5e-3), 1))  # samples at ends of steps of 1e-3 s

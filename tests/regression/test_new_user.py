@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from evolvent import System, parts
-from evolvent.assembly import families
 from evolvent.base.errors import InputError
 from evolvent.elements import Circle, Material
+from evolvent.model.family import EXPLICIT
+from families.rows import FAMILIES, Row, set_kinds
 
 METAL = Material(young_modulus=70e9, poisson_ratio=0.3, density=2700.0)
 
@@ -119,9 +120,10 @@ def test_a_synchronization_is_written_with_its_units() -> None:
 
 
 def test_a_refusal_names_all_parts_and_the_method_that_supports_them(monkeypatch: pytest.MonkeyPatch) -> None:
-    name, explicit = "a thread with segments of fixed length", frozenset({families.EXPLICIT})
-    rows = [dataclasses.replace(row, solvers=explicit) if row.name == name else row for row in families.FAMILIES]
-    monkeypatch.setattr(families, "FAMILIES", tuple(rows))  # of which two are refused beside one another
+    name, explicit = "a thread with segments of fixed length", frozenset({EXPLICIT})
+    given = {"solvers": explicit}
+    rows = [Row(row.records, dataclasses.replace(row.kind, **given)) if row.name == name else row for row in FAMILIES]
+    set_kinds(monkeypatch, rows)  # of which two are refused beside one another
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=1.0), "hub")
     system.add(parts.Reel(body="hub", centre=(1.0, 0.0, 0.0), radius=0.1, drive=parts.ConstantDrive(rate=0.1)), "reel")

@@ -18,10 +18,11 @@ from scipy.optimize import brentq, least_squares
 import evolvent as ev
 from book import Book
 from evolvent import cases
-from evolvent.assembly import families
 from evolvent.assembly.references import OF_THE_RUN
+from evolvent.model.family import EXPLICIT
 from evolvent.results.fine_samples import MARK
 from evolvent.view import show
+from families.rows import FAMILIES, Row, set_kinds
 
 NAMES = [name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"]
 #: Ends of long runs for tests of files, s; tests of these cases run the others in full.
@@ -483,11 +484,9 @@ def test_a_method_that_does_not_support_a_part_names_it(
     call: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     name, advice = "a thread with segments of fixed length", "use dopri5"
-    rows = [
-        dataclasses.replace(row, solvers=frozenset({families.EXPLICIT}), advice=advice) if row.name == name else row
-        for row in families.FAMILIES
-    ]
-    monkeypatch.setattr(families, "FAMILIES", tuple(rows))
+    given = {"solvers": frozenset({EXPLICIT}), "advice": advice}
+    rows = [Row(row.records, dataclasses.replace(row.kind, **given)) if row.name == name else row for row in FAMILIES]
+    set_kinds(monkeypatch, rows)
     fixed = ("--set", "parts.tether.segments=inextensible", "--set", "parts.tether.end=")
     code, _, err = call("run", "orbit-tether", *fixed, "--no-figures")
     assert code == 2

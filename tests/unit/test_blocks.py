@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from evolvent import model as mdl
-from evolvent.assembly.families import FAMILIES
 from evolvent.flow.energy_momentum import STEP
 from evolvent.kernels.blocks import ANGLE, RATE, ROTATION, displace, indices
 from evolvent.solvers import equilibrium, explicit_events, implicit_state
@@ -14,6 +13,7 @@ from evolvent.solvers.balance import BALANCE
 from evolvent.solvers.implicit_setup import shares, sizes
 from evolvent.solvers.static_work import Work
 from families.plain import CASES
+from families.rows import FAMILIES
 
 
 @pytest.mark.parametrize("name", [row.name for row in FAMILIES])

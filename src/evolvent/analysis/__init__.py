@@ -15,7 +15,9 @@ from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.base import units
 from evolvent.base.errors import InputError, RunFailed, nearest
+from evolvent.families.threads import is_open
 from evolvent.kernels import axial, joint, rigid, sides, thread
+from evolvent.model import family
 from evolvent.results.fine_samples import Times
 from evolvent.solvers import energy_momentum, explicit_plan, implicit, payout
 from evolvent.solvers.laws import refusing_laws
@@ -110,7 +112,7 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
 
 def _method_of(assembly: Assembly, method: str) -> tuple[str, str]:
     """See `choose_method`."""
-    if families.is_open(assembly.model):
+    if is_open(assembly.model):
         from evolvent.analysis import feedback
 
         return feedback.method_of(assembly, method)
@@ -120,37 +122,37 @@ def _method_of(assembly: Assembly, method: str) -> tuple[str, str]:
         if method in implicit.METHODS:
             families.check(assembly, implicit.METHODS[method].solver, method)
         else:
-            families.check(assembly, families.EXPLICIT)
+            families.check(assembly, family.EXPLICIT)
         return method, "as asked for"
     refused = {}
-    for solver in (families.EXPLICIT, families.IMPLICIT, families.ENERGY):
+    for solver in (family.EXPLICIT, family.IMPLICIT, family.ENERGY):
         try:
             families.check(assembly, solver)
         except InputError as error:
             refused[solver] = str(error)
     model = assembly.model
     if len(refused) == 3:
-        raise InputError(f"no method supports this system: {refused[families.EXPLICIT]}; {refused[families.IMPLICIT]}")
-    if (model.beams.size or model.rods.size) and families.ENERGY not in refused:
+        raise InputError(f"no method supports this system: {refused[family.EXPLICIT]}; {refused[family.IMPLICIT]}")
+    if (model.beams.size or model.rods.size) and family.ENERGY not in refused:
         what = "beams" if model.beams.size else "rods"
         return energy_momentum.NAME, f"{what}: steps of any length gain no energy"
-    if model.body_contacts.size and families.ENERGY not in refused:
+    if model.body_contacts.size and family.ENERGY not in refused:
         return energy_momentum.NAME, "contact: steps of any length gain no energy"
     fixed = model.threads["kind"] == thread.INEXTENSIBLE
-    if fixed.size and np.all(fixed) and families.EXPLICIT not in refused:
+    if fixed.size and np.all(fixed) and family.EXPLICIT not in refused:
         return "dopri5", "threads with segments of fixed length have no stiffness: adaptive steps of fifth order"
     stiff = _better_implicit(assembly)
-    if stiff and families.EXPLICIT not in refused and len(refused) < 2:
-        refused[families.EXPLICIT] = f"{stiff}; "
-    if families.EXPLICIT in refused and families.ENERGY not in refused and has_loops(model):
+    if stiff and family.EXPLICIT not in refused and len(refused) < 2:
+        refused[family.EXPLICIT] = f"{stiff}; "
+    if family.EXPLICIT in refused and family.ENERGY not in refused and has_loops(model):
         return energy_momentum.NAME, "loops of joints, which may pass positions where they depend on one another"
-    if families.EXPLICIT in refused and families.IMPLICIT not in refused:
-        return implicit.NAME, refused[families.EXPLICIT].partition("; ")[0]
-    if families.EXPLICIT in refused:
-        return energy_momentum.NAME, refused[families.IMPLICIT].partition("; ")[0]
-    if families.IMPLICIT in refused:
+    if family.EXPLICIT in refused and family.IMPLICIT not in refused:
+        return implicit.NAME, refused[family.EXPLICIT].partition("; ")[0]
+    if family.EXPLICIT in refused:
+        return energy_momentum.NAME, refused[family.IMPLICIT].partition("; ")[0]
+    if family.IMPLICIT in refused:
         method = "dopri5" if np.all(model.threads["kind"] == thread.INEXTENSIBLE) else "rk4"
-        return method, refused[families.IMPLICIT].partition("; ")[0]
+        return method, refused[family.IMPLICIT].partition("; ")[0]
     if model.beams.size or model.info.penalties:
         return implicit.NAME, "beams and penalties are stiff"
     if np.any(np.isin(model.threads["kind"], (thread.SPRINGS, thread.MOVING))):

@@ -20,6 +20,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError, RunFailed
 from evolvent.kernels import thread
 from evolvent.kernels.expression import evaluate
+from evolvent.model import family
 from evolvent.parts.feedback import FeedbackDrive
 
 if TYPE_CHECKING:
@@ -299,7 +300,7 @@ def method_of(assembly: Assembly, method: str) -> tuple[str, str]:
             f"{name!r} reacts to what is measured, which {method} does not support; use {', '.join(METHODS)}"
         )
     whole, _ = with_tables(assembly, 0.0, 1.0)
-    families.check(whole, families.EXPLICIT)
+    families.check(whole, family.EXPLICIT)
     if method != "auto":
         return method, "as asked for"
     fixed = bool(np.all(whole.model.threads["kind"] == thread.INEXTENSIBLE))

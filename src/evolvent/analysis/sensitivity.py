@@ -18,6 +18,7 @@ from evolvent.analysis.closure import warning_of
 from evolvent.assembly.families import owner
 from evolvent.base import schema, units
 from evolvent.base.errors import EvolventError, InputError, RunFailed, nearest
+from evolvent.model.family import families
 from evolvent.results.fine_samples import Times
 from evolvent.results.kept import Kept, is_local, kept_of, refusal
 from evolvent.solvers import implicit
@@ -106,17 +107,14 @@ def check(assembly: Assembly, method: str) -> None:
     ------
     InputError
     """
-    from evolvent import model as mdl
-    from evolvent.assembly.families import PARTS_OF_OTHERS
-
     if method not in implicit.METHODS:
         raise InputError(
             f"sensitivities are of the steps of {' and '.join(implicit.METHODS)}, but the method is {method}; name one "
             f"of them as `method`"
         )
     model = assembly.model
-    for name in mdl.RECORDS:
-        if name not in PARTS_OF_OTHERS and name not in SUPPORTED and getattr(model, name).size:
+    for name in (family.name for family in families().values() if not family.of):
+        if name not in SUPPORTED and getattr(model, name).size:
             raise InputError(
                 f"{owner(assembly, name, 0)!r} is one of the {name}, through which sensitivities are not supported"
             )

@@ -51,12 +51,12 @@ class Kernel(Linked):
     Attributes
     ----------
     py_func : the plain function
-    signature : tuple of the types of its arguments, where it is declared by `entry`
+    kinds : tuple of the types of its arguments, or of functions that return them, where it is declared by `entry`
     """
 
     def __init__(self, function: Callable, *, inline: bool) -> None:
         self.py_func, self._inline = function, inline
-        self.signature: tuple[Any, ...] | None = None
+        self.kinds: tuple[Any, ...] | None = None
         self.is_own, self.options = is_own(function.__module__), f"inline={inline}"
         functools.update_wrapper(self, function)
 
@@ -78,6 +78,13 @@ class Kernel(Linked):
     def dispatcher(self) -> Any:
         """Numba's dispatcher for calls from Python, with nothing compiled yet."""
         return compilers.dispatcher(self.py_func)
+
+    @functools.cached_property
+    def signature(self) -> tuple[Any, ...] | None:
+        """Types of its arguments."""
+        if self.kinds is None:
+            return None
+        return tuple(kind() if inspect.isfunction(kind) else kind for kind in self.kinds)
 
     @property
     def is_loaded(self) -> bool:
@@ -109,7 +116,7 @@ def entry(*kinds: Any) -> Callable[[Any], Any]:
 
     def decorate(function: Any) -> Any:
         if isinstance(function, Kernel):
-            function.signature = kinds
+            function.kinds = kinds
             _ENTRIES.append(function)
         return function
 

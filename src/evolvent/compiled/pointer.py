@@ -15,6 +15,7 @@ compilation, cache and calls. The headers are filled when a struct is made, ther
 from __future__ import annotations
 
 import ctypes
+import functools
 import itertools
 from collections.abc import Collection, Iterator
 from typing import Any, ClassVar, NamedTuple
@@ -88,6 +89,16 @@ _STRUCTS: dict[str, type[Struct]] = {}
 register_model(StructType)(models.OpaqueModel)
 
 
+class _OfLayout:
+    """A part of a class's layout, which is complete only once it is needed."""
+
+    def __init__(self, part: int) -> None:
+        self._part = part
+
+    def __get__(self, instance: Any, owner: Any) -> Any:
+        return owner._layout()[self._part]
+
+
 class Struct:
     """Base of a class whose attributes are declared by `array`, `record` and `struct`.
 
@@ -97,9 +108,12 @@ class Struct:
         For a missing or unknown attribute, or an array of another type, layout or alignment.
     """
 
-    _fields: ClassVar[dict[str, Field]] = {}
+    #: Those that stand in the body of the class.
+    _declared: ClassVar[dict[str, Field]] = {}
+    #: All attributes.
+    _fields: ClassVar[Any] = _OfLayout(0)
     #: Index of the first header of every attribute that is an instance's own.
-    _places: ClassVar[dict[str, int]] = {}
+    _places: ClassVar[Any] = _OfLayout(1)
     _numba_type_: ClassVar[StructType]
     #: Of the headers; 0 without compiled code.
     address: int
@@ -108,11 +122,23 @@ class Struct:
         found = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
         for name in found:
             delattr(cls, name)
-        cls._fields = found
-        ends = itertools.accumulate((field.words for field in found.values()), initial=0)
-        cls._places = {name: at for (name, field), at in zip(found.items(), ends, strict=False) if field.value is None}
+        cls._declared = found
         cls._numba_type_ = StructType(cls.__name__)
         _STRUCTS[cls.__name__] = cls
+
+    @classmethod
+    def _further(cls) -> dict[str, Field]:
+        """Attributes that follow those of the class's body, asked for once, when the first of all is needed."""
+        return {}
+
+    @classmethod
+    @functools.cache
+    def _layout(cls) -> tuple[dict[str, Field], dict[str, int]]:
+        """Attributes, and the places of an instance's own among the headers."""
+        found = cls._declared | cls._further()
+        ends = itertools.accumulate((field.words for field in found.values()), initial=0)
+        places = zip(found.items(), ends, strict=False)
+        return found, {name: at for (name, field), at in places if field.value is None}
 
     def __init__(self, **values: Any) -> None:
         own = self._own()

@@ -9,7 +9,9 @@ allocated in a time loop; two threads of execution therefore need two models.
 
 from __future__ import annotations
 
-from typing import Any
+import functools
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numba import config
@@ -17,17 +19,42 @@ from numba.np import numpy_support
 
 from evolvent.compiled.jit import ADDRESSES
 from evolvent.compiled.pointer import Struct, array, record, shared
+from evolvent.model.family import families
 from evolvent.model.having import has as has, having as having, nonzero as nonzero, not_negative as not_negative
 from evolvent.model.records import *  # noqa: F403  (the names of the model are those of this package)
-from evolvent.model.records import RECORDS
-from evolvent.model.results import RESULTS as RESULTS
+from evolvent.model.records import OWN_RECORDS
 
 Array = np.ndarray
 
 
+class _OfFamilies(Mapping[str, Any]):
+    """What all families have, by their names; they are looked up when something of it is asked for."""
+
+    def __init__(self, found: Callable[[], dict[str, Any]]) -> None:
+        self._found = functools.cache(found)
+
+    def __getitem__(self, name: str) -> Any:
+        return self._found()[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._found())
+
+    def __len__(self) -> int:
+        return len(self._found())
+
+
+#: Records of the model by their names, and which fields of them are results (`Family.results`).
+RECORDS: Mapping[str, np.dtype] = _OfFamilies(
+    lambda: OWN_RECORDS | {family.name: family.record for family in families().values()}
+)
+RESULTS: Mapping[str, Mapping[str, tuple[str, str, str]]] = _OfFamilies(
+    lambda: {family.name: family.results for family in families().values() if family.results}
+)
+
+
 def family_type(name: str) -> Any:
-    """Type of a family in signatures of compiled functions."""
-    return numpy_support.from_dtype(RECORDS[name])[::1]
+    """Function that returns the type of a family in signatures of compiled functions, for `jit.entry`."""
+    return lambda: numpy_support.from_dtype(RECORDS[name])[::1]
 
 
 def zeros(name: str, size: int) -> Array:
@@ -64,59 +91,20 @@ class Model(Struct):
     addresses : of functions that compiled code calls by address (`evolvent.compiled.jit.Indirect`)
     """
 
-    info: np.record = record(RECORDS["info"])
+    info: np.record = record(OWN_RECORDS["info"])
     breaks: Array = array(1)
     parameters: Array = array(1)
-    blocks: Array = array(1, RECORDS["blocks"])
-    bodies: Array = array(1, RECORDS["bodies"])
-    points: Array = array(1, RECORDS["points"])
-    markers: Array = array(1, RECORDS["markers"])
-    springs: Array = array(1, RECORDS["springs"])
-    links: Array = array(1, RECORDS["links"])
-    guides: Array = array(1, RECORDS["guides"])
-    threads: Array = array(1, RECORDS["threads"])
-    nodes: Array = array(1, RECORDS["nodes"])
-    loads: Array = array(1, RECORDS["loads"])
-    events: Array = array(1, RECORDS["events"])
-    fields: Array = array(1, RECORDS["fields"])
-    field_points: Array = array(1, RECORDS["field_points"])
-    wheels: Array = array(1, RECORDS["wheels"])
-    thrusters: Array = array(1, RECORDS["thrusters"])
-    controllers: Array = array(1, RECORDS["controllers"])
-    rows: Array = array(1, RECORDS["rows"])
-    row_sides: Array = array(1, RECORDS["row_sides"])
-    row_pairs: Array = array(1, RECORDS["row_pairs"])
+    blocks: Array = array(1, OWN_RECORDS["blocks"])
+    markers: Array = array(1, OWN_RECORDS["markers"])
+    rows: Array = array(1, OWN_RECORDS["rows"])
+    row_sides: Array = array(1, OWN_RECORDS["row_sides"])
+    row_pairs: Array = array(1, OWN_RECORDS["row_pairs"])
     A: Array = array(2)
     la: Array = array(1)
     scratch: Array = array(2)
     pose: Array = array(1)
     dy: Array = array(2)
     sums: Array = array(2)
-    beams: Array = array(1, RECORDS["beams"])
-    beam_nodes: Array = array(1, RECORDS["beam_nodes"])
-    elements: Array = array(1, RECORDS["elements"])
-    joints: Array = array(1, RECORDS["joints"])
-    coordinates: Array = array(1, RECORDS["coordinates"])
-    contact_surfaces: Array = array(1, RECORDS["contact_surfaces"])
-    contact_points: Array = array(1, RECORDS["contact_points"])
-    beam_loads: Array = array(1, RECORDS["beam_loads"])
-    custom_forces: Array = array(1, RECORDS["custom_forces"])
-    body_contacts: Array = array(1, RECORDS["body_contacts"])
-    motors: Array = array(1, RECORDS["motors"])
-    synchronizations: Array = array(1, RECORDS["synchronizations"])
-    drivetrains: Array = array(1, RECORDS["drivetrains"])
-    resistances: Array = array(1, RECORDS["resistances"])
-    curves: Array = array(1, RECORDS["curves"])
-    bristles: Array = array(1, RECORDS["bristles"])
-    bearings: Array = array(1, RECORDS["bearings"])
-    rods: Array = array(1, RECORDS["rods"])
-    rod_elements: Array = array(1, RECORDS["rod_elements"])
-    tapes: Array = array(1, RECORDS["tapes"])
-    tape_nodes: Array = array(1, RECORDS["tape_nodes"])
-    reduced_bodies: Array = array(1, RECORDS["reduced_bodies"])
-    modes: Array = array(1, RECORDS["modes"])
-    gear_coordinates: Array = array(1, RECORDS["gear_coordinates"])
-    thermal_loads: Array = array(1, RECORDS["thermal_loads"])
     H: Array = array(3)
     h: Array = array(2)
     U0: Array = array(1)
@@ -138,6 +126,16 @@ class Model(Struct):
     K12: Array = array(2)
     J: Array = array(3)
     addresses: Array = shared(ADDRESSES)
+
+    @classmethod
+    def _further(cls) -> dict[str, Any]:
+        """Records of all families."""
+        return {family.name: array(1, family.record) for family in families().values()}
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Records of a family."""
 
 
 #: The type of a model in signatures of compiled functions.

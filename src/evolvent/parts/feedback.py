@@ -11,10 +11,10 @@ from pydantic_core import PydanticCustomError
 
 from evolvent.assembly import expressions
 from evolvent.assembly.builder import Builder
-from evolvent.assembly.families import OPEN
 from evolvent.base import units
 from evolvent.base.errors import InputError, nearest
 from evolvent.base.schema import Section
+from evolvent.families.threads import OPEN
 from evolvent.kernels import drive as kernels
 from evolvent.parts.drive_kind import DriveKind, DriveRow, check_start
 from evolvent.parts.expression import VARIABLES, Constants, FeedbackLaw, refuse_unused

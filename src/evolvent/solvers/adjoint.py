@@ -15,15 +15,14 @@ from typing import Any
 import numpy as np
 from numba import config
 
-from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.families import PARTS_OF_OTHERS
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual
 from evolvent.kernels.blocks import displace
 from evolvent.kernels.coordinate_laws import BY_LAW
 from evolvent.kernels.sparse import INNER
+from evolvent.model.family import families
 from evolvent.solvers import implicit_loop, run as runs, tape as tapes, tape_energy
 from evolvent.solvers.adjoint_events import Jump, Jumps, Parameter, carried, difference, state_of
 from evolvent.solvers.implicit_method import METHODS
@@ -68,8 +67,8 @@ def check(plan: Any) -> None:
     InputError
     """
     model, options = plan.assembly.model, plan.options
-    for name in mdl.RECORDS:
-        if name not in PARTS_OF_OTHERS and name not in SUPPORTED and getattr(model, name).size:
+    for name in (family.name for family in families().values() if not family.of):
+        if name not in SUPPORTED and getattr(model, name).size:
             raise InputError(f"the adjoint does not support {name}, which the system has; take mode 'forward'")
     if model.tapes.size:
         raise InputError("the adjoint does not support rods whose section is a tape; take mode 'forward'")

@@ -14,6 +14,7 @@ from evolvent.assembly import families, needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import thread
+from evolvent.model import family
 from evolvent.parts.checks import positive
 from evolvent.solvers.explicit_methods import METHODS, Method
 from evolvent.solvers.explicit_run import Run, cache_name, load
@@ -176,7 +177,7 @@ def plan(
     if method not in METHODS:
         raise InputError(f"method is {method!r}; {nearest(str(method), METHODS)}")
     times = sample_times(samples)
-    families.check(assembly, families.EXPLICIT)
+    families.check(assembly, family.EXPLICIT)
     own = dataclasses.replace(assembly, model=assembly.model.copy())
     try_laws(own, times[0], times[-1])
     check_start(own, float(times[0]))

@@ -17,6 +17,7 @@ from evolvent.kernels import joint
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.blocks import ANGLE, BODY, REDUCED, WHEEL
 from evolvent.kernels.drive import FREE
+from evolvent.model.family import families
 from evolvent.solvers.ordering import Pattern
 
 Array = np.ndarray
@@ -48,9 +49,13 @@ class _Graph:
         found = sorted({int(b) for b in blocks if b >= 0})
         self.pairs.update((a, b) for i, a in enumerate(found) for b in found[i + 1 :])
 
+    def records(self, name: str) -> Any:
+        """Records of a family."""
+        return getattr(self.model, name)
+
     def ends(self, name: str, row: Any) -> Iterator[tuple[str, int]]:
         """What a record of a family acts on."""
-        return ends_of(name, row, lambda other: getattr(self.model, other))
+        return ends_of(name, row, self.records)
 
     def end(self, what: str, index: int) -> int:
         """Block of what a record acts on (`assembly.ends`); -1 of what has no unknowns."""
@@ -66,10 +71,6 @@ class _Graph:
         return int(self.block[iv - self.n_q])
 
 
-#: Families whose records couple all that they act on; the torques of coordinates turn with both bodies.
-COUPLED = (
-    "springs", "rod_elements", "coordinates", "gear_coordinates", "synchronizations", "custom_forces", "body_contacts"
-)  # fmt: skip
 #: Gap below which turns on one another are coupled, of the length of an element.
 _NEAR = 0.1
 
@@ -125,22 +126,14 @@ def _spool(graph: _Graph, thread: Any) -> int:
 
 
 def _couple_forces(graph: _Graph) -> None:
-    """What threads, springs, joint coordinates, custom forces and contacts couple, but for turns on one another."""
-    model = graph.model
-    for thread in model.threads:  # its departure moves from node to node
-        for i in range(thread["n"]):
-            graph.couple(graph.of(int(thread["iv"]) + 3 * i), graph.body[thread["body"]], _spool(graph, thread))
-        if thread["end"] >= 0:
-            end = [graph.end(*one) for one in graph.ends("threads", thread)][-1]
-            graph.couple(end, graph.body[thread["body"]], _spool(graph, thread))
-            if thread["n"] > 1:
-                graph.couple(end, graph.of(int(thread["iv"]) + 3))
-    for name in COUPLED:
-        for row in getattr(model, name):
-            graph.couple(*(graph.end(*end) for end in graph.ends(name, row)))
-    for cylinder in model.contact_surfaces[model.contact_surfaces["under"] < 0]:  # point by point
-        for point in model.contact_points[int(cylinder["first"]) : int(cylinder["last"])]:
-            graph.couple(*(graph.of(int(iv)) for iv in point["iv"]), graph.body[cylinder["body"]])
+    """What records couple by their ends, but for turns on one another and multipliers."""
+    for family in families().values():
+        if family.ends is None or family.through or family.within:
+            continue
+        couples = family.couples
+        for row in family.records(graph.model):
+            for ends in [family.ends(row, graph.records)] if couples is None else couples(row, graph.records):
+                graph.couple(*(graph.end(*end) for end in ends))
 
 
 def _couple_layers(graph: _Graph) -> None:

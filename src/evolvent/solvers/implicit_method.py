@@ -11,10 +11,10 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from evolvent.assembly import families
 from evolvent.compiled.jit import inlined
 from evolvent.flow import powers as eq
 from evolvent.kernels import thread
+from evolvent.model import family
 from evolvent.solvers import alpha, energy_step
 from evolvent.solvers.alpha_state import factor_at
 from evolvent.solvers.implicit_state import ALPHA, ENERGY
@@ -75,7 +75,7 @@ def _filter(rho: float) -> dict[str, float]:
 
 
 _ALPHA = Method(
-    ALPHA, families.IMPLICIT, 0.3, 0.0, "0", 1e-6, {"midpoint": 0, "conserves": 0, "divides": 0, "corrects": 1},
+    ALPHA, family.IMPLICIT, 0.3, 0.0, "0", 1e-6, {"midpoint": 0, "conserves": 0, "divides": 0, "corrects": 1},
     frozenset({"solvers.alpha", "solvers.alpha_start", "solvers.alpha_state", "solvers.newton.solve_end"}),
     _chung_hulbert,
 )  # fmt: skip
@@ -84,7 +84,7 @@ METHODS = {
     NAME: _ALPHA,
     HHT: _ALPHA._replace(radius=0.9, least_radius=0.5 - 1e-9, least="1/2", constants=_hilber_hughes_taylor),
     ENERGY_MOMENTUM: Method(
-        ENERGY, families.ENERGY, 1.0 / 3.0, 1.0 / 3.0 - 1e-9, "1/3", 1e-7,
+        ENERGY, family.ENERGY, 1.0 / 3.0, 1.0 / 3.0 - 1e-9, "1/3", 1e-7,
         {"midpoint": 1, "conserves": 1, "divides": 1, "corrects": 0},
         frozenset({"solvers.energy_step", "flow.energy_momentum", "solvers.newton.solve_energy"}), _filter,
     ),

@@ -11,7 +11,7 @@ from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.checks import redundant_part
-from evolvent.assembly.families import EXPLICIT, SOLVERS, owner
+from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.energy_momentum import STEP, EnergyStep
@@ -22,6 +22,7 @@ from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.blocks import ANGLE, BEAM, POSITION, REDUCED, SCALAR, THREAD, indices
 from evolvent.kernels.drive import FREE, drive
 from evolvent.kernels.sparse import SparseBlocks
+from evolvent.model.family import EXPLICIT, SOLVERS
 from evolvent.solvers import event_search, graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
 from evolvent.solvers.implicit_state import LOOP, Workspace

@@ -14,6 +14,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import EvolventError, InputError, RunFailed
 from evolvent.kernels import fields
 from evolvent.kernels.blocks import ROTATION, indices
+from evolvent.model import family
 from evolvent.solvers.eigenproblem import Problem
 from evolvent.solvers.fixed_lengths import hold_segments, with_positions
 from evolvent.solvers.laws import law_failure
@@ -128,7 +129,7 @@ def at_equilibrium(
 ) -> tuple[Assembly, Solution, Work, tuple[sparse.csr_matrix, ...]]:
     """The equilibrium that is given or found, an assembly with a copy of the model, and `matrices` there."""
     equilibrium, y, time, rotating, centre = where
-    families.check(assembly, families.MODES)
+    families.check(assembly, family.MODES)
     if np.any(assembly.model.fields["kind"] == fields.ORBIT):
         refuse_thread_mass(assembly, "gyroscopic forces in an orbital frame modes leave out")
     assembly = with_positions(dataclasses.replace(assembly, model=assembly.model.copy()))

@@ -14,6 +14,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled import codecache
 from evolvent.kernels.resistance import AT_END
+from evolvent.model import family
 from evolvent.parts.checks import number, positive
 from evolvent.solvers.fixed_lengths import given_positions
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
@@ -89,7 +90,7 @@ def solve_static(
     time = number("time", time, allowed="a finite time, s")
     if isinstance(most_steps, bool) or not isinstance(most_steps, int) or most_steps < 1:
         raise InputError(f"most_steps is {most_steps!r}; it must be a whole number from 1")
-    families.check(assembly, families.STATIC)
+    families.check(assembly, family.STATIC)
     assembly, y = given_positions(dataclasses.replace(assembly, model=assembly.model.copy()), y, time)
     try_laws(assembly, time, time)
     if assembly.model.threads.size:

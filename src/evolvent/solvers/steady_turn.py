@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.ends import ENDS, OF_OTHERS, ends_of
+from evolvent.assembly.ends import ends_of
 from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
 from evolvent.kernels import axial, beam_loads, joint, loads, rigid, sides, springs
+from evolvent.model.family import acting
 
 Array = np.ndarray
 #: Sines of angles, and parts of a length, that are round-off.
@@ -65,9 +66,7 @@ class Turn:
     def uneven(self) -> Iterator[str]:
         """Names of parts that are not the same about the axis."""
         model, groups = self.model, dict[tuple[Any, ...], list[int]]()
-        for name in ENDS:
-            if name in OF_OTHERS:
-                continue
+        for name in (family.name for family in acting()):
             for k, row in enumerate(getattr(model, name)):
                 if not any(what == "bodies" and self.still[i] for what, i in self._ends(name, k)):
                     continue

@@ -17,6 +17,7 @@ from evolvent import cases
 from evolvent.assembly import families
 from evolvent.base import file_keys
 from evolvent.base.errors import EvolventError, InputError
+from evolvent.model import family
 from evolvent.studio import pages, reading, signing, studydraft
 from evolvent.studio.changes import changes
 from evolvent.studio.exports import Export, Exports
@@ -294,7 +295,7 @@ class Studio:
         elif assembled and kind == "margin":
             definition.build(case).assemble()  # what it lacks is found with the margins, which takes longer
         elif assembled:
-            families.check(definition.build(case).assemble(), families.MODES if kind == "modes" else families.STATIC)
+            families.check(definition.build(case).assemble(), family.MODES if kind == "modes" else family.STATIC)
         name = pathlib.PurePosixPath((draft.origin or draft.source).partition(":")[2]).stem or case.system
         changed = [list(change) for change in changes(draft.base, draft.content)] if draft.base else []
         of = name if draft.origin else draft.about

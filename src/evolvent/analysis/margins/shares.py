@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import model as mdl
 from evolvent.analysis.margins import factors as of
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.kernels import resistance
 from evolvent.kernels.drive import FREE
+from evolvent.model.family import families as family_table
 
 Array = np.ndarray
 
@@ -107,7 +107,6 @@ _WITHOUT_FORCE = (
     "events",
     "thermal_loads",
     "wheels",
-    *families.PARTS_OF_OTHERS,
 )
 #: Shares that are no part's.
 GRAVITY, SPIN = "gravity", "spin"
@@ -151,7 +150,7 @@ def refuse_unsupported(assembly: Assembly, *, spins: bool) -> None:
     ------
     InputError
     """
-    for name in mdl.RECORDS:
+    for name in (family.name for family in family_table().values() if not family.of):
         if name not in RULES and name not in _WITHOUT_FORCE and families.records(assembly.model, name).size:
             who = families.owner(assembly, name, 0)
             raise InputError(

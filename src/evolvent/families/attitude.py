@@ -1,0 +1,80 @@
+"""Reaction wheels, thrusters and controllers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evolvent.kernels import rigid
+from evolvent.kernels.ends import of_bodies
+from evolvent.model.family import Family, Kind, record
+
+Array = np.ndarray
+_3 = (3,)
+
+
+# rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
+# or -1; actuators of a controller: their kind, and `count` numbers from `place` on, then how they share its torque
+WHEELS = Family(
+    "wheels",
+    record(
+        "body iq iv profile law first last",
+        "axis inertia torque torque_limit rate_limit viscous friction slip",
+        "command motor drag coriolis motor0 drag0 angle rate rubs spin momentum kinetic",
+        axis=_3, momentum=_3,
+    ),
+    order=120,
+    results={
+        "angle": ("angle", "rad", "angle of the wheel relative to its body"),
+        "rate": ("rate", "rad s-1", "rate of the wheel relative to its body"),
+        "motor": ("torque", "N m", "torque of the motor on the wheel"),
+        "rubs": ("friction_torque", "N m", "torque of friction on the wheel"),
+        "spin": ("wheel_momentum", "kg m2 s-1", "angular momentum relative to the body, about the axis"),
+        "momentum": ("angular_momentum", "kg m2 s-1", "angular momentum relative to the body, inertial axes"),
+        "kinetic": ("energy_kinetic", "J", "kinetic energy beyond that of the wheel fixed in its body"),
+    },
+    kinds=(
+        Kind("a reaction wheel", symmetric=True),
+    ),
+    ends=of_bodies("body"),
+    within=True,
+    isolated=lambda found, records: bool(np.all(records("bodies")["motion"][found["body"]] == rigid.FREE)),
+)  # fmt: skip
+
+THRUSTERS = Family(
+    "thrusters",
+    record(
+        "body iv profile", "local direction force limit", "command push push0 impulse place vector",
+        local=_3, direction=_3, place=_3, vector=_3,
+    ),
+    order=130,
+    results={
+        "push": ("thrust", "N", "force of the thruster"),
+        "impulse": ("impulse", "N s", "integral of the thrust since the start"),
+        "place": ("position", "m", "position of the thruster, inertial axes"),
+        "vector": ("force", "N", "force on the body, inertial axes"),
+    },
+    kinds=(
+        Kind("a thruster"),
+    ),
+)  # fmt: skip
+
+CONTROLLERS = Family(
+    "controllers",
+    record(
+        "body actuators count place path law first last",
+        "proportional derivative target axis limit dead_band",
+        "error slip torque off",
+        proportional=_3, derivative=_3, target=(4,), axis=_3, error=_3, slip=_3, torque=_3,
+    ),
+    order=140,
+    results={
+        "error": ("error", "rad", "rotation vector from the target to the body, body axes"),
+        "off": ("error_angle", "rad", "angle between the target and the body"),
+        "slip": ("rate_error", "rad s-1", "angular velocity relative to the target, body axes"),
+        "torque": ("torque", "N m", "commanded torque, body axes"),
+    },
+    kinds=(
+        Kind("an attitude controller"),
+    ),
+    isolated=True,
+)  # fmt: skip

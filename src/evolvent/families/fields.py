@@ -1,0 +1,36 @@
+"""Acceleration fields."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evolvent.kernels import fields
+from evolvent.model.family import Family, Kind, record, where
+
+Array = np.ndarray
+_3, _33 = (3,), (3, 3)
+
+
+# accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
+FIELDS = Family(
+    "fields",
+    record("kind law first last", "K w scale", "force power work", K=_33, w=_3, force=_3),
+    order=100,
+    results={
+        "force": ("force", "N", "resultant on all masses, inertial axes"),
+        "power": ("power", "W", "power of the field"),
+        "work": ("work", "J", "work since the first sample, by the trapezoidal rule over the samples"),
+    },
+    kinds=(
+        Kind("an orbital frame", which=where("kind", fields.ORBIT), symmetric=True),
+        Kind("an acceleration field", which=where("kind", fields.LAW)),
+    ),
+)  # fmt: skip
+
+# points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none
+FIELD_POINTS = Family(
+    "field_points",
+    record("body element", "mass local S", local=_3, S=(8,)),
+    order=110,
+    of="fields",
+)  # fmt: skip

@@ -1,0 +1,77 @@
+"""Loads."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from evolvent.kernels import loads, rigid, springs
+from evolvent.model.family import WORK, Family, Kind, has_parameters, record, where
+
+Array = np.ndarray
+_3 = (3,)
+
+
+def _at_markers(found: Array) -> Array:
+    return np.asarray((found["kind"] >= loads.AT_MARKER) & (found["kind"] != loads.PANEL))
+
+
+def _keeps_direction(model: Any, found: Array) -> bool:
+    """Whether no load on a thread stands in the axes of a body that may turn."""
+    for load in found[(found["kind"] == loads.UNIFORM) | (found["kind"] == loads.NODE)]:
+        reel = model.threads["body"][load["target"]]
+        if model.parameters[load["first"] + loads.FRAME] != 0.0 and model.bodies["motion"][reel] != rigid.DRIVEN:
+            return False
+    return not np.any(found["kind"] == loads.RADIATION)
+
+
+def _is_potential(model: Any, found: Array) -> bool:
+    """Whether no torque acts on a free body, and no force that turns with it."""
+    for load in found:
+        marker = model.markers[load["target"]]
+        on_free = marker["kind"] == springs.ON_BODY and model.bodies["motion"][marker["index"]] == rigid.FREE
+        if on_free and (load["kind"] == loads.TORQUE or model.parameters[load["first"] + loads.FRAME] != 0.0):
+            return False
+    return True
+
+
+# first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
+# law of a force or torque; node: of a thread; attitude: 1 of a torque whose law is called with it, 2 of one that
+# follows it; scale: statics' load factor of a law on a thread; rod: 1 + rod whose length that is out it follows, or
+# 0; vector, middle, power, work: see `RESULTS`; rate, along: `kernels.work`
+LOADS = Family(
+    "loads",
+    record(
+        "kind target law first last law_first law_last node attitude rod", "scale",
+        "vector middle power work rate along",
+        vector=_3, middle=_3,
+    ),
+    order=80,
+    results={
+        "vector": ("force", "N", "force or torque that acts, inertial axes"),
+        "middle": ("position", "m", "where it acts, or the middle of the released thread, inertial axes"),
+        "power": ("power", "W", "power of the load"),
+        "work": ("work", "J", WORK),
+    },
+    kinds=(
+        Kind(
+            "a load on a thread",
+            which=lambda found: (found["kind"] < loads.AT_MARKER) & (found["kind"] != loads.NODE),
+            symmetric=_keeps_direction,
+        ),
+        Kind("a force on a node of a thread", which=where("kind", loads.NODE), symmetric=_keeps_direction),
+        Kind(
+            "a force or torque",
+            which=lambda found: _at_markers(found) & ~has_parameters(found, loads.PROFILE) & (found["law"] == 0),
+            symmetric=_is_potential,
+        ),
+        Kind(
+            "a force or torque by a profile",
+            which=lambda found: _at_markers(found) & has_parameters(found, loads.PROFILE) & (found["law"] == 0),
+            symmetric=_is_potential,
+        ),
+        Kind("radiation pressure on a panel", which=where("kind", loads.PANEL)),
+        Kind("a force or torque by a law", which=lambda found: _at_markers(found) & (found["law"] != 0)),
+    ),
+)  # fmt: skip

@@ -1,0 +1,39 @@
+"""Reduced bodies."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evolvent.model.family import Family, Kind, record
+
+Array = np.ndarray
+_3 = (3,)
+
+
+# reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
+# of the modal coordinates at iq, iv; mass: of each of them
+REDUCED_BODIES = Family(
+    "reduced_bodies",
+    record(
+        "first_body nodes first_mode modes iq iv", "mass", "kinetic elastic linear angular", linear=_3, angular=_3
+    ),
+    order=220,
+    results={
+        "kinetic": ("energy_kinetic", "J", "kinetic energy"),
+        "elastic": ("energy_elastic", "J", "strain energy"),
+        "linear": ("momentum", "kg m s-1", "linear momentum, inertial axes"),
+        "angular": ("angular_momentum", "kg m2 s-1", "angular momentum about the inertial origin"),
+    },
+    kinds=(
+        Kind("a reduced body", symmetric=True),
+    ),
+    isolated=True,
+)  # fmt: skip
+
+# of a step: change of the coordinate, and that over the step before
+MODAL = Family(
+    "modes",
+    record("", "stiffness damping", "change before"),
+    order=230,
+    of="reduced_bodies",
+)  # fmt: skip

@@ -1,0 +1,49 @@
+"""Springs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from evolvent.kernels.ends import of_markers
+from evolvent.model.family import End, Family, Kind, Records, record
+
+Array = np.ndarray
+_3 = (3,)
+
+
+def _of_spring(row: Any, records: Records) -> Iterator[End]:
+    yield from of_markers([row["a"], row["b"]], records)
+
+
+# slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; line, line0: vector
+# from a to b, of the last state and of the last step; passed: see `kernels.springs.note_lines`; the others are in
+# `RESULTS`, and lost: W, dissipated
+SPRINGS = Family(
+    "springs",
+    record(
+        "a b law first last slack",
+        "stiffness damping length lateral_stiffness lateral_damping axis",
+        "length0 length1 end line line0 passed distance extension rate tension lateral stored lost",
+        axis=_3, end=_3, line=_3, line0=_3, lateral=_3,
+    ),
+    order=30,
+    results={
+        "distance": ("length", "m", "length"),
+        "extension": ("extension", "m", "length minus the natural length"),
+        "rate": ("extension_rate", "m s-1", "rate of the extension"),
+        "tension": ("force", "N", "tension, elastic and damping part, positive where the spring pulls"),
+        "lateral": (
+            "lateral_force",
+            "N",
+            "force on end b across the axis of the mount, elastic and damping part, inertial axes",
+        ),
+        "stored": ("energy_elastic", "J", "elastic energy"),
+    },
+    kinds=(
+        Kind("a spring", symmetric=True),
+    ),
+    ends=_of_spring,
+)  # fmt: skip

@@ -1,0 +1,40 @@
+"""Thermal loads."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evolvent.model.family import Family, Kind, record
+
+Array = np.ndarray
+_6 = (6,)
+
+
+# temperatures of a beam or a rod, the other is -1 (`kernels.thermal`): indices of profiles among the parameters, or
+# -1, and of the constants of the elements; expansions: of those of a beam by temperature at `beam_strains.POINTS`;
+# now: last amplitudes; change, along_y, along_z, work: see `RESULTS`. Of a sample: amplitudes; elastic, bending: J,
+# what strain energies change by, less the free strains; own: the part of it that is quadratic in the amplitudes;
+# pull: minus the derivative of the rest by them
+THERMAL_LOADS = Family(
+    "thermal_loads",
+    record(
+        "beam rod temperature gradient_y gradient_z constants expansions", "",
+        "now change along_y along_z elastic bending own amplitudes pull work", now=_6, amplitudes=_6, pull=_6,
+    ),
+    order=390,
+    results={
+        "change": ("temperature", "K", "change of the temperature of the axis, where `along` is 1"),
+        "along_y": ("gradient_y", "K m-1", "gradient of the temperature along y, where `along` is 1"),
+        "along_z": ("gradient_z", "K m-1", "gradient of the temperature along z, where `along` is 1"),
+        "work": (
+            "work",
+            "J",
+            "work done as the free strain changes, since the first sample, by the trapezoidal rule over the samples",
+        ),
+    },
+    kinds=(
+        Kind("a thermal load on a beam", which=lambda found: found["beam"] >= 0, symmetric=True),
+        Kind("a thermal load on a rod", which=lambda found: found["rod"] >= 0, symmetric=True),
+    ),
+    isolated=True,
+)  # fmt: skip

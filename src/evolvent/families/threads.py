@@ -1,0 +1,176 @@
+"""Threads and their nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from evolvent.kernels import thread
+from evolvent.kernels.drive import FREE
+from evolvent.kernels.ends import of_markers
+from evolvent.model import N_INVENTORY
+from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record
+
+Array = np.ndarray
+_3, _6 = (3,), (6,)
+
+
+#: In place of a law: a table that a loop of feedback writes while it runs (`evolvent.analysis.feedback`).
+OPEN = -1
+#: Kinds of threads with segments of fixed length.
+_FIXED = (thread.INEXTENSIBLE, thread.JOINED)
+
+
+def is_open(model: Any) -> bool:
+    """Whether a spool of a model reacts, by a loop of feedback that is not closed."""
+    return bool(np.any(model.threads["law"] == OPEN))
+
+
+def _is_turned(found: Array) -> Array:
+    """Whether a spool's angle is known beforehand."""
+    return np.asarray((found["drive"] != FREE) & (found["law"] != OPEN))
+
+
+def _of_thread(row: Any, records: Records) -> Iterator[End]:
+    """But for its nodes."""
+    yield "bodies", int(row["body"])
+    if row["end"] >= 0:
+        yield from of_markers([row["end"]], records)
+
+
+def _coupled(row: Any, records: Records) -> Iterator[list[End]]:
+    """Each node with the body and a free spool, since the departure moves from node to node; the end with the next."""
+    spool = [("vectors", int(row["spool_v"]))] if row["drive"] == FREE else []
+    reel = [("bodies", int(row["body"])), *spool]
+    for i in range(row["n"]):
+        yield [("vectors", int(row["iv"]) + 3 * i), *reel]
+    if row["end"] >= 0:
+        (end,) = of_markers([row["end"]], records)
+        yield [end, *reel]
+        if row["n"] > 1:
+            yield [end, ("vectors", int(row["iv"]) + 3)]
+
+
+# shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
+# it does not; line_energy: J/m, W there; tip: the point mass that the first node is, or -1. Of a step: rest lengths
+# at the spool, rates of the spool and squares of the end's speed at both ends; sums: of `kernels.thread.energy`;
+# density, tip_mass, root, drift, pull, exit, take_* (take_drive -1 without a take-up reel), growth (1/s), taken,
+# out_pull, exit_field, end_field: of a mesh that moves (`kernels.thread.moving`); element: m, rest length of a
+# segment off the spool
+THREADS = Family(
+    "threads",
+    record(
+        "kind iq iv n node copies body drive first last law spool_q spool_v turned carried separates end slack coupled "
+        "spool_switch motor_profile motor_law motor_first motor_last tip take_drive take_first take_last take_law",
+        "segment stiffness damping departure payout_axis chord normal radius spool_inertia spool_torque capture "
+        "coiling core spool_friction spool_viscous shortest density tip_mass take_radius",
+        "Q d X phi b spool leaving start field r loose motor friction line_energy rest0 rest1 turning0 turning1 "
+        "square0 square1 sums turning reach out hub torque hub_pull end_pull kinetic elastic linear angular "
+        "root drift pull exit element growth taken out_pull exit_field end_field",
+        departure=_3, payout_axis=_3, chord=_3, normal=_3, Q=_6, d=_3, X=_3, b=_3, start=_3,
+        sums=(N_INVENTORY,), hub_pull=_3, end_pull=_3, linear=_3, angular=_3, root=(10,), drift=_3, exit=_3,
+        taken=_3, exit_field=_3, end_field=_3,
+    ),
+    order=60,
+    results={
+        "phi": ("angle", "rad", "angle of the spool, positive pays out"),
+        "turning": ("rate", "rad s-1", "rate of the spool"),
+        "torque": ("torque", "N m", "torque of the thread's tension on the spool"),
+        "reach": ("radius", "m", "radius at which the tape leaves the spool"),
+        "motor": ("motor_torque", "N m", "torque of the motor on the spool, positive pays out"),
+        "friction": ("friction_torque", "N m", "torque of friction and brake on the spool"),
+        "out": ("deployed_length", "m", "length of thread paid out"),
+        "hub": ("hub_tension", "N", "tension at the spool"),
+        "hub_pull": ("hub_force", "N", "pull of the thread where it leaves the spool, inertial axes"),
+        "end_pull": ("end_force", "N", "force on the end part, inertial axes"),
+        "Q": ("hub_position", "m", "where the thread leaves the spool, inertial axes"),
+        "kinetic": (
+            "energy_kinetic",
+            "J",
+            "kinetic energy of the released thread, of wound thread that is carried and of a free spool{copies}",
+        ),
+        "elastic": ("energy_elastic", "J", "elastic energy of the segments{copies}"),
+        "linear": (
+            "momentum",
+            "kg m s-1",
+            "linear momentum of released thread, and of wound thread that is carried{copies}, inertial axes",
+        ),
+        "angular": (
+            "angular_momentum",
+            "kg m2 s-1",
+            "angular momentum about the inertial origin of released thread, and of wound thread that is carried"
+            "{copies}",
+        ),
+    },
+    kinds=(
+        Kind(
+            "a thread on a spool under feedback", frozenset(),
+            "`System.simulate` and `Stepper` close its loop, by rk4, heun or dopri5; `System.loop_modes` has its modes",
+            which=lambda t: t["law"] == OPEN,
+        ),
+        Kind(
+            "a thread with segments of springs",
+            which=lambda t: (t["kind"] == thread.SPRINGS) & _is_turned(t) & (t["slack"] == 0),
+            symmetric=True,
+        ),
+        Kind(
+            "a thread that goes slack",
+            which=lambda t: (t["kind"] == thread.SPRINGS) & _is_turned(t) & (t["slack"] != 0),
+            symmetric=True,
+        ),
+        Kind(
+            "a thread with segments of fixed length",
+            which=lambda t: np.isin(t["kind"], _FIXED) & _is_turned(t),
+            symmetric=True,
+        ),
+        Kind(
+            "a thread on a moving mesh", EVERY - {ENERGY},
+            "use generalized-alpha: no discrete gradient of the energy is at hand for a mesh whose masses change with "
+            "the length that is out",
+            which=lambda t: (t["kind"] == thread.MOVING) & _is_turned(t),
+            symmetric=True,
+        ),
+        Kind(
+            "a thread on a moving mesh and a free spool", EVERY - {ENERGY} - {STATIC, MODES},
+            "use generalized-alpha; for an equilibrium or modes a drive that prescribes the spool's angle",
+            which=lambda t: (t["kind"] == thread.MOVING) & (t["drive"] == FREE),
+            symmetric=True,
+        ),
+        Kind(
+            "a thread on a free spool", EVERY - {STATIC, MODES},
+            "use a drive that prescribes the spool's angle: the number of nodes that are out follows from it",
+            which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] == FREE),
+            symmetric=True,
+        ),
+        Kind(
+            "a thread with segments of fixed length on a free spool", EVERY - {STATIC, MODES},
+            "for an equilibrium or modes a drive that prescribes the spool's "
+            "angle, from which the number of nodes that are out follows",
+            which=lambda t: np.isin(t["kind"], _FIXED) & (t["drive"] == FREE),
+            symmetric=True,
+        ),
+    ),
+    ends=_of_thread,
+    isolated=False,
+    couples=_coupled,
+)  # fmt: skip
+
+# mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step
+# lengths and elongations at both ends, direction at its end
+NODES = Family(
+    "nodes",
+    record(
+        "", "mass compliance span",
+        "x v af tension piv off rhs length along length0 length1 extension0 extension1 end",
+        x=_3, v=_3, af=_3, end=_3,
+    ),
+    order=70,
+    results={
+        "x": ("position", "m", "positions of the nodes from the tip, wound ones on their spool, inertial axes"),
+        "v": ("velocity", "m s-1", "velocities of the nodes, inertial axes"),
+        "tension": ("tension", "N", "tension of the segment inwards of each node, NaN while it is wound"),
+    },
+    of="threads",
+)  # fmt: skip
