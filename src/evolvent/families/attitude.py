@@ -4,12 +4,63 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.kernels import rigid
+from evolvent.kernels import attitude, attitude_tangent, calls, rigid
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.powers import MARKER_LOADS
 
 Array = np.ndarray
 _3 = (3,)
+
+
+@calls.force
+def actuator_force(interval, model):
+    """Torques of wheels and pushes of thrusters; the work of motors is that of `attitude.end_actuator_step`."""
+    _, given, _ = attitude.actuator_forces(interval.step.tm, interval.ym, model)
+    interval.powers[MARKER_LOADS] += given
+
+
+@calls.tangent
+def actuator_tangent(interval, model, matrix):
+    """Derivatives of `actuator_force`."""
+    attitude_tangent.add_actuator_tangents(interval.step.tm, interval.ym, interval.step.c_rate, model, matrix)
+
+
+@calls.force
+def inertia(interval, model):
+    """Inertia of wheels in a state."""
+    attitude.add_wheel_residual(interval.ym, interval.dv, model.info.nq, model, model.F)
+
+
+@calls.force
+def step_inertia(interval, model):
+    """Inertia of wheels over a step."""
+    attitude.add_wheel_step(interval.step.h, interval.dv, interval.ym, model.info.nq, model, model.F)
+
+
+@calls.tangent
+def inertia_tangent(interval, model, matrix):
+    """Derivatives of `inertia`."""
+    step = interval.step
+    attitude.add_wheel_tangent(interval.ym, step.c_mass, step.c_rate, model.info.nq, model, matrix)
+
+
+@calls.tangent
+def step_inertia_tangent(interval, model, matrix):
+    """Derivatives of `step_inertia`."""
+    attitude.add_wheel_step_tangent(interval.step.c_mass, model.info.nq, interval.R0, interval.R1, model, matrix)
+
+
+@calls.energy
+def energy(t, y, model, out):
+    """Kinetic energy of all wheels."""
+    attitude.add_wheel_energy(y, model, out, 0)
+
+
+@calls.momentum
+def momentum(y, model, out):
+    """Angular momentum of all wheels."""
+    attitude.add_wheel_momenta(y, model, out[3:])
 
 
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
@@ -22,7 +73,7 @@ WHEELS = Family(
         "command motor drag coriolis motor0 drag0 angle rate rubs spin momentum kinetic",
         axis=_3, momentum=_3,
     ),
-    order=120,
+    order=265,
     results={
         "angle": ("angle", "rad", "angle of the wheel relative to its body"),
         "rate": ("rate", "rad s-1", "rate of the wheel relative to its body"),
@@ -38,6 +89,14 @@ WHEELS = Family(
     ends=of_bodies("body"),
     within=True,
     isolated=lambda found, records: bool(np.all(records("bodies")["motion"][found["body"]] == rigid.FREE)),
+    force=actuator_force,
+    tangent=actuator_tangent,
+    inertia=inertia,
+    step_inertia=step_inertia,
+    inertia_tangent=inertia_tangent,
+    step_inertia_tangent=step_inertia_tangent,
+    energy=energy,
+    momentum=momentum,
 )  # fmt: skip
 
 THRUSTERS = Family(
@@ -46,7 +105,7 @@ THRUSTERS = Family(
         "body iv profile", "local direction force limit", "command push push0 impulse place vector",
         local=_3, direction=_3, place=_3, vector=_3,
     ),
-    order=130,
+    order=270,
     results={
         "push": ("thrust", "N", "force of the thruster"),
         "impulse": ("impulse", "N s", "integral of the thrust since the start"),
@@ -56,6 +115,12 @@ THRUSTERS = Family(
     kinds=(
         Kind("a thruster"),
     ),
+    force=actuator_force,
+    tangent=actuator_tangent,
+    inertia=inertia,
+    step_inertia=step_inertia,
+    inertia_tangent=inertia_tangent,
+    step_inertia_tangent=step_inertia_tangent,
 )  # fmt: skip
 
 CONTROLLERS = Family(
@@ -66,7 +131,7 @@ CONTROLLERS = Family(
         "error slip torque off",
         proportional=_3, derivative=_3, target=(4,), axis=_3, error=_3, slip=_3, torque=_3,
     ),
-    order=140,
+    order=280,
     results={
         "error": ("error", "rad", "rotation vector from the target to the body, body axes"),
         "off": ("error_angle", "rad", "angle between the target and the body"),

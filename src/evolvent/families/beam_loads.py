@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import node_loads
+from evolvent.kernels import beam_loads, calls, node_load_tangents, node_loads
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.model.family import WORK, Family, Kind, has_parameters, record
 
@@ -23,6 +23,19 @@ def _is_in_no_field(_: Any, found: Array) -> bool:
     return not np.any(found["kind"] == FIELD)
 
 
+@calls.force
+def force(interval, model):
+    """All loads on beams."""
+    beam_loads.add_beam_loads(interval.step.tm, interval.ym, interval.step.factor, model, model.P)
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of loads that follow their beam, a law or a field."""
+    node_load_tangents.add_following_tangents(interval.step.tm, interval.ym, interval.step.c_rate, model, matrix)
+    beam_loads.add_field_tangents(interval.ym, model, matrix)
+
+
 # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
 # a node; first, last: indices of a profile, or of a law's parameters; frame: 1 of section axes; now: last value;
 # pitch: of the screw motion along which a torque acts, m/rad
@@ -33,7 +46,7 @@ BEAM_LOADS = Family(
         "now vector middle power work rate along",
         centre=_3, axis=_3, vector=_3, middle=_3,
     ),
-    order=380,
+    order=40,
     results={
         "vector": ("force", "N", "force, resultant of a line load, or torque that acts, inertial axes"),
         "middle": ("position", "m", "where it acts, inertial axes"),
@@ -57,4 +70,6 @@ BEAM_LOADS = Family(
         Kind("a load on a beam by a law", which=lambda found: found["law"] != 0),
     ),
     isolated=True,
+    force=force,
+    tangent=tangent,
 )  # fmt: skip

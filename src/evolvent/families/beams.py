@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from evolvent.kernels import ancf_beams, calls
 from evolvent.model.family import ENERGY, EVERY, Family, Kind, record, where
+from evolvent.model.powers import MASS_DAMPING, STIFFNESS_DAMPING
 
 Array = np.ndarray
 _3, _33 = (3,), (3, 3)
@@ -19,7 +21,7 @@ BEAMS = Family(
         "kind iq iv nodes first_element elements first_node paper held", "length",
         "kinetic elastic bending linear angular axes", linear=_3, angular=_3, axes=_33,
     ),
-    order=150,
+    order=10,
     results={
         "kinetic": ("energy_kinetic", "J", "kinetic energy"),
         "elastic": ("energy_elastic", "J", "strain energy"),
@@ -45,7 +47,7 @@ BEAM_NODES = Family(
     record(
         "", "undeformed share", "x v slope deflection curvature", undeformed=_3, x=_3, v=_3, slope=_3, deflection=_3
     ),
-    order=160,
+    order=20,
     results={
         "x": ("position", "m", "positions of the nodes, inertial axes"),
         "v": ("velocity", "m s-1", "velocities of the nodes, inertial axes"),
@@ -59,6 +61,38 @@ BEAM_NODES = Family(
     },
     of="beams",
 )  # fmt: skip
+
+
+@calls.force
+def force(interval, model):
+    """Forces and inertia of all elements."""
+    step, powers = interval.step, interval.powers
+    lost, viscous = ancf_beams.add_elements(
+        interval.ym, interval.dv, step.inertia, (step.h, step.chi, step.chi_v, step.ratio), model, model.F
+    )
+    powers[MASS_DAMPING] += lost
+    powers[STIFFNESS_DAMPING] += viscous
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    step = interval.step
+    filtered = (step.h, step.chi, step.chi_v, step.ratio)
+    ancf_beams.add_element_tangents(interval.ym, step.c_mass, step.c_rate, filtered, model, matrix)
+
+
+@calls.energy
+def energy(t, y, model, out):
+    """Energies of all beams."""
+    ancf_beams.beam_energies(y, 0, model.elements.size, model, out)
+
+
+@calls.momentum
+def momentum(y, model, out):
+    """Momenta of all beams."""
+    ancf_beams.beam_momenta(y, 0, model.elements.size, model, out[:3], out[3:])
+
 
 # form, bending, mass: indices in the pools of the model, bending of the form of that alone; force, tangent,
 # energy: indices (`jit.slot`) of `kernels.element_calls`; stretch: 1 of a cable with engineering strain;
@@ -77,7 +111,7 @@ ELEMENTS = Family(
              "free_strain", "free_curvature_y", "free_curvature_z"), (2,)
         ),
     ),
-    order=170,
+    order=30,
     results={
         "strain": ("strain", "1", "strain of the axis"),
         "axial_force": ("axial_force", "N", "force along the axis, positive where it pulls,"),
@@ -93,4 +127,8 @@ ELEMENTS = Family(
         "free_curvature_z": ("free_curvature_z", "m-1", "curvature towards y without stress"),
     },
     of="beams",
+    force=force,
+    tangent=tangent,
+    energy=energy,
+    momentum=momentum,
 )  # fmt: skip

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.kernels import bearing, calls
 from evolvent.kernels.ends import of_coordinate, of_joint
 from evolvent.model.family import EVERY, EXPLICIT, End, Family, Kind, Records, record
+from evolvent.model.powers import COUPLED_ENERGY
 
 Array = np.ndarray
 _3 = (3,)
@@ -18,6 +20,18 @@ def _of_bearing(row: Any, records: Records) -> Iterator[End]:
     for k in range(int(row["first"]), int(row["last"])):
         yield from of_joint(records("joints")[k], records)
     yield from of_coordinate(records("coordinates")[int(row["coordinate"])], records)
+
+
+@calls.force
+def force(interval, model):
+    """Friction by the reactions of the joints."""
+    interval.powers[COUPLED_ENERGY] += bearing.add_bearings(interval.step.h, interval.la, model, model.F)
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    bearing.add_bearing_tangents(interval.step.scale, interval.la, model, matrix)
 
 
 # friction by the reactions of a joint, whose rows are first to last, on a coordinate of its own
@@ -33,7 +47,7 @@ BEARINGS = Family(
         "bristle slips rubs noted relax fresh stored bristle0 rubs0 slips0 anchor",
         by_force=_3, by_moment=_3, by_axis=_3,
     ),
-    order=320,
+    order=330,
     results={
         "angle": ("angle", "rad", "angle since the start"),
         "rate": ("rate", "rad s-1", "rate of the angle"),
@@ -52,4 +66,6 @@ BEARINGS = Family(
     ),
     ends=_of_bearing,
     through=True,
+    force=force,
+    tangent=tangent,
 )  # fmt: skip

@@ -4,11 +4,49 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.kernels import rigid
+from evolvent.kernels import body_step, calls, rigid
 from evolvent.model.family import Family, Kind, record, where
+from evolvent.model.powers import DRIVEN
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
+
+
+@calls.force
+def inertia(interval, model):
+    """Inertia of all bodies in a state less their wrenches; the power of what drives bodies."""
+    interval.powers[DRIVEN] += rigid.add_body_residual(interval.dv, model.info.nq, model.bodies, model.F)
+
+
+@calls.force
+def step_inertia(interval, model):
+    """Inertia of all bodies over a step less their wrenches; the power of what drives bodies."""
+    interval.powers[DRIVEN] += body_step.add_bodies(model, interval)
+
+
+@calls.tangent
+def inertia_tangent(interval, model, matrix):
+    """Derivatives of `inertia`."""
+    step = interval.step
+    rigid.add_body_tangent(interval.ym, step.c_mass, step.c_rate, model.info.nq, model.bodies, model.K12, matrix)
+
+
+@calls.tangent
+def step_inertia_tangent(interval, model, matrix):
+    """Derivatives of `step_inertia`."""
+    body_step.add_body_tangents(interval.step.c_mass, model, interval, matrix)
+
+
+@calls.energy
+def energy(t, y, model, out):
+    """Kinetic energy of all bodies."""
+    rigid.add_body_energy(y, model.bodies, out, 0)
+
+
+@calls.momentum
+def momentum(y, model, out):
+    """Momenta of all bodies."""
+    rigid.add_body_momenta(y, model.bodies, out[:3], out[3:])
 
 
 # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
@@ -24,7 +62,7 @@ BODIES = Family(
         inertia=_33, axis=_3, R0=_33, x0=_3, direction=_3, R=_33, x=_3, v=_3, w=_3, M=_66, L=_66, F=_6, a=_6,
         moment=_3, own=_33, spin0=_3, spin1=_3, torque=_3, linear=_3, angular=_3,
     ),
-    order=10,
+    order=380,
     results={
         "linear": ("momentum", "kg m s-1", "linear momentum, inertial axes"),
         "angular": ("angular_momentum", "kg m2 s-1", "angular momentum about {about}, inertial axes"),
@@ -44,4 +82,10 @@ BODIES = Family(
         Kind("a free body", which=where("motion", rigid.FREE), symmetric=True),
     ),
     isolated=lambda found, _: not np.any(found["motion"] == rigid.SPIN),
+    inertia=inertia,
+    step_inertia=step_inertia,
+    inertia_tangent=inertia_tangent,
+    step_inertia_tangent=step_inertia_tangent,
+    energy=energy,
+    momentum=momentum,
 )  # fmt: skip

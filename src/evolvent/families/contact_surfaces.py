@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import contact_laws
+from evolvent.kernels import calls, contact, contact_laws, contact_tangent, surfaces
 from evolvent.model.family import End, Family, Kind, Records, record, where
 
 Array = np.ndarray
@@ -39,6 +39,40 @@ def _coupled(row: Any, records: Records) -> Iterator[list[End]]:
             yield [*(("vectors", int(iv)) for iv in point["iv"]), ("bodies", int(row["body"]))]
 
 
+@calls.force
+def force(interval, model):
+    """Forces of all contact points of beams; what they take in a step, J."""
+    step = interval.step
+    lost, rubbed = contact.add_points(
+        interval.y0, interval.y1, step.h, step.rub, step.soft, step.chi, step.ratio, model, model.F
+    )
+    if step.h > 0.0:
+        interval.contact[0] += lost
+        interval.contact[1] += rubbed
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    step = interval.step
+    contact_tangent.add_point_tangents(
+        interval.y0, interval.y1, step.h, 0.0 if step.h > 0.0 else step.c_rate, model, matrix
+    )
+
+
+@calls.measure
+def measure(end, t, y, model):
+    """Gaps of all contact points of beams."""
+    surfaces.measure_points(y, end, model)
+
+
+@calls.energy
+def energy(t, y, model, out):
+    """Energy by the last forces, of bristles too."""
+    for k in range(model.contact_surfaces.size):
+        out[1] += model.contact_surfaces[k].energy
+
+
 # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
 # under: -1, or the beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`;
 # account: index in the state of the bristle of its first point under explicit methods, three numbers a point;
@@ -52,7 +86,7 @@ CONTACT_SURFACES = Family(
         "force moment normal impulse energy power touching",
         centre=_3, axis=_3, force=_3, moment=_3,
     ),
-    order=350,
+    order=60,
     results={
         "force": ("force", "N", "resultant of the surface on the beams, inertial axes"),
         "moment": (
@@ -94,6 +128,10 @@ CONTACT_SURFACES = Family(
     ),
     ends=_of_surface,
     couples=_coupled,
+    force=force,
+    tangent=tangent,
+    measure=measure,
+    energy=energy,
 )  # fmt: skip
 
 # a contact point is S . (four vectors of its element). Of the step's start: gap (m), distance `offset` from the
@@ -117,7 +155,7 @@ CONTACT_POINTS = Family(
         x=_3, n0=_3, n1=_3, rubbing=_3, slid0=_3, slid1=_3,
         iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
     ),
-    order=360,
+    order=70,
     results={
         "force": ("point_force", "N", "normal force of each contact point, positive where it pushes"),
         "apart": (

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.kernels import axial
+from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent
 from evolvent.kernels.ends import of_coordinate
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, JOINTS
 
 Array = np.ndarray
 _3 = (3,)
@@ -14,6 +15,28 @@ _3 = (3,)
 
 def _is_angle(found: Array) -> Array:
     return np.asarray(found["kind"] == axial.ANGLE)
+
+
+@calls.force
+def force(interval, model):
+    """Torques on all coordinates of joints, of motors and other parts on them too."""
+    step, powers = interval.step, interval.powers
+    stored, lost = coordinate.add_coordinates(step.tm, interval.ym, step.h, model.switches, model, model.F)
+    powers[COUPLED_ENERGY] += stored
+    powers[JOINTS] += lost
+    powers[DRIVEN] += coordinate_laws.motor_power(model)
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    coordinate_tangent.add_coordinate_tangents(interval.ym, interval.step.h, interval.step.c_rate, model, matrix)
+
+
+@calls.measure
+def measure(end, t, y, model):
+    """Angles and travels."""
+    coordinate.measure_coordinates(end, y, model.switches, model)
 
 
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
@@ -38,7 +61,7 @@ COORDINATES = Family(
         "lost0 latch_lost0 anchor caught peak start_rate end_rate",
         axis=_3, zero=_3, local=_3, u=_3, g=_3,
     ),
-    order=250,
+    order=190,
     results={
         "angle": ("angle", "rad", "angle of the second side as seen from the first, any number of turns"),
         "rate": ("rate", "rad s-1", "rate of the angle"),
@@ -72,4 +95,7 @@ COORDINATES = Family(
         ),
     ),
     ends=of_coordinate,
+    force=force,
+    tangent=tangent,
+    measure=measure,
 )  # fmt: skip

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.kernels import calls, custom
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
+from evolvent.model.powers import MARKER_LOADS, SPRINGS
 
 Array = np.ndarray
 
@@ -22,16 +24,39 @@ def _is_reciprocal(_: Any, found: Array) -> bool:
     return bool(np.all(found["symmetric"] != 0.0))
 
 
+@calls.force
+def force(interval, model):
+    """Forces of all laws between points."""
+    lost, given = custom.add_custom_forces(interval.step.tm, interval.ym, model)
+    interval.powers[SPRINGS] += lost
+    interval.powers[MARKER_LOADS] += given
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    custom.add_custom_tangents(interval.step.tm, interval.ym, interval.step.c_rate, model, matrix)
+
+
+@calls.energy
+def energy(t, y, model, out):
+    """Energy of all laws that state one."""
+    out[1] += custom.custom_energies(t, y, model)
+
+
 # a user-defined law between points, which are markers, from first_marker on. balanced: 1 where the last forces had
 # neither a resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric;
 # stated: 1 once the law has given an energy or a power
 CUSTOM_FORCES = Family(
     "custom_forces",
     record("law first last first_marker points", "", "balanced symmetric stated"),
-    order=330,
+    order=260,
     kinds=(
         Kind("a custom force", symmetric=_is_reciprocal),
     ),
     ends=_of_custom,
     outside=lambda found: found["points"] == 1,
+    force=force,
+    tangent=tangent,
+    energy=energy,
 )  # fmt: skip

@@ -13,7 +13,7 @@ Array = np.ndarray
 EVENTS = Family(
     "events",
     record("law first last stops", "", "value middle now armed"),
-    order=90,
+    order=340,
     kinds=(
         Kind("an event that stops a run", which=lambda found: found["stops"] != 0, symmetric=True),
         Kind("an event", which=where("stops", 0), symmetric=True),

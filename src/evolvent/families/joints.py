@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.kernels import joint
+from evolvent.kernels import calls, joint, joint_tangent
 from evolvent.kernels.ends import of_joint
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.powers import COUPLED_ENERGY, JOINTS as DISSIPATED
 
 Array = np.ndarray
 _3 = (3,)
@@ -32,6 +33,47 @@ def _is_held(found: Array) -> Array:
     return np.asarray((found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found))
 
 
+@calls.force
+def force(interval, model):
+    """Forces by multipliers, and the rows of constraints; 0 over a step at whose end a joint does not hold."""
+    step, n_v = interval.step, model.info.nv
+    for k in range(model.joints.size):
+        if step.h > 0.0 and not joint.holds(step.t + step.h, model.joints, k):
+            interval.la[k] = 0.0
+        stored, lost = joint.add_joint_residual(
+            step.t, step.h, interval.ym, interval.la[k], k, n_v + k, model, model.F, interval.r
+        )
+        interval.powers[COUPLED_ENERGY] += stored
+        interval.powers[DISSIPATED] += lost
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force` in a state."""
+    step, n_v = interval.step, model.info.nv
+    for k in range(model.joints.size):
+        joint_tangent.add_joint_tangent(step.t, interval.la[k], k, n_v + k, step.scale, step.c_rate, 1.0, model, matrix)
+        if model.joints[k].stiffness > 0.0 and model.joints[k].damping > 0.0 and joint.holds(step.t, model.joints, k):
+            joint_tangent.add_rate_row(interval.ym, k, n_v + k, step.scale, model, matrix)
+
+
+@calls.tangent
+def step_tangent(interval, model, matrix):
+    """Derivatives of `force` over a step; the rows are those of the end (`joint_tangent.add_end_row`), but of gears."""
+    step, n_v = interval.step, model.info.nv
+    for k in range(model.joints.size):
+        rows = 1.0 if model.joints[k].kind == joint.GEAR else 0.0
+        joint_tangent.add_joint_tangent(
+            step.t + step.h, interval.la[k], k, n_v + k, step.scale, step.c_rate, rows, model, matrix
+        )
+
+
+@calls.measure
+def measure(end, t, y, model):
+    """Distances, angles and travels between the sides of all joints."""
+    joint.measure_joints(end, t, y, model)
+
+
 # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time; of links and guides as well. A
 # side is a vector: of coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a
 # node (on 2, at iq, iv); the third side is the direction of ALONG; nodes: 1 where a side is of a beam; path: how
@@ -50,7 +92,7 @@ JOINTS = Family(
         on=(3,), index=(3,), iq=(3,), iv=(3,), local=(3, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(3, 3), g=(3, 3),
         u0=(3, 3), u1=(3, 3), force=_3, moment=_3,
     ),
-    order=240,
+    order=290,
     results={
         "force": ("force", "N", "force of the joint on {on}, inertial axes"),
         "moment": ("moment", "N m", "moment of the joint on {on} about the joint's position, inertial axes"),
@@ -97,4 +139,8 @@ JOINTS = Family(
     ends=of_joint,
     isolated=lambda found, _: not np.any(_is_unbalanced(found)),
     couples=lambda row, _: iter(()),  # by its multiplier
+    force=force,
+    tangent=tangent,
+    step_tangent=step_tangent,
+    measure=measure,
 )  # fmt: skip

@@ -13,7 +13,7 @@ _3 = (3,)
 LINKS = Family(
     "links",
     record("a b sense", "length drum axis zero", axis=_3, zero=_3),
-    order=40,
+    order=310,
     kinds=(
         Kind("a link", symmetric=True),
     ),
@@ -24,7 +24,7 @@ LINKS = Family(
 GUIDES = Family(
     "guides",
     record("kind body", "direction axis value", direction=_3, axis=_3),
-    order=50,
+    order=320,
     kinds=(
         Kind("a guide", symmetric=True),
     ),

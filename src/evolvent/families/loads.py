@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import loads, rigid, springs
+from evolvent.kernels import calls, loads, rigid, springs
 from evolvent.model.family import WORK, Family, Kind, has_parameters, record, where
+from evolvent.model.powers import MARKER_LOADS
 
 Array = np.ndarray
 _3 = (3,)
@@ -36,6 +37,18 @@ def _is_potential(model: Any, found: Array) -> bool:
     return True
 
 
+@calls.force
+def force(interval, model):
+    """Forces and torques on points and bodies."""
+    interval.powers[MARKER_LOADS] += loads.concentrated_loads(interval.step.tm, interval.ym, model)
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    loads.add_load_tangents(interval.step.tm, interval.ym, interval.step.c_rate, model, matrix)
+
+
 # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
 # law of a force or torque; node: of a thread; attitude: 1 of a torque whose law is called with it, 2 of one that
 # follows it; scale: statics' load factor of a law on a thread; rod: 1 + rod whose length that is out it follows, or
@@ -47,7 +60,7 @@ LOADS = Family(
         "vector middle power work rate along",
         vector=_3, middle=_3,
     ),
-    order=80,
+    order=160,
     results={
         "vector": ("force", "N", "force or torque that acts, inertial axes"),
         "middle": ("position", "m", "where it acts, or the middle of the released thread, inertial axes"),
@@ -74,4 +87,6 @@ LOADS = Family(
         Kind("radiation pressure on a panel", which=where("kind", loads.PANEL)),
         Kind("a force or torque by a law", which=lambda found: _at_markers(found) & (found["law"] != 0)),
     ),
+    force=force,
+    tangent=tangent,
 )  # fmt: skip

@@ -21,7 +21,7 @@ MOTORS = Family(
         "position_gain velocity_gain limit rate_limit until latest constant resistance",
         "on time angle rate torque power power0 reference current slope damper",
     ),
-    order=260,
+    order=200,
     results={
         "angle": ("angle", "rad", "angle that the motor drives"),
         "rate": ("rate", "rad s-1", "rate of the angle"),
@@ -47,7 +47,7 @@ DRIVETRAINS = Family(
         "friction by_push slips bristle bristle0 anchor relax rubs rubs0 slope damper cogging torque stored lost lost0 "
         "copper copper0",
     ),
-    order=270,
+    order=210,
     results={
         "torque": ("joint_torque", "N m", "torque on the joint, after detent, magnetic losses and gear"),
         "cogging": ("detent_torque", "N m", "torque of the detent, positive against the angle"),

@@ -4,10 +4,33 @@ from __future__ import annotations
 
 import numpy as np
 
+from evolvent.kernels import calls, reduced
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.powers import SPRINGS
 
 Array = np.ndarray
 _3 = (3,)
+
+
+@calls.force
+def force(interval, model):
+    """Forces and inertia of all modal coordinates."""
+    step = interval.step
+    _, lost = reduced.add_modes(interval.ym, step.h, step.chi, step.ratio, model, model.F)
+    interval.powers[SPRINGS] += lost
+    reduced.add_mode_inertia(interval.dv, step.inertia, model.info.nq, model.reduced_bodies, model.F)
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    reduced.add_mode_tangents(interval.step.c_mass, interval.step.c_rate, interval.step.chi, model, matrix)
+
+
+@calls.energy
+def energy(t, y, model, out):
+    """Energies of all modal coordinates."""
+    reduced.add_mode_energies(y, model, out, 0, 1)
 
 
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
@@ -17,7 +40,7 @@ REDUCED_BODIES = Family(
     record(
         "first_body nodes first_mode modes iq iv", "mass", "kinetic elastic linear angular", linear=_3, angular=_3
     ),
-    order=220,
+    order=130,
     results={
         "kinetic": ("energy_kinetic", "J", "kinetic energy"),
         "elastic": ("energy_elastic", "J", "strain energy"),
@@ -28,12 +51,15 @@ REDUCED_BODIES = Family(
         Kind("a reduced body", symmetric=True),
     ),
     isolated=True,
+    force=force,
+    tangent=tangent,
+    energy=energy,
 )  # fmt: skip
 
 # of a step: change of the coordinate, and that over the step before
 MODAL = Family(
     "modes",
     record("", "stiffness damping", "change before"),
-    order=230,
+    order=140,
     of="reduced_bodies",
 )  # fmt: skip

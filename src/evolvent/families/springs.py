@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.kernels import calls, springs
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
+from evolvent.model.powers import MARKER_LOADS, SPRINGS as BY_SPRINGS
 
 Array = np.ndarray
 _3 = (3,)
@@ -16,6 +18,33 @@ _3 = (3,)
 
 def _of_spring(row: Any, records: Records) -> Iterator[End]:
     yield from of_markers([row["a"], row["b"]], records)
+
+
+@calls.force
+def force(interval, model):
+    """Forces of all springs."""
+    lost, given = springs.spring_forces(interval.step.tm, interval.ym, interval.step.h, model)
+    interval.powers[BY_SPRINGS] += lost
+    interval.powers[MARKER_LOADS] += given
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    step = interval.step
+    springs.spring_tangents(step.tm, interval.ym, step.h, step.c_rate, model, matrix)
+
+
+@calls.measure
+def measure(end, t, y, model):
+    """Lengths of all springs."""
+    springs.measure_springs(end, y, model)
+
+
+@calls.energy
+def energy(t, y, model, out):
+    """Elastic energy of all springs."""
+    out[1] += springs.evaluate_springs(t, y, model)
 
 
 # slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; line, line0: vector
@@ -29,7 +58,7 @@ SPRINGS = Family(
         "length0 length1 end line line0 passed distance extension rate tension lateral stored lost",
         axis=_3, end=_3, line=_3, line0=_3, lateral=_3,
     ),
-    order=30,
+    order=150,
     results={
         "distance": ("length", "m", "length"),
         "extension": ("extension", "m", "length minus the natural length"),
@@ -46,4 +75,8 @@ SPRINGS = Family(
         Kind("a spring", symmetric=True),
     ),
     ends=_of_spring,
+    force=force,
+    tangent=tangent,
+    measure=measure,
+    energy=energy,
 )  # fmt: skip

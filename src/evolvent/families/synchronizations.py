@@ -16,7 +16,7 @@ SYNCHRONIZATIONS = Family(
     record(
         "a b account", "ratio_a ratio_b offset stiffness damping", "stretch torque energy lost lost0"
     ),
-    order=280,
+    order=220,
     results={
         "stretch": ("difference", "rad", "difference of the angles that each loop couples, times their ratios"),
         "torque": ("torque", "N m", "torque of each loop, at a ratio of 1"),

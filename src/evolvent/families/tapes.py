@@ -4,9 +4,36 @@ from __future__ import annotations
 
 import numpy as np
 
+from evolvent.kernels import calls, tape
 from evolvent.model.family import Family, record
+from evolvent.model.powers import MASS_DAMPING
 
 Array = np.ndarray
+
+
+@calls.force
+def force(interval, model):
+    """Forces and inertia of all sections that flatten."""
+    step = interval.step
+    interval.powers[MASS_DAMPING] += tape.add_nodes(interval.dv, step.inertia, step.h, model, model.F)
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    tape.add_node_tangents(interval.step.c_mass, interval.step.c_rate, model, matrix)
+
+
+@calls.measure
+def measure(end, t, y, model):
+    """Coordinates of all nodes."""
+    tape.keep_nodes(end, model)
+
+
+@calls.energy
+def energy(t, y, model, out):
+    """Kinetic energy of all sections."""
+    tape.add_kinetic_energy(y, model, out, 0)
 
 
 # sections of rods that flatten (`kernels.tape`). bending: stiffness of the wall times the width, N m2; transverse:
@@ -15,8 +42,12 @@ Array = np.ndarray
 TAPES = Family(
     "tapes",
     record("first_node nodes closed", "bending poisson transverse slenderness twisting stretching"),
-    order=200,
+    order=110,
     of="rods",
+    force=force,
+    tangent=tangent,
+    measure=measure,
+    energy=energy,
 )  # fmt: skip
 
 # the coordinate of a node; alpha: damping by mass, 1/s; value0, value1: at the ends of a step; before: its change
@@ -24,7 +55,7 @@ TAPES = Family(
 TAPE_NODES = Family(
     "tape_nodes",
     record("iq iv", "mass alpha", "value rate force value0 value1 before"),
-    order=210,
+    order=120,
     results={
         "value": ("transverse_curvature", "m-1", "curvature of the section at each node, 0 where it is flat"),
     },

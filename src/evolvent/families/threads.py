@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import thread
+from evolvent.kernels import calls, thread
 from evolvent.kernels.drive import FREE
 from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
 from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record
+from evolvent.model.powers import DRIVEN, MARKER_LOADS, SPOOLS, SPRINGS
 
 Array = np.ndarray
 _3, _6 = (3,), (6,)
@@ -53,6 +54,54 @@ def _coupled(row: Any, records: Records) -> Iterator[list[End]]:
             yield [end, ("vectors", int(row["iv"]) + 3)]
 
 
+@calls.force
+def force(interval, model):
+    """Forces and inertia of all threads in a state; their forces on points and bodies are among those of these."""
+    step, powers = interval.step, interval.powers
+    lost, given, spools = thread.add_thread_residual(step.t, interval.ym, interval.dv, step.rub, model, model.F)
+    powers[SPRINGS] += lost
+    powers[MARKER_LOADS] += given
+    powers[SPOOLS] += spools
+
+
+@calls.force
+def step_force(interval, model):
+    """Forces and inertia of all threads over a step."""
+    step, powers = interval.step, interval.powers
+    lost, given, spools, driven = thread.add_thread_step(
+        step.tm, step.h, interval.ym, interval.y0, interval.y1, model, model.F
+    )
+    powers[SPRINGS] += lost
+    powers[MARKER_LOADS] += given
+    powers[SPOOLS] += spools
+    powers[DRIVEN] += driven
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    thread.add_thread_tangent(interval.ym, interval.step.c_mass, interval.step.c_rate, model, matrix)
+
+
+@calls.tangent
+def step_tangent(interval, model, matrix):
+    """Derivatives of `step_force`."""
+    step = interval.step
+    thread.add_thread_step_tangent(step.tm, interval.ym, step.h, step.c_mass, step.c_rate, model, matrix)
+
+
+@calls.measure
+def measure(end, t, y, model):
+    """Lengths of all segments."""
+    thread.measure_threads(end, t, y, model)
+
+
+@calls.energy
+def energy(t, y, model, out):
+    """Energies of all threads."""
+    thread.add_thread_energies(t, y, model, out)
+
+
 # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
 # it does not; line_energy: J/m, W there; tip: the point mass that the first node is, or -1. Of a step: rest lengths
 # at the spool, rates of the spool and squares of the end's speed at both ends; sums: of `kernels.thread.energy`;
@@ -73,7 +122,7 @@ THREADS = Family(
         sums=(N_INVENTORY,), hub_pull=_3, end_pull=_3, linear=_3, angular=_3, root=(10,), drift=_3, exit=_3,
         taken=_3, exit_field=_3, end_field=_3,
     ),
-    order=60,
+    order=350,
     results={
         "phi": ("angle", "rad", "angle of the spool, positive pays out"),
         "turning": ("rate", "rad s-1", "rate of the spool"),
@@ -155,6 +204,12 @@ THREADS = Family(
     ends=_of_thread,
     isolated=False,
     couples=_coupled,
+    force=force,
+    step_force=step_force,
+    tangent=tangent,
+    step_tangent=step_tangent,
+    measure=measure,
+    energy=energy,
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step
@@ -166,7 +221,7 @@ NODES = Family(
         "x v af tension piv off rhs length along length0 length1 extension0 extension1 end",
         x=_3, v=_3, af=_3, end=_3,
     ),
-    order=70,
+    order=360,
     results={
         "x": ("position", "m", "positions of the nodes from the tip, wound ones on their spool, inertial axes"),
         "v": ("velocity", "m s-1", "velocities of the nodes, inertial axes"),

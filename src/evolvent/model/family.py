@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.base import plugins
+from evolvent.compiled import lookups
 
 Array = np.ndarray
 
@@ -38,6 +39,10 @@ WORK = "work since the first sample, of the power interpolated between the sampl
 End = tuple[str, int]
 #: Records of a family by its name.
 Records = Callable[[str], Any]
+#: An answer that is a compiled function, which walks over a model's families call (`evolvent.kernels.calls`).
+Call = Any
+#: What the questions about a step that are answered as those about a state begin with.
+_OF_STEP = "step_"
 
 
 def record(integers: str, floats: str = "", scratch: str = "", **shapes: tuple[int, ...]) -> np.dtype:
@@ -118,6 +123,11 @@ class Family:
     isolated : whether nothing but gravity and loads on beams, whose torque is known, acts from outside in a system with
         its records that tie nothing to other than free bodies: for all of them, or a function of them and `Records`;
         None stands for those with ends
+    force, tangent : functions of `evolvent.kernels.calls`: forces of its records in a state or over a step, and their
+        derivatives; step_force, step_tangent over a step, where that is another function
+    inertia, inertia_tangent, step_inertia, step_inertia_tangent : the same of masses, after all forces
+    measure : of what a step needs of its start and its end
+    energy, momentum : of a state
     """
 
     name: str
@@ -132,6 +142,18 @@ class Family:
     within: bool = False
     outside: Callable[[Array], Array] | None = None
     isolated: bool | Callable[[Array, Records], bool] | None = None
+
+    force: Call = None
+    step_force: Call = None
+    inertia: Call = None
+    step_inertia: Call = None
+    tangent: Call = None
+    step_tangent: Call = None
+    inertia_tangent: Call = None
+    step_inertia_tangent: Call = None
+    measure: Call = None
+    energy: Call = None
+    momentum: Call = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
@@ -192,3 +214,26 @@ def asked(question: str) -> dict[str, Any]:
     """
     found = ((name, getattr(family, question)) for name, family in families().items())
     return {name: answer for name, answer in found if answer is not None}
+
+
+#: Questions whose answers are compiled functions.
+QUESTIONS = tuple(field.name for field in dataclasses.fields(Family) if field.type == "Call")
+
+
+@functools.cache
+def _slots(question: str, present: frozenset[str]) -> Array:
+    """Slots of the answers of some families to a question, in their order, each once."""
+    found = []
+    for family in families().values():
+        answer = getattr(family, question)
+        if answer is None and question.startswith(_OF_STEP):
+            answer = getattr(family, question.removeprefix(_OF_STEP))
+        if answer is not None and family.name in present:
+            found.append(lookups.slot(answer))
+    return np.array([*dict.fromkeys(found)], dtype=np.int64)
+
+
+def calls_of(model: Mapping[str, Any]) -> dict[str, Array]:
+    """Tables of calls of a model, of the families of which it has records."""
+    present = frozenset(name for name in families() if model[name].size)
+    return {f"{question}_calls": _slots(question, present).copy() for question in QUESTIONS}

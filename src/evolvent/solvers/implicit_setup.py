@@ -14,15 +14,15 @@ from evolvent.assembly.checks import redundant_part
 from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
-from evolvent.flow.energy_momentum import STEP, EnergyStep
 from evolvent.flow.implicit import measure_constraints
-from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import contact, joint, rigid
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.blocks import ANGLE, BEAM, POSITION, REDUCED, SCALAR, THREAD, indices
 from evolvent.kernels.drive import FREE, drive
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.model.family import EXPLICIT, SOLVERS
+from evolvent.model.interval import NUMBERS, Interval
+from evolvent.model.powers import N_POWERS
 from evolvent.solvers import event_search, graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
 from evolvent.solvers.implicit_state import LOOP, Workspace
@@ -343,11 +343,11 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
     )
 
 
-def _energy_step(assembly: Assembly, options: np.record, shared: dict[str, np.ndarray]) -> EnergyStep:
+def _energy_step(assembly: Assembly, options: np.record, shared: dict[str, np.ndarray]) -> Interval:
     """Arrays of a step of energy-momentum, some of them shared with the loop."""
     model, n_v, chi = assembly.model, int(assembly.model.info.nv), float(options.chi)
-    return EnergyStep(
-        step=zeros_record(STEP, soft=1.0, held=float(chi > 0.0 and acts_from_outside(model))),
+    return Interval(
+        step=zeros_record(NUMBERS, soft=1.0, held=float(chi > 0.0 and acts_from_outside(model))),
         **{name: shared[name] for name in ("y0", "dq", "la", "r", "R0", "R1", "x0", "x1")},
         y1=shared["y"],
         ym=assembly.y.copy(),

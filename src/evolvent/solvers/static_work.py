@@ -17,11 +17,11 @@ from evolvent.assembly.families import bodies_of, has_symmetric_stiffness
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import residual, tangent
-from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import attitude, contact, rigid, sparse_lu
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SLOPE, idle, indices, of_part
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.kernels.springs import ON_BODY
+from evolvent.model.powers import N_POWERS
 from evolvent.solvers import equilibrium as eq, ordering, redundancy
 from evolvent.solvers.implicit_setup import matrix_of, sizes
 from evolvent.solvers.sampled import write_forces

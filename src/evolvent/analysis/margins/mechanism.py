@@ -40,10 +40,10 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import Struct
 from evolvent.flow.implicit import residual
-from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import axial, contact, coordinate_laws
 from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
+from evolvent.model.powers import N_POWERS
 from evolvent.solvers import equilibrium
 from evolvent.solvers.still_threads import at_time
 
