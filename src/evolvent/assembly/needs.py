@@ -13,16 +13,15 @@ from numba import config
 
 from evolvent.compiled import jit, lookups
 from evolvent.compiled.codecache import Linked, names_in
-from evolvent.flow import explicit_forces
 from evolvent.kernels import ancf_beams
 from evolvent.model import Model, has
-from evolvent.model.family import QUESTIONS
+from evolvent.model.family import QUESTIONS, families
 from evolvent.model.having import Condition
 
 
 def has_explicit_forces(model: Model) -> bool:
-    """Whether a model has beams, rods, joints by penalties, joint coordinates or user-defined laws between points."""
-    return has(model, explicit_forces.EXPLICIT)
+    """Whether explicit methods find the fastest mode of some part of a model from its rates (`Family.by_rates`)."""
+    return any(family.is_by_rates(model) for family in families().values())
 
 
 @functools.cache

@@ -7,7 +7,7 @@ import numpy as np
 from evolvent.kernels import attitude, attitude_tangent, calls, rigid
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.powers import MARKER_LOADS
+from evolvent.model.powers import DRIVEN, MARKER_LOADS, SPRINGS
 
 Array = np.ndarray
 _3 = (3,)
@@ -52,15 +52,32 @@ def step_inertia_tangent(interval, model, matrix):
 
 
 @calls.energy
-def energy(t, y, model, out):
+def energy(interval, model, out):
     """Kinetic energy of all wheels."""
-    attitude.add_wheel_energy(y, model, out, 0)
+    attitude.add_wheel_energy(interval.ym, model, out, 0)
 
 
 @calls.momentum
 def momentum(y, model, out):
     """Angular momentum of all wheels."""
     attitude.add_wheel_momenta(y, model, out[3:])
+
+
+@calls.force
+def explicit_force(interval, model):
+    """Torques of wheels, and pushes of thrusters, onto bodies."""
+    powers = interval.powers
+    lost, given, driven = attitude.actuator_forces(interval.step.t, interval.ym, model)
+    attitude.add_wheels(interval.ym, model)
+    powers[SPRINGS] += lost
+    powers[MARKER_LOADS] += given
+    powers[DRIVEN] += driven
+
+
+@calls.force
+def explicit_end(interval, model):
+    """Rates of wheels and of the impulses of thrusters."""
+    attitude.actuator_rates(interval.ym, model, interval.rates)
 
 
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
@@ -97,6 +114,9 @@ WHEELS = Family(
     step_inertia_tangent=step_inertia_tangent,
     energy=energy,
     momentum=momentum,
+    explicit_force=explicit_force,
+    explicit_end=explicit_end,
+    by_rates=False,
 )  # fmt: skip
 
 THRUSTERS = Family(
@@ -121,6 +141,9 @@ THRUSTERS = Family(
     step_inertia=step_inertia,
     inertia_tangent=inertia_tangent,
     step_inertia_tangent=step_inertia_tangent,
+    explicit_force=explicit_force,
+    explicit_end=explicit_end,
+    by_rates=False,
 )  # fmt: skip
 
 CONTROLLERS = Family(

@@ -72,4 +72,5 @@ BEAM_LOADS = Family(
     isolated=True,
     force=force,
     tangent=tangent,
+    by_rates=False,
 )  # fmt: skip

@@ -83,15 +83,28 @@ def tangent(interval, model, matrix):
 
 
 @calls.energy
-def energy(t, y, model, out):
+def energy(interval, model, out):
     """Energies of all beams."""
-    ancf_beams.beam_energies(y, 0, model.elements.size, model, out)
+    ancf_beams.beam_energies(interval.ym, 0, model.elements.size, model, out)
 
 
 @calls.momentum
 def momentum(y, model, out):
     """Momenta of all beams."""
     ancf_beams.beam_momenta(y, 0, model.elements.size, model, out[:3], out[3:])
+
+
+@calls.force
+def explicit_force(interval, model):
+    """Forces and weight of all elements."""
+    force(interval, model)
+    ancf_beams.copy_weight(model, model.P)
+
+
+@calls.force
+def explicit_rate(interval, model):
+    """Rates of all beams' coordinates."""
+    ancf_beams.beam_rates(interval.ym, model, interval.rates)
 
 
 # form, bending, mass: indices in the pools of the model, bending of the form of that alone; force, tangent,
@@ -131,4 +144,6 @@ ELEMENTS = Family(
     tangent=tangent,
     energy=energy,
     momentum=momentum,
+    explicit_force=explicit_force,
+    explicit_rate=explicit_rate,
 )  # fmt: skip

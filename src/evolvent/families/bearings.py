@@ -68,4 +68,5 @@ BEARINGS = Family(
     through=True,
     force=force,
     tangent=tangent,
+    by_rates=False,
 )  # fmt: skip

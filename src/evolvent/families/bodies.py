@@ -38,9 +38,9 @@ def step_inertia_tangent(interval, model, matrix):
 
 
 @calls.energy
-def energy(t, y, model, out):
+def energy(interval, model, out):
     """Kinetic energy of all bodies."""
-    rigid.add_body_energy(y, model.bodies, out, 0)
+    rigid.add_body_energy(interval.ym, model.bodies, out, 0)
 
 
 @calls.momentum

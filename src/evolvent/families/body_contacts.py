@@ -8,6 +8,7 @@ from evolvent.families.contact_surfaces import is_conservative, slides_freely
 from evolvent.kernels import body_gaps, calls, contact, contact_laws, contact_tangent
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.powers import CONTACTS
 
 Array = np.ndarray
 _3, _33, _6 = (3,), (3, 3), (6,)
@@ -21,10 +22,12 @@ def _is_of_box(found: Array) -> Array:
 def force(interval, model):
     """Forces of all contacts between bodies; what they take in a step, J."""
     step = interval.step
-    lost, rubbed = contact.add_bodies(interval.y1, step.h, step.rub, step.soft, step.chi, step.ratio, model)
+    lost, rubbed = contact.add_bodies(interval.y1, step.span, step.rub, step.soft, step.chi, step.ratio, model)
     if step.h > 0.0:
         interval.contact[0] += lost
         interval.contact[1] += rubbed
+    else:
+        interval.powers[CONTACTS] += lost
 
 
 @calls.tangent
@@ -41,10 +44,17 @@ def measure(end, t, y, model):
 
 
 @calls.energy
-def energy(t, y, model, out):
+def energy(interval, model, out):
     """Energy by the last forces, of bristles too."""
     for k in range(model.body_contacts.size):
         out[1] += model.body_contacts[k].energy
+
+
+@calls.energy
+def explicit_energy(interval, model, out):
+    """Energy by the forces of the state, of bristles too."""
+    force(interval, model)
+    energy(interval, model, out)
 
 
 # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
@@ -114,4 +124,5 @@ BODY_CONTACTS = Family(
     tangent=tangent,
     measure=measure,
     energy=energy,
+    explicit_energy=explicit_energy,
 )  # fmt: skip

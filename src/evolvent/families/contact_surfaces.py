@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from evolvent.kernels import calls, contact, contact_laws, contact_tangent, surfaces
+from evolvent.model import IMPULSE, N_ACCOUNTS
 from evolvent.model.family import End, Family, Kind, Records, record, where
+from evolvent.model.powers import CONTACTS
 
 Array = np.ndarray
 _3 = (3,)
@@ -44,11 +46,13 @@ def force(interval, model):
     """Forces of all contact points of beams; what they take in a step, J."""
     step = interval.step
     lost, rubbed = contact.add_points(
-        interval.y0, interval.y1, step.h, step.rub, step.soft, step.chi, step.ratio, model, model.F
+        interval.y0, interval.y1, step.span, step.rub, step.soft, step.chi, step.ratio, model, model.F
     )
     if step.h > 0.0:
         interval.contact[0] += lost
         interval.contact[1] += rubbed
+    else:
+        interval.powers[CONTACTS] += lost
 
 
 @calls.tangent
@@ -67,10 +71,26 @@ def measure(end, t, y, model):
 
 
 @calls.energy
-def energy(t, y, model, out):
+def energy(interval, model, out):
     """Energy by the last forces, of bristles too."""
     for k in range(model.contact_surfaces.size):
         out[1] += model.contact_surfaces[k].energy
+
+
+@calls.force
+def explicit_force(interval, model):
+    """Forces of all contact points of beams; rates of the impulses of their normal forces."""
+    force(interval, model)
+    account = model.info.nq + model.info.nv + N_ACCOUNTS + IMPULSE
+    for k in range(model.contact_surfaces.size):
+        interval.rates[account + k] = model.contact_surfaces[k].normal
+
+
+@calls.energy
+def explicit_energy(interval, model, out):
+    """Energy by the forces of the state, of bristles too."""
+    force(interval, model)
+    energy(interval, model, out)
 
 
 # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
@@ -132,6 +152,9 @@ CONTACT_SURFACES = Family(
     tangent=tangent,
     measure=measure,
     energy=energy,
+    explicit_force=explicit_force,
+    explicit_energy=explicit_energy,
+    by_rates=False,
 )  # fmt: skip
 
 # a contact point is S . (four vectors of its element). Of the step's start: gap (m), distance `offset` from the

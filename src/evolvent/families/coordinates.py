@@ -6,6 +6,7 @@ import numpy as np
 
 from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent
 from evolvent.kernels.ends import of_coordinate
+from evolvent.model import KEPT
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, JOINTS
 
@@ -37,6 +38,24 @@ def tangent(interval, model, matrix):
 def measure(end, t, y, model):
     """Angles and travels."""
     coordinate.measure_coordinates(end, y, model.switches, model)
+
+
+@calls.force
+def explicit_force(interval, model):
+    """Torques on all coordinates of joints, rates of their accounts, and a bound of the step."""
+    step, powers = interval.step, interval.powers
+    _, lost = coordinate.add_coordinates(step.t, interval.ym, KEPT, interval.s, model, model.F)
+    powers[JOINTS] += lost
+    powers[DRIVEN] += coordinate_laws.motor_power(model)
+    coordinate_laws.write_account_rates(model, interval.rates)
+    model.info.step = min(model.info.step, coordinate.longest_step(model.coordinates))
+
+
+@calls.energy
+def explicit_energy(interval, model, out):
+    """Energy of springs, latches, frictions and parts on coordinates."""
+    stored, _ = coordinate.add_coordinates(interval.step.t, interval.ym, KEPT, interval.s, model, model.F)
+    out[1] += stored
 
 
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
@@ -98,4 +117,6 @@ COORDINATES = Family(
     force=force,
     tangent=tangent,
     measure=measure,
+    explicit_force=explicit_force,
+    explicit_energy=explicit_energy,
 )  # fmt: skip

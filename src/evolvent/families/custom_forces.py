@@ -39,9 +39,9 @@ def tangent(interval, model, matrix):
 
 
 @calls.energy
-def energy(t, y, model, out):
+def energy(interval, model, out):
     """Energy of all laws that state one."""
-    out[1] += custom.custom_energies(t, y, model)
+    out[1] += custom.custom_energies(interval.step.t, interval.ym, model)
 
 
 # a user-defined law between points, which are markers, from first_marker on. balanced: 1 where the last forces had

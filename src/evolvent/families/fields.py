@@ -41,6 +41,7 @@ FIELDS = Family(
     ),
     force=force,
     tangent=tangent,
+    by_rates=False,
 )  # fmt: skip
 
 # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none

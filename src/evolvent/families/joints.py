@@ -74,6 +74,23 @@ def measure(end, t, y, model):
     joint.measure_joints(end, t, y, model)
 
 
+@calls.force
+def explicit_force(interval, model):
+    """Forces of penalties; constraints are rows of `kernels.constraint_rows`."""
+    for k in range(model.joints.size):
+        if joint.is_penalty(interval.step.t, interval.s, model.joints, k):
+            interval.powers[DISSIPATED] += joint.add_penalty(interval.step.t, interval.ym, k, model, model.F)
+
+
+@calls.energy
+def explicit_energy(interval, model, out):
+    """Elastic energy of penalties."""
+    for k in range(model.joints.size):
+        if joint.is_penalty(interval.step.t, interval.s, model.joints, k):
+            joint.joint_geometry(interval.step.t, interval.ym, k, model)
+            out[1] += joint.penalty_energy(model.joints, k)
+
+
 # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time; of links and guides as well. A
 # side is a vector: of coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a
 # node (on 2, at iq, iv); the third side is the direction of ALONG; nodes: 1 where a side is of a beam; path: how
@@ -143,4 +160,7 @@ JOINTS = Family(
     tangent=tangent,
     step_tangent=step_tangent,
     measure=measure,
+    explicit_force=explicit_force,
+    explicit_energy=explicit_energy,
+    by_rates=lambda model: bool(model.info.penalties > 0),
 )  # fmt: skip

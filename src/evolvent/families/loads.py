@@ -89,4 +89,5 @@ LOADS = Family(
     ),
     force=force,
     tangent=tangent,
+    by_rates=False,
 )  # fmt: skip

@@ -34,9 +34,9 @@ def inertia_tangent(interval, model, matrix):
 
 
 @calls.energy
-def energy(t, y, model, out):
+def energy(interval, model, out):
     """Kinetic energy of all points."""
-    points.add_point_energy(y, model.points, out, 0)
+    points.add_point_energy(interval.ym, model.points, out, 0)
 
 
 @calls.momentum

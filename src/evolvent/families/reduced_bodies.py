@@ -28,9 +28,15 @@ def tangent(interval, model, matrix):
 
 
 @calls.energy
-def energy(t, y, model, out):
+def energy(interval, model, out):
     """Energies of all modal coordinates."""
-    reduced.add_mode_energies(y, model, out, 0, 1)
+    reduced.add_mode_energies(interval.ym, model, out, 0, 1)
+
+
+@calls.force
+def explicit_rate(interval, model):
+    """Rates of all modal coordinates, by their forces."""
+    interval.powers[SPRINGS] += reduced.mode_rates(interval.ym, model, interval.rates)
 
 
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
@@ -54,6 +60,9 @@ REDUCED_BODIES = Family(
     force=force,
     tangent=tangent,
     energy=energy,
+    explicit_force=False,
+    explicit_rate=explicit_rate,
+    by_rates=False,
 )  # fmt: skip
 
 # of a step: change of the coordinate, and that over the step before

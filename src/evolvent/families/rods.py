@@ -52,7 +52,7 @@ def measure(end, t, y, model):
 
 
 @calls.energy
-def energy(t, y, model, out):
+def energy(interval, model, out):
     """Energies of all rods; that of motion is what flows, the rest is the bodies'."""
     rod.evaluate_rods(model, out)
     rod_payout.sum_flows(model)
@@ -65,6 +65,26 @@ def momentum(y, model, out):
     rod_payout.sum_flows(model)
     for i in range(6):
         out[i] += model.sums[1, 1 + i]
+
+
+@calls.force
+def explicit_force(interval, model):
+    """Forces of all rods."""
+    powers = interval.powers
+    lost, viscous, heat = rod.add_rods(0.0, 0.0, 0.0, model)
+    powers[MASS_DAMPING] += lost
+    powers[STIFFNESS_DAMPING] += viscous
+    powers[MARKER_LOADS] += heat
+
+
+@calls.force
+def explicit_end(interval, model):
+    """Powers of what drives rods that pay out, by the accelerations."""
+    for k in range(model.rods.size):
+        if model.rods[k].payout != 0:
+            driven, by_weight = rod_payout.drive_rod(interval.rates, 0, k, model)
+            interval.powers[DRIVEN] += driven
+            interval.powers[MARKER_LOADS] += by_weight
 
 
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
@@ -104,6 +124,8 @@ RODS = Family(
     measure=measure,
     energy=energy,
     momentum=momentum,
+    explicit_force=explicit_force,
+    explicit_end=explicit_end,
 )  # fmt: skip
 
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its

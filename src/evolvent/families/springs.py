@@ -42,9 +42,9 @@ def measure(end, t, y, model):
 
 
 @calls.energy
-def energy(t, y, model, out):
+def energy(interval, model, out):
     """Elastic energy of all springs."""
-    out[1] += springs.evaluate_springs(t, y, model)
+    out[1] += springs.evaluate_springs(interval.step.t, interval.ym, model)
 
 
 # slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; line, line0: vector
@@ -79,4 +79,5 @@ SPRINGS = Family(
     tangent=tangent,
     measure=measure,
     energy=energy,
+    by_rates=False,
 )  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 
 from evolvent.kernels import calls, tape
 from evolvent.model.family import Family, record
-from evolvent.model.powers import MASS_DAMPING
+from evolvent.model.powers import MASS_DAMPING, SPRINGS
 
 Array = np.ndarray
 
@@ -31,9 +31,15 @@ def measure(end, t, y, model):
 
 
 @calls.energy
-def energy(t, y, model, out):
+def energy(interval, model, out):
     """Kinetic energy of all sections."""
-    tape.add_kinetic_energy(y, model, out, 0)
+    tape.add_kinetic_energy(interval.ym, model, out, 0)
+
+
+@calls.force
+def explicit_rate(interval, model):
+    """Rates of all nodes, by their forces."""
+    interval.powers[SPRINGS] += tape.node_rates(interval.ym, model, interval.rates)
 
 
 # sections of rods that flatten (`kernels.tape`). bending: stiffness of the wall times the width, N m2; transverse:
@@ -48,6 +54,9 @@ TAPES = Family(
     tangent=tangent,
     measure=measure,
     energy=energy,
+    explicit_force=False,
+    explicit_rate=explicit_rate,
+    by_rates=False,
 )  # fmt: skip
 
 # the coordinate of a node; alpha: damping by mass, 1/s; value0, value1: at the ends of a step; before: its change

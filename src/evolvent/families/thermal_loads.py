@@ -57,4 +57,5 @@ THERMAL_LOADS = Family(
     isolated=True,
     force=force,
     tangent=tangent,
+    by_rates=False,
 )  # fmt: skip

@@ -97,9 +97,19 @@ def measure(end, t, y, model):
 
 
 @calls.energy
-def energy(t, y, model, out):
+def energy(interval, model, out):
     """Energies of all threads."""
-    thread.add_thread_energies(t, y, model, out)
+    thread.add_thread_energies(interval.step.t, interval.ym, model, out)
+
+
+@calls.force
+def explicit_force(interval, model):
+    """Forces of all threads on what they leave and end at, and rates of the nodes of those of springs."""
+    powers = interval.powers
+    lost, given, spools = thread.add_explicit_threads(interval.step.t, interval.ym, interval.s, model, interval.rates)
+    powers[SPRINGS] += lost
+    powers[MARKER_LOADS] += given
+    powers[SPOOLS] += spools
 
 
 # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
@@ -210,6 +220,9 @@ THREADS = Family(
     step_tangent=step_tangent,
     measure=measure,
     energy=energy,
+    explicit_force=explicit_force,
+    explicit_energy=False,
+    by_rates=False,
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step

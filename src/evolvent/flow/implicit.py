@@ -49,8 +49,8 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     points.clear_forces(model.points)
     at = model.interval
     at.t, at.tm, at.h, at.rub, at.factor, at.inertia = t, t, 0.0, step, factor, 1.0
-    at.chi, at.chi_v, at.ratio, at.soft = 0.0, 0.0, 0.0, 1.0
-    interval, calls = state_interval(at, y, a, la, r, powers), model.force_calls
+    at.span, at.chi, at.chi_v, at.ratio, at.soft = 0.0, 0.0, 0.0, 0.0, 1.0
+    interval, calls = state_interval(at, y, a, la, r, powers, model.switches, r), model.force_calls
     for k in range(calls.size):
         force_at(model, calls[k])(interval, model)
     calls = model.inertia_calls
@@ -91,8 +91,8 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     sparse.clear(matrix)
     at = model.interval
     at.t, at.tm, at.h, at.c_mass, at.c_rate, at.scale = t, t, 0.0, c_mass, c_rate, scale
-    at.chi, at.chi_v, at.ratio, at.soft = 0.0, 0.0, 0.0, 1.0
-    interval, calls = state_interval(at, y, y, la, la, la), model.tangent_calls
+    at.span, at.chi, at.chi_v, at.ratio, at.soft = 0.0, 0.0, 0.0, 0.0, 1.0
+    interval, calls = state_interval(at, y, y, la, la, la, model.switches, y), model.tangent_calls
     for k in range(calls.size):
         tangent_at(model, calls[k])(interval, model, matrix)
     calls = model.inertia_tangent_calls
@@ -108,9 +108,11 @@ def energies(t, y, model, out):
     """
     for i in range(3):
         out[i] = 0.0
-    calls = model.energy_calls
+    at = model.interval
+    at.t = at.tm = t
+    interval, calls = state_interval(at, y, y, y, y, y, model.switches, y), model.energy_calls
     for k in range(calls.size):
-        energy_at(model, calls[k])(t, y, model, out)
+        energy_at(model, calls[k])(interval, model, out)
 
 
 @indirect(void(VECTOR, MODEL, VECTOR))

@@ -4,7 +4,7 @@ import numpy as np
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined, kernel
-from evolvent.flow.explicit_forces import release_penalties
+from evolvent.flow.between_steps import release_penalties
 from evolvent.flow.impulse import impulse, prepare
 from evolvent.kernels import ancf_beams, constraint_rows, joint, reduced, rigid, thread
 from evolvent.kernels.blocks import ROTATION, normalise

@@ -20,18 +20,19 @@ from evolvent.model import MODEL
 from evolvent.model.interval import INTERVAL
 
 _FORCE, _TANGENT = void(INTERVAL, MODEL), void(INTERVAL, MODEL, SPARSE)
-_MEASURE, _ENERGY, _MOMENTUM = void(types.int64, REAL, VECTOR, MODEL), void(REAL, VECTOR, MODEL, VECTOR), None
+_MEASURE, _ENERGY = void(types.int64, REAL, VECTOR, MODEL), void(INTERVAL, MODEL, VECTOR)
+_MOMENTUM = void(VECTOR, MODEL, VECTOR)
 
 #: Decorators of the answers to the questions of `Family`.
 force = indirect(_FORCE)
 tangent = indirect(_TANGENT)
 measure = indirect(_MEASURE)
 energy = indirect(_ENERGY)
-momentum = indirect(void(VECTOR, MODEL, VECTOR))
+momentum = indirect(_MOMENTUM)
 
 #: ``force_at(model, slot)``: the function of a slot, for compiled code.
 force_at = lookups.by_slot(_FORCE)
 tangent_at = lookups.by_slot(_TANGENT)
 measure_at = lookups.by_slot(_MEASURE)
 energy_at = lookups.by_slot(_ENERGY)
-momentum_at = lookups.by_slot(void(VECTOR, MODEL, VECTOR))
+momentum_at = lookups.by_slot(_MOMENTUM)

@@ -22,6 +22,7 @@ from evolvent.compiled.pointer import Struct, array, record, shared, zeros_recor
 from evolvent.model.family import QUESTIONS, calls_of, families
 from evolvent.model.having import has as has, having as having, nonzero as nonzero, not_negative as not_negative
 from evolvent.model.interval import NUMBERS
+from evolvent.model.powers import N_POWERS
 from evolvent.model.records import *  # noqa: F403  (the names of the model are those of this package)
 from evolvent.model.records import OWN_RECORDS
 
@@ -70,6 +71,7 @@ class Model(Struct):
     Attributes
     ----------
     interval : record (see `evolvent.model.interval.NUMBERS`), scratch, of a state whose forces are evaluated
+    powers, energies : (N_POWERS,) and (3,) float, scratch, of a state of an explicit method
     breaks : (nb,) float, s, times on which a solver lands
     parameters : (k,) float, of drives, laws and loads; families hold the indices of theirs
     A, la : (nr, 1 + bandwidth), (nr,) float, scratch, matrix and multipliers of the rows
@@ -96,6 +98,8 @@ class Model(Struct):
 
     info: np.record = record(OWN_RECORDS["info"])
     interval: np.record = record(NUMBERS)
+    powers: Array = array(1)
+    energies: Array = array(1)
     breaks: Array = array(1)
     parameters: Array = array(1)
     blocks: Array = array(1, OWN_RECORDS["blocks"])
@@ -138,7 +142,8 @@ class Model(Struct):
         return found | {f"{name}_calls": array(1, np.int64) for name in QUESTIONS}
 
     def __init__(self, **values: Any) -> None:
-        scratch = {} if "interval" in values else {"interval": zeros_record(NUMBERS)}
+        scratch = {"interval": zeros_record(NUMBERS), "powers": np.zeros(N_POWERS), "energies": np.zeros(3)}
+        scratch = {name: value for name, value in scratch.items() if name not in values}
         super().__init__(**scratch, **values | calls_of(values))
 
     if TYPE_CHECKING:

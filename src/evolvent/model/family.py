@@ -41,8 +41,9 @@ End = tuple[str, int]
 Records = Callable[[str], Any]
 #: An answer that is a compiled function, which walks over a model's families call (`evolvent.kernels.calls`).
 Call = Any
-#: What the questions about a step that are answered as those about a state begin with.
-_OF_STEP = "step_"
+#: What questions begin with that are answered as those without it where they have no answer: of a step of implicit
+#: methods, of a state of explicit ones.
+_PREFIXES = ("step_", "explicit_")
 
 
 def record(integers: str, floats: str = "", scratch: str = "", **shapes: tuple[int, ...]) -> np.dtype:
@@ -123,11 +124,16 @@ class Family:
     isolated : whether nothing but gravity and loads on beams, whose torque is known, acts from outside in a system with
         its records that tie nothing to other than free bodies: for all of them, or a function of them and `Records`;
         None stands for those with ends
+    by_rates : whether explicit methods find its fastest mode from the rates of the whole model
+        (`solvers.explicit_modes`), or a function of the model; None stands for those with a force
     force, tangent : functions of `evolvent.kernels.calls`: forces of its records in a state or over a step, and their
         derivatives; step_force, step_tangent over a step, where that is another function
     inertia, inertia_tangent, step_inertia, step_inertia_tangent : the same of masses, after all forces
+    explicit_force : function of forces in a state of an explicit method, where it is another one; False for none
+    explicit_rate : of rates of the coordinates of its own that no constraint holds, after all forces
+    explicit_end : of what needs the accelerations of all
     measure : of what a step needs of its start and its end
-    energy, momentum : of a state
+    energy, momentum : of a state; explicit_energy of one of an explicit method, where forces were not evaluated
     """
 
     name: str
@@ -143,6 +149,7 @@ class Family:
     outside: Callable[[Array], Array] | None = None
     isolated: bool | Callable[[Array, Records], bool] | None = None
 
+    by_rates: bool | Callable[[Any], bool] | None = None
     force: Call = None
     step_force: Call = None
     inertia: Call = None
@@ -151,8 +158,12 @@ class Family:
     step_tangent: Call = None
     inertia_tangent: Call = None
     step_inertia_tangent: Call = None
+    explicit_force: Call = None
+    explicit_rate: Call = None
+    explicit_end: Call = None
     measure: Call = None
     energy: Call = None
+    explicit_energy: Call = None
     momentum: Call = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
@@ -160,6 +171,14 @@ class Family:
         if self.isolated is None:
             return self.ends is not None or not found.size
         return self.isolated(found, records) if callable(self.isolated) else self.isolated or not found.size
+
+    def is_by_rates(self, model: Any) -> bool:
+        """Whether explicit methods find the fastest mode of its records in a model from the rates of that."""
+        if not self.records(model).size:
+            return False
+        if self.by_rates is None:
+            return self.force is not None
+        return self.by_rates(model) if callable(self.by_rates) else self.by_rates
 
     def records(self, model: Any) -> Array:
         """Its records in a model."""
@@ -226,9 +245,10 @@ def _slots(question: str, present: frozenset[str]) -> Array:
     found = []
     for family in families().values():
         answer = getattr(family, question)
-        if answer is None and question.startswith(_OF_STEP):
-            answer = getattr(family, question.removeprefix(_OF_STEP))
-        if answer is not None and family.name in present:
+        for prefix in _PREFIXES:
+            if answer is None and question.startswith(prefix):
+                answer = getattr(family, question.removeprefix(prefix), None)
+        if answer and family.name in present:
             found.append(lookups.slot(answer))
     return np.array([*dict.fromkeys(found)], dtype=np.int64)
 

@@ -8,7 +8,8 @@ from evolvent.compiled.pointer import Struct, array, on_stack, record
 
 #: Numbers of an interval.
 #:
-#: t, h, tm: start, length and middle, s; chi, chi_v, ratio: filter of strains and of velocities, and r of the step
+#: t, h, tm: start, length and middle, s; span: h, or `KEPT` of a state of explicit methods, whose frictions are among
+#: its accounts; chi, chi_v, ratio: filter of strains and of velocities, and r of the step
 #: before (`flow.energy_momentum`); soft: share of the contacts' stiffness; held: 1 where velocities are not filtered,
 #: else 0; of the step before chi_p, and what it filters of accelerations: the largest beside the size, and the root
 #: mean square by shares of inertia (1/s2). rub: s, length of the step of friction of contacts that ends at a state
@@ -19,7 +20,7 @@ NUMBERS = np.dtype(
     [
         (name, np.float64)
         for name in (
-            "t", "h", "tm", "chi", "chi_v", "ratio", "soft", "held", "chi_p", "largest", "rms", "rub", "factor",
+            "t", "h", "span", "tm", "chi", "chi_v", "ratio", "soft", "held", "chi_p", "largest", "rms", "rub", "factor",
             "inertia", "c_mass", "c_rate", "scale",
         )
     ]
@@ -40,6 +41,7 @@ class Interval(Struct):
     R0, R1 : (nb, 3, 3) float, and x0, x1 : (nb, 3) float, rotations and positions of bodies at both ends of a step
     powers : (N_POWERS,) float, means over a step; contact : (2,) float, J, what normal forces and friction of contacts
         take in a step
+    s, rates : (ns,) int and (ny,) float, of a state of explicit methods its switches and its rates
     """
 
     step: np.record = record(NUMBERS)
@@ -57,13 +59,16 @@ class Interval(Struct):
     x1: np.ndarray = array(2)
     powers: np.ndarray = array(1)
     contact: np.ndarray = array(1)
+    s: np.ndarray = array(1, np.int64)
+    rates: np.ndarray = array(1)
 
 
 #: The type of an interval in signatures of compiled functions.
 INTERVAL = Interval._numba_type_
-#: ``state_interval(step, y, a, la, r, powers)``: for compiled code, the interval of a state with accelerations `a` and
-#: multipliers `la`.
+#: ``state_interval(step, y, a, la, r, powers, s, rates)``: for compiled code, the interval of a state with
+#: accelerations `a` and multipliers `la`.
 state_interval = on_stack(
-    Interval, "step", "y", "a", "la", "r", "powers",
-    step="step", y0="y", y1="y", ym="y", dq="a", dv="a", before="a", la="la", r="r", powers="powers",
+    Interval, "step", "y", "a", "la", "r", "powers", "s", "rates",
+    step="step", y0="y", y1="y", ym="y", dq="a", dv="a", before="a", la="la", r="r", powers="powers", s="s",
+    rates="rates",
 )  # fmt: skip

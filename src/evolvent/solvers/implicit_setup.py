@@ -347,6 +347,8 @@ def _energy_step(assembly: Assembly, options: np.record, shared: dict[str, np.nd
     """Arrays of a step of energy-momentum, some of them shared with the loop."""
     model, n_v, chi = assembly.model, int(assembly.model.info.nv), float(options.chi)
     return Interval(
+        s=np.zeros(0, dtype=np.int64),
+        rates=np.zeros(0),
         step=zeros_record(NUMBERS, soft=1.0, held=float(chi > 0.0 and acts_from_outside(model))),
         **{name: shared[name] for name in ("y0", "dq", "la", "r", "R0", "R1", "x0", "x1")},
         y1=shared["y"],
