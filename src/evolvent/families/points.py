@@ -13,18 +13,8 @@ _3 = (3,)
 
 @calls.force
 def inertia(interval, model):
-    """Inertia of all points in a state less their forces."""
-    points.add_point_residual(interval.dv, model.info.nq, model.points, model.F)
-
-
-@calls.force
-def step_inertia(interval, model):
-    """Inertia of all points over a step less their forces."""
-    n_q, F, own = model.info.nq, model.F, model.points
-    for i in range(own.size):
-        at = own[i].iv - n_q
-        for c in range(3):
-            F[at + c] += own[i].mass * interval.dv[at + c] / interval.step.h - own[i].f[c]
+    """Inertia of all points less their forces."""
+    points.add_point_residual(interval.dv, interval.step.over, model.info.nq, model.points, model.F)
 
 
 @calls.tangent
@@ -60,7 +50,6 @@ POINTS = Family(
     ),
     isolated=True,
     inertia=inertia,
-    step_inertia=step_inertia,
     inertia_tangent=inertia_tangent,
     energy=energy,
     momentum=momentum,
