@@ -44,4 +44,5 @@ BODIES = Family(
         Kind("a free body", which=where("motion", rigid.FREE), symmetric=True),
     ),
     isolated=lambda found, _: not np.any(found["motion"] == rigid.SPIN),
+    consists=lambda row, k: range(k, k + 1),
 )  # fmt: skip

@@ -80,4 +80,5 @@ BODY_CONTACTS = Family(
         ),
     ),
     ends=of_bodies("a", "b"),
+    several=True,
 )  # fmt: skip

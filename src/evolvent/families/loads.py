@@ -74,4 +74,5 @@ LOADS = Family(
         Kind("radiation pressure on a panel", which=where("kind", loads.PANEL)),
         Kind("a force or torque by a law", which=lambda found: _at_markers(found) & (found["law"] != 0)),
     ),
+    several=True,
 )  # fmt: skip

@@ -59,4 +59,5 @@ DRIVETRAINS = Family(
     ),
     ends=of_coordinates("coordinate"),
     through=True,
+    owner=lambda records, k: ("motors", int(records("drivetrains")["motor"][k])),
 )  # fmt: skip

@@ -28,6 +28,7 @@ REDUCED_BODIES = Family(
         Kind("a reduced body", symmetric=True),
     ),
     isolated=True,
+    consists=lambda row, _: range(int(row["first_body"]), int(row["first_body"] + row["nodes"]) + 1),
 )  # fmt: skip
 
 # of a step: change of the coordinate, and that over the step before

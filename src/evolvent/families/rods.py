@@ -52,6 +52,7 @@ RODS = Family(
         Kind("a tape-spring rod", which=lambda found: found["tape"] > 0, symmetric=True),
     ),
     isolated=lambda found, _: not np.any(found["payout"] != 0) and not np.any(found["alpha"] != 0.0),
+    consists=lambda row, _: range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1),
 )  # fmt: skip
 
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its

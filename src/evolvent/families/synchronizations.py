@@ -27,4 +27,5 @@ SYNCHRONIZATIONS = Family(
         Kind("a synchronization", symmetric=True),
     ),
     ends=of_coordinates("a", "b"),
+    several=True,
 )  # fmt: skip

@@ -17,6 +17,7 @@ TAPES = Family(
     record("first_node nodes closed", "bending poisson transverse slenderness twisting stretching"),
     order=200,
     of="rods",
+    owner=lambda records, k: ("rods", int(np.flatnonzero(records("rods")["tape"] == k + 1)[0])),
 )  # fmt: skip
 
 # the coordinate of a node; alpha: damping by mass, 1/s; value0, value1: at the ends of a step; before: its change

@@ -118,6 +118,9 @@ class Family:
     isolated : whether nothing but gravity and loads on beams, whose torque is known, acts from outside in a system with
         its records that tie nothing to other than free bodies: for all of them, or a function of them and `Records`;
         None stands for those with ends
+    owner : function of `Records` and the index of a record to the family and the index of that whose part wrote it
+    several : whether a part writes several records, named by the first of them
+    consists : function of a record and its index to the bodies that it consists of, which have its name
     """
 
     name: str
@@ -132,6 +135,9 @@ class Family:
     within: bool = False
     outside: Callable[[Array], Array] | None = None
     isolated: bool | Callable[[Array, Records], bool] | None = None
+    owner: Callable[[Records, int], tuple[str, int]] | None = None
+    several: bool = False
+    consists: Callable[[Any, int], range] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
