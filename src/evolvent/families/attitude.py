@@ -38,6 +38,7 @@ WHEELS = Family(
     ends=of_bodies("body"),
     within=True,
     isolated=lambda found, records: bool(np.all(records("bodies")["motion"][found["body"]] == rigid.FREE)),
+    local=True,
 )  # fmt: skip
 
 THRUSTERS = Family(
@@ -56,6 +57,9 @@ THRUSTERS = Family(
     kinds=(
         Kind("a thruster"),
     ),
+    local=True,
+    changes="force limit",
+    reads_inertia=False,
 )  # fmt: skip
 
 CONTROLLERS = Family(
@@ -77,4 +81,6 @@ CONTROLLERS = Family(
         Kind("an attitude controller"),
     ),
     isolated=True,
+    local=True,
+    changes="proportional derivative limit dead_band",
 )  # fmt: skip

@@ -37,6 +37,8 @@ BEAMS = Family(
         ),
     ),
     isolated=lambda found, records: not np.any(found["paper"] != 0) and not np.any(records("elements")["alpha"] != 0.0),
+    local=True,
+    reads_inertia=False,
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod

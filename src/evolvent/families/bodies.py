@@ -45,4 +45,7 @@ BODIES = Family(
     ),
     isolated=lambda found, _: not np.any(found["motion"] == rigid.SPIN),
     consists=lambda row, k: range(k, k + 1),
+    local=True,
+    changes="mass inertia spin_inertia",
+    reads_inertia=False,
 )  # fmt: skip

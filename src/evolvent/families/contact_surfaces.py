@@ -94,6 +94,7 @@ CONTACT_SURFACES = Family(
     ),
     ends=_of_surface,
     couples=_coupled,
+    reads_inertia=False,
 )  # fmt: skip
 
 # a contact point is S . (four vectors of its element). Of the step's start: gap (m), distance `offset` from the

@@ -72,4 +72,7 @@ COORDINATES = Family(
         ),
     ),
     ends=of_coordinate,
+    local=True,
+    changes="stiffness damping rest friction stick low high stop latch_stiffness latch_damping",
+    reads_inertia=False,
 )  # fmt: skip

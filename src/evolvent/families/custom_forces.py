@@ -34,4 +34,5 @@ CUSTOM_FORCES = Family(
     ),
     ends=_of_custom,
     outside=lambda found: found["points"] == 1,
+    reads_inertia=False,
 )  # fmt: skip

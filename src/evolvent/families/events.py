@@ -19,4 +19,5 @@ EVENTS = Family(
         Kind("an event", which=where("stops", 0), symmetric=True),
     ),
     isolated=True,
+    reads_inertia=False,
 )  # fmt: skip

@@ -25,6 +25,7 @@ FIELDS = Family(
         Kind("an orbital frame", which=where("kind", fields.ORBIT), symmetric=True),
         Kind("an acceleration field", which=where("kind", fields.LAW)),
     ),
+    reads_inertia=False,
 )  # fmt: skip
 
 # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none
@@ -33,4 +34,5 @@ FIELD_POINTS = Family(
     record("body element", "mass local S", local=_3, S=(8,)),
     order=110,
     of="fields",
+    reads_inertia=True,
 )  # fmt: skip

@@ -22,4 +22,5 @@ GEAR_COORDINATES = Family(
     order=340,
     of="joints",
     ends=of_coordinate,
+    changes="",
 )  # fmt: skip

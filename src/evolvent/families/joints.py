@@ -97,4 +97,6 @@ JOINTS = Family(
     ends=of_joint,
     isolated=lambda found, _: not np.any(_is_unbalanced(found)),
     couples=lambda row, _: iter(()),  # by its multiplier
+    changes="",
+    reads_inertia=False,
 )  # fmt: skip

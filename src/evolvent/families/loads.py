@@ -75,4 +75,6 @@ LOADS = Family(
         Kind("a force or torque by a law", which=lambda found: _at_markers(found) & (found["law"] != 0)),
     ),
     several=True,
+    changes="",
+    reads_inertia=False,
 )  # fmt: skip

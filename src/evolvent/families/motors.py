@@ -36,6 +36,9 @@ MOTORS = Family(
     ),
     ends=of_coordinates("coordinate"),
     through=True,
+    local=True,
+    changes="position_gain velocity_gain limit rate_limit",
+    reads_inertia=False,
 )  # fmt: skip
 
 # what motors lose before their joints (`kernels.drivetrain`), with friction as of joint coordinates; forward,
@@ -60,4 +63,6 @@ DRIVETRAINS = Family(
     ends=of_coordinates("coordinate"),
     through=True,
     owner=lambda records, k: ("motors", int(records("drivetrains")["motor"][k])),
+    local=True,
+    reads_inertia=False,
 )  # fmt: skip

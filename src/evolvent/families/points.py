@@ -24,4 +24,7 @@ POINTS = Family(
         Kind("a beam's node at a spring's end", which=where("mass", 0.0), symmetric=True),
     ),
     isolated=True,
+    local=True,
+    changes="mass compliance",
+    reads_inertia=False,
 )  # fmt: skip

@@ -46,6 +46,8 @@ RESISTANCES = Family(
     ),
     ends=of_coordinates("coordinate"),
     through=True,
+    local=True,
+    reads_inertia=False,
 )  # fmt: skip
 
 # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the

@@ -46,4 +46,7 @@ SPRINGS = Family(
         Kind("a spring", symmetric=True),
     ),
     ends=_of_spring,
+    local=True,
+    changes="stiffness damping length lateral_stiffness lateral_damping",
+    reads_inertia=False,
 )  # fmt: skip

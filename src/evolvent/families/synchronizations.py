@@ -28,4 +28,7 @@ SYNCHRONIZATIONS = Family(
     ),
     ends=of_coordinates("a", "b"),
     several=True,
+    local=True,
+    changes="stiffness damping",
+    reads_inertia=False,
 )  # fmt: skip

@@ -121,6 +121,10 @@ class Family:
     owner : function of `Records` and the index of a record to the family and the index of that whose part wrote it
     several : whether a part writes several records, named by the first of them
     consists : function of a record and its index to the bodies that it consists of, which have its name
+    local : whether results of its records at a sample follow from the states at it and at the first one, without reactions
+    changes : str, fields that a part writes and solvers alone read: a variant with other values of them and of
+        parameters takes a copy of the model. None where more follows: then it is assembled whole
+    reads_inertia : whether its parts or checks read the mass or inertia of others; None: as that to which it belongs
     """
 
     name: str
@@ -138,6 +142,9 @@ class Family:
     owner: Callable[[Records, int], tuple[str, int]] | None = None
     several: bool = False
     consists: Callable[[Any, int], range] | None = None
+    local: bool = False
+    changes: str | None = None
+    reads_inertia: bool | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
