@@ -9,6 +9,7 @@ import numpy as np
 from evolvent.kernels import node_loads
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.model.family import WORK, Family, Kind, has_parameters, record
+from evolvent.model.shares import LOAD, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -58,4 +59,6 @@ BEAM_LOADS = Family(
     ),
     isolated=True,
     reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(LOAD),), place=16, standing=True),
 )  # fmt: skip

@@ -6,6 +6,7 @@ import numpy as np
 
 from evolvent.kernels import rigid
 from evolvent.model.family import Family, Kind, record, where
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
@@ -48,4 +49,6 @@ BODIES = Family(
     local=True,
     changes="mass inertia spin_inertia",
     reads_inertia=False,
+    smooth=True,
+    shares=Shares(),
 )  # fmt: skip

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.families.contact_surfaces import is_conservative, slides_freely
+from evolvent.families.contact_surfaces import RULES, is_conservative, pressing, slides_freely
 from evolvent.kernels import body_gaps, contact_laws
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.shares import Contact, Shares
 
 Array = np.ndarray
 _3, _33, _6 = (3,), (3, 3), (6,)
@@ -81,4 +82,6 @@ BODY_CONTACTS = Family(
     ),
     ends=of_bodies("a", "b"),
     several=True,
+    smooth=True,
+    shares=Shares(RULES, place=9, contact=Contact(pressing)),
 )  # fmt: skip

@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent.kernels import contact_laws
 from evolvent.model.family import End, Family, Kind, Records, record, where
+from evolvent.model.shares import FRICTION, NORMAL, RUBS, SPRING, Contact, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -37,6 +38,28 @@ def _coupled(row: Any, records: Records) -> Iterator[list[End]]:
     if row["under"] < 0:
         for point in records("contact_points")[int(row["first"]) : int(row["last"])]:
             yield [*(("vectors", int(iv)) for iv in point["iv"]), ("bodies", int(row["body"]))]
+
+
+#: Damping of bristles with which friction is at its limit at any rate, N s/m.
+_SLIPS = 1e30
+#: Shares of contacts.
+RULES = (Rule(SPRING, NORMAL), Rule(FRICTION, RUBS, ("friction",)))
+
+
+def pressing(rows: Array, rubs: bool) -> Array:
+    """Records of contacts with their elastic normal force alone, or with friction that slips at any rate."""
+    found = rows.copy()
+    found["damping"] = found["bristle_stiffness"] = 0.0
+    found["bristle_damping"] = _SLIPS
+    if not rubs:
+        found["friction"] = 0.0
+    return found
+
+
+def _is_undetermined(row: Any) -> str:
+    if row["under"] < 0:
+        return ""
+    return "turns of a beam press on one another as they were wound, which no coordinate says"
 
 
 # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
@@ -95,6 +118,8 @@ CONTACT_SURFACES = Family(
     ends=_of_surface,
     couples=_coupled,
     reads_inertia=False,
+    smooth=lambda found: found["under"] < 0,
+    shares=Shares(RULES, place=8, contact=Contact(pressing, _is_undetermined)),
 )  # fmt: skip
 
 # a contact point is S . (four vectors of its element). Of the step's start: gap (m), distance `offset` from the

@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
+from evolvent.model.shares import LOAD, Rule, Shares
 
 Array = np.ndarray
 
@@ -35,4 +36,6 @@ CUSTOM_FORCES = Family(
     ends=_of_custom,
     outside=lambda found: found["points"] == 1,
     reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(LOAD, stored=True),), place=2),
 )  # fmt: skip

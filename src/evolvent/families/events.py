@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record, where
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 
@@ -20,4 +21,6 @@ EVENTS = Family(
     ),
     isolated=True,
     reads_inertia=False,
+    smooth=True,
+    shares=Shares(),
 )  # fmt: skip

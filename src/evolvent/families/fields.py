@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import fields
 from evolvent.model.family import Family, Kind, record, where
+from evolvent.model.shares import INERTIA, Rule, Shares
 
 Array = np.ndarray
 _3, _33 = (3,), (3, 3)
+
+
+def _at_full_scale(mechanism: Any, share: Any, at: Any, direction: Any, own: Array) -> None:
+    own["scale"] = 1.0
 
 
 # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
@@ -26,6 +33,8 @@ FIELDS = Family(
         Kind("an acceleration field", which=where("kind", fields.LAW)),
     ),
     reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(INERTIA),), place=17, prepare=_at_full_scale),
 )  # fmt: skip
 
 # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none

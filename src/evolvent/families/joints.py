@@ -7,6 +7,7 @@ import numpy as np
 from evolvent.kernels import joint
 from evolvent.kernels.ends import of_joint
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -99,4 +100,6 @@ JOINTS = Family(
     couples=lambda row, _: iter(()),  # by its multiplier
     changes="",
     reads_inertia=False,
+    smooth=True,
+    shares=Shares(),
 )  # fmt: skip

@@ -8,6 +8,7 @@ import numpy as np
 
 from evolvent.kernels import loads, rigid, springs
 from evolvent.model.family import WORK, Family, Kind, has_parameters, record, where
+from evolvent.model.shares import LOAD, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -77,4 +78,6 @@ LOADS = Family(
     several=True,
     changes="",
     reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(LOAD),), place=14),
 )  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record, where
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -27,4 +28,6 @@ POINTS = Family(
     local=True,
     changes="mass compliance",
     reads_inertia=False,
+    smooth=True,
+    shares=Shares(),
 )  # fmt: skip

@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
+
+
+def _unforced(model: Any) -> dict[str, Array]:
+    found = model.modes.copy()
+    found["stiffness"] = found["damping"] = 0.0
+    return {"modes": found}
 
 
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
@@ -29,6 +38,10 @@ REDUCED_BODIES = Family(
     ),
     isolated=True,
     consists=lambda row, _: range(int(row["first_body"]), int(row["first_body"] + row["nodes"]) + 1),
+    smooth=True,
+    shares=Shares(
+        (Rule(ELASTIC),), place=13, unforced=_unforced, elastic=Elastic(lambda whole, bare, _: {"modes": whole.modes})
+    ),
 )  # fmt: skip
 
 # of a step: change of the coordinate, and that over the step before

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.model.family import ENERGY, EVERY, End, Family, Kind, Records, record
+from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
@@ -18,6 +19,10 @@ def _of_rod_element(row: Any, records: Records) -> Iterator[End]:
     if row["tape"] > 0:
         first = int(row["tape_node"])
         yield from (("vectors", int(iv)) for iv in records("tape_nodes")["iv"][first : first + 2])
+
+
+def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
+    return {name: getattr(whole, name) for name in ("rods", "rod_elements", "thermal_loads")}
 
 
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
@@ -53,6 +58,8 @@ RODS = Family(
     ),
     isolated=lambda found, _: not np.any(found["payout"] != 0) and not np.any(found["alpha"] != 0.0),
     consists=lambda row, _: range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1),
+    smooth=lambda found: found["payout"] == 0,
+    shares=Shares((Rule(ELASTIC),), place=11, elastic=Elastic(_stiff)),
 )  # fmt: skip
 
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its

@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
+from evolvent.model.shares import DAMPING, SPRING, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -49,4 +50,14 @@ SPRINGS = Family(
     local=True,
     changes="stiffness damping length lateral_stiffness lateral_damping",
     reads_inertia=False,
+    smooth=True,
+    shares=Shares(
+        (
+            Rule(SPRING, "", ("stiffness", "law"), rates=False),
+            Rule(SPRING, "law_of_rate", ("law",), rates=True),
+            Rule(DAMPING, "damping", ("damping", "lateral_damping")),
+            Rule(SPRING, "lateral", ("lateral_stiffness",)),
+        ),
+        place=1,
+    ),
 )  # fmt: skip

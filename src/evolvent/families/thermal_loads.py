@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from evolvent.model import zeros
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _6 = (6,)
@@ -38,4 +40,6 @@ THERMAL_LOADS = Family(
     ),
     isolated=True,
     reads_inertia=False,
+    smooth=True,
+    shares=Shares(unforced=lambda _: {"thermal_loads": zeros("thermal_loads", 0)}),
 )  # fmt: skip

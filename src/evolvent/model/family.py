@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.base import plugins
+from evolvent.model.shares import Rule, Shares
 
 Array = np.ndarray
 
@@ -121,10 +122,15 @@ class Family:
     owner : function of `Records` and the index of a record to the family and the index of that whose part wrote it
     several : whether a part writes several records, named by the first of them
     consists : function of a record and its index to the bodies that it consists of, which have its name
-    local : whether results of its records at a sample follow from the states at it and at the first one, without reactions
+    local : whether results of its records at a sample follow from the states at it and at the first one, without
+        reactions
     changes : str, fields that a part writes and solvers alone read: a variant with other values of them and of
         parameters takes a copy of the model. None where more follows: then it is assembled whole
     reads_inertia : whether its parts or checks read the mass or inertia of others; None: as that to which it belongs
+    smooth : whether what it does to a motion changes continuously with a key, so that derivatives of a run go through
+        it: for all of its records, or a function of them to a mask
+    shares : shares of its parts in margins; None where their forces are not evaluated along a coordinate
+    category : str, in margins, of the force of a part whose family has one share and says no more of it
     """
 
     name: str
@@ -145,12 +151,25 @@ class Family:
     local: bool = False
     changes: str | None = None
     reads_inertia: bool | None = None
+    smooth: bool | Callable[[Array], Array] = False
+    shares: Shares | None = None
+    category: str = ""
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
         if self.isolated is None:
             return self.ends is not None or not found.size
         return self.isolated(found, records) if callable(self.isolated) else self.isolated or not found.size
+
+    @property
+    def in_margins(self) -> Shares | None:
+        """Its shares in margins; None where parts of it are refused."""
+        return Shares((Rule(self.category),)) if self.shares is None and self.category else self.shares
+
+    def called(self, row: Array) -> str:
+        """What messages call a record, given as one of (1,)."""
+        found = next((kind.name for kind in self.kinds if kind.mask(row)[0]), "")
+        return found or f"one of the {self.name.replace('_', ' ')}"
 
     def records(self, model: Any) -> Array:
         """Its records in a model."""
