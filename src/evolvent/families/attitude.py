@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import attitude, attitude_tangent, calls, rigid
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, SPRINGS
+from evolvent.model.shares import LOAD, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -78,6 +81,18 @@ def explicit_force(interval, model):
 def explicit_end(interval, model):
     """Rates of wheels and of the impulses of thrusters."""
     attitude.actuator_rates(interval.ym, model, interval.rates)
+def _wheel_refused(row: Any, part: Any, spins: bool) -> str:
+    turns = row["torque"] != 0.0 or row["profile"] >= 0 or row["law"] != 0
+    rubs = part.rate != 0.0 and (row["viscous"] != 0.0 or row["friction"] != 0.0)
+    if turns or rubs:
+        return "is a wheel with a motor or with friction, which turns its body"
+    return "is a wheel in a steady turn, which it resists by its momentum" if spins else ""
+
+
+def _without_thrust(model: Any) -> dict[str, Array]:
+    found = model.thrusters.copy()
+    found["force"], found["profile"] = 0.0, -1
+    return {"thrusters": found}
 
 
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
@@ -117,6 +132,12 @@ WHEELS = Family(
     explicit_force=explicit_force,
     explicit_end=explicit_end,
     by_rates=False,
+    local=True,
+    smooth=True,
+    shares=Shares(
+        refused=_wheel_refused,
+        remark="the momentum of {names} does no work at rest, and no motor turns it: no share",
+    ),
 )  # fmt: skip
 
 THRUSTERS = Family(
@@ -144,6 +165,11 @@ THRUSTERS = Family(
     explicit_force=explicit_force,
     explicit_end=explicit_end,
     by_rates=False,
+    local=True,
+    changes="force limit",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(LOAD),), place=15, unforced=_without_thrust),
 )  # fmt: skip
 
 CONTROLLERS = Family(
@@ -165,4 +191,6 @@ CONTROLLERS = Family(
         Kind("an attitude controller"),
     ),
     isolated=True,
+    local=True,
+    changes="proportional derivative limit dead_band",
 )  # fmt: skip

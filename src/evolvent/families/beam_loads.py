@@ -9,6 +9,7 @@ import numpy as np
 from evolvent.kernels import beam_loads, calls, node_load_tangents, node_loads
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.model.family import WORK, Family, Kind, has_parameters, record
+from evolvent.model.shares import LOAD, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -73,4 +74,7 @@ BEAM_LOADS = Family(
     force=force,
     tangent=tangent,
     by_rates=False,
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(LOAD),), place=16, standing=True),
 )  # fmt: skip

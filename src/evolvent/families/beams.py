@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import ancf_beams, calls
 from evolvent.model.family import ENERGY, EVERY, Family, Kind, record, where
 from evolvent.model.powers import MASS_DAMPING, STIFFNESS_DAMPING
+from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
 _3, _33 = (3,), (3, 3)
+
+
+def _unforced(model: Any) -> dict[str, Array]:
+    H, h = np.zeros_like(model.H), np.zeros_like(model.h)
+    forms = model.elements["form"][model.elements["stretch"] != 0]  # whose first rows are no stiffness
+    H[forms, :3], h[forms] = model.H[forms, :3], model.h[forms]
+    return {"H": H, "h": h}
+
+
+def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
+    return {name: getattr(whole, name) for name in ("H", "h", "thermal_loads")}
 
 
 # beams; a node's coordinates stand together, node after node; first_node: number of the first among
@@ -39,6 +53,10 @@ BEAMS = Family(
         ),
     ),
     isolated=lambda found, records: not np.any(found["paper"] != 0) and not np.any(records("elements")["alpha"] != 0.0),
+    local=True,
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(ELASTIC),), place=10, unforced=_unforced, elastic=Elastic(_stiff)),
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod

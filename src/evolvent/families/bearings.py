@@ -11,6 +11,7 @@ from evolvent.kernels import bearing, calls
 from evolvent.kernels.ends import of_coordinate, of_joint
 from evolvent.model.family import EVERY, EXPLICIT, End, Family, Kind, Records, record
 from evolvent.model.powers import COUPLED_ENERGY
+from evolvent.model.shares import FRICTION, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -69,4 +70,6 @@ BEARINGS = Family(
     force=force,
     tangent=tangent,
     by_rates=False,
+    smooth=True,
+    shares=Shares((Rule(FRICTION),), place=7, measured="coordinate"),
 )  # fmt: skip

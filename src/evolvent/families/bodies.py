@@ -7,6 +7,7 @@ import numpy as np
 from evolvent.kernels import body_step, calls, rigid
 from evolvent.model.family import Family, Kind, record, where
 from evolvent.model.powers import DRIVEN
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
@@ -88,4 +89,10 @@ BODIES = Family(
     step_inertia_tangent=step_inertia_tangent,
     energy=energy,
     momentum=momentum,
+    consists=lambda row, k: range(k, k + 1),
+    local=True,
+    changes="mass inertia spin_inertia",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares(),
 )  # fmt: skip

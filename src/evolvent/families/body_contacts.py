@@ -9,6 +9,11 @@ from evolvent.kernels import body_gaps, calls, contact, contact_laws, contact_ta
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.powers import CONTACTS
+from evolvent.families.contact_surfaces import RULES, is_conservative, pressing, slides_freely
+from evolvent.kernels import body_gaps, contact_laws
+from evolvent.kernels.ends import of_bodies
+from evolvent.model.family import Family, Kind, record
+from evolvent.model.shares import Contact, Shares
 
 Array = np.ndarray
 _3, _33, _6 = (3,), (3, 3), (6,)
@@ -125,4 +130,7 @@ BODY_CONTACTS = Family(
     measure=measure,
     energy=energy,
     explicit_energy=explicit_energy,
+    several=True,
+    smooth=True,
+    shares=Shares(RULES, place=9, contact=Contact(pressing)),
 )  # fmt: skip

@@ -11,6 +11,7 @@ from evolvent.kernels import calls, contact, contact_laws, contact_tangent, surf
 from evolvent.model import IMPULSE, N_ACCOUNTS
 from evolvent.model.family import End, Family, Kind, Records, record, where
 from evolvent.model.powers import CONTACTS
+from evolvent.model.shares import FRICTION, NORMAL, RUBS, SPRING, Contact, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -91,6 +92,26 @@ def explicit_energy(interval, model, out):
     """Energy by the forces of the state, of bristles too."""
     force(interval, model)
     energy(interval, model, out)
+#: Damping of bristles with which friction is at its limit at any rate, N s/m.
+_SLIPS = 1e30
+#: Shares of contacts.
+RULES = (Rule(SPRING, NORMAL), Rule(FRICTION, RUBS, ("friction",)))
+
+
+def pressing(rows: Array, rubs: bool) -> Array:
+    """Records of contacts with their elastic normal force alone, or with friction that slips at any rate."""
+    found = rows.copy()
+    found["damping"] = found["bristle_stiffness"] = 0.0
+    found["bristle_damping"] = _SLIPS
+    if not rubs:
+        found["friction"] = 0.0
+    return found
+
+
+def _is_undetermined(row: Any) -> str:
+    if row["under"] < 0:
+        return ""
+    return "turns of a beam press on one another as they were wound, which no coordinate says"
 
 
 # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
@@ -155,6 +176,9 @@ CONTACT_SURFACES = Family(
     explicit_force=explicit_force,
     explicit_energy=explicit_energy,
     by_rates=False,
+    reads_inertia=False,
+    smooth=lambda found: found["under"] < 0,
+    shares=Shares(RULES, place=8, contact=Contact(pressing, _is_undetermined)),
 )  # fmt: skip
 
 # a contact point is S . (four vectors of its element). Of the step's start: gap (m), distance `offset` from the

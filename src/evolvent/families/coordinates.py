@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent
@@ -9,6 +12,7 @@ from evolvent.kernels.ends import of_coordinate
 from evolvent.model import KEPT
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, JOINTS
+from evolvent.model.shares import DAMPING, FRICTION, SPRING, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -56,6 +60,38 @@ def explicit_energy(interval, model, out):
     """Energy of springs, latches, frictions and parts on coordinates."""
     stored, _ = coordinate.add_coordinates(interval.step.t, interval.ym, KEPT, interval.s, model, model.F)
     out[1] += stored
+#: Rate of a coordinate, beside that of the direction, below which it does not move.
+_OFF = 1e-7
+#: Deflections of a bristle, beside that at which friction slips, from which it is pulled along.
+_SLIPPING = 2.0
+_RULES = (
+    Rule(SPRING, "stiffness", ("stiffness",), stored=False),
+    Rule(DAMPING, "damping", ("damping",)),
+    Rule(FRICTION, "friction", ("friction",)),
+    Rule(SPRING, "stop", ("stop",), stored=False),
+    Rule(SPRING, "latch", ("latch_stiffness",), stored=False),
+    Rule(DAMPING, "latch_damping", ("latch_damping",)),
+)
+
+
+def _unforced(model: Any) -> dict[str, Array]:
+    still = model.coordinates.copy()
+    for field in (*Shares(_RULES).fields, "applied"):
+        still[field] = 0.0
+    return {"coordinates": still}
+
+
+def _slip(mechanism: Any, share: Any, at: Any, direction: Any, own: Array) -> None:
+    """Let friction slip against the direction."""
+    if "friction" not in share.fields:
+        return
+    (k,) = share.rows
+    x, rate = float(at.x[k]), float(direction.rates[k])
+    own["relax"] = own["slips"] = own["bristle0"] = 0.0
+    if abs(rate) <= _OFF:  # it does not move
+        own["friction"] = 0.0
+    else:
+        own["anchor"] = x - math.copysign(_SLIPPING * float(own["friction"][0] / own["stick"][0]), rate)
 
 
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
@@ -119,4 +155,9 @@ COORDINATES = Family(
     measure=measure,
     explicit_force=explicit_force,
     explicit_energy=explicit_energy,
+    local=True,
+    changes="stiffness damping rest friction stick low high stop latch_stiffness latch_damping",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares(_RULES, place=0, unforced=_unforced, prepare=_slip),
 )  # fmt: skip

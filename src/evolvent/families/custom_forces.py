@@ -11,6 +11,7 @@ from evolvent.kernels import calls, custom
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
 from evolvent.model.powers import MARKER_LOADS, SPRINGS
+from evolvent.model.shares import LOAD, Rule, Shares
 
 Array = np.ndarray
 
@@ -59,4 +60,7 @@ CUSTOM_FORCES = Family(
     force=force,
     tangent=tangent,
     energy=energy,
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(LOAD, stored=True),), place=2),
 )  # fmt: skip

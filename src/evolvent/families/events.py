@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record, where
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 
@@ -19,4 +20,7 @@ EVENTS = Family(
         Kind("an event", which=where("stops", 0), symmetric=True),
     ),
     isolated=True,
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares(),
 )  # fmt: skip

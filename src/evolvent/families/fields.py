@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import calls, fields
 from evolvent.model.family import Family, Kind, record, where
 from evolvent.model.powers import MARKER_LOADS
+from evolvent.model.shares import INERTIA, Rule, Shares
 
 Array = np.ndarray
 _3, _33 = (3,), (3, 3)
@@ -23,6 +26,8 @@ def force(interval, model):
 def tangent(interval, model, matrix):
     """Derivatives of `force`."""
     fields.add_field_tangents(interval.step.tm, interval.ym, interval.step.c_rate, model, matrix)
+def _at_full_scale(mechanism: Any, share: Any, at: Any, direction: Any, own: Array) -> None:
+    own["scale"] = 1.0
 
 
 # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
@@ -42,6 +47,9 @@ FIELDS = Family(
     force=force,
     tangent=tangent,
     by_rates=False,
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(INERTIA),), place=17, prepare=_at_full_scale),
 )  # fmt: skip
 
 # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none
@@ -50,4 +58,5 @@ FIELD_POINTS = Family(
     record("body element", "mass local S", local=_3, S=(8,)),
     order=180,
     of="fields",
+    reads_inertia=True,
 )  # fmt: skip

@@ -8,6 +8,7 @@ from evolvent.kernels import calls, joint, joint_tangent
 from evolvent.kernels.ends import of_joint
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.powers import COUPLED_ENERGY, JOINTS as DISSIPATED
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -163,4 +164,8 @@ JOINTS = Family(
     explicit_force=explicit_force,
     explicit_energy=explicit_energy,
     by_rates=lambda model: bool(model.info.penalties > 0),
+    changes="",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares(),
 )  # fmt: skip

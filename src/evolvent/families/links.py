@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -18,6 +19,8 @@ LINKS = Family(
         Kind("a link", symmetric=True),
     ),
     isolated=True,
+    smooth=True,
+    shares=Shares(),
 )  # fmt: skip
 
 # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
@@ -29,4 +32,6 @@ GUIDES = Family(
         Kind("a guide", symmetric=True),
     ),
     isolated=True,
+    smooth=True,
+    shares=Shares(),
 )  # fmt: skip

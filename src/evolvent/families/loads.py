@@ -9,6 +9,7 @@ import numpy as np
 from evolvent.kernels import calls, loads, rigid, springs
 from evolvent.model.family import WORK, Family, Kind, has_parameters, record, where
 from evolvent.model.powers import MARKER_LOADS
+from evolvent.model.shares import LOAD, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -90,4 +91,9 @@ LOADS = Family(
     force=force,
     tangent=tangent,
     by_rates=False,
+    several=True,
+    changes="",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(LOAD),), place=14),
 )  # fmt: skip

@@ -2,12 +2,70 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
+from typing import Any
+
 import numpy as np
 
-from evolvent.kernels.ends import of_coordinates
+from evolvent.base.errors import InputError
+from evolvent.kernels import coordinate_laws
+from evolvent.kernels.ends import OfCoordinates
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.shares import DAMPING, FRICTION, MOTOR, MOTOR_LOSSES, Rule, Shares
 
 Array = np.ndarray
+
+
+#: Shares of a motor beside its torque.
+_MAGNETIC, _GEAR, _EDDY = "magnetic", "gear", "eddy"
+
+
+def _of_motion(mechanism: Any, share: Any, still: bool) -> Any:
+    """The record of a motor that follows a motion, at rest, where its reference is not known; None of others."""
+    (row,) = (mechanism.whole.motors[k] for k in share.rows)
+    return row if still and row["kind"] == coordinate_laws.BY_MOTION else None
+
+
+def _motor_power(mechanism: Any, share: Any, at: Any, direction: Any, still: bool) -> float | None:
+    """Of a motor that follows a motion, at rest: that of its limit."""
+    row = _of_motion(mechanism, share, still)
+    if row is None:
+        return None
+    if not math.isfinite(row["limit"]):
+        raise InputError(
+            f"{share.part!r} follows a motion, and its torque at rest is its limit; give {share.part}.limit, the "
+            f"torque or force that it has at the worst"
+        )
+    return float(row["limit"]) * abs(float(direction.rates[int(row["coordinate"])]))
+
+
+def _motor_force(mechanism: Any, share: Any, at: Any, direction: Any, still: bool) -> Array | None:
+    row = _of_motion(mechanism, share, still)
+    if row is None:
+        return None
+    k = int(row["coordinate"])
+    return np.asarray(at.zero - math.copysign(float(row["limit"]), float(direction.rates[k])) * at.J[k])
+
+
+def _loss(mechanism: Any, share: Any, at: Any, direction: Any, still: bool) -> float:
+    """Minus the power that a motor loses before its joint; the detent with its amplitude, wherever the rotor is."""
+    (row,) = (mechanism.whole.drivetrains[k] for k in share.rows)
+    k, n = int(row["coordinate"]), float(row["ratio"])
+    rate, hysteresis = abs(float(direction.rates[k])), n * float(row["hysteresis"])
+    if share.aspect == _EDDY:
+        own = float(at.J[k] @ at.y[mechanism.n_q : mechanism.n_q + mechanism.n_v])
+        return -float(n * n * row["eddy"] * own * direction.rates[k])
+    if share.aspect == _MAGNETIC:
+        return -(hysteresis + n * float(row["detent"])) * rate
+    motor = dataclasses.replace(share, label=share.part, family="motors", rows=(int(row["motor"]),))
+    driving = mechanism.power(motor, at, direction, still=still)
+    over = driving - hysteresis * rate
+    if over > 0.0:
+        return -float((1.0 - row["forward"]) * over)
+    if row["backward"] == 0.0:
+        return -float(row["holds"]) * rate
+    return -float((1.0 / row["backward"] - 1.0) * -over)
 
 
 # motors on coordinates: by a profile (kind 0), a user's law (1), PD to a drive's motion (2), a voltage (3) or a
@@ -34,8 +92,13 @@ MOTORS = Family(
     kinds=(
         Kind("a motor", symmetric=True),
     ),
-    ends=of_coordinates("coordinate"),
+    ends=OfCoordinates("coordinate"),
     through=True,
+    local=True,
+    changes="position_gain velocity_gain limit rate_limit",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(MOTOR),), place=4, power=_motor_power, force=_motor_force),
 )  # fmt: skip
 
 # what motors lose before their joints (`kernels.drivetrain`), with friction as of joint coordinates; forward,
@@ -57,6 +120,12 @@ DRIVETRAINS = Family(
     kinds=(
         Kind("a motor's drivetrain", symmetric=True),
     ),
-    ends=of_coordinates("coordinate"),
+    ends=OfCoordinates("coordinate"),
     through=True,
+    owner=lambda records, k: ("motors", int(records("drivetrains")["motor"][k])),
+    local=True,
+    reads_inertia=False,
+    shares=Shares(
+        (Rule(MOTOR_LOSSES, _MAGNETIC), Rule(FRICTION, _GEAR), Rule(DAMPING, _EDDY)), place=5, power=_loss
+    ),
 )  # fmt: skip

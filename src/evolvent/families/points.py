@@ -6,6 +6,7 @@ import numpy as np
 
 from evolvent.kernels import calls, points
 from evolvent.model.family import Family, Kind, record, where
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -53,4 +54,9 @@ POINTS = Family(
     inertia_tangent=inertia_tangent,
     energy=energy,
     momentum=momentum,
+    local=True,
+    changes="mass compliance",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares(),
 )  # fmt: skip

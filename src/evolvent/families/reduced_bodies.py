@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import calls, reduced
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.powers import SPRINGS
+from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -37,6 +40,10 @@ def energy(interval, model, out):
 def explicit_rate(interval, model):
     """Rates of all modal coordinates, by their forces."""
     interval.powers[SPRINGS] += reduced.mode_rates(interval.ym, model, interval.rates)
+def _unforced(model: Any) -> dict[str, Array]:
+    found = model.modes.copy()
+    found["stiffness"] = found["damping"] = 0.0
+    return {"modes": found}
 
 
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
@@ -63,6 +70,11 @@ REDUCED_BODIES = Family(
     explicit_force=False,
     explicit_rate=explicit_rate,
     by_rates=False,
+    consists=lambda row, _: range(int(row["first_body"]), int(row["first_body"] + row["nodes"]) + 1),
+    smooth=True,
+    shares=Shares(
+        (Rule(ELASTIC),), place=13, unforced=_unforced, elastic=Elastic(lambda whole, bare, _: {"modes": whole.modes})
+    ),
 )  # fmt: skip
 
 # of a step: change of the coordinate, and that over the step before

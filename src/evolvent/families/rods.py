@@ -10,6 +10,7 @@ import numpy as np
 from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent
 from evolvent.model.family import ENERGY, EVERY, End, Family, Kind, Records, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
+from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
@@ -85,6 +86,8 @@ def explicit_end(interval, model):
             driven, by_weight = rod_payout.drive_rod(interval.rates, 0, k, model)
             interval.powers[DRIVEN] += driven
             interval.powers[MARKER_LOADS] += by_weight
+def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
+    return {name: getattr(whole, name) for name in ("rods", "rod_elements", "thermal_loads")}
 
 
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
@@ -126,6 +129,9 @@ RODS = Family(
     momentum=momentum,
     explicit_force=explicit_force,
     explicit_end=explicit_end,
+    consists=lambda row, _: range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1),
+    smooth=lambda found: found["payout"] == 0,
+    shares=Shares((Rule(ELASTIC),), place=11, elastic=Elastic(_stiff)),
 )  # fmt: skip
 
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its

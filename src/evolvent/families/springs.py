@@ -11,6 +11,7 @@ from evolvent.kernels import calls, springs
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
 from evolvent.model.powers import MARKER_LOADS, SPRINGS as BY_SPRINGS
+from evolvent.model.shares import DAMPING, SPRING, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -80,4 +81,17 @@ SPRINGS = Family(
     measure=measure,
     energy=energy,
     by_rates=False,
+    local=True,
+    changes="stiffness damping length lateral_stiffness lateral_damping",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares(
+        (
+            Rule(SPRING, "", ("stiffness", "law"), rates=False),
+            Rule(SPRING, "law_of_rate", ("law",), rates=True),
+            Rule(DAMPING, "damping", ("damping", "lateral_damping")),
+            Rule(SPRING, "lateral", ("lateral_stiffness",)),
+        ),
+        place=1,
+    ),
 )  # fmt: skip

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.kernels.ends import of_coordinates
+from evolvent.kernels.ends import OfCoordinates
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.shares import DAMPING, SPRING, Rule, Shares
 
 Array = np.ndarray
 
@@ -26,5 +27,11 @@ SYNCHRONIZATIONS = Family(
     kinds=(
         Kind("a synchronization", symmetric=True),
     ),
-    ends=of_coordinates("a", "b"),
+    ends=OfCoordinates("a", "b"),
+    several=True,
+    local=True,
+    changes="stiffness damping",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(SPRING, "", ("stiffness",)), Rule(DAMPING, "damping", ("damping",))), place=3),
 )  # fmt: skip

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.kernels import calls, thermal
+from evolvent.model import zeros
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _6 = (6,)
@@ -58,4 +60,7 @@ THERMAL_LOADS = Family(
     force=force,
     tangent=tangent,
     by_rates=False,
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares(unforced=lambda _: {"thermal_loads": zeros("thermal_loads", 0)}),
 )  # fmt: skip

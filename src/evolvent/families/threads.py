@@ -13,6 +13,7 @@ from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
 from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, SPOOLS, SPRINGS
+from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
 _3, _6 = (3,), (6,)
@@ -110,6 +111,28 @@ def explicit_force(interval, model):
     powers[SPRINGS] += lost
     powers[MARKER_LOADS] += given
     powers[SPOOLS] += spools
+def _unforced(model: Any) -> dict[str, Array]:
+    found = model.threads.copy()
+    found["stiffness"] = found["damping"] = 0.0
+    return {"threads": found}
+
+
+def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
+    found = bare.threads.copy()
+    found["stiffness"][index] = whole.threads["stiffness"][index]
+    return {"threads": found}
+
+
+def _pushing(model: Any) -> dict[str, Array]:
+    found = model.threads.copy()
+    found["slack"] = 0
+    return {"threads": found} if np.any(model.threads["slack"]) else {}
+
+
+def _refused(row: Any, part: Any, spins: bool) -> str:
+    if row["drive"] == FREE:
+        return "leaves a free spool, which stands at no length of its own"
+    return "stands for several threads" if row["copies"] != 1 else ""
 
 
 # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
@@ -223,6 +246,10 @@ THREADS = Family(
     explicit_force=explicit_force,
     explicit_energy=False,
     by_rates=False,
+    shares=Shares(
+        (Rule(ELASTIC),), place=12, unforced=_unforced, elastic=Elastic(_stiff, alone=True, pushing=_pushing),
+        refused=_refused,
+    ),
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step

@@ -18,6 +18,7 @@ import numpy as np
 
 from evolvent.base import plugins
 from evolvent.compiled import lookups
+from evolvent.model.shares import Rule, Shares
 
 Array = np.ndarray
 
@@ -134,6 +135,18 @@ class Family:
     explicit_end : of what needs the accelerations of all
     measure : of what a step needs of its start and its end
     energy, momentum : of a state; explicit_energy of one of an explicit method, where forces were not evaluated
+    owner : function of `Records` and the index of a record to the family and the index of that whose part wrote it
+    several : whether a part writes several records, named by the first of them
+    consists : function of a record and its index to the bodies that it consists of, which have its name
+    local : whether results of its records at a sample follow from the states at it and at the first one, without
+        reactions
+    changes : str, fields that a part writes and solvers alone read: a variant with other values of them and of
+        parameters takes a copy of the model. None where more follows: then it is assembled whole
+    reads_inertia : whether its parts or checks read the mass or inertia of others; None: as that to which it belongs
+    smooth : whether what it does to a motion changes continuously with a key, so that derivatives of a run go through
+        it: for all of its records, or a function of them to a mask
+    shares : shares of its parts in margins; None where their forces are not evaluated along a coordinate
+    category : str, in margins, of the force of a part whose family has one share and says no more of it
     """
 
     name: str
@@ -148,6 +161,15 @@ class Family:
     within: bool = False
     outside: Callable[[Array], Array] | None = None
     isolated: bool | Callable[[Array, Records], bool] | None = None
+    owner: Callable[[Records, int], tuple[str, int]] | None = None
+    several: bool = False
+    consists: Callable[[Any, int], range] | None = None
+    local: bool = False
+    changes: str | None = None
+    reads_inertia: bool | None = None
+    smooth: bool | Callable[[Array], Array] = False
+    shares: Shares | None = None
+    category: str = ""
 
     by_rates: bool | Callable[[Any], bool] | None = None
     force: Call = None
@@ -179,6 +201,15 @@ class Family:
         if self.by_rates is None:
             return self.force is not None
         return self.by_rates(model) if callable(self.by_rates) else self.by_rates
+    @property
+    def in_margins(self) -> Shares | None:
+        """Its shares in margins; None where parts of it are refused."""
+        return Shares((Rule(self.category),)) if self.shares is None and self.category else self.shares
+
+    def called(self, row: Array) -> str:
+        """What messages call a record, given as one of (1,)."""
+        found = next((kind.name for kind in self.kinds if kind.mask(row)[0]), "")
+        return found or f"one of the {self.name.replace('_', ' ')}"
 
     def records(self, model: Any) -> Array:
         """Its records in a model."""
