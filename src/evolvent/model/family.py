@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.base import plugins
+from evolvent.base.errors import InputError
 
 Array = np.ndarray
 
@@ -145,20 +146,35 @@ class Family:
         return found
 
 
-def _modules() -> Iterator[Any]:
-    """Modules that declare families: those of the package, then those of other distributions."""
-    package = importlib.import_module(PACKAGE)
-    for found in sorted(module.name for module in pkgutil.iter_modules(package.__path__)):
-        yield importlib.import_module(f"{PACKAGE}.{found}")
+@functools.cache
+def _modules_and_failures() -> tuple[list[Any], dict[str, str]]:
+    """Modules that declare families: those of the package, then those of other distributions; and why others do not."""
+    package, wrong = importlib.import_module(PACKAGE), dict[str, str]()
+    found = [importlib.import_module(f"{PACKAGE}.{one.name}") for one in pkgutil.iter_modules(package.__path__)]
+    found.sort(key=lambda module: str(module.__name__))
     for entry in plugins.entry_points(GROUP):
-        yield plugins.load(entry, f"the families of the entry point {entry.name!r}")
+        try:
+            found.append(plugins.load(entry, f"the families of the entry point {entry.name!r}"))
+        except InputError as error:
+            wrong[entry.name] = str(error)
+    return found, wrong
+
+
+def modules() -> list[Any]:
+    """Modules that declare families: those of the package, then those of other distributions that can be loaded."""
+    return _modules_and_failures()[0]
+
+
+def unusable() -> Mapping[str, str]:
+    """Sentences on modules of other distributions that cannot be loaded, by the name of the entry point."""
+    return _modules_and_failures()[1]
 
 
 def _declared() -> Iterator[Family]:
     """Families of the package by their order, then those of other distributions."""
     for is_own in (True, False):
         found: dict[str, Family] = {}
-        for module in _modules():
+        for module in modules():
             if module.__name__.startswith(f"{PACKAGE}.") == is_own:
                 found |= {value.name: value for value in vars(module).values() if isinstance(value, Family)}
         yield from sorted(found.values(), key=lambda family: (family.order, family.name))
@@ -166,13 +182,7 @@ def _declared() -> Iterator[Family]:
 
 @functools.cache
 def families() -> dict[str, Family]:
-    """All families, by name and in their order; families of other distributions come last.
-
-    Raises
-    ------
-    InputError
-        If a module of another distribution cannot be loaded.
-    """
+    """All families, by name and in their order; families of other distributions come last."""
     return {family.name: family for family in _declared()}
 
 
