@@ -18,6 +18,7 @@ import numpy as np
 
 from evolvent.base import plugins
 from evolvent.base.errors import InputError
+from evolvent.model.layout import Accounts, Switches
 
 Array = np.ndarray
 
@@ -119,6 +120,21 @@ class Family:
     isolated : whether nothing but gravity and loads on beams, whose torque is known, acts from outside in a system with
         its records that tie nothing to other than free bodies: for all of them, or a function of them and `Records`;
         None stands for those with ends
+    observe : function of a view of a run (`results.observe.View`), the name of a part and its results
+        (`results.observe.Observed`), which may be changed; before it these are the fields of the record in `results`
+    place : function of the builder and a reference (`assembly.references.Named`) to the point of a part that it names
+        (`assembly.references.Location`), for families on whose parts there are points
+    accounts, switches : what its records have in the state (`model.layout`)
+    by_causes : whether the accounts of explicit methods tell apart what dissipates energy in a model with its records
+    rubs : function of its records to those with friction that slips under explicit methods; None for none
+    events : function of its records to how many events of solvers they have; None for none
+    times : fields that hold times at which a record starts or ceases to act, on which solvers land
+    totals : numbers of its records that are fields of the model's `info`, functions of the records by the field
+    offsets : fields that hold indices of velocities in the state, -1 for none, which parts count from the first one
+    initial : fields of the record with what its scratch fields are at the start, by these
+    scratch : function of `Records` and the builder to arrays of the model that its records need, whether there are some
+        or none; None for none
+    check : function of the builder that refuses what its parts cannot be together with others; None for none
     """
 
     name: str
@@ -133,6 +149,19 @@ class Family:
     within: bool = False
     outside: Callable[[Array], Array] | None = None
     isolated: bool | Callable[[Array, Records], bool] | None = None
+    observe: Callable[[Any, str, Any], None] | None = None
+    place: Callable[[Any, Any], Any] | None = None
+    accounts: tuple[Accounts, ...] = ()
+    switches: tuple[Switches, ...] = ()
+    by_causes: bool = False
+    rubs: Callable[[Array], Array] | None = None
+    events: Callable[[Array], int] | None = None
+    times: tuple[str, ...] = ()
+    totals: Mapping[str, Callable[[Array], int]] = dataclasses.field(default_factory=dict)
+    offsets: tuple[str, ...] = ("iv",)
+    initial: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    scratch: Callable[[Records, Any], Mapping[str, Array]] | None = None
+    check: Callable[[Any], None] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
