@@ -19,6 +19,8 @@ import numpy as np
 from evolvent.base import plugins
 from evolvent.compiled import lookups
 from evolvent.model.shares import Rule, Shares
+from evolvent.base.errors import InputError
+from evolvent.model.layout import Accounts, Switches
 
 Array = np.ndarray
 
@@ -147,6 +149,21 @@ class Family:
         it: for all of its records, or a function of them to a mask
     shares : shares of its parts in margins; None where their forces are not evaluated along a coordinate
     category : str, in margins, of the force of a part whose family has one share and says no more of it
+    observe : function of a view of a run (`results.observe.View`), the name of a part and its results
+        (`results.observe.Observed`), which may be changed; before it these are the fields of the record in `results`
+    place : function of the builder and a reference (`assembly.references.Named`) to the point of a part that it names
+        (`assembly.references.Location`), for families on whose parts there are points
+    accounts, switches : what its records have in the state (`model.layout`)
+    by_causes : whether the accounts of explicit methods tell apart what dissipates energy in a model with its records
+    rubs : function of its records to those with friction that slips under explicit methods; None for none
+    events : function of its records to how many events of solvers they have; None for none
+    times : fields that hold times at which a record starts or ceases to act, on which solvers land
+    totals : numbers of its records that are fields of the model's `info`, functions of the records by the field
+    offsets : fields that hold indices of velocities in the state, -1 for none, which parts count from the first one
+    initial : fields of the record with what its scratch fields are at the start, by these
+    scratch : function of `Records` and the builder to arrays of the model that its records need, whether there are some
+        or none; None for none
+    check : function of the builder that refuses what its parts cannot be together with others; None for none
     """
 
     name: str
@@ -187,6 +204,19 @@ class Family:
     energy: Call = None
     explicit_energy: Call = None
     momentum: Call = None
+    observe: Callable[[Any, str, Any], None] | None = None
+    place: Callable[[Any, Any], Any] | None = None
+    accounts: tuple[Accounts, ...] = ()
+    switches: tuple[Switches, ...] = ()
+    by_causes: bool = False
+    rubs: Callable[[Array], Array] | None = None
+    events: Callable[[Array], int] | None = None
+    times: tuple[str, ...] = ()
+    totals: Mapping[str, Callable[[Array], int]] = dataclasses.field(default_factory=dict)
+    offsets: tuple[str, ...] = ("iv",)
+    initial: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    scratch: Callable[[Records, Any], Mapping[str, Array]] | None = None
+    check: Callable[[Any], None] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
@@ -217,20 +247,35 @@ class Family:
         return found
 
 
-def _modules() -> Iterator[Any]:
-    """Modules that declare families: those of the package, then those of other distributions."""
-    package = importlib.import_module(PACKAGE)
-    for found in sorted(module.name for module in pkgutil.iter_modules(package.__path__)):
-        yield importlib.import_module(f"{PACKAGE}.{found}")
+@functools.cache
+def _modules_and_failures() -> tuple[list[Any], dict[str, str]]:
+    """Modules that declare families: those of the package, then those of other distributions; and why others do not."""
+    package, wrong = importlib.import_module(PACKAGE), dict[str, str]()
+    found = [importlib.import_module(f"{PACKAGE}.{one.name}") for one in pkgutil.iter_modules(package.__path__)]
+    found.sort(key=lambda module: str(module.__name__))
     for entry in plugins.entry_points(GROUP):
-        yield plugins.load(entry, f"the families of the entry point {entry.name!r}")
+        try:
+            found.append(plugins.load(entry, f"the families of the entry point {entry.name!r}"))
+        except InputError as error:
+            wrong[entry.name] = str(error)
+    return found, wrong
+
+
+def modules() -> list[Any]:
+    """Modules that declare families: those of the package, then those of other distributions that can be loaded."""
+    return _modules_and_failures()[0]
+
+
+def unusable() -> Mapping[str, str]:
+    """Sentences on modules of other distributions that cannot be loaded, by the name of the entry point."""
+    return _modules_and_failures()[1]
 
 
 def _declared() -> Iterator[Family]:
     """Families of the package by their order, then those of other distributions."""
     for is_own in (True, False):
         found: dict[str, Family] = {}
-        for module in _modules():
+        for module in modules():
             if module.__name__.startswith(f"{PACKAGE}.") == is_own:
                 found |= {value.name: value for value in vars(module).values() if isinstance(value, Family)}
         yield from sorted(found.values(), key=lambda family: (family.order, family.name))
@@ -238,13 +283,7 @@ def _declared() -> Iterator[Family]:
 
 @functools.cache
 def families() -> dict[str, Family]:
-    """All families, by name and in their order; families of other distributions come last.
-
-    Raises
-    ------
-    InputError
-        If a module of another distribution cannot be loaded.
-    """
+    """All families, by name and in their order; families of other distributions come last."""
     return {family.name: family for family in _declared()}
 
 
