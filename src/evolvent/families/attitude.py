@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import rigid
+from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import DRIVE, Law, Moment, calls_law
 
 Array = np.ndarray
 _3 = (3,)
+
+
+def _at_rotor(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    row, (time, y, _s) = model.wheels[k], moment
+    yield float(y[row["iq"]]), float(y[row["iv"]]), time
 
 
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
@@ -38,6 +48,7 @@ WHEELS = Family(
     ends=of_bodies("body"),
     within=True,
     isolated=lambda found, records: bool(np.all(records("bodies")["motion"][found["body"]] == rigid.FREE)),
+    laws=(Law("spring", calls_law, _at_rotor),),
 )  # fmt: skip
 
 THRUSTERS = Family(
@@ -77,4 +88,5 @@ CONTROLLERS = Family(
         Kind("an attitude controller"),
     ),
     isolated=True,
+    laws=(Law(DRIVE, lambda found: (found["law"] != 0) & (found["path"] == LAW)),),
 )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from evolvent.kernels import node_loads
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.model.family import WORK, Family, Kind, has_parameters, record
+from evolvent.model.questions import Law, Moment, calls_law
 
 Array = np.ndarray
 _3 = (3,)
@@ -21,6 +23,13 @@ def follows(found: Array) -> Array:
 
 def _is_in_no_field(_: Any, found: Array) -> bool:
     return not np.any(found["kind"] == FIELD)
+
+
+def _at_vector(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    row, (time, y, _s) = model.beam_loads[k], moment
+    at = row if row["iq"] >= 0 else model.beams[row["beam"]]
+    iq, iv = int(at["iq"]), int(at["iv"])
+    yield y[iq : iq + 3].copy(), y[iv : iv + 3].copy(), time
 
 
 # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
@@ -57,4 +66,5 @@ BEAM_LOADS = Family(
         Kind("a load on a beam by a law", which=lambda found: found["law"] != 0),
     ),
     isolated=True,
+    laws=(Law("force", calls_law, _at_vector),),
 )  # fmt: skip

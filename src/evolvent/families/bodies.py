@@ -6,6 +6,7 @@ import numpy as np
 
 from evolvent.kernels import rigid
 from evolvent.model.family import Family, Kind, record, where
+from evolvent.model.questions import DRIVE, Law
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
@@ -44,4 +45,5 @@ BODIES = Family(
         Kind("a free body", which=where("motion", rigid.FREE), symmetric=True),
     ),
     isolated=lambda found, _: not np.any(found["motion"] == rigid.SPIN),
+    laws=(Law(DRIVE, lambda found: found["path_law"] != 0, field="path_law", before="path_"),),
 )  # fmt: skip

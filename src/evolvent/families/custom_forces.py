@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.kernels import springs
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
+from evolvent.model.questions import Law, Moment
 
 Array = np.ndarray
 
@@ -20,6 +22,13 @@ def _of_custom(row: Any, records: Records) -> Iterator[End]:
 
 def _is_reciprocal(_: Any, found: Array) -> bool:
     return bool(np.all(found["symmetric"] != 0.0))
+
+
+def _at_points(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    row, (time, y, _s) = model.custom_forces[k], moment
+    own = range(int(row["first_marker"]), int(row["first_marker"] + row["points"]))
+    states = np.array([springs.marker_kinematics(y, model.markers, model.points, model.bodies, m) for m in own])
+    yield time, states[:, :3].ravel(), states[:, 3:6].ravel()
 
 
 # a user-defined law between points, which are markers, from first_marker on. balanced: 1 where the last forces had
@@ -34,4 +43,10 @@ CUSTOM_FORCES = Family(
     ),
     ends=_of_custom,
     outside=lambda found: found["points"] == 1,
+    laws=(
+        Law(
+            "element", lambda found: np.ones(found.size, dtype=bool), _at_points,
+            room=lambda row: 3 * int(row["points"]), stated="stated",
+        ),
+    ),
 )  # fmt: skip

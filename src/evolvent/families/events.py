@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record, where
+from evolvent.model.questions import EVENT, Law, Moment, calls_law
 
 Array = np.ndarray
+
+
+def _of_state(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    yield moment[0], moment[1]
 
 
 # value, middle, now: at the start, middle and end of a step of an implicit method; armed: see `kernels.user_events`
@@ -19,4 +27,5 @@ EVENTS = Family(
         Kind("an event", which=where("stops", 0), symmetric=True),
     ),
     isolated=True,
+    laws=(Law(EVENT, calls_law, _of_state),),
 )  # fmt: skip

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.kernels import joint
+from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_joint
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import DRIVE, Law
 
 Array = np.ndarray
 _3 = (3,)
@@ -97,4 +99,5 @@ JOINTS = Family(
     ends=of_joint,
     isolated=lambda found, _: not np.any(_is_unbalanced(found)),
     couples=lambda row, _: iter(()),  # by its multiplier
+    laws=(Law(DRIVE, lambda found: (found["law"] != 0) & (found["drive"] == LAW)),),
 )  # fmt: skip

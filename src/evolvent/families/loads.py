@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from evolvent.kernels import loads, rigid, springs
 from evolvent.model.family import WORK, Family, Kind, has_parameters, record, where
+from evolvent.model.questions import Law, Moment
 
 Array = np.ndarray
 _3 = (3,)
@@ -34,6 +36,31 @@ def _is_potential(model: Any, found: Array) -> bool:
         if on_free and (load["kind"] == loads.TORQUE or model.parameters[load["first"] + loads.FRAME] != 0.0):
             return False
     return True
+
+
+def _at_marker(model: Any, row: Any, moment: Moment) -> Iterator[tuple[Any, ...]]:
+    marker = model.markers[row["target"]]
+    found = springs.marker_kinematics(moment[1], model.markers, model.points, model.bodies, row["target"])
+    body = model.bodies[marker["index"]]
+    x, v = np.array(found[:3]), np.array(found[3:])
+    if row["kind"] == loads.TORQUE:
+        v = body["w"].copy()
+    if row["attitude"] != 0:
+        x = np.concatenate([x, body["R"].ravel()])
+    yield x, v, moment[0]
+
+
+def _on_target(model: Any, k: int, moment: Moment, everywhere: bool) -> Iterator[tuple[Any, ...]]:
+    """At the marker; of a thread at the reel, or at every node as well."""
+    row = model.loads[k]
+    if row["kind"] >= loads.AT_MARKER:
+        yield from _at_marker(model, row, moment)
+        return
+    thread = model.threads[row["target"]]
+    if everywhere:
+        for node in model.nodes[int(thread["node"]) : int(thread["node"] + thread["n"])]:
+            yield node["x"].copy(), node["v"].copy(), moment[0]
+    yield thread["Q"][:3].copy(), thread["Q"][3:].copy(), moment[0]
 
 
 # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
@@ -73,5 +100,12 @@ LOADS = Family(
         ),
         Kind("radiation pressure on a panel", which=where("kind", loads.PANEL)),
         Kind("a force or torque by a law", which=lambda found: _at_markers(found) & (found["law"] != 0)),
+    ),
+    laws=(
+        Law("force", lambda found: (found["law"] != 0) & (found["kind"] == loads.LAW), _on_target, as_left=True),
+        Law(
+            "force", lambda found: (found["law"] != 0) & (found["kind"] != loads.LAW), _on_target, before="law_",
+            as_left=True,
+        ),
     ),
 )  # fmt: skip

@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
+from evolvent.kernels import coordinate
+from evolvent.kernels.coordinate_laws import BY_LAW, BY_MOTION, BY_PROFILE
+from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_coordinates
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import DRIVE, Law, Moment
 
 Array = np.ndarray
+
+
+def _at_coordinate(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    (time, y, s), coordinates, at = moment, model.coordinates, int(model.motors["coordinate"][k])
+    coordinate.measure_coordinate(y, s, coordinates, model.bodies, at)
+    yield time, float(coordinates["angle"][at]), float(coordinates["rate"][at])
 
 
 # motors on coordinates: by a profile (kind 0), a user's law (1), PD to a drive's motion (2), a voltage (3) or a
@@ -36,6 +49,11 @@ MOTORS = Family(
     ),
     ends=of_coordinates("coordinate"),
     through=True,
+    laws=(
+        Law(DRIVE, lambda found: (found["kind"] == BY_MOTION) & (found["drive"] == LAW)),
+        Law("motor", lambda found: found["kind"] == BY_LAW, _at_coordinate),
+    ),
+    means=lambda found: found["kind"] != BY_PROFILE,
 )  # fmt: skip
 
 # what motors lose before their joints (`kernels.drivetrain`), with friction as of joint coordinates; forward,

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.kernels.drive import LAW
 from evolvent.model.family import ENERGY, EVERY, End, Family, Kind, Records, record
+from evolvent.model.questions import DRIVE, Law
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
@@ -52,6 +54,7 @@ RODS = Family(
         Kind("a tape-spring rod", which=lambda found: found["tape"] > 0, symmetric=True),
     ),
     isolated=lambda found, _: not np.any(found["payout"] != 0) and not np.any(found["alpha"] != 0.0),
+    laws=(Law(DRIVE, lambda found: (found["payout"] != 0) & (found["law"] != 0) & (found["drive"] == LAW)),),
 )  # fmt: skip
 
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its

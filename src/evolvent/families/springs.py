@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.kernels import springs
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
+from evolvent.model.questions import Law, Moment, calls_law
 
 Array = np.ndarray
 _3 = (3,)
@@ -16,6 +18,11 @@ _3 = (3,)
 
 def _of_spring(row: Any, records: Records) -> Iterator[End]:
     yield from of_markers([row["a"], row["b"]], records)
+
+
+def _at_ends(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    length, *_others, rate = springs.spring_ends(moment[1], 0.0, k, model)[2]
+    yield length - float(model.springs["length"][k]), rate, moment[0]
 
 
 # slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; line, line0: vector
@@ -46,4 +53,5 @@ SPRINGS = Family(
         Kind("a spring", symmetric=True),
     ),
     ends=_of_spring,
+    laws=(Law("spring", calls_law, _at_ends),),
 )  # fmt: skip

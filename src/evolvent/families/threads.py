@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
 from evolvent.kernels import thread
-from evolvent.kernels.drive import FREE
+from evolvent.kernels.drive import FREE, LAW
 from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
 from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record
+from evolvent.model.questions import DRIVE, Law, Moment
 
 Array = np.ndarray
 _3, _6 = (3,), (6,)
@@ -51,6 +52,15 @@ def _coupled(row: Any, records: Records) -> Iterator[list[End]]:
         yield [end, *reel]
         if row["n"] > 1:
             yield [end, ("vectors", int(row["iv"]) + 3)]
+
+
+def _at_spool(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    row, (time, y, _s) = model.threads[k], moment
+    yield float(y[row["spool_q"]]), float(y[row["spool_v"]]), time
+
+
+def _is_by_law(drive: str, law: str) -> Callable[[Array], Array]:
+    return lambda found: np.asarray((found[law] != 0) & (found[drive] == LAW))
 
 
 # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
@@ -155,6 +165,11 @@ THREADS = Family(
     ends=_of_thread,
     isolated=False,
     couples=_coupled,
+    laws=(
+        Law(DRIVE, _is_by_law("drive", "law")),
+        Law(DRIVE, _is_by_law("take_drive", "take_law"), field="take_law", before="take_"),
+        Law("spring", lambda found: found["motor_law"] != 0, _at_spool, field="motor_law", before="motor_"),
+    ),
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step

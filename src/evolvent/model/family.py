@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.base import plugins
+from evolvent.model.questions import Law
 
 Array = np.ndarray
 
@@ -118,6 +119,9 @@ class Family:
     isolated : whether nothing but gravity and loads on beams, whose torque is known, acts from outside in a system with
         its records that tie nothing to other than free bodies: for all of them, or a function of them and `Records`;
         None stands for those with ends
+    laws : users' laws that records call
+    means : function of its records to those that act over a step of energy-momentum as means of what is no user's law
+        (`kernels.law_means`); None for none
     """
 
     name: str
@@ -132,12 +136,18 @@ class Family:
     within: bool = False
     outside: Callable[[Array], Array] | None = None
     isolated: bool | Callable[[Array, Records], bool] | None = None
+    laws: tuple[Law, ...] = ()
+    means: Callable[[Array], Array] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
         if self.isolated is None:
             return self.ends is not None or not found.size
         return self.isolated(found, records) if callable(self.isolated) else self.isolated or not found.size
+
+    def masks_of_means(self) -> list[Callable[[Array], Array]]:
+        """Functions of its records to masks of those that act as means over a step of energy-momentum."""
+        return [law.which for law in self.laws if law.is_force] + ([] if self.means is None else [self.means])
 
     def records(self, model: Any) -> Array:
         """Its records in a model."""
