@@ -11,7 +11,7 @@ from evolvent.kernels import rigid
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.questions import DRIVE, Law, Moment, calls_law
+from evolvent.model.questions import DRIVE, AdjointSupport, Law, Moment, calls_law
 
 Array = np.ndarray
 _3 = (3,)
@@ -49,6 +49,9 @@ WHEELS = Family(
     within=True,
     isolated=lambda found, records: bool(np.all(records("bodies")["motion"][found["body"]] == rigid.FREE)),
     laws=(Law("spring", calls_law, _at_rotor),),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its torque follows from the state and time, with all derivatives"),
 )  # fmt: skip
 
 THRUSTERS = Family(
@@ -67,6 +70,9 @@ THRUSTERS = Family(
     kinds=(
         Kind("a thruster"),
     ),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its force follows from the attitude and time"),
 )  # fmt: skip
 
 CONTROLLERS = Family(
@@ -89,4 +95,5 @@ CONTROLLERS = Family(
     ),
     isolated=True,
     laws=(Law(DRIVE, lambda found: (found["law"] != 0) & (found["path"] == LAW)),),
+    of_step=False,
 )  # fmt: skip

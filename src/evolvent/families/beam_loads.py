@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.kernels import node_loads
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.model.family import WORK, Family, Kind, has_parameters, record
-from evolvent.model.questions import Law, Moment, calls_law
+from evolvent.model.questions import AdjointSupport, Law, Moment, calls_law
 
 Array = np.ndarray
 _3 = (3,)
@@ -67,4 +67,7 @@ BEAM_LOADS = Family(
     ),
     isolated=True,
     laws=(Law("force", calls_law, _at_vector),),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
 )  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.model.family import ENERGY, EVERY, Family, Kind, record, where
+from evolvent.model.questions import AdjointSupport
 
 Array = np.ndarray
 _3, _33 = (3,), (3, 3)
@@ -37,6 +38,10 @@ BEAMS = Family(
         ),
     ),
     isolated=lambda found, records: not np.any(found["paper"] != 0) and not np.any(records("elements")["alpha"] != 0.0),
+    of_step=False,
+    adjoint=AdjointSupport(
+        "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False,
+    ),
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod

@@ -6,7 +6,7 @@ import numpy as np
 
 from evolvent.kernels import rigid
 from evolvent.model.family import Family, Kind, record, where
-from evolvent.model.questions import DRIVE, Law
+from evolvent.model.questions import DRIVE, AdjointSupport, Law
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
@@ -46,4 +46,10 @@ BODIES = Family(
     ),
     isolated=lambda found, _: not np.any(found["motion"] == rigid.SPIN),
     laws=(Law(DRIVE, lambda found: found["path_law"] != 0, field="path_law", before="path_"),),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport(
+        "its inertia follows from the state, and so do the derivatives of it",
+        timed=lambda found: (found["path"] != 0) | (found["rate"] != 0.0),
+    ),
 )  # fmt: skip

@@ -8,6 +8,7 @@ from evolvent.families.contact_surfaces import is_conservative, slides_freely
 from evolvent.kernels import body_gaps, contact_laws
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import AdjointSupport
 
 Array = np.ndarray
 _3, _33, _6 = (3,), (3, 3), (6,)
@@ -80,4 +81,12 @@ BODY_CONTACTS = Family(
         ),
     ),
     ends=of_bodies("a", "b"),
+    adjoint=AdjointSupport(
+        "without friction its force follows from the state, with all derivatives", filtered="gaps of body_contacts",
+        timed=False,
+        refused={
+            "contacts between bodies have friction": lambda found: found["friction"] != 0.0,
+            "contacts between bodies have viscous friction": lambda found: found["viscous"] != 0.0,
+        },
+    ),
 )  # fmt: skip

@@ -7,6 +7,7 @@ import numpy as np
 from evolvent.kernels import axial
 from evolvent.kernels.ends import of_coordinate
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import AdjointSupport
 
 Array = np.ndarray
 _3 = (3,)
@@ -72,4 +73,9 @@ COORDINATES = Family(
         ),
     ),
     ends=of_coordinate,
+    of_step=lambda found: found["friction"] > 0.0,
+    adjoint=AdjointSupport(
+        "its torque follows from the state, with all derivatives; that it latches is found by neighbours", timed=False,
+        refused={"joints have friction": lambda found: found["friction"] > 0.0},
+    ),
 )  # fmt: skip

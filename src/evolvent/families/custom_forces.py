@@ -49,4 +49,5 @@ CUSTOM_FORCES = Family(
             room=lambda row: 3 * int(row["points"]), stated="stated",
         ),
     ),
+    of_step=False,
 )  # fmt: skip

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record, where
-from evolvent.model.questions import EVENT, Law, Moment, calls_law
+from evolvent.model.questions import EVENT, AdjointSupport, Law, Moment, calls_law
 
 Array = np.ndarray
 
@@ -28,4 +28,7 @@ EVENTS = Family(
     ),
     isolated=True,
     laws=(Law(EVENT, calls_law, _of_state),),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("it is no force; its time is found by neighbours", timed=False),
 )  # fmt: skip

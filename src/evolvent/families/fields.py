@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.kernels import fields
 from evolvent.kernels.blocks import POSITION, THREAD
 from evolvent.model.family import Family, Kind, record, where
-from evolvent.model.questions import Law, Moment, calls_law
+from evolvent.model.questions import AdjointSupport, Law, Moment, calls_law
 
 Array = np.ndarray
 _3, _33 = (3,), (3, 3)
@@ -44,6 +44,9 @@ FIELDS = Family(
         Kind("an acceleration field", which=where("kind", fields.LAW)),
     ),
     laws=(Law("force", calls_law, _at_masses),),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
 )  # fmt: skip
 
 # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none

@@ -8,7 +8,7 @@ from evolvent.kernels import joint
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_joint
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.questions import DRIVE, Law
+from evolvent.model.questions import DRIVE, AdjointSupport, Law
 
 Array = np.ndarray
 _3 = (3,)
@@ -100,4 +100,10 @@ JOINTS = Family(
     isolated=lambda found, _: not np.any(_is_unbalanced(found)),
     couples=lambda row, _: iter(()),  # by its multiplier
     laws=(Law(DRIVE, lambda found: (found["law"] != 0) & (found["drive"] == LAW)),),
+    of_step=False,
+    stiff=lambda found: found["stiffness"] > 0.0,
+    adjoint=AdjointSupport(
+        "its gap follows from the state and time, with all derivatives",
+        timed=lambda found: (found["path"] != 0) | (found["law"] != 0),
+    ),
 )  # fmt: skip

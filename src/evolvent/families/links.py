@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import AdjointSupport
 
 Array = np.ndarray
 _3 = (3,)
@@ -18,6 +19,9 @@ LINKS = Family(
         Kind("a link", symmetric=True),
     ),
     isolated=True,
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("joints hold it", timed=False),
 )  # fmt: skip
 
 # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
@@ -29,4 +33,7 @@ GUIDES = Family(
         Kind("a guide", symmetric=True),
     ),
     isolated=True,
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("joints hold it", timed=False),
 )  # fmt: skip

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.kernels import loads, rigid, springs
 from evolvent.model.family import WORK, Family, Kind, has_parameters, record, where
-from evolvent.model.questions import Law, Moment
+from evolvent.model.questions import AdjointSupport, Law, Moment
 
 Array = np.ndarray
 _3 = (3,)
@@ -108,4 +108,7 @@ LOADS = Family(
             as_left=True,
         ),
     ),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
 )  # fmt: skip

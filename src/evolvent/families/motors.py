@@ -12,7 +12,7 @@ from evolvent.kernels.coordinate_laws import BY_LAW, BY_MOTION, BY_PROFILE
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_coordinates
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.questions import DRIVE, Law, Moment
+from evolvent.model.questions import DRIVE, AdjointSupport, Law, Moment
 
 Array = np.ndarray
 
@@ -54,6 +54,11 @@ MOTORS = Family(
         Law("motor", lambda found: found["kind"] == BY_LAW, _at_coordinate),
     ),
     means=lambda found: found["kind"] != BY_PROFILE,
+    of_step=False,
+    adjoint=AdjointSupport(
+        "its torque follows from the state and time, with all derivatives",
+        refused={"motors have a law": lambda found: found["kind"] == BY_LAW},
+    ),
 )  # fmt: skip
 
 # what motors lose before their joints (`kernels.drivetrain`), with friction as of joint coordinates; forward,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record, where
+from evolvent.model.questions import AdjointSupport
 
 Array = np.ndarray
 _3 = (3,)
@@ -24,4 +25,7 @@ POINTS = Family(
         Kind("a beam's node at a spring's end", which=where("mass", 0.0), symmetric=True),
     ),
     isolated=True,
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its mass is constant", timed=False),
 )  # fmt: skip

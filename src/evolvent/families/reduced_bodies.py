@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import AdjointSupport
 
 Array = np.ndarray
 _3 = (3,)
@@ -28,6 +29,11 @@ REDUCED_BODIES = Family(
         Kind("a reduced body", symmetric=True),
     ),
     isolated=True,
+    of_step=False,
+    stiff=lambda found: found["modes"] > 0,
+    adjoint=AdjointSupport(
+        "its stiffness is constant in its modes", filtered="strains of reduced bodies", timed=False,
+    ),
 )  # fmt: skip
 
 # of a step: change of the coordinate, and that over the step before

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.kernels.drive import LAW
 from evolvent.model.family import ENERGY, EVERY, End, Family, Kind, Records, record
-from evolvent.model.questions import DRIVE, Law
+from evolvent.model.questions import DRIVE, AdjointSupport, Law
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
@@ -55,6 +55,12 @@ RODS = Family(
     ),
     isolated=lambda found, _: not np.any(found["payout"] != 0) and not np.any(found["alpha"] != 0.0),
     laws=(Law(DRIVE, lambda found: (found["payout"] != 0) & (found["law"] != 0) & (found["drive"] == LAW)),),
+    of_step=False,
+    adjoint=AdjointSupport(
+        "its strains follow from the state, with all derivatives", filtered="strains of rods",
+        timed=lambda found: found["payout"] != 0,
+        refused={"rods have a section that is a tape": lambda found: found["tape"] > 0},
+    ),
 )  # fmt: skip
 
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its

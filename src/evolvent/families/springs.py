@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.kernels import springs
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
-from evolvent.model.questions import Law, Moment, calls_law
+from evolvent.model.questions import AdjointSupport, Law, Moment, calls_law
 
 Array = np.ndarray
 _3 = (3,)
@@ -54,4 +54,6 @@ SPRINGS = Family(
     ),
     ends=_of_spring,
     laws=(Law("spring", calls_law, _at_ends),),
+    of_step=False,
+    adjoint=AdjointSupport("its force follows from the state, with all derivatives", timed=calls_law),
 )  # fmt: skip

@@ -6,6 +6,7 @@ import numpy as np
 
 from evolvent.kernels.ends import of_coordinates
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import AdjointSupport
 
 Array = np.ndarray
 
@@ -27,4 +28,6 @@ SYNCHRONIZATIONS = Family(
         Kind("a synchronization", symmetric=True),
     ),
     ends=of_coordinates("a", "b"),
+    of_step=False,
+    adjoint=AdjointSupport("its torque follows from the state, with all derivatives", timed=False),
 )  # fmt: skip

@@ -37,4 +37,5 @@ THERMAL_LOADS = Family(
         Kind("a thermal load on a rod", which=lambda found: found["rod"] >= 0, symmetric=True),
     ),
     isolated=True,
+    of_step=False,
 )  # fmt: skip

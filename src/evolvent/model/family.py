@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.base import plugins
-from evolvent.model.questions import Law
+from evolvent.model.questions import AdjointSupport, Law
 
 Array = np.ndarray
 
@@ -37,6 +37,8 @@ GROUP, PACKAGE = "evolvent.families", "evolvent.families"
 WORK = "work since the first sample, of the power interpolated between the samples times the load's course in time"
 #: What a record acts on: ("bodies", index), ("reduced_bodies", index), ("vectors", index).
 End = tuple[str, int]
+#: For all records of a family, or a function of the records to a mask of those for which it is so.
+Some = bool | Callable[[Array], Array]
 #: Records of a family by its name.
 Records = Callable[[str], Any]
 
@@ -61,6 +63,11 @@ def where(field: str, value: Any) -> Callable[[Array], Array]:
 def has_parameters(found: Array, others: int) -> Array:
     """Whether loads have more than `others` parameters: (n,) bool."""
     return np.asarray(found["last"] - found["first"] > others)
+
+
+def some(answer: Some, found: Array) -> bool:
+    """Whether an answer is so for any of the records."""
+    return bool(np.any(answer(found))) if callable(answer) else answer and found.size > 0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -122,6 +129,9 @@ class Family:
     laws : users' laws that records call
     means : function of its records to those that act over a step of energy-momentum as means of what is no user's law
         (`kernels.law_means`); None for none
+    of_step : whether forces belong to a step, and follow from what the step before has left, not from a state alone
+    stiff : whether a record resists a change of shape, but by a law
+    adjoint : why the adjoint supports it; None of one that it does not support
     """
 
     name: str
@@ -138,6 +148,9 @@ class Family:
     isolated: bool | Callable[[Array, Records], bool] | None = None
     laws: tuple[Law, ...] = ()
     means: Callable[[Array], Array] | None = None
+    of_step: Some = True
+    stiff: Some = True
+    adjoint: AdjointSupport | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
@@ -184,6 +197,11 @@ def families() -> dict[str, Family]:
         If a module of another distribution cannot be loaded.
     """
     return {family.name: family for family in _declared()}
+
+
+def whole() -> Iterator[Family]:
+    """Families of records that belong to no other family's."""
+    return (family for family in families().values() if not family.of)
 
 
 def acting() -> list[Family]:

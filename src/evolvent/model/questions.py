@@ -1,9 +1,9 @@
-"""Answers of families that are more than one value: the users' laws that their records call."""
+"""Answers of families that are more than one value: the users' laws, and support by the adjoint."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -56,3 +56,21 @@ class Law:
 def calls_law(found: Array) -> Array:
     """Which records have a law in the field `law`: (n,) bool."""
     return np.asarray(found["law"] != 0)
+
+
+@dataclasses.dataclass(frozen=True)
+class AdjointSupport:
+    """Why a family is supported by the adjoint: its tangent is exact, and nothing in its records goes on from a step.
+
+    Attributes
+    ----------
+    reason : str, why that is so
+    timed : whether its forces or constraints are functions of time: for all of its records, or a mask of them
+    filtered : str, what energy-momentum filters over two steps, which has no adjoint; "" for nothing
+    refused : half sentences on records that are not supported, to a function of the records to a mask of these
+    """
+
+    reason: str
+    timed: bool | Callable[[Array], Array] = True
+    filtered: str = ""
+    refused: Mapping[str, Callable[[Array], Array]] = dataclasses.field(default_factory=dict)
