@@ -127,12 +127,9 @@ def owner(assembly: Any, family: str, index: int) -> str:
 
 def bodies_of(model: Model, family: str, index: int) -> range:
     """Bodies of a part: itself, the nodes of a rod, or frame and interface nodes of a reduced body; none of others."""
-    if family == "reduced_bodies":
-        row = model.reduced_bodies[index]
-        return range(int(row["first_body"]), int(row["first_body"] + row["nodes"]) + 1)
-    if family == "rods":
-        row = model.rods[index]
-        return range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1)
+    found = families().get(family)
+    if found is not None and found.consists_of is not None:
+        return found.consists_of(records(model, family)[index])
     return range(index, index + 1) if family == "bodies" else range(0)
 
 

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from evolvent.kernels import rigid
+from evolvent.kernels.blocks import RATE, SCALAR
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_bodies
-from evolvent.model.family import Family, Kind, record
-from evolvent.model.questions import DRIVE, AdjointSupport, Law, Moment, calls_law
+from evolvent.model.family import Family, Kind, Records, record
+from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Law, Moment, calls_law
 
 Array = np.ndarray
 _3 = (3,)
@@ -20,6 +21,16 @@ _3 = (3,)
 def _at_rotor(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
     row, (time, y, _s) = model.wheels[k], moment
     yield float(y[row["iq"]]), float(y[row["iv"]]), time
+
+
+def _angles(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for k, wheel in enumerate(records("wheels")):
+        yield Block(SCALAR, wheel["iq"], wheel["iv"], k, wheel["inertia"])
+
+
+def _impulses(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for k, thruster in enumerate(records("thrusters")):
+        yield Block(RATE, -1, thruster["iv"], k, 0.0)
 
 
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
@@ -52,6 +63,7 @@ WHEELS = Family(
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("its torque follows from the state and time, with all derivatives"),
+    coordinates=(Coordinates(_angles, 60, len),),
 )  # fmt: skip
 
 THRUSTERS = Family(
@@ -73,6 +85,7 @@ THRUSTERS = Family(
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("its force follows from the attitude and time"),
+    coordinates=(Coordinates(_impulses, 90, lambda found: 0),),
 )  # fmt: skip
 
 CONTROLLERS = Family(

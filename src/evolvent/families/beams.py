@@ -2,13 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 
-from evolvent.model.family import ENERGY, EVERY, Family, Kind, record, where
-from evolvent.model.questions import AdjointSupport
+from evolvent.kernels.ancf_beams import NODE_VECTORS
+from evolvent.kernels.blocks import POSITION, SLOPE
+from evolvent.model.family import ENERGY, EVERY, Family, Kind, Records, record, where
+from evolvent.model.questions import AdjointSupport, Block, Coordinates
 
 Array = np.ndarray
 _3, _33 = (3,), (3, 3)
+
+
+def _nodal_masses(beam: np.record, elements: Array, masses: Any) -> Array:
+    """Diagonal of a beam's mass matrix, a number for each nodal vector, kg and so on."""
+    vectors = NODE_VECTORS[beam["kind"]]
+    found = np.zeros(vectors * int(beam["nodes"]))
+    for i, element in enumerate(elements[beam["first_element"] :][: beam["elements"]]):
+        found[vectors * i :][: 2 * vectors] += np.diag(masses[element["mass"]])
+    return found
+
+
+def _vectors(records: Records, pools: Mapping[str, Any]) -> Iterator[Block]:
+    for b, beam in enumerate(records("beams")):
+        vectors = NODE_VECTORS[beam["kind"]]
+        for i, mass in enumerate(_nodal_masses(beam, records("elements"), pools["M"])):
+            kind = SLOPE if i % vectors else POSITION
+            yield Block(kind, beam["iq"] + 3 * i, beam["iv"] + 3 * i, b, mass, i // vectors)
 
 
 # beams; a node's coordinates stand together, node after node; first_node: number of the first among
@@ -42,6 +64,7 @@ BEAMS = Family(
     adjoint=AdjointSupport(
         "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False,
     ),
+    coordinates=(Coordinates(_vectors, 10, lambda found: 6 * found.size),),
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod

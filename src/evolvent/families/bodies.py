@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import rigid
-from evolvent.model.family import Family, Kind, record, where
-from evolvent.model.questions import DRIVE, AdjointSupport, Law
+from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION
+from evolvent.model.family import Family, Kind, Records, record, where
+from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Law
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
+
+
+def _motions(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for k, body in enumerate(records("bodies")):
+        q, v = body["iq"], body["iv"]
+        if body["motion"] == rigid.FREE:
+            yield Block(POSITION, q, v, k, body["mass"])
+            yield Block(ROTATION, q + 3, v + 3, k, np.diag(body["inertia"]))
+        elif body["motion"] == rigid.SPIN:
+            yield Block(ANGLE, q, v, k, body["spin_inertia"])
 
 
 # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
@@ -52,4 +66,5 @@ BODIES = Family(
         "its inertia follows from the state, and so do the derivatives of it",
         timed=lambda found: (found["path"] != 0) | (found["rate"] != 0.0),
     ),
+    coordinates=(Coordinates(_motions, 50, lambda found: 6 * int(np.sum(found["motion"] != rigid.DRIVEN))),),
 )  # fmt: skip

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.kernels import fields
-from evolvent.kernels.blocks import POSITION, THREAD
+from evolvent.kernels.blocks import MOVES, POSITION
 from evolvent.model.family import Family, Kind, record, where
 from evolvent.model.questions import AdjointSupport, Law, Moment, calls_law
 
@@ -19,7 +19,7 @@ _3, _33 = (3,), (3, 3)
 def _at_masses(model: Any, k: int, moment: Moment, everywhere: bool) -> Iterator[tuple[Any, ...]]:
     """At points, free bodies, nodes of beams, and where threads leave their spools; or at the first of these."""
     time, y, _ = moment
-    for block in model.blocks[(model.blocks["kind"] == POSITION) & (model.blocks["family"] != THREAD)]:
+    for block in model.blocks[(model.blocks["kind"] == POSITION) & (model.blocks["switch"] == MOVES)]:
         yield y[block["iq"] :][:3].copy(), y[block["iv"] :][:3].copy(), time
         if not everywhere:
             return

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 
-from evolvent.model.family import Family, Kind, record, where
-from evolvent.model.questions import AdjointSupport
+from evolvent.kernels.blocks import POSITION
+from evolvent.model.family import Family, Kind, Records, record, where
+from evolvent.model.questions import AdjointSupport, Block, Coordinates
 
 Array = np.ndarray
 _3 = (3,)
+
+
+def _positions(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for k, point in enumerate(records("points")):
+        if point["mass"] > 0.0:  # the others are nodes of beams
+            yield Block(POSITION, point["iq"], point["iv"], k, point["mass"])
 
 
 # without mass: a node of a beam, whose coordinates it has
@@ -28,4 +38,5 @@ POINTS = Family(
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("its mass is constant", timed=False),
+    coordinates=(Coordinates(_positions, 40, lambda found: 3 * int(np.sum(found["mass"] > 0.0))),),
 )  # fmt: skip

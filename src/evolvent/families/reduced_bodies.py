@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 
-from evolvent.model.family import Family, Kind, record
-from evolvent.model.questions import AdjointSupport
+from evolvent.kernels.blocks import SCALAR
+from evolvent.model.family import Family, Kind, Records, record
+from evolvent.model.questions import AdjointSupport, Block, Coordinates
 
 Array = np.ndarray
 _3 = (3,)
+
+
+def _modal(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for k, row in enumerate(records("reduced_bodies")):
+        for i in range(int(row["modes"])):
+            yield Block(SCALAR, row["iq"] + i, row["iv"] + i, k, row["mass"])
+
+
+def _frame_and_nodes(row: Any) -> range:
+    return range(int(row["first_body"]), int(row["first_body"] + row["nodes"]) + 1)
 
 
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
@@ -34,6 +48,8 @@ REDUCED_BODIES = Family(
     adjoint=AdjointSupport(
         "its stiffness is constant in its modes", filtered="strains of reduced bodies", timed=False,
     ),
+    coordinates=(Coordinates(_modal, 70, lambda found: 0),),
+    consists_of=_frame_and_nodes,
 )  # fmt: skip
 
 # of a step: change of the coordinate, and that over the step before

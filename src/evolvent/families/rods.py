@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
+from evolvent.kernels.blocks import SCALAR
 from evolvent.kernels.drive import LAW
 from evolvent.model.family import ENERGY, EVERY, End, Family, Kind, Records, record
-from evolvent.model.questions import DRIVE, AdjointSupport, Law
+from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Law
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
@@ -20,6 +21,19 @@ def _of_rod_element(row: Any, records: Records) -> Iterator[End]:
     if row["tape"] > 0:
         first = int(row["tape_node"])
         yield from (("vectors", int(iv)) for iv in records("tape_nodes")["iv"][first : first + 2])
+
+
+def _transverse(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    """Curvatures of sections that flatten."""
+    for k, rod in enumerate(records("rods")):
+        if rod["tape"] > 0:
+            tape = records("tapes")[rod["tape"] - 1]
+            for i, node in enumerate(records("tape_nodes")[tape["first_node"] :][: tape["nodes"]]):
+                yield Block(SCALAR, node["iq"], node["iv"], k, node["mass"], i)
+
+
+def _nodes_of_rod(row: Any) -> range:
+    return range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1)
 
 
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
@@ -61,6 +75,8 @@ RODS = Family(
         timed=lambda found: found["payout"] != 0,
         refused={"rods have a section that is a tape": lambda found: found["tape"] > 0},
     ),
+    coordinates=(Coordinates(_transverse, 80, lambda found: 0),),
+    consists_of=_nodes_of_rod,
 )  # fmt: skip
 
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its

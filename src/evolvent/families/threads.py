@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from evolvent.kernels import thread
+from evolvent.kernels.blocks import POSITION, SCALAR
 from evolvent.kernels.drive import FREE, LAW
 from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
 from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record
-from evolvent.model.questions import DRIVE, Law, Moment
+from evolvent.model.questions import DRIVE, Block, Coordinates, Law, Moment
 
 Array = np.ndarray
 _3, _6 = (3,), (6,)
@@ -61,6 +62,20 @@ def _at_spool(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any
 
 def _is_by_law(drive: str, law: str) -> Callable[[Array], Array]:
     return lambda found: np.asarray((found[law] != 0) & (found[drive] == LAW))
+
+
+def _nodes_of_threads(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    """The first node of a thread that ends on another part is fixed to that."""
+    for p, row in enumerate(records("threads")):
+        for i, mass in enumerate(records("nodes")["mass"][row["node"] :][: row["n"]]):
+            switch = p if i > 0 or row["end"] < 0 else -2
+            yield Block(POSITION, row["iq"] + 3 * i, row["iv"] + 3 * i, p, mass, i, switch)
+
+
+def _spools(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for p, row in enumerate(records("threads")):
+        if row["spool_q"] >= 0:
+            yield Block(SCALAR, row["spool_q"], row["spool_v"], p, row["spool_inertia"], -1)
 
 
 # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
@@ -169,6 +184,10 @@ THREADS = Family(
         Law(DRIVE, _is_by_law("drive", "law")),
         Law(DRIVE, _is_by_law("take_drive", "take_law"), field="take_law", before="take_"),
         Law("spring", lambda found: found["motor_law"] != 0, _at_spool, field="motor_law", before="motor_"),
+    ),
+    coordinates=(
+        Coordinates(_nodes_of_threads, 20, lambda found: 3 * int(np.sum(found["n"]))),
+        Coordinates(_spools, 30, lambda found: 0),
     ),
 )  # fmt: skip
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.base import plugins
-from evolvent.model.questions import AdjointSupport, Law
+from evolvent.model.questions import AdjointSupport, Coordinates, Law, Records as Records
 
 Array = np.ndarray
 
@@ -39,8 +39,6 @@ WORK = "work since the first sample, of the power interpolated between the sampl
 End = tuple[str, int]
 #: For all records of a family, or a function of the records to a mask of those for which it is so.
 Some = bool | Callable[[Array], Array]
-#: Records of a family by its name.
-Records = Callable[[str], Any]
 
 
 def record(integers: str, floats: str = "", scratch: str = "", **shapes: tuple[int, ...]) -> np.dtype:
@@ -132,6 +130,8 @@ class Family:
     of_step : whether forces belong to a step, and follow from what the step before has left, not from a state alone
     stiff : whether a record resists a change of shape, but by a law
     adjoint : why the adjoint supports it; None of one that it does not support
+    coordinates : of its records
+    consists_of : function of a record to the bodies of which it consists; None where it does of none
     """
 
     name: str
@@ -151,6 +151,8 @@ class Family:
     of_step: Some = True
     stiff: Some = True
     adjoint: AdjointSupport | None = None
+    coordinates: tuple[Coordinates, ...] = ()
+    consists_of: Callable[[Any], range] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""

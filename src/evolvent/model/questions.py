@@ -1,18 +1,58 @@
-"""Answers of families that are more than one value: the users' laws, and support by the adjoint."""
+"""Answers of families that are more than one value: the users' laws, coordinates, and support by the adjoint."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 Array = np.ndarray
+#: Records of a family by its name.
+Records = Callable[[str], Any]
 #: A time (s) and the states y and s at it.
 Moment = tuple[float, Array, Array]
 #: Kinds of laws that are no forces: of time alone, and values whose zeros are events.
 DRIVE, EVENT = "drive", "event"
+
+
+class Block(NamedTuple):
+    """Coordinates of one kind that stand together.
+
+    Attributes
+    ----------
+    kind : int, of `kernels.blocks`
+    iq, iv : int, their first indices in the state, iq -1 without a coordinate
+    owner : int, record to which they belong
+    inertia : float or (3,) float, of the velocities, diagonal of the mass matrix
+    node : int, number of the record's node, -1 of what is none
+    switch : int, of how many nodes move, counted as `node`; -1 of what always moves, -2 of what is fixed to a part
+    """
+
+    kind: int
+    iq: int
+    iv: int
+    owner: int
+    inertia: Any
+    node: int = 0
+    switch: int = -1
+
+
+@dataclasses.dataclass(frozen=True)
+class Coordinates:
+    """Coordinates of a family's records.
+
+    Attributes
+    ----------
+    blocks : function of `Records` and of pools of arrays by name to the blocks, record by record
+    order : float, place among those of all families: in this order an implicit method numbers its unknowns
+    loose : function of the records to how many of their motions statics may find without any stiffness
+    """
+
+    blocks: Callable[[Records, Mapping[str, Any]], Iterator[Block]]
+    order: float
+    loose: Callable[[Array], int]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -10,12 +10,13 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.blocks import is_of, owner_of
 from evolvent.assembly.families import owner
 from evolvent.flow.impulse import jump, prepare
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import contact_laws, coordinate
 from evolvent.kernels.ancf_beams import beam_rates
-from evolvent.kernels.blocks import ANGLE, OWNERS, POSITION, ROTATION, SLOPE, TAPE, block_at
+from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SCALAR, SLOPE, block_at
 
 #: Up to so many velocities the eigenvalues are those of the whole matrix.
 _DENSE = 120
@@ -98,7 +99,7 @@ def _accelerations(assembly: Assembly) -> Callable[[np.ndarray, np.ndarray], np.
         iq, iv, size = int(block["iq"]), int(block["iv"]) - n_q, int(block["count"])
         if block["kind"] == ROTATION:
             turning.append((iq, iv))
-        elif block["kind"] in (POSITION, SLOPE, ANGLE) or block["family"] == TAPE:
+        elif block["kind"] in (POSITION, SLOPE, ANGLE) or (block["kind"] == SCALAR and is_of(block, "rods")):
             place[iv : iv + size] = np.arange(iq, iq + size)
     moved = np.flatnonzero(place >= 0)
 
@@ -154,5 +155,4 @@ def _contact_products(assembly: Assembly) -> Callable[[int, np.ndarray], np.ndar
 
 def _location(assembly: Assembly, velocity: int) -> str:
     """Name of the part that a velocity belongs to."""
-    own = block_at(assembly.model, velocity)
-    return owner(assembly, OWNERS[own["family"]], int(own["owner"]))
+    return owner(assembly, *owner_of(block_at(assembly.model, velocity)))
