@@ -12,7 +12,7 @@ from evolvent.kernels.blocks import RATE, SCALAR
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, Records, record
-from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Law, Moment, calls_law
+from evolvent.model.questions import DRIVE, AdjointSupport, Block, Bound, Coordinates, Law, Moment, calls_law, never
 
 Array = np.ndarray
 _3 = (3,)
@@ -31,6 +31,26 @@ def _angles(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
 def _impulses(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
     for k, thruster in enumerate(records("thrusters")):
         yield Block(RATE, -1, thruster["iv"], k, 0.0)
+
+
+def _wheels_bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    """Friction; a rotor on a light body counts with the body's share."""
+    for k, row in enumerate(model.wheels):
+        slope = row["viscous"] + (row["friction"] / row["slip"] if row["friction"] > 0.0 else 0.0)
+        n, b = np.array(row["axis"]), int(row["body"])
+        J = np.array(model.bodies["inertia"][b])
+        left = 1.0 / float(n @ np.linalg.solve(J, n)) - row["inertia"] if np.linalg.det(J) > 0.0 else row["inertia"]
+        yield k, 0.0, float(slope * (1.0 / row["inertia"] + 1.0 / left))
+
+
+def _controllers_bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    """Gains are felt by the body."""
+    for row in model.controllers:
+        b = int(row["body"])
+        R = np.array(model.bodies["R"][b])
+        for what, gains in enumerate((row["proportional"], row["derivative"])):
+            felt["bodies"][what, b, 3:, 3:] += R @ np.diag(gains) @ R.T
+    return iter(())
 
 
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
@@ -64,6 +84,7 @@ WHEELS = Family(
     stiff=False,
     adjoint=AdjointSupport("its torque follows from the state and time, with all derivatives"),
     coordinates=(Coordinates(_angles, 60, len),),
+    bound=_wheels_bound,
 )  # fmt: skip
 
 THRUSTERS = Family(
@@ -86,6 +107,7 @@ THRUSTERS = Family(
     stiff=False,
     adjoint=AdjointSupport("its force follows from the attitude and time"),
     coordinates=(Coordinates(_impulses, 90, lambda found: 0),),
+    uneven=never,
 )  # fmt: skip
 
 CONTROLLERS = Family(
@@ -109,4 +131,5 @@ CONTROLLERS = Family(
     isolated=True,
     laws=(Law(DRIVE, lambda found: (found["law"] != 0) & (found["path"] == LAW)),),
     of_step=False,
+    bound=_controllers_bound,
 )  # fmt: skip

@@ -32,6 +32,18 @@ def _at_vector(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[An
     yield y[iq : iq + 3].copy(), y[iv : iv + 3].copy(), time
 
 
+def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
+    """Those that neither turn with their beam nor are along the axis."""
+    for k in rows:
+        row = turn.model.beam_loads[k]
+        if row["kind"] == FIELD:
+            even = turn.along(row["axis"]) and turn.on_axis(row["centre"])
+        else:
+            even = row["law"] == 0 and (row["frame"] != 0 or turn.along(row["axis"]))
+        if not even:
+            yield k
+
+
 # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
 # a node; first, last: indices of a profile, or of a law's parameters; frame: 1 of section axes; now: last value;
 # pitch: of the screw motion along which a torque acts, m/rad
@@ -70,4 +82,5 @@ BEAM_LOADS = Family(
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
+    uneven=_uneven,
 )  # fmt: skip

@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.blocks import POSITION, SLOPE
 from evolvent.model.family import ENERGY, EVERY, Family, Kind, Records, record, where
-from evolvent.model.questions import AdjointSupport, Block, Coordinates
+from evolvent.model.questions import AdjointSupport, Block, Coordinates, never
 
 Array = np.ndarray
 _3, _33 = (3,), (3, 3)
@@ -65,6 +65,7 @@ BEAMS = Family(
         "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False,
     ),
     coordinates=(Coordinates(_vectors, 10, lambda found: 6 * found.size),),
+    uneven=never,
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod

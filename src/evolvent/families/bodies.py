@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.kernels import rigid
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION
 from evolvent.model.family import Family, Kind, Records, record, where
-from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Law
+from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Felt, Law, never
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
@@ -67,4 +67,9 @@ BODIES = Family(
         timed=lambda found: (found["path"] != 0) | (found["rate"] != 0.0),
     ),
     coordinates=(Coordinates(_motions, 50, lambda found: 6 * int(np.sum(found["motion"] != rigid.DRIVEN))),),
+    felt=Felt(
+        6, lambda found: found["motion"] != rigid.DRIVEN,
+        lambda model, k, blocks: rigid.body_bound(model.bodies, k, blocks),
+    ),
+    uneven=never,
 )  # fmt: skip

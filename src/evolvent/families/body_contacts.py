@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 
 from evolvent.families.contact_surfaces import is_conservative, slides_freely
-from evolvent.kernels import body_gaps, contact_laws
+from evolvent.kernels import body_gaps, contact_laws, contact_tangent
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.questions import AdjointSupport
+from evolvent.model.questions import AdjointSupport, Bound
 
 Array = np.ndarray
 _3, _33, _6 = (3,), (3, 3), (6,)
@@ -16,6 +19,11 @@ _3, _33, _6 = (3,), (3, 3), (6,)
 
 def _is_of_box(found: Array) -> Array:
     return np.asarray((found["surface"] == body_gaps.BOX) | (found["surface"] == body_gaps.EDGES))
+
+
+def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    contact_tangent.add_body_contact_bound(model, felt["bodies"])
+    return iter(())
 
 
 # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
@@ -89,4 +97,5 @@ BODY_CONTACTS = Family(
             "contacts between bodies have viscous friction": lambda found: found["viscous"] != 0.0,
         },
     ),
+    bound=_bound,
 )  # fmt: skip

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import axial
@@ -15,6 +18,15 @@ _3 = (3,)
 
 def _is_angle(found: Array) -> Array:
     return np.asarray(found["kind"] == axial.ANGLE)
+
+
+def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
+    """All but travels along the axis."""
+    for k in rows:
+        row = turn.model.coordinates[k]
+        own = turn.model.bodies[row["body"]]
+        if row["kind"] == axial.ANGLE or not turn.along(own["R0"] @ row["axis"]) or not turn.still[row["body"]]:
+            yield k
 
 
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
@@ -78,4 +90,5 @@ COORDINATES = Family(
         "its torque follows from the state, with all derivatives; that it latches is found by neighbours", timed=False,
         refused={"joints have friction": lambda found: found["friction"] > 0.0},
     ),
+    uneven=_uneven,
 )  # fmt: skip

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record, where
-from evolvent.model.questions import EVENT, AdjointSupport, Law, Moment, calls_law
+from evolvent.model.questions import EVENT, AdjointSupport, Law, Moment, calls_law, never
 
 Array = np.ndarray
 
@@ -31,4 +31,5 @@ EVENTS = Family(
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("it is no force; its time is found by neighbours", timed=False),
+    uneven=never,
 )  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.questions import AdjointSupport
+from evolvent.model.questions import AdjointSupport, never
 
 Array = np.ndarray
 _3 = (3,)
@@ -22,6 +22,7 @@ LINKS = Family(
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("joints hold it", timed=False),
+    uneven=never,
 )  # fmt: skip
 
 # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
@@ -36,4 +37,5 @@ GUIDES = Family(
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("joints hold it", timed=False),
+    uneven=never,
 )  # fmt: skip

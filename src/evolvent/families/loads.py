@@ -63,6 +63,19 @@ def _on_target(model: Any, k: int, moment: Moment, everywhere: bool) -> Iterator
     yield thread["Q"][:3].copy(), thread["Q"][3:].copy(), moment[0]
 
 
+def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
+    """Those that neither turn with what they act on nor are along the axis."""
+    for k in rows:
+        row = turn.model.loads[k]
+        if row["law"] != 0 or row["kind"] == loads.LAW:
+            yield k
+            continue
+        p = turn.model.parameters[row["first"] : row["last"]]
+        fixed = row["kind"] in (loads.RADIATION, loads.PANEL) or p[loads.FRAME] == 0.0
+        if fixed and not turn.along(p[:3]):
+            yield k
+
+
 # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
 # law of a force or torque; node: of a thread; attitude: 1 of a torque whose law is called with it, 2 of one that
 # follows it; scale: statics' load factor of a law on a thread; rod: 1 + rod whose length that is out it follows, or
@@ -111,4 +124,5 @@ LOADS = Family(
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
+    uneven=_uneven,
 )  # fmt: skip

@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.kernels import points
 from evolvent.kernels.blocks import POSITION
 from evolvent.model.family import Family, Kind, Records, record, where
-from evolvent.model.questions import AdjointSupport, Block, Coordinates
+from evolvent.model.questions import AdjointSupport, Block, Coordinates, Felt, never
 
 Array = np.ndarray
 _3 = (3,)
@@ -39,4 +40,8 @@ POINTS = Family(
     stiff=False,
     adjoint=AdjointSupport("its mass is constant", timed=False),
     coordinates=(Coordinates(_positions, 40, lambda found: 3 * int(np.sum(found["mass"] > 0.0))),),
+    felt=Felt(
+        3, lambda found: found["mass"] > 0.0, lambda model, k, blocks: points.point_bound(model.points, k, blocks)
+    ),
+    uneven=never,
 )  # fmt: skip

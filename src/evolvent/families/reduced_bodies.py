@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.kernels import reduced
 from evolvent.kernels.blocks import SCALAR
 from evolvent.model.family import Family, Kind, Records, record
-from evolvent.model.questions import AdjointSupport, Block, Coordinates
+from evolvent.model.questions import AdjointSupport, Block, Bound, Coordinates, never
 
 Array = np.ndarray
 _3 = (3,)
@@ -23,6 +24,10 @@ def _modal(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
 
 def _frame_and_nodes(row: Any) -> range:
     return range(int(row["first_body"]), int(row["first_body"] + row["nodes"]) + 1)
+
+
+def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    return ((k, *reduced.mode_bounds(model, k)) for k in range(model.reduced_bodies.size))
 
 
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
@@ -50,6 +55,8 @@ REDUCED_BODIES = Family(
     ),
     coordinates=(Coordinates(_modal, 70, lambda found: 0),),
     consists_of=_frame_and_nodes,
+    uneven=never,
+    bound=_bound,
 )  # fmt: skip
 
 # of a step: change of the coordinate, and that over the step before

@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.kernels.blocks import SCALAR
 from evolvent.kernels.drive import LAW
 from evolvent.model.family import ENERGY, EVERY, End, Family, Kind, Records, record
-from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Law
+from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Law, never
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
@@ -77,6 +77,7 @@ RODS = Family(
     ),
     coordinates=(Coordinates(_transverse, 80, lambda found: 0),),
     consists_of=_nodes_of_rod,
+    uneven=never,
 )  # fmt: skip
 
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its

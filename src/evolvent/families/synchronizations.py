@@ -6,7 +6,7 @@ import numpy as np
 
 from evolvent.kernels.ends import of_coordinates
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.questions import AdjointSupport
+from evolvent.model.questions import AdjointSupport, never
 
 Array = np.ndarray
 
@@ -30,4 +30,5 @@ SYNCHRONIZATIONS = Family(
     ends=of_coordinates("a", "b"),
     of_step=False,
     adjoint=AdjointSupport("its torque follows from the state, with all derivatives", timed=False),
+    uneven=never,
 )  # fmt: skip

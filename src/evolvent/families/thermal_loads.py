@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import never
 
 Array = np.ndarray
 _6 = (6,)
@@ -38,4 +39,5 @@ THERMAL_LOADS = Family(
     ),
     isolated=True,
     of_step=False,
+    uneven=never,
 )  # fmt: skip

@@ -13,7 +13,7 @@ from evolvent.kernels.drive import FREE, LAW
 from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
 from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record
-from evolvent.model.questions import DRIVE, Block, Coordinates, Law, Moment
+from evolvent.model.questions import DRIVE, Block, Bound, Coordinates, Law, Moment
 
 Array = np.ndarray
 _3, _6 = (3,), (6,)
@@ -76,6 +76,12 @@ def _spools(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
     for p, row in enumerate(records("threads")):
         if row["spool_q"] >= 0:
             yield Block(SCALAR, row["spool_q"], row["spool_v"], p, row["spool_inertia"], -1)
+
+
+def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    for p in range(model.threads.size):
+        for square, rate in thread.add_thread_bound(model, p, felt["bodies"], felt["points"]):
+            yield p, square, rate
 
 
 # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
@@ -189,6 +195,7 @@ THREADS = Family(
         Coordinates(_nodes_of_threads, 20, lambda found: 3 * int(np.sum(found["n"]))),
         Coordinates(_spools, 30, lambda found: 0),
     ),
+    bound=_bound,
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step

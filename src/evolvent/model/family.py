@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.base import plugins
-from evolvent.model.questions import AdjointSupport, Coordinates, Law, Records as Records
+from evolvent.model.questions import AdjointSupport, Bound, Coordinates, Felt, Law, Records as Records
 
 Array = np.ndarray
 
@@ -132,6 +132,12 @@ class Family:
     adjoint : why the adjoint supports it; None of one that it does not support
     coordinates : of its records
     consists_of : function of a record to the bodies of which it consists; None where it does of none
+    felt : how its records answer the stiffness and damping that they feel, for the bound of explicit steps
+    bound : function of the model after `kinematics`, the state, and blocks of stiffness and damping that are felt, by
+        family (2, n, size, size), to bounds of the fastest modes of its own; it adds to the blocks what its records
+        make others feel. Where `stiff` records have none, the fastest mode is found by differences of accelerations
+    uneven : function of a steady turn (`solvers.steady_turn.Turn`) and of the records with an end on what does not
+        turn, of all without `ends`, to those that are not the same at every angle about its axis; None for all of them
     """
 
     name: str
@@ -153,6 +159,9 @@ class Family:
     adjoint: AdjointSupport | None = None
     coordinates: tuple[Coordinates, ...] = ()
     consists_of: Callable[[Any], range] | None = None
+    felt: Felt | None = None
+    bound: Callable[[Any, Array, Mapping[str, Array]], Iterator[Bound]] | None = None
+    uneven: Callable[[Any, list[int]], Iterable[int]] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""

@@ -55,6 +55,32 @@ class Coordinates:
     loose: Callable[[Array], int]
 
 
+#: Record, square of a frequency (rad2/s2) and damping rate (1/s) of a mode.
+Bound = tuple[int, float, float]
+
+
+@dataclasses.dataclass(frozen=True)
+class Felt:
+    """How records answer the stiffness and damping that they feel.
+
+    Attributes
+    ----------
+    size : int, of the blocks: displacements, then turns, inertial axes
+    which : function of the records to a mask of those that move
+    answer : function of the model, the index of a record and blocks (2, size, size) of stiffness and damping to these
+        times the inverse of its mass matrix
+    """
+
+    size: int
+    which: Callable[[Array], Array]
+    answer: Callable[[Any, int, Array], Array]
+
+
+def never(turn: Any, rows: list[int]) -> Iterator[int]:
+    """No record, as `Family.uneven`."""
+    return iter(())
+
+
 @dataclasses.dataclass(frozen=True)
 class Law:
     """A user's law that some records of a family call.
