@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from evolvent.kernels import ancf_beams, calls
-from evolvent.model.family import ENERGY, EVERY, Family, Kind, record, where
+from evolvent.kernels.ancf_beams import NODE_VECTORS
+from evolvent.kernels.blocks import POSITION, SLOPE
+from evolvent.model.family import ENERGY, EVERY, Family, Kind, Records, record, where
 from evolvent.model.powers import MASS_DAMPING, STIFFNESS_DAMPING
+from evolvent.model.questions import AdjointSupport, Block, Coordinates, never
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
@@ -24,6 +28,23 @@ def _unforced(model: Any) -> dict[str, Array]:
 
 def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
     return {name: getattr(whole, name) for name in ("H", "h", "thermal_loads")}
+
+
+def _nodal_masses(beam: np.record, elements: Array, masses: Any) -> Array:
+    """Diagonal of a beam's mass matrix, a number for each nodal vector, kg and so on."""
+    vectors = NODE_VECTORS[beam["kind"]]
+    found = np.zeros(vectors * int(beam["nodes"]))
+    for i, element in enumerate(elements[beam["first_element"] :][: beam["elements"]]):
+        found[vectors * i :][: 2 * vectors] += np.diag(masses[element["mass"]])
+    return found
+
+
+def _vectors(records: Records, pools: Mapping[str, Any]) -> Iterator[Block]:
+    for b, beam in enumerate(records("beams")):
+        vectors = NODE_VECTORS[beam["kind"]]
+        for i, mass in enumerate(_nodal_masses(beam, records("elements"), pools["M"])):
+            kind = SLOPE if i % vectors else POSITION
+            yield Block(kind, beam["iq"] + 3 * i, beam["iv"] + 3 * i, b, mass, i // vectors)
 
 
 # beams; a node's coordinates stand together, node after node; first_node: number of the first among
@@ -57,6 +78,12 @@ BEAMS = Family(
     reads_inertia=False,
     smooth=True,
     shares=Shares((Rule(ELASTIC),), place=10, unforced=_unforced, elastic=Elastic(_stiff)),
+    of_step=False,
+    adjoint=AdjointSupport(
+        "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False,
+    ),
+    coordinates=(Coordinates(_vectors, 10, lambda found: 6 * found.size),),
+    uneven=never,
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod

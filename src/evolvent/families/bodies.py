@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import body_step, calls, rigid
-from evolvent.model.family import Family, Kind, record, where
+from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION
+from evolvent.model.family import Family, Kind, Records, record, where
 from evolvent.model.powers import DRIVEN
+from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Felt, Law, never
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
@@ -48,6 +53,16 @@ def energy(interval, model, out):
 def momentum(y, model, out):
     """Momenta of all bodies."""
     rigid.add_body_momenta(y, model.bodies, out[:3], out[3:])
+
+
+def _motions(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for k, body in enumerate(records("bodies")):
+        q, v = body["iq"], body["iv"]
+        if body["motion"] == rigid.FREE:
+            yield Block(POSITION, q, v, k, body["mass"])
+            yield Block(ROTATION, q + 3, v + 3, k, np.diag(body["inertia"]))
+        elif body["motion"] == rigid.SPIN:
+            yield Block(ANGLE, q, v, k, body["spin_inertia"])
 
 
 # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
@@ -95,4 +110,17 @@ BODIES = Family(
     reads_inertia=False,
     smooth=True,
     shares=Shares(),
+    laws=(Law(DRIVE, lambda found: found["path_law"] != 0, field="path_law", before="path_"),),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport(
+        "its inertia follows from the state, and so do the derivatives of it",
+        timed=lambda found: (found["path"] != 0) | (found["rate"] != 0.0),
+    ),
+    coordinates=(Coordinates(_motions, 50, lambda found: 6 * int(np.sum(found["motion"] != rigid.DRIVEN))),),
+    felt=Felt(
+        6, lambda found: found["motion"] != rigid.DRIVEN,
+        lambda model, k, blocks: rigid.body_bound(model.bodies, k, blocks),
+    ),
+    uneven=never,
 )  # fmt: skip

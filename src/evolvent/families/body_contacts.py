@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 
-from evolvent.families.contact_surfaces import is_conservative, slides_freely
+from evolvent.families.contact_surfaces import RULES, is_conservative, pressing, slides_freely
 from evolvent.kernels import body_gaps, calls, contact, contact_laws, contact_tangent
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.powers import CONTACTS
-from evolvent.families.contact_surfaces import RULES, is_conservative, pressing, slides_freely
-from evolvent.kernels import body_gaps, contact_laws
-from evolvent.kernels.ends import of_bodies
-from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import AdjointSupport, Bound
 from evolvent.model.shares import Contact, Shares
 
 Array = np.ndarray
@@ -60,6 +60,11 @@ def explicit_energy(interval, model, out):
     """Energy by the forces of the state, of bristles too."""
     force(interval, model)
     energy(interval, model, out)
+
+
+def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    contact_tangent.add_body_contact_bound(model, felt["bodies"])
+    return iter(())
 
 
 # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
@@ -133,4 +138,13 @@ BODY_CONTACTS = Family(
     several=True,
     smooth=True,
     shares=Shares(RULES, place=9, contact=Contact(pressing)),
+    adjoint=AdjointSupport(
+        "without friction its force follows from the state, with all derivatives", filtered="gaps of body_contacts",
+        timed=False,
+        refused={
+            "contacts between bodies have friction": lambda found: found["friction"] != 0.0,
+            "contacts between bodies have viscous friction": lambda found: found["viscous"] != 0.0,
+        },
+    ),
+    bound=_bound,
 )  # fmt: skip

@@ -92,6 +92,8 @@ def explicit_energy(interval, model, out):
     """Energy by the forces of the state, of bristles too."""
     force(interval, model)
     energy(interval, model, out)
+
+
 #: Damping of bristles with which friction is at its limit at any rate, N s/m.
 _SLIPS = 1e30
 #: Shares of contacts.

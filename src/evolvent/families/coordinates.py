@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from evolvent.kernels.ends import of_coordinate
 from evolvent.model import KEPT
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, JOINTS
+from evolvent.model.questions import AdjointSupport
 from evolvent.model.shares import DAMPING, FRICTION, SPRING, Rule, Shares
 
 Array = np.ndarray
@@ -60,6 +62,8 @@ def explicit_energy(interval, model, out):
     """Energy of springs, latches, frictions and parts on coordinates."""
     stored, _ = coordinate.add_coordinates(interval.step.t, interval.ym, KEPT, interval.s, model, model.F)
     out[1] += stored
+
+
 #: Rate of a coordinate, beside that of the direction, below which it does not move.
 _OFF = 1e-7
 #: Deflections of a bristle, beside that at which friction slips, from which it is pulled along.
@@ -92,6 +96,15 @@ def _slip(mechanism: Any, share: Any, at: Any, direction: Any, own: Array) -> No
         own["friction"] = 0.0
     else:
         own["anchor"] = x - math.copysign(_SLIPPING * float(own["friction"][0] / own["stick"][0]), rate)
+
+
+def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
+    """All but travels along the axis."""
+    for k in rows:
+        row = turn.model.coordinates[k]
+        own = turn.model.bodies[row["body"]]
+        if row["kind"] == axial.ANGLE or not turn.along(own["R0"] @ row["axis"]) or not turn.still[row["body"]]:
+            yield k
 
 
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
@@ -160,4 +173,10 @@ COORDINATES = Family(
     reads_inertia=False,
     smooth=True,
     shares=Shares(_RULES, place=0, unforced=_unforced, prepare=_slip),
+    of_step=lambda found: found["friction"] > 0.0,
+    adjoint=AdjointSupport(
+        "its torque follows from the state, with all derivatives; that it latches is found by neighbours", timed=False,
+        refused={"joints have friction": lambda found: found["friction"] > 0.0},
+    ),
+    uneven=_uneven,
 )  # fmt: skip

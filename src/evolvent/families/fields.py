@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from evolvent.kernels import calls, fields
+from evolvent.kernels.blocks import MOVES, POSITION
 from evolvent.model.family import Family, Kind, record, where
 from evolvent.model.powers import MARKER_LOADS
+from evolvent.model.questions import AdjointSupport, Law, Moment, calls_law
 from evolvent.model.shares import INERTIA, Rule, Shares
 
 Array = np.ndarray
@@ -26,8 +29,23 @@ def force(interval, model):
 def tangent(interval, model, matrix):
     """Derivatives of `force`."""
     fields.add_field_tangents(interval.step.tm, interval.ym, interval.step.c_rate, model, matrix)
+
+
 def _at_full_scale(mechanism: Any, share: Any, at: Any, direction: Any, own: Array) -> None:
     own["scale"] = 1.0
+
+
+def _at_masses(model: Any, k: int, moment: Moment, everywhere: bool) -> Iterator[tuple[Any, ...]]:
+    """At points, free bodies, nodes of beams, and where threads leave their spools; or at the first of these."""
+    time, y, _ = moment
+    for block in model.blocks[(model.blocks["kind"] == POSITION) & (model.blocks["switch"] == MOVES)]:
+        yield y[block["iq"] :][:3].copy(), y[block["iv"] :][:3].copy(), time
+        if not everywhere:
+            return
+    for thread in model.threads:
+        yield thread["Q"][:3].copy(), thread["Q"][3:].copy(), time
+        if not everywhere:
+            return
 
 
 # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
@@ -50,6 +68,10 @@ FIELDS = Family(
     reads_inertia=False,
     smooth=True,
     shares=Shares((Rule(INERTIA),), place=17, prepare=_at_full_scale),
+    laws=(Law("force", calls_law, _at_masses),),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
 )  # fmt: skip
 
 # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import AdjointSupport, never
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
@@ -21,6 +22,10 @@ LINKS = Family(
     isolated=True,
     smooth=True,
     shares=Shares(),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("joints hold it", timed=False),
+    uneven=never,
 )  # fmt: skip
 
 # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
@@ -34,4 +39,8 @@ GUIDES = Family(
     isolated=True,
     smooth=True,
     shares=Shares(),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("joints hold it", timed=False),
+    uneven=never,
 )  # fmt: skip

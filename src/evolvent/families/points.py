@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import calls, points
-from evolvent.model.family import Family, Kind, record, where
+from evolvent.kernels.blocks import POSITION
+from evolvent.model.family import Family, Kind, Records, record, where
+from evolvent.model.questions import AdjointSupport, Block, Coordinates, Felt, never
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
@@ -36,6 +41,12 @@ def momentum(y, model, out):
     points.add_point_momenta(y, model.points, out[:3], out[3:])
 
 
+def _positions(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for k, point in enumerate(records("points")):
+        if point["mass"] > 0.0:  # the others are nodes of beams
+            yield Block(POSITION, point["iq"], point["iv"], k, point["mass"])
+
+
 # without mass: a node of a beam, whose coordinates it has
 POINTS = Family(
     "points",
@@ -59,4 +70,12 @@ POINTS = Family(
     reads_inertia=False,
     smooth=True,
     shares=Shares(),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its mass is constant", timed=False),
+    coordinates=(Coordinates(_positions, 40, lambda found: 3 * int(np.sum(found["mass"] > 0.0))),),
+    felt=Felt(
+        3, lambda found: found["mass"] > 0.0, lambda model, k, blocks: points.point_bound(model.points, k, blocks)
+    ),
+    uneven=never,
 )  # fmt: skip

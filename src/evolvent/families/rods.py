@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent
+from evolvent.kernels.blocks import SCALAR
+from evolvent.kernels.drive import LAW
 from evolvent.model.family import ENERGY, EVERY, End, Family, Kind, Records, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
+from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Law, never
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
@@ -86,8 +89,19 @@ def explicit_end(interval, model):
             driven, by_weight = rod_payout.drive_rod(interval.rates, 0, k, model)
             interval.powers[DRIVEN] += driven
             interval.powers[MARKER_LOADS] += by_weight
+
+
 def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
     return {name: getattr(whole, name) for name in ("rods", "rod_elements", "thermal_loads")}
+
+
+def _transverse(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    """Curvatures of sections that flatten."""
+    for k, row in enumerate(records("rods")):
+        if row["tape"] > 0:
+            tape = records("tapes")[row["tape"] - 1]
+            for i, node in enumerate(records("tape_nodes")[tape["first_node"] :][: tape["nodes"]]):
+                yield Block(SCALAR, node["iq"], node["iv"], k, node["mass"], i)
 
 
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
@@ -132,6 +146,15 @@ RODS = Family(
     consists=lambda row, _: range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1),
     smooth=lambda found: found["payout"] == 0,
     shares=Shares((Rule(ELASTIC),), place=11, elastic=Elastic(_stiff)),
+    laws=(Law(DRIVE, lambda found: (found["payout"] != 0) & (found["law"] != 0) & (found["drive"] == LAW)),),
+    of_step=False,
+    adjoint=AdjointSupport(
+        "its strains follow from the state, with all derivatives", filtered="strains of rods",
+        timed=lambda found: found["payout"] != 0,
+        refused={"rods have a section that is a tape": lambda found: found["tape"] > 0},
+    ),
+    coordinates=(Coordinates(_transverse, 80, lambda found: 0),),
+    uneven=never,
 )  # fmt: skip
 
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its

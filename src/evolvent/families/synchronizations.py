@@ -6,6 +6,7 @@ import numpy as np
 
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import AdjointSupport, never
 from evolvent.model.shares import DAMPING, SPRING, Rule, Shares
 
 Array = np.ndarray
@@ -34,4 +35,7 @@ SYNCHRONIZATIONS = Family(
     reads_inertia=False,
     smooth=True,
     shares=Shares((Rule(SPRING, "", ("stiffness",)), Rule(DAMPING, "damping", ("damping",))), place=3),
+    of_step=False,
+    adjoint=AdjointSupport("its torque follows from the state, with all derivatives", timed=False),
+    uneven=never,
 )  # fmt: skip

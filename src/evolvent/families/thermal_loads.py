@@ -7,6 +7,7 @@ import numpy as np
 from evolvent.kernels import calls, thermal
 from evolvent.model import zeros
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import never
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
@@ -63,4 +64,6 @@ THERMAL_LOADS = Family(
     reads_inertia=False,
     smooth=True,
     shares=Shares(unforced=lambda _: {"thermal_loads": zeros("thermal_loads", 0)}),
+    of_step=False,
+    uneven=never,
 )  # fmt: skip

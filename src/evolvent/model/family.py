@@ -17,10 +17,11 @@ from typing import Any
 import numpy as np
 
 from evolvent.base import plugins
-from evolvent.compiled import lookups
-from evolvent.model.shares import Rule, Shares
 from evolvent.base.errors import InputError
+from evolvent.compiled import lookups
 from evolvent.model.layout import Accounts, Switches
+from evolvent.model.questions import AdjointSupport, Bound, Coordinates, Felt, Law, Records as Records
+from evolvent.model.shares import Rule, Shares
 
 Array = np.ndarray
 
@@ -40,13 +41,13 @@ GROUP, PACKAGE = "evolvent.families", "evolvent.families"
 WORK = "work since the first sample, of the power interpolated between the samples times the load's course in time"
 #: What a record acts on: ("bodies", index), ("reduced_bodies", index), ("vectors", index).
 End = tuple[str, int]
-#: Records of a family by its name.
-Records = Callable[[str], Any]
 #: An answer that is a compiled function, which walks over a model's families call (`evolvent.kernels.calls`).
 Call = Any
 #: What questions begin with that are answered as those without it where they have no answer: of a step of implicit
 #: methods, of a state of explicit ones.
 _PREFIXES = ("step_", "explicit_")
+#: For all records of a family, or a function of the records to a mask of those for which it is so.
+Some = bool | Callable[[Array], Array]
 
 
 def record(integers: str, floats: str = "", scratch: str = "", **shapes: tuple[int, ...]) -> np.dtype:
@@ -69,6 +70,11 @@ def where(field: str, value: Any) -> Callable[[Array], Array]:
 def has_parameters(found: Array, others: int) -> Array:
     """Whether loads have more than `others` parameters: (n,) bool."""
     return np.asarray(found["last"] - found["first"] > others)
+
+
+def some(answer: Some, found: Array) -> bool:
+    """Whether an answer is so for any of the records."""
+    return bool(np.any(answer(found))) if callable(answer) else answer and found.size > 0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -164,6 +170,19 @@ class Family:
     scratch : function of `Records` and the builder to arrays of the model that its records need, whether there are some
         or none; None for none
     check : function of the builder that refuses what its parts cannot be together with others; None for none
+    laws : users' laws that records call
+    means : function of its records to those that act over a step of energy-momentum as means of what is no user's law
+        (`kernels.law_means`); None for none
+    of_step : whether forces belong to a step, and follow from what the step before has left, not from a state alone
+    stiff : whether a record resists a change of shape, but by a law
+    adjoint : why the adjoint supports it; None of one that it does not support
+    coordinates : of its records
+    felt : how its records answer the stiffness and damping that they feel, for the bound of explicit steps
+    bound : function of the model after `kinematics`, the state, and blocks of stiffness and damping that are felt, by
+        family (2, n, size, size), to bounds of the fastest modes of its own; it adds to the blocks what its records
+        make others feel. Where `stiff` records have none, the fastest mode is found by differences of accelerations
+    uneven : function of a steady turn (`solvers.steady_turn.Turn`) and of the records with an end on what does not
+        turn, of all without `ends`, to those that are not the same at every angle about its axis; None for all of them
     """
 
     name: str
@@ -187,7 +206,6 @@ class Family:
     smooth: bool | Callable[[Array], Array] = False
     shares: Shares | None = None
     category: str = ""
-
     by_rates: bool | Callable[[Any], bool] | None = None
     force: Call = None
     step_force: Call = None
@@ -217,6 +235,15 @@ class Family:
     initial: Mapping[str, str] = dataclasses.field(default_factory=dict)
     scratch: Callable[[Records, Any], Mapping[str, Array]] | None = None
     check: Callable[[Any], None] | None = None
+    laws: tuple[Law, ...] = ()
+    means: Callable[[Array], Array] | None = None
+    of_step: Some = True
+    stiff: Some = True
+    adjoint: AdjointSupport | None = None
+    coordinates: tuple[Coordinates, ...] = ()
+    felt: Felt | None = None
+    bound: Callable[[Any, Array, Mapping[str, Array]], Iterator[Bound]] | None = None
+    uneven: Callable[[Any, list[int]], Iterable[int]] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
@@ -231,6 +258,7 @@ class Family:
         if self.by_rates is None:
             return self.force is not None
         return self.by_rates(model) if callable(self.by_rates) else self.by_rates
+
     @property
     def in_margins(self) -> Shares | None:
         """Its shares in margins; None where parts of it are refused."""
@@ -240,6 +268,10 @@ class Family:
         """What messages call a record, given as one of (1,)."""
         found = next((kind.name for kind in self.kinds if kind.mask(row)[0]), "")
         return found or f"one of the {self.name.replace('_', ' ')}"
+
+    def masks_of_means(self) -> list[Callable[[Array], Array]]:
+        """Functions of its records to masks of those that act as means over a step of energy-momentum."""
+        return [law.which for law in self.laws if law.is_force] + ([] if self.means is None else [self.means])
 
     def records(self, model: Any) -> Array:
         """Its records in a model."""
@@ -285,6 +317,11 @@ def _declared() -> Iterator[Family]:
 def families() -> dict[str, Family]:
     """All families, by name and in their order; families of other distributions come last."""
     return {family.name: family for family in _declared()}
+
+
+def whole() -> Iterator[Family]:
+    """Families of records that belong to no other family's."""
+    return (family for family in families().values() if not family.of)
 
 
 def acting() -> list[Family]:
