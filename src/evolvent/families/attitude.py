@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.kernels import attitude, attitude_tangent, calls, rigid
+from evolvent.kernels import attitude, attitude_tangent, calls, rigid, turning
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, SPRINGS
@@ -80,6 +80,31 @@ def explicit_end(interval, model):
     attitude.actuator_rates(interval.ym, model, interval.rates)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Wheels, thrusters and controllers."""
+    attitude.evaluate_actuators(interval.step.t, interval.ym, model)
+
+
+@calls.force
+def end_step(interval, model):
+    """Impulses of thrusters; work of friction in wheels, and of their motors."""
+    step = interval.step
+    lost, driven = attitude.end_actuator_step(step.h, 0.5 / step.share, interval.dq, interval.y1, model)
+    interval.powers[SPRINGS] += lost
+    interval.powers[DRIVEN] += driven
+
+
+@calls.until_turn
+def until_turn(y0, y, h, model):
+    """Where a wheel turns back, whose friction is that of a stiff damper below the rate `slip`."""
+    wheels, part = model.wheels, turning.NO_TURN
+    for k in range(wheels.size):
+        if wheels[k].friction > 0.0:
+            part = min(part, turning.until_reversal(y0[wheels[k].iv], y[wheels[k].iv], wheels[k].slip))
+    return part
+
+
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
 # or -1; actuators of a controller: their kind, and `count` numbers from `place` on, then how they share its torque
 WHEELS = Family(
@@ -117,6 +142,9 @@ WHEELS = Family(
     explicit_force=explicit_force,
     explicit_end=explicit_end,
     by_rates=False,
+    evaluate=evaluate,
+    end_step=end_step,
+    until_turn=until_turn,
 )  # fmt: skip
 
 THRUSTERS = Family(
@@ -144,6 +172,8 @@ THRUSTERS = Family(
     explicit_force=explicit_force,
     explicit_end=explicit_end,
     by_rates=False,
+    evaluate=evaluate,
+    end_step=end_step,
 )  # fmt: skip
 
 CONTROLLERS = Family(
@@ -165,4 +195,5 @@ CONTROLLERS = Family(
         Kind("an attitude controller"),
     ),
     isolated=True,
+    evaluate=evaluate,
 )  # fmt: skip

@@ -36,6 +36,13 @@ def tangent(interval, model, matrix):
     beam_loads.add_field_tangents(interval.ym, model, matrix)
 
 
+@calls.force
+def evaluate(interval, model):
+    """All loads on beams."""
+    step = interval.step
+    beam_loads.evaluate_beam_loads(int(step.sample), interval.times, interval.ym, step.factor, model)
+
+
 # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
 # a node; first, last: indices of a profile, or of a law's parameters; frame: 1 of section axes; now: last value;
 # pitch: of the screw motion along which a torque acts, m/rad
@@ -73,4 +80,5 @@ BEAM_LOADS = Family(
     force=force,
     tangent=tangent,
     by_rates=False,
+    evaluate=evaluate,
 )  # fmt: skip

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.kernels import body_step, calls, rigid
-from evolvent.model.family import Family, Kind, record, where
+from evolvent.kernels import attitude, body_step, calls, points, rigid
+from evolvent.kernels.rotations import cross, turn_back
+from evolvent.kernels.sparse import add_entry
+from evolvent.model.family import CLEARED, Family, Kind, record, where
 from evolvent.model.powers import DRIVEN
 
 Array = np.ndarray
@@ -49,6 +51,42 @@ def momentum(y, model, out):
     rigid.add_body_momenta(y, model.bodies, out[:3], out[3:])
 
 
+@calls.force
+def evaluate(interval, model):
+    """Momenta and energies of all bodies."""
+    rigid.evaluate_bodies(interval.ym, model.bodies)
+
+
+@calls.turning_tangent
+def turning_tangent(factor, spin, y, model, matrix):
+    """Derivatives of the forces by a steady turn."""
+    n_q, bodies = model.info.nq, model.bodies
+    for b in range(bodies.size):
+        if bodies[b].motion != rigid.FREE:
+            continue
+        at, J = bodies[b].iv - n_q, bodies[b].inertia
+        w = turn_back(bodies[b].R, spin[0], spin[1], spin[2])
+        p = attitude.wheel_momentum(b, y, model)
+        h = (
+            J[0, 0] * w[0] + J[0, 1] * w[1] + J[0, 2] * w[2] + p[0],
+            J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2] + p[1],
+            J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2] + p[2],
+        )
+        points.add_centrifugal(factor * bodies[b].mass, at, spin, matrix)
+        for e in range(3):
+            # a turn by the unit vector e changes w by w x e, and the torque by (w x e) x h + w x J (w x e)
+            u = cross(w[0], w[1], w[2], 1.0 * (e == 0), 1.0 * (e == 1), 1.0 * (e == 2))
+            Ju = (
+                J[0, 0] * u[0] + J[0, 1] * u[1] + J[0, 2] * u[2],
+                J[1, 0] * u[0] + J[1, 1] * u[1] + J[1, 2] * u[2],
+                J[2, 0] * u[0] + J[2, 1] * u[1] + J[2, 2] * u[2],
+            )
+            g = cross(u[0], u[1], u[2], h[0], h[1], h[2])
+            k3 = cross(w[0], w[1], w[2], Ju[0], Ju[1], Ju[2])
+            for c in range(3):
+                add_entry(matrix, at + 3 + c, at + 3 + e, factor * (g[c] + k3[c]))
+
+
 # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
 # acceleration, m/s2; of thread that moves with the body (`kernels.thread.step`): carried (kg), moment, own
 # (inertia), and spin0, spin1, momentum by turning on spools at both ends of a step, body axes; torque: on a free
@@ -88,4 +126,7 @@ BODIES = Family(
     step_inertia_tangent=step_inertia_tangent,
     energy=energy,
     momentum=momentum,
+    evaluate=evaluate,
+    turning_tangent=turning_tangent,
+    kept={"F": CLEARED},
 )  # fmt: skip

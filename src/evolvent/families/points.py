@@ -45,6 +45,19 @@ def momentum(y, model, out):
     points.add_point_momenta(y, model.points, out[:3], out[3:])
 
 
+@calls.force
+def evaluate(interval, model):
+    """Momenta and energies of all points."""
+    points.evaluate_points(interval.ym, model.points)
+
+
+@calls.turning_tangent
+def turning_tangent(factor, spin, y, model, matrix):
+    """Derivatives of the forces by a steady turn."""
+    for k in range(model.points.size):
+        points.add_centrifugal(factor * model.points[k].mass, model.points[k].iv - model.info.nq, spin, matrix)
+
+
 # without mass: a node of a beam, whose coordinates it has
 POINTS = Family(
     "points",
@@ -64,4 +77,6 @@ POINTS = Family(
     inertia_tangent=inertia_tangent,
     energy=energy,
     momentum=momentum,
+    evaluate=evaluate,
+    turning_tangent=turning_tangent,
 )  # fmt: skip

@@ -39,6 +39,12 @@ def explicit_rate(interval, model):
     interval.powers[SPRINGS] += reduced.mode_rates(interval.ym, model, interval.rates)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Energies and momenta of all reduced bodies."""
+    reduced.evaluate_reduced(interval.ym, model)
+
+
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
 # of the modal coordinates at iq, iv; mass: of each of them
 REDUCED_BODIES = Family(
@@ -63,7 +69,15 @@ REDUCED_BODIES = Family(
     explicit_force=False,
     explicit_rate=explicit_rate,
     by_rates=False,
+    evaluate=evaluate,
 )  # fmt: skip
+
+
+@calls.note
+def note_step(model):
+    """Changes of all modal coordinates."""
+    reduced.note_changes(model.modes)
+
 
 # of a step: change of the coordinate, and that over the step before
 MODAL = Family(
@@ -71,4 +85,5 @@ MODAL = Family(
     record("", "stiffness damping", "change before"),
     order=140,
     of="reduced_bodies",
+    note_step=note_step,
 )  # fmt: skip

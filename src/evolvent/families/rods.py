@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent
-from evolvent.model.family import ENERGY, EVERY, End, Family, Kind, Records, record
+from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent, thermal
+from evolvent.model.family import BETWEEN, ENERGY, EVERY, End, Family, Kind, Records, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
 
 Array = np.ndarray
@@ -87,6 +87,17 @@ def explicit_end(interval, model):
             interval.powers[MARKER_LOADS] += by_weight
 
 
+@calls.force
+def evaluate(interval, model):
+    """Strains, forces, energies, momenta and nodes of all rods, with their free strains."""
+    step = interval.step
+    if model.thermal_loads.size > 0:
+        thermal.heat_rods(step.t, step.t, step.factor, model)
+    rod.evaluate_rods(model, model.sums[1])
+    rod.evaluate_sums(interval.ym, model)
+    rod.evaluate_nodes(model)
+
+
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
 # tape: 1 + tape of which the section flattens, or 0; payout: 1 where the length that is out follows a drive
 # (`kernels.rod_payout`): density and gyration, mass and inertia per length; out, rate, acceleration: of the length;
@@ -126,7 +137,16 @@ RODS = Family(
     momentum=momentum,
     explicit_force=explicit_force,
     explicit_end=explicit_end,
+    evaluate=evaluate,
+    kept={"drive_force": BETWEEN},
 )  # fmt: skip
+
+
+@calls.note
+def note_step(model):
+    """Changes of the strains of all elements."""
+    rod_strains.note_strains(model.rod_elements)
+
 
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its
 # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod_strains`;
@@ -170,4 +190,5 @@ ROD_ELEMENTS = Family(
     },
     of="rods",
     ends=_of_rod_element,
+    note_step=note_step,
 )  # fmt: skip

@@ -47,6 +47,12 @@ def energy(interval, model, out):
     out[1] += springs.evaluate_springs(interval.step.t, interval.ym, model)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Lengths, forces and energies of all springs."""
+    springs.evaluate_springs(interval.step.t, interval.ym, model)
+
+
 # slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; line, line0: vector
 # from a to b, of the last state and of the last step; passed: see `kernels.springs.note_lines`; the others are in
 # `RESULTS`, and lost: W, dissipated
@@ -80,4 +86,5 @@ SPRINGS = Family(
     measure=measure,
     energy=energy,
     by_rates=False,
+    evaluate=evaluate,
 )  # fmt: skip

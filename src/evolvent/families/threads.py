@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, thread
+from evolvent.kernels import calls, points, thread
 from evolvent.kernels.drive import FREE
 from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
@@ -110,6 +110,40 @@ def explicit_force(interval, model):
     powers[SPRINGS] += lost
     powers[MARKER_LOADS] += given
     powers[SPOOLS] += spools
+
+
+@calls.force
+def prepare_sample(interval, model):
+    """Tensions that are multipliers."""
+    thread.note_tensions(interval.la, model)
+
+
+@calls.force
+def evaluate_rates(interval, model):
+    """Motion, tensions, energies and momenta of all threads."""
+    for p in range(model.threads.size):
+        thread.note_results(interval.ym, interval.s, model, p)
+
+
+@calls.force
+def evaluate(interval, model):
+    """Loads on threads."""
+    step = interval.step
+    if model.loads.size > 0:
+        thread.evaluate_thread_loads(int(step.sample), interval.times, interval.s, step.factor, model)
+
+
+@calls.turning_tangent
+def turning_tangent(factor, spin, y, model, matrix):
+    """Derivatives of the forces by a steady turn."""
+    n_q, threads = model.info.nq, model.threads
+    for k in range(threads.size):
+        if threads[k].kind == thread.MOVING:
+            thread.add_turning_elements(factor, spin, k, model, matrix)
+            continue
+        for i in range(1 if threads[k].end >= 0 else 0, model.switches[k]):
+            mass = factor * model.nodes[threads[k].node + i].mass
+            points.add_centrifugal(mass, threads[k].iv + 3 * i - n_q, spin, matrix)
 
 
 # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
@@ -223,6 +257,10 @@ THREADS = Family(
     explicit_force=explicit_force,
     explicit_energy=False,
     by_rates=False,
+    prepare_sample=prepare_sample,
+    evaluate_rates=evaluate_rates,
+    evaluate=evaluate,
+    turning_tangent=turning_tangent,
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step
