@@ -58,6 +58,13 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
             yield k
 
 
+@calls.force
+def evaluate(interval, model):
+    """All loads on beams."""
+    step = interval.step
+    beam_loads.evaluate_beam_loads(int(step.sample), interval.times, interval.ym, step.factor, model)
+
+
 # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
 # a node; first, last: indices of a profile, or of a law's parameters; frame: 1 of section axes; now: last value;
 # pitch: of the screw motion along which a torque acts, m/rad
@@ -103,4 +110,5 @@ BEAM_LOADS = Family(
     stiff=False,
     adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
     uneven=_uneven,
+    evaluate=evaluate,
 )  # fmt: skip

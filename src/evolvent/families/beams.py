@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import ancf_beams, calls
+from evolvent.kernels import ancf, ancf_beams, beam_strains, calls, thermal
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.blocks import POSITION, SLOPE
+from evolvent.kernels.sparse import add_entry
 from evolvent.model.family import ENERGY, EVERY, Family, Kind, Records, record, where
 from evolvent.model.powers import MASS_DAMPING, STIFFNESS_DAMPING
 from evolvent.model.questions import AdjointSupport, Block, Coordinates, never
@@ -45,6 +46,17 @@ def _vectors(records: Records, pools: Mapping[str, Any]) -> Iterator[Block]:
         for i, mass in enumerate(_nodal_masses(beam, records("elements"), pools["M"])):
             kind = SLOPE if i % vectors else POSITION
             yield Block(kind, beam["iq"] + 3 * i, beam["iv"] + 3 * i, b, mass, i // vectors)
+
+
+@calls.force
+def evaluate(interval, model):
+    """Strains, forces, energies, momenta and nodes of all beams, with their free strains."""
+    step = interval.step
+    if model.thermal_loads.size > 0:
+        thermal.heat_beams(step.t, step.factor, model)
+    beam_strains.evaluate_beams(interval.ym, model)
+    beam_strains.evaluate_sums(interval.ym, model)
+    beam_strains.evaluate_nodes(int(step.sample), interval.ym, model)
 
 
 # beams; a node's coordinates stand together, node after node; first_node: number of the first among
@@ -84,6 +96,7 @@ BEAMS = Family(
     ),
     coordinates=(Coordinates(_vectors, 10, lambda found: 6 * found.size),),
     uneven=never,
+    evaluate=evaluate,
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod
@@ -152,6 +165,31 @@ def explicit_rate(interval, model):
     ancf_beams.beam_rates(interval.ym, model, interval.rates)
 
 
+@calls.note
+def note_step(model):
+    """What elements have changed by."""
+    ancf.note_changes(model.elements)
+
+
+@calls.turning_tangent
+def turning_tangent(factor, spin, y, model, matrix):
+    """Derivatives of the forces by a steady turn."""
+    n_q, elements, beams = model.info.nq, model.elements, model.beams
+    square = spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]
+    for k in range(elements.size):
+        n = 2 * ancf_beams.NODE_VECTORS[beams[elements[k].beam].kind]
+        M = model.M[elements[k].mass]
+        at = elements[k].iv - n_q
+        for i in range(n):
+            for j in range(n):
+                if M[i, j] == 0.0:
+                    continue
+                for c in range(3):
+                    for e in range(3):
+                        value = spin[c] * spin[e] - (square if c == e else 0.0)
+                        add_entry(matrix, at + 3 * i + c, at + 3 * j + e, factor * M[i, j] * value)
+
+
 # form, bending, mass: indices in the pools of the model, bending of the form of that alone; force, tangent,
 # energy: indices (`jit.slot`) of `kernels.element_calls`; stretch: 1 of a cable with engineering strain;
 # section: index among the parameters of what `beam_strains` needs; changes: of products, stretches and curvatures
@@ -191,4 +229,7 @@ ELEMENTS = Family(
     momentum=momentum,
     explicit_force=explicit_force,
     explicit_rate=explicit_rate,
+    note_step=note_step,
+    turning_tangent=turning_tangent,
+    evaluate=False,
 )  # fmt: skip

@@ -90,6 +90,13 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
             yield k
 
 
+@calls.force
+def evaluate(interval, model):
+    """Loads at markers."""
+    step = interval.step
+    loads.evaluate_loads(int(step.sample), interval.times, interval.ym, step.factor, model)
+
+
 # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
 # law of a force or torque; node: of a thread; attitude: 1 of a torque whose law is called with it, 2 of one that
 # follows it; scale: statics' load factor of a law on a thread; rod: 1 + rod whose length that is out it follows, or
@@ -147,4 +154,5 @@ LOADS = Family(
     stiff=False,
     adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
     uneven=_uneven,
+    evaluate=evaluate,
 )  # fmt: skip

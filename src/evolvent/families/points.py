@@ -47,6 +47,19 @@ def _positions(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
             yield Block(POSITION, point["iq"], point["iv"], k, point["mass"])
 
 
+@calls.force
+def evaluate(interval, model):
+    """Momenta and energies of all points."""
+    points.evaluate_points(interval.ym, model.points)
+
+
+@calls.turning_tangent
+def turning_tangent(factor, spin, y, model, matrix):
+    """Derivatives of the forces by a steady turn."""
+    for k in range(model.points.size):
+        points.add_centrifugal(factor * model.points[k].mass, model.points[k].iv - model.info.nq, spin, matrix)
+
+
 # without mass: a node of a beam, whose coordinates it has
 POINTS = Family(
     "points",
@@ -78,4 +91,6 @@ POINTS = Family(
         3, lambda found: found["mass"] > 0.0, lambda model, k, blocks: points.point_bound(model.points, k, blocks)
     ),
     uneven=never,
+    evaluate=evaluate,
+    turning_tangent=turning_tangent,
 )  # fmt: skip

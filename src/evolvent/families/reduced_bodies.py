@@ -61,6 +61,12 @@ def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
     return ((k, *reduced.mode_bounds(model, k)) for k in range(model.reduced_bodies.size))
 
 
+@calls.force
+def evaluate(interval, model):
+    """Energies and momenta of all reduced bodies."""
+    reduced.evaluate_reduced(interval.ym, model)
+
+
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
 # of the modal coordinates at iq, iv; mass: of each of them
 REDUCED_BODIES = Family(
@@ -98,7 +104,15 @@ REDUCED_BODIES = Family(
     coordinates=(Coordinates(_modal, 70, lambda found: 0),),
     uneven=never,
     bound=_bound,
+    evaluate=evaluate,
 )  # fmt: skip
+
+
+@calls.note
+def note_step(model):
+    """Changes of all modal coordinates."""
+    reduced.note_changes(model.modes)
+
 
 # of a step: change of the coordinate, and that over the step before
 MODAL = Family(
@@ -106,4 +120,5 @@ MODAL = Family(
     record("", "stiffness damping", "change before"),
     order=140,
     of="reduced_bodies",
+    note_step=note_step,
 )  # fmt: skip

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent
+from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent, thermal
 from evolvent.kernels.blocks import SCALAR
 from evolvent.kernels.drive import LAW
-from evolvent.model.family import ENERGY, EVERY, End, Family, Kind, Records, record
+from evolvent.model.family import BETWEEN, ENERGY, EVERY, End, Family, Kind, Records, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
 from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Law, never
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
@@ -104,6 +104,17 @@ def _transverse(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
                 yield Block(SCALAR, node["iq"], node["iv"], k, node["mass"], i)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Strains, forces, energies, momenta and nodes of all rods, with their free strains."""
+    step = interval.step
+    if model.thermal_loads.size > 0:
+        thermal.heat_rods(step.t, step.t, step.factor, model)
+    rod.evaluate_rods(model, model.sums[1])
+    rod.evaluate_sums(interval.ym, model)
+    rod.evaluate_nodes(model)
+
+
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
 # tape: 1 + tape of which the section flattens, or 0; payout: 1 where the length that is out follows a drive
 # (`kernels.rod_payout`): density and gyration, mass and inertia per length; out, rate, acceleration: of the length;
@@ -155,7 +166,16 @@ RODS = Family(
     ),
     coordinates=(Coordinates(_transverse, 80, lambda found: 0),),
     uneven=never,
+    evaluate=evaluate,
+    kept={"drive_force": BETWEEN},
 )  # fmt: skip
+
+
+@calls.note
+def note_step(model):
+    """Changes of the strains of all elements."""
+    rod_strains.note_strains(model.rod_elements)
+
 
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its
 # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod_strains`;
@@ -199,4 +219,5 @@ ROD_ELEMENTS = Family(
     },
     of="rods",
     ends=_of_rod_element,
+    note_step=note_step,
 )  # fmt: skip

@@ -72,6 +72,12 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
             yield k
 
 
+@calls.force
+def evaluate(interval, model):
+    """Lengths, forces and energies of all springs."""
+    springs.evaluate_springs(interval.step.t, interval.ym, model)
+
+
 # slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; line, line0: vector
 # from a to b, of the last state and of the last step; passed: see `kernels.springs.note_lines`; the others are in
 # `RESULTS`, and lost: W, dissipated
@@ -123,4 +129,5 @@ SPRINGS = Family(
     adjoint=AdjointSupport("its force follows from the state, with all derivatives", timed=calls_law),
     bound=_bound,
     uneven=_uneven,
+    evaluate=evaluate,
 )  # fmt: skip

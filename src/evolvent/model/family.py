@@ -37,6 +37,8 @@ SOLVERS = {
 EVERY = frozenset(SOLVERS)
 #: Group of entry points, and package, of modules that declare families.
 GROUP, PACKAGE = "evolvent.families", "evolvent.families"
+#: How fields are kept at samples, in the order in which they stand there (`Family.kept`).
+CLEARED, BETWEEN, NEARER, SUMMED = range(4)
 #: Words of the work of a load.
 WORK = "work since the first sample, of the power interpolated between the samples times the load's course in time"
 #: What a record acts on: ("bodies", index), ("reduced_bodies", index), ("vectors", index).
@@ -183,6 +185,25 @@ class Family:
         make others feel. Where `stiff` records have none, the fastest mode is found by differences of accelerations
     uneven : function of a steady turn (`solvers.steady_turn.Turn`) and of the records with an end on what does not
         turn, of all without `ends`, to those that are not the same at every angle about its axis; None for all of them
+    end_step : of a step that has been taken: what the next one needs of it, and into `Interval.powers` the work and the
+        losses that the family books itself (J, `evolvent.model.powers`)
+    note_step : of records alone, what the next step of energy-momentum needs of the last one
+    coupled_energy : at the end of a step of energy-momentum, of penalties and of what acts on coordinates, J
+    contact_set : goes on with a number that encodes which records touch or slip, and in which sense
+    apply : torques on coordinates at their last evaluation, (t, share, kept, y, s, model) as of
+        `kernels.coordinate.add_applied`; returns energy (J), and the powers that it takes and gives (W);
+        apply_tangent : its derivatives, between different coordinates or into `motor_slope` and `motor_damper` of each
+    until_turn : part of a step at which a friction turns back (`kernels.turning`), with measure_rates of the state at
+        its end, keep_rates at the start of the next, and friction_power, of all frictions at the last evaluation
+    end_friction : under explicit methods, frictions at the end of a step into the accounts; returns what they take, J
+    turning_tangent : derivatives of the forces by the accelerations of a steady turn (`solvers.equilibrium`)
+    evaluate : fields that are results, at a sample; by `force` where a family with results has no answer, False for
+        none. Before that of all families prepare_sample, then evaluate_rates of what follows from the rates of explicit
+        methods, which are evaluated for it; after it evaluate_last
+    forget : function of a model whose records forget the steps before, as at the start of a run
+    kept : fields that a run keeps at its samples, and how: `BETWEEN` (values at both ends of a step lie on a straight
+        line), `CLEARED` (the same, of what `kinematics` clears), `NEARER` (of the nearer end), or `SUMMED` (since the
+        start); keeps : function of `Records` to whether they are kept; keep : what fills them after forces
     """
 
     name: str
@@ -244,6 +265,26 @@ class Family:
     felt: Felt | None = None
     bound: Callable[[Any, Array, Mapping[str, Array]], Iterator[Bound]] | None = None
     uneven: Callable[[Any, list[int]], Iterable[int]] | None = None
+    end_step: Call = None
+    note_step: Call = None
+    coupled_energy: Call = None
+    contact_set: Call = None
+    apply: Call = None
+    apply_tangent: Call = None
+    until_turn: Call = None
+    measure_rates: Call = None
+    keep_rates: Call = None
+    friction_power: Call = None
+    end_friction: Call = None
+    turning_tangent: Call = None
+    prepare_sample: Call = None
+    evaluate_rates: Call = None
+    evaluate: Call = None
+    evaluate_last: Call = None
+    keep: Call = None
+    forget: Callable[[Any], None] | None = None
+    kept: Mapping[str, int] = dataclasses.field(default_factory=dict)
+    keeps: Callable[[Records], bool] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
@@ -342,6 +383,12 @@ def asked(question: str) -> dict[str, Any]:
     return {name: answer for name, answer in found if answer is not None}
 
 
+def forget_steps(model: Any) -> None:
+    """Make the records of a model forget the steps before, as at the start of a run."""
+    for forget in asked("forget").values():
+        forget(model)
+
+
 #: Questions whose answers are compiled functions.
 QUESTIONS = tuple(field.name for field in dataclasses.fields(Family) if field.type == "Call")
 
@@ -355,6 +402,8 @@ def _slots(question: str, present: frozenset[str]) -> Array:
         for prefix in _PREFIXES:
             if answer is None and question.startswith(prefix):
                 answer = getattr(family, question.removeprefix(prefix), None)
+        if answer is None and question == "evaluate" and family.results:
+            answer = family.force
         if answer and family.name in present:
             found.append(lookups.slot(answer))
     return np.array([*dict.fromkeys(found)], dtype=np.int64)
@@ -364,3 +413,25 @@ def calls_of(model: Mapping[str, Any]) -> dict[str, Array]:
     """Tables of calls of a model, of the families of which it has records."""
     present = frozenset(name for name in families() if model[name].size)
     return {f"{question}_calls": _slots(question, present).copy() for question in QUESTIONS}
+
+
+def kept_of(model: Mapping[str, Any], places: Mapping[str, int]) -> Array:
+    """Fields that a run keeps at its samples, in their order: (m, 6) int.
+
+    Parameters
+    ----------
+    places : of each family, the word of the model at which its records are found
+
+    Returns
+    -------
+    Of each field the place of its family, bytes from record to record, number of records, bytes of the field in a
+    record, number of its numbers, and how it is kept (`Family.kept`)
+    """
+    found = []
+    for family in families().values():
+        if family.kept and (family.keeps is None or family.keeps(model.__getitem__)):
+            record, size = family.record, model[family.name].size
+            for field, how in family.kept.items():
+                kind, offset = record.fields[field][:2]  # type: ignore[index]
+                found.append((places[family.name], record.itemsize, size, offset, kind.itemsize // 8, how))
+    return np.array(sorted(found, key=lambda row: row[-1]), dtype=np.int64).reshape(-1, 6)

@@ -16,12 +16,12 @@ from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import measure_constraints
-from evolvent.kernels import contact, joint, rigid
+from evolvent.kernels import joint, rigid
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, SCALAR, indices
 from evolvent.kernels.drive import FREE, drive
 from evolvent.kernels.sparse import SparseBlocks
-from evolvent.model.family import EXPLICIT, SOLVERS
+from evolvent.model.family import EXPLICIT, SOLVERS, forget_steps
 from evolvent.model.interval import NUMBERS, Interval
 from evolvent.model.powers import N_POWERS
 from evolvent.solvers import event_search, graph, ordering, reactions
@@ -285,7 +285,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
     model, midpoint = assembly.model, bool(options.midpoint)
     n_v, n_j, n_b, n_t = int(model.info.nv), model.joints.size, model.bodies.size, times.size
     model.switches[:] = assembly.s
-    contact.clear_history(model)
+    forget_steps(model)
     out, evaluated = empty(model, n_t), n_t if reactions.applies(model, options) else 0
     balance, fields, logged = (
         np.zeros(1, dtype=BALANCE),
@@ -324,6 +324,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         error_weight=error_sizes(model, weight, conserves=bool(midpoint)),
         shares=shares(model, weight, conserves=bool(midpoint)),
         energies=np.zeros(3),
+        booked=np.zeros(N_POWERS),
         forces=np.zeros((2, out.forces.shape[1])),
         ends=np.zeros((evaluated, 2, assembly.y.size)),
         end_times=np.zeros((evaluated, 2)),
@@ -350,6 +351,7 @@ def _energy_step(assembly: Assembly, options: np.record, shared: dict[str, np.nd
     return Interval(
         s=np.zeros(0, dtype=np.int64),
         rates=np.zeros(0),
+        times=np.zeros(0),
         step=zeros_record(NUMBERS, soft=1.0, held=float(chi > 0.0 and acts_from_outside(model))),
         **{name: shared[name] for name in ("y0", "dq", "la", "r", "R0", "R1", "x0", "x1")},
         y1=shared["y"],

@@ -18,15 +18,15 @@ from evolvent.assembly.families import bodies_of, has_symmetric_stiffness
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import residual, tangent
+from evolvent.flow.kept_fields import write_forces
 from evolvent.kernels import attitude, contact, rigid, sparse_lu
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SCALAR, SLOPE, idle, indices
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.kernels.springs import ON_BODY
-from evolvent.model.family import families
+from evolvent.model.family import families, forget_steps
 from evolvent.model.powers import N_POWERS
 from evolvent.solvers import equilibrium as eq, ordering, redundancy
 from evolvent.solvers.implicit_setup import matrix_of, sizes
-from evolvent.solvers.sampled import write_forces
 from evolvent.solvers.steady_turn import check_turn
 from evolvent.solvers.still_threads import end_ramps, freeze_spools, stand_still
 
@@ -123,7 +123,7 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     copy = model.copy()
     stand_still(copy, time)
     end_ramps(copy)
-    contact.clear_history(copy)
+    forget_steps(copy)
     copy.contact_surfaces["bristle_damping"] = 0.0
     copy.body_contacts["bristle_damping"], copy.body_contacts["impulse"] = 0.0, np.nan
     return freeze_spools(copy, time)
@@ -174,6 +174,7 @@ class Work:
             is_moment=_moments(model),
             history=np.full((MOST_ITERATIONS + 1, eq.N_HISTORY), np.nan),
             powers=np.zeros(N_POWERS),
+            booked=np.zeros(N_POWERS),
             spin=spin,
             parameters=model.parameters.copy(),
             gravity=np.array(model.info.gravity),
