@@ -44,6 +44,12 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
             yield k
 
 
+def _acts_on(model: Any, k: int, _: Array, time: float) -> tuple[str, int] | None:
+    row = model.beam_loads[k]
+    acts = row["value"] != 0.0 and row["start"] <= time < row["end"]
+    return ("beams", int(row["beam"])) if acts else None
+
+
 # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
 # a node; first, last: indices of a profile, or of a law's parameters; frame: 1 of section axes; now: last value;
 # pitch: of the screw motion along which a torque acts, m/rad
@@ -83,4 +89,5 @@ BEAM_LOADS = Family(
     stiff=False,
     adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
     uneven=_uneven,
+    acts_on=_acts_on,
 )  # fmt: skip

@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent.kernels.ends import of_coordinate, of_joint
 from evolvent.model.family import EVERY, EXPLICIT, End, Family, Kind, Records, record
+from evolvent.model.questions import KeptFields
 
 Array = np.ndarray
 _3 = (3,)
@@ -52,4 +53,7 @@ BEARINGS = Family(
     ),
     ends=_of_bearing,
     through=True,
+    kept=(
+        KeptFields(20, {"rubs": 1, "limit": 1, "radial_force": 1, "axial_force": 1, "tilting": 1, "stored": 1}),
+    ),
 )  # fmt: skip

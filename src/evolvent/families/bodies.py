@@ -9,8 +9,19 @@ import numpy as np
 
 from evolvent.kernels import rigid
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION
+from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
 from evolvent.model.family import Family, Kind, Records, record, where
-from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Felt, Law, never
+from evolvent.model.questions import (
+    DRIVE,
+    AdjointSupport,
+    Block,
+    Coordinates,
+    Felt,
+    KeptFields,
+    Law,
+    LinearizedPoint,
+    never,
+)
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
@@ -24,6 +35,29 @@ def _motions(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
             yield Block(ROTATION, q + 3, v + 3, k, np.diag(body["inertia"]))
         elif body["motion"] == rigid.SPIN:
             yield Block(ANGLE, q, v, k, body["spin_inertia"])
+
+
+def body_point(model: Any, index: int, where: slice, y: Array) -> LinearizedPoint:
+    """A free body by its centre of mass, or one that turns about a fixed axis."""
+    row = model.bodies[index]
+    q = int(row["iq"])
+    R = np.empty((3, 3))
+    if row["motion"] == rigid.FREE:
+        rotation_from_quaternion(*y[q + 3 : q + 7], R)
+        zero = np.zeros((3, 3))
+        return LinearizedPoint(y[q : q + 3].copy(), where, np.hstack([np.eye(3), zero]), np.hstack([zero, R]))
+    rotation_about_axis(row["axis"], float(y[q]), row["R0"], R)
+    return LinearizedPoint(np.array(row["x0"]), where, None, (R @ row["axis"])[:, None])
+
+
+def node_point(model: Any, index: int, y: Array) -> LinearizedPoint:
+    """A free body that is a node of a part, by its centre of mass."""
+    at = int(model.bodies["iv"][index]) - int(model.info.nq)
+    return body_point(model, index, slice(at, at + 6), y)
+
+
+def _centre(assembly: Any, name: str, index: int, where: slice, y: Array) -> Iterator[tuple[str, LinearizedPoint]]:
+    yield name, body_point(assembly.model, index, where, y)
 
 
 # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
@@ -72,4 +106,6 @@ BODIES = Family(
         lambda model, k, blocks: rigid.body_bound(model.bodies, k, blocks),
     ),
     uneven=never,
+    kept=(KeptFields(10, {"F": 6}),),
+    points=_centre,
 )  # fmt: skip

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from evolvent.families.contact_surfaces import is_conservative, slides_freely
-from evolvent.kernels import body_gaps, contact_laws, contact_tangent
+from evolvent.kernels import body_gaps, contact, contact_laws, contact_tangent
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.questions import AdjointSupport, Bound
+from evolvent.model.questions import AdjointSupport, Bound, KeptFields
 
 Array = np.ndarray
 _3, _33, _6 = (3,), (3, 3), (6,)
@@ -24,6 +24,11 @@ def _is_of_box(found: Array) -> Array:
 def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
     contact_tangent.add_body_contact_bound(model, felt["bodies"])
     return iter(())
+
+
+def _at_rest(model: Any) -> None:
+    contact.forget_bodies(model)
+    model.body_contacts["bristle_damping"], model.body_contacts["impulse"] = 0.0, np.nan
 
 
 # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
@@ -98,4 +103,12 @@ BODY_CONTACTS = Family(
         },
     ),
     bound=_bound,
+    rubs=lambda found: found["friction"] > 0.0,
+    at_rest=_at_rest,
+    forget=contact.forget_bodies,
+    settle=lambda model, _: contact.end_bodies(model),
+    kept=(
+        KeptFields(50, {"on_a": 6, "on_b": 6, "rubbing": 3, "c": 3, "force": 1, "gap1": 1, "energy": 1}),
+        KeptFields(90, {"impulse": 1}),
+    ),
 )  # fmt: skip

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import contact_laws
+from evolvent.kernels import contact, contact_laws
 from evolvent.model.family import End, Family, Kind, Records, record, where
+from evolvent.model.questions import KeptFields
 
 Array = np.ndarray
 _3 = (3,)
@@ -37,6 +38,15 @@ def _coupled(row: Any, records: Records) -> Iterator[list[End]]:
     if row["under"] < 0:
         for point in records("contact_points")[int(row["first"]) : int(row["last"])]:
             yield [*(("vectors", int(iv)) for iv in point["iv"]), ("bodies", int(row["body"]))]
+
+
+def _at_rest(model: Any) -> None:
+    contact.forget_points(model)
+    model.contact_surfaces["bristle_damping"] = 0.0
+
+
+def _rub(model: Any) -> bool:
+    return bool(np.any(model.contact_surfaces["friction"] > 0.0))
 
 
 # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
@@ -94,6 +104,14 @@ CONTACT_SURFACES = Family(
     ),
     ends=_of_surface,
     couples=_coupled,
+    rubs=lambda found: found["friction"] > 0.0,
+    at_rest=_at_rest,
+    forget=contact.forget_points,
+    settle=lambda model, y: contact.end_points(y, model),
+    kept=(
+        KeptFields(40, {"force": 3, "moment": 3, "normal": 1, "energy": 1}), KeptFields(70, {"touching": 1}),
+        KeptFields(80, {"impulse": 1}),
+    ),
 )  # fmt: skip
 
 # a contact point is S . (four vectors of its element). Of the step's start: gap (m), distance `offset` from the
@@ -130,4 +148,5 @@ CONTACT_POINTS = Family(
         "rubbing": ("point_friction", "N", "friction of each contact point on its beam, inertial axes"),
     },
     of="contact_surfaces",
+    kept=(KeptFields(60, {"rubbing": 3}, _rub),),
 )  # fmt: skip

@@ -11,6 +11,7 @@ from evolvent.kernels import axial
 from evolvent.kernels.ends import of_coordinate
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.questions import AdjointSupport
+from evolvent.model.records import BY_FRICTION
 
 Array = np.ndarray
 _3 = (3,)
@@ -91,4 +92,5 @@ COORDINATES = Family(
         refused={"joints have friction": lambda found: found["friction"] > 0.0},
     ),
     uneven=_uneven,
+    rubbed=lambda found: iter([found["account"] + BY_FRICTION]),
 )  # fmt: skip

@@ -76,6 +76,15 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
             yield k
 
 
+def _acts_on(model: Any, k: int, parameters: Array, time: float) -> tuple[str, int] | None:
+    """A body or point at whose marker a force or torque acts."""
+    row = model.loads[k]
+    p, marker = parameters[row["first"] : row["last"]], model.markers[row["target"]]
+    if row["kind"] < loads.AT_MARKER or not (np.any(p[:3]) and p[loads.START] <= time < p[loads.END]):
+        return None
+    return "bodies" if marker["kind"] == springs.ON_BODY else "points", int(marker["index"])
+
+
 # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
 # law of a force or torque; node: of a thread; attitude: 1 of a torque whose law is called with it, 2 of one that
 # follows it; scale: statics' load factor of a law on a thread; rod: 1 + rod whose length that is out it follows, or
@@ -125,4 +134,5 @@ LOADS = Family(
     stiff=False,
     adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
     uneven=_uneven,
+    acts_on=_acts_on,
 )  # fmt: skip

@@ -13,6 +13,7 @@ from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_coordinates
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.questions import DRIVE, AdjointSupport, Law, Moment
+from evolvent.model.records import BY_GEAR, BY_HYSTERESIS
 
 Array = np.ndarray
 
@@ -82,4 +83,5 @@ DRIVETRAINS = Family(
     ),
     ends=of_coordinates("coordinate"),
     through=True,
+    rubbed=lambda found: iter([found["account"] + BY_HYSTERESIS, found["account"] + BY_GEAR]),
 )  # fmt: skip

@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.kernels import points
 from evolvent.kernels.blocks import POSITION
 from evolvent.model.family import Family, Kind, Records, record, where
-from evolvent.model.questions import AdjointSupport, Block, Coordinates, Felt, never
+from evolvent.model.questions import AdjointSupport, Block, Coordinates, Felt, LinearizedPoint, never
 
 Array = np.ndarray
 _3 = (3,)
@@ -20,6 +20,11 @@ def _positions(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
     for k, point in enumerate(records("points")):
         if point["mass"] > 0.0:  # the others are nodes of beams
             yield Block(POSITION, point["iq"], point["iv"], k, point["mass"])
+
+
+def _point(assembly: Any, name: str, index: int, where: slice, y: Array) -> Iterator[tuple[str, LinearizedPoint]]:
+    first = int(assembly.model.points["iq"][index])
+    yield name, LinearizedPoint(np.array(y[first : first + 3]), where, np.eye(3), None)
 
 
 # without mass: a node of a beam, whose coordinates it has
@@ -44,4 +49,5 @@ POINTS = Family(
         3, lambda found: found["mass"] > 0.0, lambda model, k, blocks: points.point_bound(model.points, k, blocks)
     ),
     uneven=never,
+    points=_point,
 )  # fmt: skip

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.families.bodies import node_point
 from evolvent.kernels import reduced
 from evolvent.kernels.blocks import SCALAR
 from evolvent.model.family import Family, Kind, Records, record
-from evolvent.model.questions import AdjointSupport, Block, Bound, Coordinates, never
+from evolvent.model.questions import AdjointSupport, Block, Bound, Coordinates, LinearizedPoint, never
 
 Array = np.ndarray
 _3 = (3,)
@@ -28,6 +29,20 @@ def _frame_and_nodes(row: Any) -> range:
 
 def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
     return ((k, *reduced.mode_bounds(model, k)) for k in range(model.reduced_bodies.size))
+
+
+def _sizes(model: Any, length: float) -> Iterator[tuple[Any, Any]]:
+    for row in model.reduced_bodies:
+        yield np.arange(row["iv"], row["iv"] + row["modes"]), length
+
+
+def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Iterator[tuple[str, LinearizedPoint]]:
+    """Frame and interface nodes."""
+    names = assembly.parts[name].model.names
+    for k, b in enumerate(_frame_and_nodes(assembly.model.reduced_bodies[index])):
+        point = node_point(assembly.model, b, y)
+        for place in (f"{name}.{names[k - 1]}", f"{name}[{k - 1}]") if k > 0 else (name,):
+            yield place, point
 
 
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
@@ -57,6 +72,8 @@ REDUCED_BODIES = Family(
     consists_of=_frame_and_nodes,
     uneven=never,
     bound=_bound,
+    sizes=_sizes,
+    points=_points,
 )  # fmt: skip
 
 # of a step: change of the coordinate, and that over the step before

@@ -46,6 +46,7 @@ RESISTANCES = Family(
     ),
     ends=of_coordinates("coordinate"),
     through=True,
+    rubbed=lambda found: iter([found["account"]]),
 )  # fmt: skip
 
 # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the

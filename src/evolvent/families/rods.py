@@ -7,10 +7,23 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.families.bodies import node_point
 from evolvent.kernels.blocks import SCALAR
 from evolvent.kernels.drive import LAW
+from evolvent.kernels.rod import evaluate_rods
 from evolvent.model.family import ENERGY, EVERY, End, Family, Kind, Records, record
-from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Law, never
+from evolvent.model.questions import (
+    DRIVE,
+    AdjointSupport,
+    Block,
+    Coordinates,
+    KeptFields,
+    Law,
+    LinearizedPoint,
+    along,
+    never,
+    skew,
+)
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
@@ -34,6 +47,37 @@ def _transverse(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
 
 def _nodes_of_rod(row: Any) -> range:
     return range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1)
+
+
+def _sizes(model: Any, _: float) -> Iterator[tuple[Any, Any]]:
+    """Of curvatures of a section that flattens: that without stress."""
+    for tape in model.tapes:
+        yield model.tape_nodes["iv"][tape["first_node"] :][: tape["nodes"]], tape["transverse"]
+
+
+def _bending(model: Any, _: Array) -> float:
+    found = np.zeros(3)
+    evaluate_rods(model, found)
+    return float(found[2])
+
+
+def arms(model: Any, index: int) -> Array:
+    """Nodes of a rod as seen from its bodies' centres: (n + 1, 3), m, body axes."""
+    row = model.rods[index]
+    elements = model.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
+    return np.concatenate([elements["arm_a"], elements["arm_b"][-1:]])
+
+
+def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Iterator[tuple[str, LinearizedPoint]]:
+    """Nodes: bodies, whose centres are off the rod's ends."""
+    model, found = assembly.model, []
+    for arm, b in zip(arms(model, index), _nodes_of_rod(model.rods[index]), strict=True):
+        place = node_point(model, b, y)
+        assert place.rotation is not None
+        R = place.rotation[:, 3:]
+        displacement = np.hstack([np.eye(3), -skew(R @ arm) @ R])
+        found.append(place._replace(position=place.position + R @ arm, displacement=displacement))
+    yield from along(name, found)
 
 
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
@@ -78,6 +122,10 @@ RODS = Family(
     coordinates=(Coordinates(_transverse, 80, lambda found: 0),),
     consists_of=_nodes_of_rod,
     uneven=never,
+    sizes=_sizes,
+    kept=(KeptFields(30, {"drive_force": 1}),),
+    bending=_bending,
+    points=_points,
 )  # fmt: skip
 
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its

@@ -13,7 +13,7 @@ from evolvent.kernels.drive import FREE, LAW
 from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
 from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record
-from evolvent.model.questions import DRIVE, Block, Bound, Coordinates, Law, Moment
+from evolvent.model.questions import DRIVE, Block, Bound, Coordinates, Law, LinearizedPoint, Moment
 
 Array = np.ndarray
 _3, _6 = (3,), (6,)
@@ -82,6 +82,24 @@ def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
     for p in range(model.threads.size):
         for square, rate in thread.add_thread_bound(model, p, felt["bodies"], felt["points"]):
             yield p, square, rate
+
+
+def _sizes(model: Any, length: float) -> Iterator[tuple[Any, Any]]:
+    for row in model.threads[model.threads["drive"] == FREE]:
+        yield int(row["spool_v"]), length / row["radius"]
+
+
+def _released_nodes(
+    assembly: Any, name: str, index: int, where: slice, y: Array
+) -> Iterator[tuple[str, LinearizedPoint]]:
+    """Nodes that move by coordinates of their own, by number; the first is the tip."""
+    row, found = assembly.model.threads[index], {}
+    for i in range(int(row["end"] >= 0), int(assembly.s[index])):
+        at, first = where.start + 3 * i, int(row["iq"]) + 3 * i
+        found[i] = LinearizedPoint(y[first : first + 3].copy(), slice(at, at + 3), np.eye(3), None)
+    yield from ((f"{name}[{i}]", point) for i, point in found.items())
+    if 0 in found:
+        yield f"{name}.tip", found[0]
 
 
 # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
@@ -196,6 +214,9 @@ THREADS = Family(
         Coordinates(_spools, 30, lambda found: 0),
     ),
     bound=_bound,
+    sizes=_sizes,
+    extents=lambda found: found["n"] * found["segment"],
+    points=_released_nodes,
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step

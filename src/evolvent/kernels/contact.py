@@ -120,15 +120,23 @@ def pressed(model):
     return found
 
 
-def clear_history(model):
-    """Forget the steps before. Not compiled."""
-    for rows in (model.contact_points, model.body_contacts):
-        rows["gap"], rows["gap1"] = math.inf, math.inf
-        for name in ("force", "stick", "stick1", "t", "sank", "drag", "drag1", "damper"):
-            rows[name] = 0.0
+def _forget(rows):
+    rows["gap"], rows["gap1"] = math.inf, math.inf
+    for name in ("force", "stick", "stick1", "t", "sank", "drag", "drag1", "damper"):
+        rows[name] = 0.0
+
+
+def forget_points(model):
+    """Make contact points of beams forget the steps before. Not compiled."""
+    _forget(model.contact_points)
     model.contact_points["rest"], model.contact_points["rest1"], model.contact_points["carrier"] = 0.0, 0.0, -1
-    model.body_contacts["energy"] = 0.0
-    model.contact_surfaces["impulse"] = model.body_contacts["impulse"] = 0.0
+    model.contact_surfaces["impulse"] = 0.0
+
+
+def forget_bodies(model):
+    """Make contacts between bodies forget the steps before. Not compiled."""
+    _forget(model.body_contacts)
+    model.body_contacts["energy"] = model.body_contacts["impulse"] = 0.0
 
 
 @indirect(_PAIR(VECTOR, VECTOR, REAL, REAL, REAL, REAL, REAL, MODEL, VECTOR), used_for="contact_surfaces")

@@ -17,7 +17,16 @@ from typing import Any
 import numpy as np
 
 from evolvent.base import plugins
-from evolvent.model.questions import AdjointSupport, Bound, Coordinates, Felt, Law, Records as Records
+from evolvent.model.questions import (
+    AdjointSupport,
+    Bound,
+    Coordinates,
+    Felt,
+    KeptFields,
+    Law,
+    LinearizedPoint,
+    Records as Records,
+)
 
 Array = np.ndarray
 
@@ -138,6 +147,19 @@ class Family:
         make others feel. Where `stiff` records have none, the fastest mode is found by differences of accelerations
     uneven : function of a steady turn (`solvers.steady_turn.Turn`) and of the records with an end on what does not
         turn, of all without `ends`, to those that are not the same at every angle about its axis; None for all of them
+    sizes : function of the model and its size, m, to indices of velocities in the state and what counts as 1 of their
+        coordinates, but for positions, slopes and turns
+    extents : function of its records to lengths, m, that count for the size of the system
+    points : function of the assembly, the name and index of a part, its velocities and a state to its points, by name
+    acts_on : function of the model, the index of a load, parameters of the model and a time to the family and index on
+        which it acts then, if it does
+    rubs : function of its records to those whose friction statics take by displacements
+    at_rest : prepares the records of a model for statics, for which neither rates nor steps before count
+    forget : makes the records of a model forget the steps before
+    settle : notes in a model the state at rest as that at the end of a step
+    kept : fields of its records that are kept at samples
+    bending : function of the model after its last forces and of the state to the strain energy of bending, J
+    rubbed : function of its records to indices of the state, what friction has taken in an explicit run
     """
 
     name: str
@@ -162,6 +184,17 @@ class Family:
     felt: Felt | None = None
     bound: Callable[[Any, Array, Mapping[str, Array]], Iterator[Bound]] | None = None
     uneven: Callable[[Any, list[int]], Iterable[int]] | None = None
+    sizes: Callable[[Any, float], Iterator[tuple[Any, Any]]] | None = None
+    extents: Callable[[Array], Array] | None = None
+    points: Callable[[Any, str, int, slice, Array], Iterator[tuple[str, LinearizedPoint]]] | None = None
+    acts_on: Callable[[Any, int, Array, float], tuple[str, int] | None] | None = None
+    rubs: Callable[[Array], Array] | None = None
+    at_rest: Callable[[Any], None] | None = None
+    forget: Callable[[Any], None] | None = None
+    settle: Callable[[Any, Array], None] | None = None
+    kept: tuple[KeptFields, ...] = ()
+    bending: Callable[[Any, Array], float] | None = None
+    rubbed: Callable[[Array], Iterator[Array]] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
@@ -220,6 +253,12 @@ def acting() -> list[Family]:
     every = families()
     found = [family for family in every.values() if family.ends is not None and not family.through]
     return [family for family in found if not family.of or every[family.of].ends is None]
+
+
+def forget_steps(model: Any) -> None:
+    """Make all records of a model forget the steps before."""
+    for forget in asked("forget").values():
+        forget(model)
 
 
 def asked(question: str) -> dict[str, Any]:

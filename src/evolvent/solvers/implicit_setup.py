@@ -10,7 +10,7 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.blocks import is_of
+from evolvent.assembly.blocks import owners
 from evolvent.assembly.checks import redundant_part
 from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
@@ -18,12 +18,12 @@ from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.energy_momentum import STEP, EnergyStep
 from evolvent.flow.implicit import measure_constraints
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import contact, joint, rigid
+from evolvent.kernels import joint, rigid
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, SCALAR, indices
 from evolvent.kernels.drive import FREE, drive
 from evolvent.kernels.sparse import SparseBlocks
-from evolvent.model.family import EXPLICIT, SOLVERS
+from evolvent.model.family import EXPLICIT, SOLVERS, asked, families, forget_steps
 from evolvent.solvers import event_search, graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
 from evolvent.solvers.implicit_state import LOOP, Workspace
@@ -83,25 +83,19 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     """
     model, blocks, n_q = assembly.model, assembly.model.blocks, int(assembly.model.info.nq)
     weight = np.ones(int(model.info.nv))
-    beams, inertia = is_of(blocks, "beams"), blocks["inertia"][:, 0]
-    positions = blocks["kind"] == POSITION
+    positions, inertia = blocks["kind"] == POSITION, blocks["inertia"][:, 0]
     placed = assembly.y[indices(blocks[positions & (blocks["switch"] == MOVES)], "iq")]
-    lengths = [(n * l0, 0.0, 0.0) for n, l0 in zip(model.threads["n"], model.threads["segment"], strict=True)]
+    own = families().values()
+    lengths = [(one, 0.0, 0.0) for f in own if f.extents is not None for one in f.extents(f.records(model))]
     length = _extent(np.concatenate([model.bodies["x"], placed, np.reshape(lengths, (-1, 3))]))
     weight[indices(blocks[positions], "iv") - n_q] = length
-    weight[blocks["iv"][is_of(blocks, "reduced_bodies")] - n_q] = length
-    for tape in model.tapes:
-        own = model.tape_nodes["iv"][tape["first_node"] :][: tape["nodes"]]
-        weight[own - n_q] = tape["transverse"]
+    for sizes_of in asked("sizes").values():
+        for velocities, size in sizes_of(model, length):
+            weight[velocities - n_q] = size
     # the first node of a beam has the mass of half an element; a point mass has that of a thread's end on it
-    typical = (positions & (~beams | (blocks["node"] == 0)) | (blocks["kind"] == ANGLE)) & (inertia > 0.0)
-    masses = np.where(beams, 2.0, 1.0)[typical] * inertia[typical]
-    for wheel in model.wheels:
-        body, n = model.bodies[wheel["body"]], wheel["axis"]
-        about = n @ body["inertia"] @ n if body["motion"] == rigid.FREE else body["spin_inertia"]
-        weight[wheel["iv"] - n_q] = max(1.0, float(about / wheel["inertia"]))
-    for row in model.threads[model.threads["drive"] == FREE]:
-        weight[int(row["spool_v"]) - n_q] = length / row["radius"]
+    first = np.array([max(one.first for one in families()[name].coordinates) for name in owners()])[blocks["family"]]
+    typical = (positions & ((first == 0.0) | (blocks["node"] == 0)) | (blocks["kind"] == ANGLE)) & (inertia > 0.0)
+    masses = np.where(first > 0.0, first, 1.0)[typical] * inertia[typical]
     return weight, float(np.exp(np.mean(np.log(masses)))) if masses.size else 1.0
 
 
@@ -285,7 +279,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
     model, midpoint = assembly.model, bool(options.midpoint)
     n_v, n_j, n_b, n_t = int(model.info.nv), model.joints.size, model.bodies.size, times.size
     model.switches[:] = assembly.s
-    contact.clear_history(model)
+    forget_steps(model)
     out, evaluated = empty(model, n_t), n_t if reactions.applies(model, options) else 0
     balance, fields, logged = (
         np.zeros(1, dtype=BALANCE),

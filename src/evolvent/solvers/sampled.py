@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,25 +14,17 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.compiled.jit import VECTOR, indirect, inlined
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import constraint_rows, coordinate, joint
-from evolvent.kernels.ancf_beams import beam_energies
-from evolvent.kernels.rod import evaluate_rods
+from evolvent.model.family import asked, families
+from evolvent.model.questions import KeptFields
 from evolvent.solvers import balance as eb
 
 Array = np.ndarray
-#: Fields of records that are kept at the samples, in the order of `Sampled.forces`, record by record: how many numbers
-#: each has. Friction of the contact points of beams is kept where any has some. Numbers of points that touch, and
-#: impulses, stand last.
-KEPT_FIELDS: tuple[tuple[str, dict[str, int]], ...] = (
-    ("bodies", {"F": 6}),
-    ("bearings", {"rubs": 1, "limit": 1, "radial_force": 1, "axial_force": 1, "tilting": 1, "stored": 1}),
-    ("rods", {"drive_force": 1}),
-    ("contact_surfaces", {"force": 3, "moment": 3, "normal": 1, "energy": 1}),
-    ("body_contacts", {"on_a": 6, "on_b": 6, "rubbing": 3, "c": 3, "force": 1, "gap1": 1, "energy": 1}),
-    ("contact_points", {"rubbing": 3}),
-    ("contact_surfaces", {"touching": 1}),
-    ("contact_surfaces", {"impulse": 1}),
-    ("body_contacts", {"impulse": 1}),
-)
+
+
+def kept_fields() -> list[tuple[str, KeptFields]]:
+    """Fields of records that are kept at the samples, in the order of `Sampled.forces`, record by record."""
+    found = [(family.name, kept) for family in families().values() for kept in family.kept]
+    return sorted(found, key=lambda one: one[1].order)
 
 
 class Sampled(NamedTuple):
@@ -43,7 +35,7 @@ class Sampled(NamedTuple):
     acceleration : (nt, nv) float
     la : (nt, nj) float, multipliers of the joints, in the order of `names`
     balance : (nt,) records of the energy balance, J (see `evolvent.solvers.balance`)
-    forces : (nt, n) float, the fields of records of `KEPT_FIELDS`, which `by_field` finds in it; `F` of a body is all
+    forces : (nt, n) float, the fields of records of `kept_fields`, which `by_field` finds in it; `F` of a body is all
         that acts on it at its origin (N and N m, inertial axes), of a free one less the gyroscopic w x J w
     points : (nt, n) float, N, normal forces of the contact points, means over the step; None where they follow from the
         states alone
@@ -99,18 +91,17 @@ def empty(model: mdl.Model, size: int) -> Sampled:
     )
 
 
-def _kept(model: mdl.Model) -> Iterator[tuple[int, dict[str, int]]]:
-    """Numbers of records of a model, and their fields, in the order of `KEPT_FIELDS`."""
-    for family, fields in KEPT_FIELDS:
-        rubs = family != "contact_points" or np.any(model.contact_surfaces["friction"] > 0.0)
-        yield len(getattr(model, family)) if rubs else 0, fields
+def _kept(model: mdl.Model) -> Iterator[tuple[int, Mapping[str, int]]]:
+    """Numbers of records of a model, and their fields, in the order of `kept_fields`."""
+    for family, kept in kept_fields():
+        yield len(getattr(model, family)) if kept.which is None or kept.which(model) else 0, kept.fields
 
 
 def by_field(model: mdl.Model, forces: Array) -> dict[str, dict[str, Array]]:
     """Views of forces (nt, n) of `Sampled`: family -> field -> (nt, records) or (nt, records, numbers)."""
-    found: dict[str, dict[str, Array]] = {family: {} for family, _ in KEPT_FIELDS}
+    found: dict[str, dict[str, Array]] = {family: {} for family, _ in kept_fields()}
     at = 0
-    for (family, fields), (count, _) in zip(KEPT_FIELDS, _kept(model), strict=True):
+    for (family, _), (count, fields) in zip(kept_fields(), _kept(model), strict=True):
         size = sum(fields.values())
         values = forces[:, at : at + count * size].reshape(len(forces), count, size)
         at, first = at + count * size, 0
@@ -187,12 +178,10 @@ def balances(model: mdl.Model, y: Array, sums: Array) -> Any:
         found["by_mass"], found["by_stiffness"] = causes[:, mdl.BY_MASS], causes[:, mdl.BY_STIFFNESS]
         found["by_contact"], found["by_joints"] = causes[:, mdl.BY_CONTACT], causes[:, mdl.BY_JOINTS]
         found["by_springs"] -= causes[:, : mdl.IMPULSE].sum(axis=1)
-    if model.coordinates.size:
-        found["by_friction"] += y[:, model.coordinates["account"] + mdl.BY_FRICTION].sum(axis=1)
-    if model.resistances.size:
-        found["by_friction"] += y[:, model.resistances["account"]].sum(axis=1)
-    for cause in (mdl.BY_HYSTERESIS, mdl.BY_GEAR) if model.drivetrains.size else ():
-        found["by_friction"] += y[:, model.drivetrains["account"] + cause].sum(axis=1)
+    for name, rubbed in asked("rubbed").items():
+        if getattr(model, name).size:
+            for accounts_of in rubbed(getattr(model, name)):
+                found["by_friction"] += y[:, accounts_of].sum(axis=1)
     if model.info.rubbed >= 0:
         found["by_friction"] += y[:, int(model.info.rubbed)]
     found["by_springs"] -= found["by_friction"]
@@ -213,7 +202,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
     found.balance[:] = balances(model, y, sums)
     needs.load(model, rhs, write_forces)
     model.body_contacts["impulse"] = np.nan
-    dy, own, scratch = np.zeros_like(assembly.y), np.zeros(3), np.zeros(n_v)
+    dy, scratch = np.zeros_like(assembly.y), np.zeros(n_v)
     rows = np.flatnonzero(model.rows["kind"] == constraint_rows.JOINT)
     for k in range(t.size):
         rhs(t[k], y[k], s[k], model, dy)
@@ -222,14 +211,9 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
         found.balance.contact[k] = model.contact_surfaces["energy"].sum() + model.body_contacts["energy"].sum()
         found.la[k], coupled = joint.penalty_values(t[k], s[k], model.joints)
         found.la[k, model.rows["index"][rows]] = model.la[rows]
-        if model.beams.size:
-            own[:] = 0.0
-            beam_energies(y[k], 0, model.elements.size, model, own)
-            found.balance.bending[k] = own[2]
-        if model.rods.size:
-            own[:] = 0.0
-            evaluate_rods(model, own)
-            found.balance.bending[k] += own[2]
+        for name, bending in asked("bending").items():
+            if getattr(model, name).size:
+                found.balance.bending[k] += bending(model, y[k])
         if model.coordinates.size:
             coupled += coordinate.add_coordinates(t[k], y[k], mdl.KEPT, s[k], model, scratch)[0]
         found.balance.coupled[k] = coupled

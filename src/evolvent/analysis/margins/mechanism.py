@@ -41,9 +41,10 @@ from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import Struct
 from evolvent.flow.implicit import residual
 from evolvent.flow.powers import N_POWERS
-from evolvent.kernels import axial, contact, coordinate_laws
+from evolvent.kernels import axial, coordinate_laws
 from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
+from evolvent.model.family import forget_steps
 from evolvent.solvers import equilibrium
 from evolvent.solvers.still_threads import at_time
 
@@ -134,7 +135,7 @@ class Mechanism:
         self.n_v, self.n_j, self.n_q = int(model.info.nv), int(model.joints.size), int(model.info.nq)
         model.info.exact = 1
         model.switches[:] = assembly.s
-        contact.clear_history(model)
+        forget_steps(model)
         self.names = coordinate_names(assembly)
         forces = (
             "springs", "loads", "fields", "motors", "drivetrains", "synchronizations", "resistances", "custom_forces",
