@@ -50,6 +50,10 @@ def _acts_on(model: Any, k: int, _: Array, time: float) -> tuple[str, int] | Non
     return ("beams", int(row["beam"])) if acts else None
 
 
+def _end_ramps(model: Any) -> None:
+    model.beam_loads["ramp"] = 0.0
+
+
 # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
 # a node; first, last: indices of a profile, or of a law's parameters; frame: 1 of section axes; now: last value;
 # pitch: of the screw motion along which a torque acts, m/rad
@@ -90,4 +94,7 @@ BEAM_LOADS = Family(
     adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
     uneven=_uneven,
     acts_on=_acts_on,
+    changes=lambda found: found["start"] + found["ramp"],
+    inner=lambda found: int(np.sum(found["kind"] == FIELD)),
+    end_ramps=_end_ramps,
 )  # fmt: skip

@@ -60,6 +60,17 @@ def _centre(assembly: Any, name: str, index: int, where: slice, y: Array) -> Ite
     yield name, body_point(assembly.model, index, where, y)
 
 
+def _stand(model: Any, time: float) -> None:
+    """Driven bodies stand where they are at the time; velocities and wrenches of all are cleared."""
+    y, bodies = np.zeros(int(model.info.ny)), model.bodies
+    y[bodies["iq"][bodies["motion"] == rigid.FREE] + 3] = 1.0  # quaternions of no turn
+    rigid.kinematics(time, y, model)
+    driven = bodies["motion"] == rigid.DRIVEN
+    bodies["rate"][driven], bodies["path"][driven] = 0.0, 0
+    for scratch in ("v", "w", "F"):
+        bodies[scratch] = 0.0
+
+
 # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
 # acceleration, m/s2; of thread that moves with the body (`kernels.thread.step`): carried (kg), moment, own
 # (inertia), and spin0, spin1, momentum by turning on spools at both ends of a step, body axes; torque: on a free
@@ -108,4 +119,5 @@ BODIES = Family(
     uneven=never,
     kept=(KeptFields(10, {"F": 6}),),
     points=_centre,
+    stand=_stand,
 )  # fmt: skip

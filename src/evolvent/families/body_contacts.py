@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.families.contact_surfaces import is_conservative, slides_freely
-from evolvent.kernels import body_gaps, contact, contact_laws, contact_tangent
+from evolvent.kernels import body_gaps, contact, contact_laws, contact_tangent, surfaces
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.questions import AdjointSupport, Bound, KeptFields
@@ -29,6 +29,29 @@ def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
 def _at_rest(model: Any) -> None:
     contact.forget_bodies(model)
     model.body_contacts["bristle_damping"], model.body_contacts["impulse"] = 0.0, np.nan
+
+
+#: Distance beside the radius below which the normal of a contact that presses jumps.
+NEAR = 1e-7
+
+
+def _no_balance(model: Any, _: float, y: Array) -> Iterator[tuple[int, str]]:
+    """Contacts that press where their normal jumps.
+
+    At a centre or axis, where a point lies on an edge of the core of a box, which is the box less its rounding, and
+    where edges cross in one plane, as of boxes that are flush: round-off alone has a direction there.
+    """
+    for k, row in enumerate(model.body_contacts):
+        small = NEAR * float(row["radius"])
+        if row["surface"] == surfaces.PLANE or not row["force"] > 0.0 or abs(row["distance"]) > small:
+            continue
+        place = np.abs([row["u1"], row["v1"], row["w1"]])
+        if row["surface"] != body_gaps.BOX or np.sum(place >= row["sides"] - small) > 1:
+            why = (
+                f"is {-row['gap1']:.3g} m deep, where its force of {row['force']:.3g} N has no direction: this is no "
+                f"equilibrium; use a greater `stiffness`, of boxes also a greater `rounding`"
+            )
+            yield k, why
 
 
 # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
@@ -111,4 +134,6 @@ BODY_CONTACTS = Family(
         KeptFields(50, {"on_a": 6, "on_b": 6, "rubbing": 3, "c": 3, "force": 1, "gap1": 1, "energy": 1}),
         KeptFields(90, {"impulse": 1}),
     ),
+    presses=lambda model: model.body_contacts["force"] > 0.0,
+    no_balance=_no_balance,
 )  # fmt: skip

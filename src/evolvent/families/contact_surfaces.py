@@ -49,6 +49,18 @@ def _rub(model: Any) -> bool:
     return bool(np.any(model.contact_surfaces["friction"] > 0.0))
 
 
+def _inner(found: Array) -> int:
+    """Of turns on one another."""
+    layers = found[found["under"] >= 0]
+    return int(np.sum((layers["last"] - layers["first"]) * np.where(layers["friction"] > 0.0, 3, 1)))
+
+
+def _presses(model: Any) -> Array:
+    rows, force = model.contact_surfaces, model.contact_points["force"]
+    points = [bool(np.any(force[row["first"] : row["last"]] > 0.0)) for row in rows]
+    return np.asarray((rows["normal"] > 0.0) | np.array(points, dtype=bool))
+
+
 # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
 # under: -1, or the beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`;
 # account: index in the state of the bristle of its first point under explicit methods, three numbers a point;
@@ -112,6 +124,8 @@ CONTACT_SURFACES = Family(
         KeptFields(40, {"force": 3, "moment": 3, "normal": 1, "energy": 1}), KeptFields(70, {"touching": 1}),
         KeptFields(80, {"impulse": 1}),
     ),
+    inner=_inner,
+    presses=_presses,
 )  # fmt: skip
 
 # a contact point is S . (four vectors of its element). Of the step's start: gap (m), distance `offset` from the

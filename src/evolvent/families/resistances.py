@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import resistance
@@ -9,6 +12,20 @@ from evolvent.kernels.ends import of_coordinates
 from evolvent.model.family import EVERY, EXPLICIT, Family, Kind, record, where
 
 Array = np.ndarray
+
+
+def _no_balance(model: Any, _: float, y: Array) -> Iterator[tuple[int, str]]:
+    """Tape-springs that would have snapped before, and adhesions that would have broken."""
+    for k, row in enumerate(model.resistances):
+        curve = model.curves[int(row["curve"]) + int(model.switches[row["switch"]])]
+        x = float(model.coordinates["angle"][row["coordinate"]])
+        if not curve["low"] - resistance.AT_END <= x <= curve["high"] + resistance.AT_END:
+            end = float(curve["low"] if x < curve["low"] else curve["high"])
+            why = (
+                f"has no equilibrium as it is: it would be at {x:.6g}, beyond {end:.6g}, where it changes over; "
+                f"find what follows by a run in time"
+            )
+            yield k, why
 
 
 # resistances on coordinates that depend on the path (`kernels.resistance`): curves from `curve` on, bristles from
@@ -47,6 +64,7 @@ RESISTANCES = Family(
     ends=of_coordinates("coordinate"),
     through=True,
     rubbed=lambda found: iter([found["account"]]),
+    no_balance=_no_balance,
 )  # fmt: skip
 
 # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the

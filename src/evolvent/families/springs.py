@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -13,6 +14,8 @@ from evolvent.model.family import End, Family, Kind, Records, record
 from evolvent.model.questions import AdjointSupport, Bound, Law, Moment, calls_law
 
 Array = np.ndarray
+#: What helps where a spring has no line.
+INSTEAD = "set `slack` if it only pulls, stop its ends before (a contact), or use a law without force there"
 _3 = (3,)
 
 
@@ -41,6 +44,19 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
         lateral = row["lateral_stiffness"] == 0.0 or turn.along(row["axis"])
         if not (lateral and row["lateral_damping"] == 0.0 and all(turn.on_axis(x) for x in places)):
             yield k
+
+
+def _no_balance(model: Any, t: float, y: Array) -> Iterator[tuple[int, str]]:
+    """Springs without a line but with a force."""
+    for k, row in enumerate(model.springs):
+        length = springs.spring_ends(y, 0.0, k, model)[2][0]
+        force = springs.force_without_line(t, k, model) if length <= springs.NO_LINE * float(row["length"]) else 0.0
+        if not math.isclose(force, 0.0):
+            why = (
+                f"has length zero, where its force of {abs(force):.3g} N has no direction: this is no equilibrium; "
+                f"move one of its ends at the start, or {INSTEAD}"
+            )
+            yield k, why
 
 
 # slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; line, line0: vector
@@ -76,4 +92,5 @@ SPRINGS = Family(
     adjoint=AdjointSupport("its force follows from the state, with all derivatives", timed=calls_law),
     bound=_bound,
     uneven=_uneven,
+    no_balance=_no_balance,
 )  # fmt: skip

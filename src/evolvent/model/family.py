@@ -155,11 +155,18 @@ class Family:
         which it acts then, if it does
     rubs : function of its records to those whose friction statics take by displacements
     at_rest : prepares the records of a model for statics, for which neither rates nor steps before count
+    stand : lets what a drive moves stand where it is at a time
+    end_ramps : lets the records of a model act as after their ramps
     forget : makes the records of a model forget the steps before
     settle : notes in a model the state at rest as that at the end of a step
     kept : fields of its records that are kept at samples
     bending : function of the model after its last forces and of the state to the strain energy of bending, J
     rubbed : function of its records to indices of the state, what friction has taken in an explicit run
+    changes : function of its records to times, s, beside those of the model (`breaks`), at which forces change
+    inner : function of its records to how many inner unknowns they need in the matrix of an implicit method
+    presses : function of the model to a mask of its contacts that touch
+    no_balance : function of the model after its last forces, the time and the state to records that are in no
+        equilibrium in spite of their forces, and why, as the end of a sentence
     """
 
     name: str
@@ -190,11 +197,17 @@ class Family:
     acts_on: Callable[[Any, int, Array, float], tuple[str, int] | None] | None = None
     rubs: Callable[[Array], Array] | None = None
     at_rest: Callable[[Any], None] | None = None
+    stand: Callable[[Any, float], None] | None = None
+    end_ramps: Callable[[Any], None] | None = None
     forget: Callable[[Any], None] | None = None
     settle: Callable[[Any, Array], None] | None = None
     kept: tuple[KeptFields, ...] = ()
     bending: Callable[[Any, Array], float] | None = None
     rubbed: Callable[[Array], Iterator[Array]] | None = None
+    changes: Callable[[Array], Array] | None = None
+    inner: Callable[[Array], int] | None = None
+    presses: Callable[[Any], Array] | None = None
+    no_balance: Callable[[Any, float, Array], Iterator[tuple[int, str]]] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""

@@ -19,7 +19,6 @@ from evolvent.flow.energy_momentum import STEP, EnergyStep
 from evolvent.flow.implicit import measure_constraints
 from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import joint, rigid
-from evolvent.kernels.beam_loads import FIELD
 from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, SCALAR, indices
 from evolvent.kernels.drive import FREE, drive
 from evolvent.kernels.sparse import SparseBlocks
@@ -57,9 +56,7 @@ def matrix_of(model: mdl.Model, *, spare: int | None = None, layers: bool = Fals
     Turns that lie on one another are inner unknowns; those that do so at present are coupled directly if `layers`. So
     is what a torque spread over a beam couples.
     """
-    found = model.contact_surfaces[model.contact_surfaces["under"] >= 0]
-    inner = int(np.sum((found["last"] - found["first"]) * np.where(found["friction"] > 0.0, 3, 1)))
-    inner += int(np.sum(model.beam_loads["kind"] == FIELD))
+    inner = sum(own(getattr(model, name)) for name, own in asked("inner").items())
     if spare is None:
         spare = min(model.joints.size, MOST_REDUNDANT)
     return ordering.matrix_of(graph.pattern_of(model, layers=layers), spare=spare, inner=inner)
@@ -241,9 +238,15 @@ def check_start(assembly: Assembly, t: float) -> None:
 
 def acts_from_outside(model: mdl.Model, t: float = -math.inf) -> bool:
     """Whether something joins, pushes or pulls on the system from outside at t, beside gravity and loads."""
-    tied = [rows["outside"] != 0 for rows in (model.contact_surfaces, model.body_contacts)]
-    tied += [(model.joints["outside"] != 0) & (t <= model.joints["until"])]
-    return bool(model.info.outside) or any(bool(np.any(one)) for one in tied)
+    if model.info.outside:
+        return True
+    for family in families().values():
+        names, found = family.record.names or (), family.records(model)
+        if "outside" in names:
+            acts = found["outside"] != 0
+            if np.any(acts & (t <= found["until"]) if "until" in names else acts):
+                return True
+    return False
 
 
 def check_redundancy(assembly: Assembly, t: float) -> None:
@@ -258,12 +261,8 @@ def check_redundancy(assembly: Assembly, t: float) -> None:
 def stops_of(assembly: Assembly, times: np.ndarray) -> np.ndarray:
     """Times between the first and the last sample on which steps land, (n,) float, s: loads or joints change there."""
     model = assembly.model
-    ends = [
-        model.beam_loads["start"] + model.beam_loads["ramp"],
-        model.breaks,
-        release_times(assembly, times[0], times[-1]),
-    ]
-    stops = np.unique(np.concatenate(ends))
+    changes = [own(getattr(model, name)) for name, own in asked("changes").items()]
+    stops = np.unique(np.concatenate([*changes, model.breaks, release_times(assembly, times[0], times[-1])]))
     return stops[(stops > times[0]) & (stops < times[-1])]
 
 

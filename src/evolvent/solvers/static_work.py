@@ -118,6 +118,11 @@ def _vector(name: str, value: Any) -> Array:
     return found
 
 
+def rubs(model: mdl.Model) -> bool:
+    """Whether friction acts that statics take by displacements."""
+    return any(bool(np.any(mask(getattr(model, name)))) for name, mask in asked("rubs").items())
+
+
 def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     """A copy of a model for statics: driven bodies and spools stand where they are at `time`, ramps are over."""
     copy = model.copy()
@@ -145,8 +150,7 @@ class Work:
             raise InputError("nothing in the system can move")
         self.matrix = matrix_of(model, spare=spare_of(model))
         n_u = self.n_v + self.n_j
-        rubs = (np.any(mask(getattr(model, name))) for name, mask in asked("rubs").items())
-        self.step = 1.0 if any(rubs) else -1.0
+        self.step = 1.0 if rubs(model) else -1.0
         self.redundancy: redundancy.Redundancy | None = None
         start = np.array(assembly.y if y is None else y, dtype=float)
         if start.shape != assembly.y.shape or not np.all(np.isfinite(start)):
