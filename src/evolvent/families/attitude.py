@@ -161,6 +161,14 @@ def until_turn(y0, y, h, model):
     return part
 
 
+def _sizes(model: Any, _: float) -> Iterator[tuple[Any, Any]]:
+    """The angle that turns the body by 1 rad."""
+    for wheel in model.wheels:
+        body, n = model.bodies[wheel["body"]], wheel["axis"]
+        about = n @ body["inertia"] @ n if body["motion"] == rigid.FREE else body["spin_inertia"]
+        yield int(wheel["iv"]), max(1.0, float(about / wheel["inertia"]))
+
+
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
 # or -1; actuators of a controller: their kind, and `count` numbers from `place` on, then how they share its torque
 WHEELS = Family(
@@ -208,11 +216,12 @@ WHEELS = Family(
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("its torque follows from the state and time, with all derivatives"),
-    coordinates=(Coordinates(_angles, 60, len),),
+    coordinates=(Coordinates(_angles, 60, len, spins=True),),
     bound=_wheels_bound,
     evaluate=evaluate,
     end_step=end_step,
     until_turn=until_turn,
+    sizes=_sizes,
 )  # fmt: skip
 
 THRUSTERS = Family(

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from evolvent.kernels import ancf, ancf_beams, beam_strains, calls, thermal
-from evolvent.kernels.ancf_beams import NODE_VECTORS
+from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS, beam_energies
 from evolvent.kernels.blocks import POSITION, SLOPE
 from evolvent.kernels.sparse import add_entry
 from evolvent.model.family import ENERGY, EVERY, Family, Kind, Records, record, where
 from evolvent.model.powers import MASS_DAMPING, STIFFNESS_DAMPING
-from evolvent.model.questions import AdjointSupport, Block, Coordinates, never
+from evolvent.model.questions import AdjointSupport, Block, Coordinates, LinearizedPoint, along, never, skew
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
@@ -59,6 +59,34 @@ def evaluate(interval, model):
     beam_strains.evaluate_nodes(int(step.sample), interval.ym, model)
 
 
+def _bending(model: Any, y: Array) -> float:
+    found = np.zeros(3)
+    beam_energies(y, 0, model.elements.size, model, found)
+    return float(found[2])
+
+
+def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Iterator[tuple[str, LinearizedPoint]]:
+    """Nodes; rotations of a section, of a cable those of its axis, which has no twist."""
+    row = assembly.model.beams[index]
+    vectors = NODE_VECTORS[row["kind"]]
+    size, found = 3 * vectors, []
+    for i in range(int(row["nodes"])):
+        node = y[row["iq"] + size * i : row["iq"] + size * (i + 1)].reshape(vectors, 3)
+        at = where.start + size * i
+        displacement = np.zeros((3, size))
+        displacement[:, :3] = np.eye(3)
+        rotation = np.zeros((3, size))
+        if row["kind"] != BEAM:
+            rotation[:, 3:] = skew(node[1]) / (node[1] @ node[1])
+        else:
+            # least squares of theta x r = dr for both directions across
+            across = node[2:]
+            A = sum((r @ r) * np.eye(3) - np.outer(r, r) for r in across)
+            rotation[:, 6:] = np.linalg.solve(A, np.hstack([skew(r) for r in across]))
+        found.append(LinearizedPoint(node[0].copy(), slice(at, at + size), displacement, rotation))
+    yield from along(name, found)
+
+
 # beams; a node's coordinates stand together, node after node; first_node: number of the first among
 # the nodes of all beams and rods; paper: 1 where the damping is the paper's, which a turn of the whole feels; held:
 # 1 where rows of constraint act on its nodes; axes: rows x along, y and z of the root
@@ -94,9 +122,11 @@ BEAMS = Family(
     adjoint=AdjointSupport(
         "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False,
     ),
-    coordinates=(Coordinates(_vectors, 10, lambda found: 6 * found.size),),
+    coordinates=(Coordinates(_vectors, 10, lambda found: 6 * found.size, first=2.0),),
     uneven=never,
     evaluate=evaluate,
+    bending=_bending,
+    points=_points,
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod

@@ -9,11 +9,20 @@ import numpy as np
 
 from evolvent.kernels import attitude, body_step, calls, points, rigid
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION
-from evolvent.kernels.rotations import cross, turn_back
+from evolvent.kernels.rotations import cross, rotation_about_axis, rotation_from_quaternion, turn_back
 from evolvent.kernels.sparse import add_entry
 from evolvent.model.family import CLEARED, Family, Kind, Records, record, where
 from evolvent.model.powers import DRIVEN
-from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Felt, Law, never
+from evolvent.model.questions import (
+    DRIVE,
+    AdjointSupport,
+    Block,
+    Coordinates,
+    Felt,
+    Law,
+    LinearizedPoint,
+    never,
+)
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
@@ -103,6 +112,40 @@ def turning_tangent(factor, spin, y, model, matrix):
                 add_entry(matrix, at + 3 + c, at + 3 + e, factor * (g[c] + k3[c]))
 
 
+def body_point(model: Any, index: int, where: slice, y: Array) -> LinearizedPoint:
+    """A free body by its centre of mass, or one that turns about a fixed axis."""
+    row = model.bodies[index]
+    q = int(row["iq"])
+    R = np.empty((3, 3))
+    if row["motion"] == rigid.FREE:
+        rotation_from_quaternion(*y[q + 3 : q + 7], R)
+        zero = np.zeros((3, 3))
+        return LinearizedPoint(y[q : q + 3].copy(), where, np.hstack([np.eye(3), zero]), np.hstack([zero, R]))
+    rotation_about_axis(row["axis"], float(y[q]), row["R0"], R)
+    return LinearizedPoint(np.array(row["x0"]), where, None, (R @ row["axis"])[:, None])
+
+
+def node_point(model: Any, index: int, y: Array) -> LinearizedPoint:
+    """A free body that is a node of a part, by its centre of mass."""
+    at = int(model.bodies["iv"][index]) - int(model.info.nq)
+    return body_point(model, index, slice(at, at + 6), y)
+
+
+def _centre(assembly: Any, name: str, index: int, where: slice, y: Array) -> Iterator[tuple[str, LinearizedPoint]]:
+    yield name, body_point(assembly.model, index, where, y)
+
+
+def _stand(model: Any, time: float) -> None:
+    """Driven bodies stand where they are at the time; velocities and wrenches of all are cleared."""
+    y, bodies = np.zeros(int(model.info.ny)), model.bodies
+    y[bodies["iq"][bodies["motion"] == rigid.FREE] + 3] = 1.0  # quaternions of no turn
+    rigid.kinematics(time, y, model)
+    driven = bodies["motion"] == rigid.DRIVEN
+    bodies["rate"][driven], bodies["path"][driven] = 0.0, 0
+    for scratch in ("v", "w", "F"):
+        bodies[scratch] = 0.0
+
+
 # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
 # acceleration, m/s2; of thread that moves with the body (`kernels.thread.step`): carried (kg), moment, own
 # (inertia), and spin0, spin1, momentum by turning on spools at both ends of a step, body axes; torque: on a free
@@ -164,4 +207,6 @@ BODIES = Family(
     evaluate=evaluate,
     turning_tangent=turning_tangent,
     kept={"F": CLEARED},
+    points=_centre,
+    stand=_stand,
 )  # fmt: skip

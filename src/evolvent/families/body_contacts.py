@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.families.contact_surfaces import RULES, is_conservative, pressing, slides_freely
-from evolvent.kernels import body_gaps, calls, contact, contact_laws, contact_tangent, turning
+from evolvent.kernels import body_gaps, calls, contact, contact_laws, contact_tangent, surfaces, turning
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import BETWEEN, SUMMED, Family, Kind, record
 from evolvent.model.powers import CONTACTS, RUBBING
@@ -125,6 +125,34 @@ def _forget(model: Any) -> None:
     model.body_contacts["energy"] = model.body_contacts["impulse"] = 0.0
 
 
+def _at_rest(model: Any) -> None:
+    _forget(model)
+    model.body_contacts["bristle_damping"], model.body_contacts["impulse"] = 0.0, np.nan
+
+
+#: Distance beside the radius below which the normal of a contact that presses jumps.
+NEAR = 1e-7
+
+
+def _no_balance(model: Any, _: float, y: Array) -> Iterator[tuple[int, str]]:
+    """Contacts that press where their normal jumps.
+
+    At a centre or axis, where a point lies on an edge of the core of a box, which is the box less its rounding, and
+    where edges cross in one plane, as of boxes that are flush: round-off alone has a direction there.
+    """
+    for k, row in enumerate(model.body_contacts):
+        small = NEAR * float(row["radius"])
+        if row["surface"] == surfaces.PLANE or not row["force"] > 0.0 or abs(row["distance"]) > small:
+            continue
+        place = np.abs([row["u1"], row["v1"], row["w1"]])
+        if row["surface"] != body_gaps.BOX or np.sum(place >= row["sides"] - small) > 1:
+            why = (
+                f"is {-row['gap1']:.3g} m deep, where its force of {row['force']:.3g} N has no direction: this is no "
+                f"equilibrium; use a greater `stiffness`, of boxes also a greater `rounding`"
+            )
+            yield k, why
+
+
 # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
 # one, a plane with the normal axis_b, or a box with the half lengths `sides` (`kernels.body_gaps`); radius: sum of
 # both; first: the first of its part; extent: m, of which a share is the depth of the explicit step's bound;
@@ -214,4 +242,10 @@ BODY_CONTACTS = Family(
     friction_power=friction_power,
     kept=dict.fromkeys(("on_a", "on_b", "rubbing", "c", "force", "gap1", "energy"), BETWEEN) | {"impulse": SUMMED},
     forget=_forget,
+    rubs=lambda found: found["friction"] > 0.0,
+    static_friction=lambda found: found["friction"] > 0.0,
+    at_rest=_at_rest,
+    settle=lambda model, _: contact.end_bodies(model),
+    presses=lambda model: model.body_contacts["force"] > 0.0,
+    no_balance=_no_balance,
 )  # fmt: skip

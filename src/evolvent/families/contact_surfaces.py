@@ -182,6 +182,23 @@ def _forget(model: Any) -> None:
     model.contact_surfaces["impulse"] = 0.0
 
 
+def _at_rest(model: Any) -> None:
+    _forget(model)
+    model.contact_surfaces["bristle_damping"] = 0.0
+
+
+def _inner(found: Array) -> int:
+    """Of turns on one another."""
+    layers = found[found["under"] >= 0]
+    return int(np.sum((layers["last"] - layers["first"]) * np.where(layers["friction"] > 0.0, 3, 1)))
+
+
+def _presses(model: Any) -> Array:
+    rows, force = model.contact_surfaces, model.contact_points["force"]
+    points = [bool(np.any(force[row["first"] : row["last"]] > 0.0)) for row in rows]
+    return np.asarray((rows["normal"] > 0.0) | np.array(points, dtype=bool))
+
+
 # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
 # under: -1, or the beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`;
 # account: index in the state of the bristle of its first point under explicit methods, three numbers a point;
@@ -256,6 +273,12 @@ CONTACT_SURFACES = Family(
     friction_power=friction_power,
     kept=dict.fromkeys(("force", "moment", "normal", "energy"), BETWEEN) | {"touching": NEARER, "impulse": SUMMED},
     forget=_forget,
+    rubs=lambda found: found["friction"] > 0.0,
+    static_friction=lambda found: found["friction"] > 0.0,
+    at_rest=_at_rest,
+    settle=lambda model, y: contact.end_points(y, model),
+    inner=_inner,
+    presses=_presses,
 )  # fmt: skip
 
 

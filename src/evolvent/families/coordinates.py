@@ -15,6 +15,7 @@ from evolvent.model import FRICTION_FORCE, KEPT
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, JOINTS, RUBBING
 from evolvent.model.questions import AdjointSupport
+from evolvent.model.records import BY_FRICTION
 from evolvent.model.shares import DAMPING, FRICTION, SPRING, Rule, Shares
 
 Array = np.ndarray
@@ -258,4 +259,5 @@ COORDINATES = Family(
     keep_rates=keep_rates,
     until_turn=until_turn,
     friction_power=friction_power,
+    rubbed=lambda found: iter([found["account"] + BY_FRICTION]),
 )  # fmt: skip

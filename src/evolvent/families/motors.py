@@ -19,6 +19,7 @@ from evolvent.model import FRICTION_FORCE
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.powers import RUBBING
 from evolvent.model.questions import DRIVE, AdjointSupport, Law, Moment
+from evolvent.model.records import BY_GEAR, BY_HYSTERESIS
 from evolvent.model.shares import DAMPING, FRICTION, MOTOR, MOTOR_LOSSES, Rule, Shares
 
 Array = np.ndarray
@@ -264,4 +265,5 @@ DRIVETRAINS = Family(
     until_turn=until_turn,
     friction_power=friction_power,
     evaluate=False,
+    rubbed=lambda found: iter([found["account"] + BY_HYSTERESIS, found["account"] + BY_GEAR]),
 )  # fmt: skip

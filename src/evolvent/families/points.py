@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.kernels import calls, points
 from evolvent.kernels.blocks import POSITION
 from evolvent.model.family import Family, Kind, Records, record, where
-from evolvent.model.questions import AdjointSupport, Block, Coordinates, Felt, never
+from evolvent.model.questions import AdjointSupport, Block, Coordinates, Felt, LinearizedPoint, never
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
@@ -60,6 +60,11 @@ def turning_tangent(factor, spin, y, model, matrix):
         points.add_centrifugal(factor * model.points[k].mass, model.points[k].iv - model.info.nq, spin, matrix)
 
 
+def _point(assembly: Any, name: str, index: int, where: slice, y: Array) -> Iterator[tuple[str, LinearizedPoint]]:
+    first = int(assembly.model.points["iq"][index])
+    yield name, LinearizedPoint(np.array(y[first : first + 3]), where, np.eye(3), None)
+
+
 # without mass: a node of a beam, whose coordinates it has
 POINTS = Family(
     "points",
@@ -93,4 +98,5 @@ POINTS = Family(
     uneven=never,
     evaluate=evaluate,
     turning_tangent=turning_tangent,
+    points=_point,
 )  # fmt: skip

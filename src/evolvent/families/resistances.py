@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -125,6 +125,20 @@ def friction_power(model):
     return power
 
 
+def _no_balance(model: Any, _: float, y: Array) -> Iterator[tuple[int, str]]:
+    """Tape-springs that would have snapped before, and adhesions that would have broken."""
+    for k, row in enumerate(model.resistances):
+        curve = model.curves[int(row["curve"]) + int(model.switches[row["switch"]])]
+        x = float(model.coordinates["angle"][row["coordinate"]])
+        if not curve["low"] - resistance.AT_END <= x <= curve["high"] + resistance.AT_END:
+            end = float(curve["low"] if x < curve["low"] else curve["high"])
+            why = (
+                f"has no equilibrium as it is: it would be at {x:.6g}, beyond {end:.6g}, where it changes over; "
+                f"find what follows by a run in time"
+            )
+            yield k, why
+
+
 # resistances on coordinates that depend on the path (`kernels.resistance`): curves from `curve` on, bristles from
 # first to last; start: number of the first curve, switch: index of that of the present one; account: of what is
 # lost. time: s, of the last change of the curve, changes: how many there were
@@ -181,6 +195,8 @@ RESISTANCES = Family(
     until_turn=until_turn,
     friction_power=friction_power,
     evaluate=False,
+    rubbed=lambda found: iter([found["account"]]),
+    no_balance=_no_balance,
 )  # fmt: skip
 
 # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the

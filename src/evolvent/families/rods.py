@@ -7,16 +7,33 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.families.bodies import node_point
 from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent, thermal
 from evolvent.kernels.blocks import SCALAR
 from evolvent.kernels.drive import LAW
+from evolvent.kernels.rod import evaluate_rods
 from evolvent.model.family import BETWEEN, ENERGY, EVERY, End, Family, Kind, Records, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
-from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Law, never
+from evolvent.model.questions import (
+    DRIVE,
+    AdjointSupport,
+    Block,
+    Coordinates,
+    Law,
+    LinearizedPoint,
+    along,
+    never,
+    skew,
+)
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
+
+
+def _nodes(row: Any) -> range:
+    """Its bodies."""
+    return range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1)
 
 
 def _of_rod_element(row: Any, records: Records) -> Iterator[End]:
@@ -115,6 +132,37 @@ def evaluate(interval, model):
     rod.evaluate_nodes(model)
 
 
+def _sizes(model: Any, _: float) -> Iterator[tuple[Any, Any]]:
+    """Of curvatures of a section that flattens: that without stress."""
+    for tape in model.tapes:
+        yield model.tape_nodes["iv"][tape["first_node"] :][: tape["nodes"]], tape["transverse"]
+
+
+def _bending(model: Any, _: Array) -> float:
+    found = np.zeros(3)
+    evaluate_rods(model, found)
+    return float(found[2])
+
+
+def arms(model: Any, index: int) -> Array:
+    """Nodes of a rod as seen from its bodies' centres: (n + 1, 3), m, body axes."""
+    row = model.rods[index]
+    elements = model.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
+    return np.concatenate([elements["arm_a"], elements["arm_b"][-1:]])
+
+
+def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Iterator[tuple[str, LinearizedPoint]]:
+    """Nodes: bodies, whose centres are off the rod's ends."""
+    model, found = assembly.model, []
+    for arm, b in zip(arms(model, index), _nodes(model.rods[index]), strict=True):
+        place = node_point(model, b, y)
+        assert place.rotation is not None
+        R = place.rotation[:, 3:]
+        displacement = np.hstack([np.eye(3), -skew(R @ arm) @ R])
+        found.append(place._replace(position=place.position + R @ arm, displacement=displacement))
+    yield from along(name, found)
+
+
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
 # tape: 1 + tape of which the section flattens, or 0; payout: 1 where the length that is out follows a drive
 # (`kernels.rod_payout`): density and gyration, mass and inertia per length; out, rate, acceleration: of the length;
@@ -154,7 +202,7 @@ RODS = Family(
     momentum=momentum,
     explicit_force=explicit_force,
     explicit_end=explicit_end,
-    consists=lambda row, _: range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1),
+    consists=lambda row, _: _nodes(row),
     smooth=lambda found: found["payout"] == 0,
     shares=Shares((Rule(ELASTIC),), place=11, elastic=Elastic(_stiff)),
     laws=(Law(DRIVE, lambda found: (found["payout"] != 0) & (found["law"] != 0) & (found["drive"] == LAW)),),
@@ -168,6 +216,9 @@ RODS = Family(
     uneven=never,
     evaluate=evaluate,
     kept={"drive_force": BETWEEN},
+    sizes=_sizes,
+    bending=_bending,
+    points=_points,
 )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
 from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, SPOOLS, SPRINGS
-from evolvent.model.questions import DRIVE, Block, Bound, Coordinates, Law, Moment
+from evolvent.model.questions import DRIVE, Block, Bound, Coordinates, Law, LinearizedPoint, Moment
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
@@ -202,6 +202,24 @@ def turning_tangent(factor, spin, y, model, matrix):
             points.add_centrifugal(mass, threads[k].iv + 3 * i - n_q, spin, matrix)
 
 
+def _sizes(model: Any, length: float) -> Iterator[tuple[Any, Any]]:
+    for row in model.threads[model.threads["drive"] == FREE]:
+        yield int(row["spool_v"]), length / row["radius"]
+
+
+def _released_nodes(
+    assembly: Any, name: str, index: int, where: slice, y: Array
+) -> Iterator[tuple[str, LinearizedPoint]]:
+    """Nodes that move by coordinates of their own, by number; the first is the tip."""
+    row, found = assembly.model.threads[index], {}
+    for i in range(int(row["end"] >= 0), int(assembly.s[index])):
+        at, first = where.start + 3 * i, int(row["iq"]) + 3 * i
+        found[i] = LinearizedPoint(y[first : first + 3].copy(), slice(at, at + 3), np.eye(3), None)
+    yield from ((f"{name}[{i}]", point) for i, point in found.items())
+    if 0 in found:
+        yield f"{name}.tip", found[0]
+
+
 # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
 # it does not; line_energy: J/m, W there; tip: the point mass that the first node is, or -1. Of a step: rest lengths
 # at the spool, rates of the spool and squares of the end's speed at both ends; sums: of `kernels.thread.energy`;
@@ -331,6 +349,9 @@ THREADS = Family(
     evaluate_rates=evaluate_rates,
     evaluate=evaluate,
     turning_tangent=turning_tangent,
+    sizes=_sizes,
+    extents=lambda found: found["n"] * found["segment"],
+    points=_released_nodes,
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step

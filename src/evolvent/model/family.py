@@ -20,7 +20,15 @@ from evolvent.base import plugins
 from evolvent.base.errors import InputError
 from evolvent.compiled import lookups
 from evolvent.model.layout import Accounts, Switches
-from evolvent.model.questions import AdjointSupport, Bound, Coordinates, Felt, Law, Records as Records
+from evolvent.model.questions import (
+    AdjointSupport,
+    Bound,
+    Coordinates,
+    Felt,
+    Law,
+    LinearizedPoint,
+    Records as Records,
+)
 from evolvent.model.shares import Rule, Shares
 
 Array = np.ndarray
@@ -204,6 +212,24 @@ class Family:
     kept : fields that a run keeps at its samples, and how: `BETWEEN` (values at both ends of a step lie on a straight
         line), `CLEARED` (the same, of what `kinematics` clears), `NEARER` (of the nearer end), or `SUMMED` (since the
         start); keeps : function of `Records` to whether they are kept; keep : what fills them after forces
+    sizes : function of the model and its size, m, to indices of velocities in the state and what counts as 1 of their
+        coordinates, but for positions, slopes and turns
+    extents : function of its records to lengths, m, that count for the size of the system
+    points : function of the assembly, the name and index of a part, its velocities and a state to its points, by name
+    acts_on : function of the model, the index of a load, parameters of the model and a time to the family and index on
+        which it acts then, if it does
+    static_friction : function of its records to those whose friction statics take by displacements
+    at_rest : prepares the records of a model for statics, for which neither rates nor steps before count
+    stand : lets what a drive moves stand where it is at a time
+    end_ramps : lets the records of a model act as after their ramps
+    settle : notes in a model the state at rest as that at the end of a step
+    bending : function of the model after its last forces and of the state to the strain energy of bending, J
+    rubbed : function of its records to indices of the state, what friction has taken in an explicit run
+    ramps : function of its records to times, s, beside those of the model (`breaks`), at which forces change
+    inner : function of its records to how many inner unknowns they need in the matrix of an implicit method
+    presses : function of the model to a mask of its contacts that touch
+    no_balance : function of the model after its last forces, the time and the state to records that are in no
+        equilibrium in spite of their forces, and why, as the end of a sentence
     """
 
     name: str
@@ -285,6 +311,21 @@ class Family:
     forget: Callable[[Any], None] | None = None
     kept: Mapping[str, int] = dataclasses.field(default_factory=dict)
     keeps: Callable[[Records], bool] | None = None
+    sizes: Callable[[Any, float], Iterator[tuple[Any, Any]]] | None = None
+    extents: Callable[[Array], Array] | None = None
+    points: Callable[[Any, str, int, slice, Array], Iterator[tuple[str, LinearizedPoint]]] | None = None
+    acts_on: Callable[[Any, int, Array, float], tuple[str, int] | None] | None = None
+    static_friction: Callable[[Array], Array] | None = None
+    at_rest: Callable[[Any], None] | None = None
+    stand: Callable[[Any, float], None] | None = None
+    end_ramps: Callable[[Any], None] | None = None
+    settle: Callable[[Any, Array], None] | None = None
+    bending: Callable[[Any, Array], float] | None = None
+    rubbed: Callable[[Array], Iterator[Array]] | None = None
+    ramps: Callable[[Array], Array] | None = None
+    inner: Callable[[Array], int] | None = None
+    presses: Callable[[Any], Array] | None = None
+    no_balance: Callable[[Any, float, Array], Iterator[tuple[int, str]]] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
@@ -372,6 +413,12 @@ def acting() -> list[Family]:
     return [family for family in found if not family.of or every[family.of].ends is None]
 
 
+def forget_steps(model: Any) -> None:
+    """Make all records of a model forget the steps before."""
+    for forget in asked("forget").values():
+        forget(model)
+
+
 def asked(question: str) -> dict[str, Any]:
     """Answers of the families that have one to a question, by name.
 
@@ -381,12 +428,6 @@ def asked(question: str) -> dict[str, Any]:
     """
     found = ((name, getattr(family, question)) for name, family in families().items())
     return {name: answer for name, answer in found if answer is not None}
-
-
-def forget_steps(model: Any) -> None:
-    """Make the records of a model forget the steps before, as at the start of a run."""
-    for forget in asked("forget").values():
-        forget(model)
 
 
 #: Questions whose answers are compiled functions.

@@ -13,9 +13,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.flow.kept_fields import write_forces
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import constraint_rows, coordinate, joint
-from evolvent.kernels.ancf_beams import beam_energies
-from evolvent.kernels.rod import evaluate_rods
-from evolvent.model.family import families
+from evolvent.model.family import asked, families
 from evolvent.solvers import balance as eb
 
 Array = np.ndarray
@@ -130,12 +128,10 @@ def balances(model: mdl.Model, y: Array, sums: Array) -> Any:
         found["by_mass"], found["by_stiffness"] = causes[:, mdl.BY_MASS], causes[:, mdl.BY_STIFFNESS]
         found["by_contact"], found["by_joints"] = causes[:, mdl.BY_CONTACT], causes[:, mdl.BY_JOINTS]
         found["by_springs"] -= causes[:, : mdl.IMPULSE].sum(axis=1)
-    if model.coordinates.size:
-        found["by_friction"] += y[:, model.coordinates["account"] + mdl.BY_FRICTION].sum(axis=1)
-    if model.resistances.size:
-        found["by_friction"] += y[:, model.resistances["account"]].sum(axis=1)
-    for cause in (mdl.BY_HYSTERESIS, mdl.BY_GEAR) if model.drivetrains.size else ():
-        found["by_friction"] += y[:, model.drivetrains["account"] + cause].sum(axis=1)
+    for name, rubbed in asked("rubbed").items():
+        if getattr(model, name).size:
+            for accounts_of in rubbed(getattr(model, name)):
+                found["by_friction"] += y[:, accounts_of].sum(axis=1)
     if model.info.rubbed >= 0:
         found["by_friction"] += y[:, int(model.info.rubbed)]
     found["by_springs"] -= found["by_friction"]
@@ -156,7 +152,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
     found.balance[:] = balances(model, y, sums)
     needs.load(model, rhs, write_forces)
     model.body_contacts["impulse"] = np.nan
-    dy, own, scratch = np.zeros_like(assembly.y), np.zeros(3), np.zeros(n_v)
+    dy, scratch = np.zeros_like(assembly.y), np.zeros(n_v)
     rows = np.flatnonzero(model.rows["kind"] == constraint_rows.JOINT)
     for k in range(t.size):
         rhs(t[k], y[k], s[k], model, dy)
@@ -165,14 +161,9 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
         found.balance.contact[k] = model.contact_surfaces["energy"].sum() + model.body_contacts["energy"].sum()
         found.la[k], coupled = joint.penalty_values(t[k], s[k], model.joints)
         found.la[k, model.rows["index"][rows]] = model.la[rows]
-        if model.beams.size:
-            own[:] = 0.0
-            beam_energies(y[k], 0, model.elements.size, model, own)
-            found.balance.bending[k] = own[2]
-        if model.rods.size:
-            own[:] = 0.0
-            evaluate_rods(model, own)
-            found.balance.bending[k] += own[2]
+        for name, bending in asked("bending").items():
+            if getattr(model, name).size:
+                found.balance.bending[k] += bending(model, y[k])
         if model.coordinates.size:
             coupled += coordinate.add_coordinates(t[k], y[k], mdl.KEPT, s[k], model, scratch)[0]
         found.balance.coupled[k] = coupled
