@@ -55,6 +55,8 @@ BEAMS = Family(
     reads_inertia=False,
     smooth=True,
     shares=Shares((Rule(ELASTIC),), place=10, unforced=_unforced, elastic=Elastic(_stiff)),
+    conserved="beams",
+    stiff=lambda _: "beams are stiff",
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod

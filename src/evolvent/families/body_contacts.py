@@ -84,4 +84,5 @@ BODY_CONTACTS = Family(
     several=True,
     smooth=True,
     shares=Shares(RULES, place=9, contact=Contact(pressing)),
+    conserved="contact",
 )  # fmt: skip

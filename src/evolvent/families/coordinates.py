@@ -115,4 +115,5 @@ COORDINATES = Family(
     reads_inertia=False,
     smooth=True,
     shares=Shares(_RULES, place=0, unforced=_unforced, prepare=_slip),
+    implicit=(lambda found: found["friction"] > 0.0, "has friction, which sticks by stiff bristles"),
 )  # fmt: skip

@@ -102,4 +102,7 @@ JOINTS = Family(
     reads_inertia=False,
     smooth=True,
     shares=Shares(),
+    implicit=(
+        lambda found: found["stiffness"] == 0.0, "is a constraint, which implicit methods keep without drift",
+    ),
 )  # fmt: skip

@@ -21,6 +21,7 @@ LINKS = Family(
     isolated=True,
     smooth=True,
     shares=Shares(),
+    explicit=True,
 )  # fmt: skip
 
 # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
@@ -34,4 +35,5 @@ GUIDES = Family(
     isolated=True,
     smooth=True,
     shares=Shares(),
+    explicit=True,
 )  # fmt: skip

@@ -60,6 +60,7 @@ RODS = Family(
     consists=lambda row, _: range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1),
     smooth=lambda found: found["payout"] == 0,
     shares=Shares((Rule(ELASTIC),), place=11, elastic=Elastic(_stiff)),
+    conserved="rods",
 )  # fmt: skip
 
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its

@@ -22,6 +22,8 @@ _3, _6 = (3,), (6,)
 OPEN = -1
 #: Kinds of threads with segments of fixed length.
 _FIXED = (thread.INEXTENSIBLE, thread.JOINED)
+#: Kinds of threads with segments of springs.
+_SPRINGS = (thread.SPRINGS, thread.MOVING)
 
 
 def is_open(model: Any) -> bool:
@@ -32,6 +34,12 @@ def is_open(model: Any) -> bool:
 def _is_turned(found: Array) -> Array:
     """Whether a spool's angle is known beforehand."""
     return np.asarray((found["drive"] != FREE) & (found["law"] != OPEN))
+
+
+def _has_no_stiffness(found: Array) -> str:
+    if np.any(found["kind"] != thread.INEXTENSIBLE):
+        return ""
+    return "threads with segments of fixed length have no stiffness: adaptive steps of fifth order"
 
 
 def _of_thread(row: Any, records: Records) -> Iterator[End]:
@@ -184,6 +192,8 @@ THREADS = Family(
         (Rule(ELASTIC),), place=12, unforced=_unforced, elastic=Elastic(_stiff, alone=True, pushing=_pushing),
         refused=_refused,
     ),
+    adaptive=_has_no_stiffness,
+    stiff=lambda t: "threads of springs are stiff" if np.any(np.isin(t["kind"], _SPRINGS)) else "",
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step

@@ -131,6 +131,13 @@ class Family:
         it: for all of its records, or a function of them to a mask
     shares : shares of its parts in margins; None where their forces are not evaluated along a coordinate
     category : str, in margins, of the force of a part whose family has one share and says no more of it
+    conserved : str, what a system with its records is called that takes the steps of energy-momentum, which gain no
+        energy at any length; '' of one that need not
+    implicit : function of its records to those that implicit methods suit better, and why; explicit : whether explicit
+        methods keep its constraints as well
+    adaptive : function of its records to why adaptive explicit steps suit them, '' where they do not; None where it
+        does not matter
+    stiff : function of its records to why implicit methods suit them at least as well, '' where they need not
     """
 
     name: str
@@ -154,6 +161,11 @@ class Family:
     smooth: bool | Callable[[Array], Array] = False
     shares: Shares | None = None
     category: str = ""
+    conserved: str = ""
+    implicit: tuple[Callable[[Array], Array], str] | None = None
+    explicit: bool = False
+    adaptive: Callable[[Array], str] | None = None
+    stiff: Callable[[Array], str] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
