@@ -6,7 +6,7 @@ import numpy as np
 
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.shares import DAMPING, SPRING, Rule, Shares
+from evolvent.model.shares import DAMPING, SPRING, Rule, Shares, Tie
 
 Array = np.ndarray
 
@@ -33,5 +33,10 @@ SYNCHRONIZATIONS = Family(
     changes="stiffness damping",
     reads_inertia=False,
     smooth=True,
-    shares=Shares((Rule(SPRING, "", ("stiffness",)), Rule(DAMPING, "damping", ("damping",))), place=3),
+    shares=Shares(
+        (Rule(SPRING, "", ("stiffness",)), Rule(DAMPING, "damping", ("damping",))), place=3,
+        tie=lambda row: Tie(
+            (int(row["b"]), int(row["a"])), (float(row["ratio_b"]), -float(row["ratio_a"])), float(row["offset"])
+        ),
+    ),
 )  # fmt: skip
