@@ -126,7 +126,8 @@ class Family:
         reactions
     changes : str, fields that a part writes and solvers alone read: a variant with other values of them and of
         parameters takes a copy of the model. None where more follows: then it is assembled whole
-    reads_inertia : whether its parts or checks read the mass or inertia of others; None: as that to which it belongs
+    reads_inertia : whether its parts or checks read the mass or inertia of others; None: as those of the family to
+        which it belongs, else they do
     smooth : whether what it does to a motion changes continuously with a key, so that derivatives of a run go through
         it: for all of its records, or a function of them to a mask
     shares : shares of its parts in margins; None where their forces are not evaluated along a coordinate

@@ -16,8 +16,6 @@ from evolvent.model.family import Family, families
 from evolvent.model.shares import INERTIA, Rule, Shares, Tie
 
 Array = np.ndarray
-
-
 #: Shares that are no part's.
 GRAVITY, SPIN = "gravity", "spin"
 
