@@ -12,10 +12,10 @@ from evolvent import model as mdl, parts
 from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
 from evolvent.flow import implicit as equations
-from evolvent.flow.powers import N_POWERS
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import blocks
 from evolvent.kernels.sparse import OUTSIDE
+from evolvent.model.powers import N_POWERS
 from evolvent.solvers import Solution, equilibrium, solve
 from evolvent.solvers.implicit import matrix_of
 from evolvent.solvers.observations import Observations, observe

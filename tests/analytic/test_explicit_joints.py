@@ -9,9 +9,10 @@ import pytest
 
 from evolvent import InputError, System, elements, parts
 from evolvent.assembly.builder import Assembly
-from evolvent.flow import implicit, powers
+from evolvent.flow import implicit
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import constraint_rows, joint, rigid
+from evolvent.model import powers
 from evolvent.solvers import solve
 
 Array = np.ndarray

@@ -8,8 +8,9 @@ import numpy as np
 
 from evolvent import elements
 from evolvent.assembly.assembled import Assembly
-from evolvent.flow import implicit, powers
+from evolvent.flow import implicit
 from evolvent.kernels import blocks, contact, sparse
+from evolvent.model import powers
 from evolvent.solvers import Solution
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.implicit_setup import matrix_of

@@ -7,7 +7,8 @@ import pytest
 
 from evolvent import System, model as mdl, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.flow import implicit, powers
+from evolvent.flow import implicit
+from evolvent.model import powers
 from evolvent.solvers.linear_motion import matrices
 from evolvent.solvers.static_work import Work
 from helpers import accounts, derivative, run as run_explicit

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from evolvent import model as mdl
-from evolvent.flow.energy_momentum import STEP
 from evolvent.kernels.blocks import ANGLE, RATE, ROTATION, displace, indices
+from evolvent.model.interval import NUMBERS
 from evolvent.solvers import equilibrium, explicit_events, implicit_state
 from evolvent.solvers.balance import BALANCE
 from evolvent.solvers.implicit_setup import shares, sizes
@@ -59,7 +59,7 @@ def test_both_maps_of_rotations_are_one_turn(name: str) -> None:
 
 def test_fields_of_records_are_no_attributes_of_numpy_records() -> None:
     """Without compilation a field is read as an attribute, which NumPy's own attributes would hide."""
-    own = {"step": STEP, "loop": implicit_state.LOOP, "options": implicit_state.OPTIONS, "balance": BALANCE}
+    own = {"step": NUMBERS, "loop": implicit_state.LOOP, "options": implicit_state.OPTIONS, "balance": BALANCE}
     kinds = dict(mdl.RECORDS) | own | {"explicit loop": explicit_events.LOOP, "search": equilibrium.LOOP}
     hidden = {name: [f for f in kind.names or () if hasattr(np.record, f)] for name, kind in kinds.items()}
     assert not {name: fields for name, fields in hidden.items() if fields}

@@ -149,7 +149,7 @@ def _method_of(assembly: Assembly, method: str) -> tuple[str, str]:
         return energy_momentum.NAME, refused[family.IMPLICIT].partition("; ")[0]
     if family.IMPLICIT in refused:
         return "dopri5" if all(adaptive) else "rk4", refused[family.IMPLICIT].partition("; ")[0]
-    stiff = next(filter(None, (one.stiff(one.records(model)) for one in own if one.stiff is not None)), "")
+    stiff = next(filter(None, (one.short_steps(one.records(model)) for one in own if one.short_steps is not None)), "")
     if stiff or model.info.penalties:
         return implicit.NAME, stiff or "penalties are stiff"
     return "dopri5", "bodies, points and springs: adaptive steps of fifth order"

@@ -331,7 +331,7 @@ class Builder:
             mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size,
             ne=2 * n_threads + len(self.rows["events"]) + self._latches() + self._brakes(), brakes=self._brakes(),
             bandwidth=bandwidth, gravity=self.gravity,
-            rubbed=self.rubbed,
+            rubbed=self.rubbed, causes=bool(self.rows["beams"] or self.rows["rods"]),
             penalties=sum(row["stiffness"] > 0.0 for row in self.rows["joints"]),
         )  # fmt: skip
         mark_outside(families, info)

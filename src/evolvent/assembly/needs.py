@@ -13,15 +13,15 @@ from numba import config
 
 from evolvent.compiled import jit, lookups
 from evolvent.compiled.codecache import Linked, names_in
-from evolvent.flow import explicit_forces
 from evolvent.kernels import ancf_beams
 from evolvent.model import Model, has
+from evolvent.model.family import QUESTIONS, families
 from evolvent.model.having import Condition
 
 
 def has_explicit_forces(model: Model) -> bool:
-    """Whether a model has beams, rods, joints by penalties, joint coordinates or user-defined laws between points."""
-    return has(model, explicit_forces.EXPLICIT)
+    """Whether explicit methods find the fastest mode of some part of a model from its rates (`Family.by_rates`)."""
+    return any(family.is_by_rates(model) for family in families().values())
 
 
 @functools.cache
@@ -59,19 +59,25 @@ _BY_RECORD = {
 }
 
 
+#: Tables of calls, which functions name that walk over the families of a model.
+_TABLES = frozenset(f"{question}_calls" for question in QUESTIONS)
+
+
 @functools.cache
-def _called(function: Any) -> tuple[Any, ...]:
-    """Functions called by their address in a compiled function and in what is compiled into it."""
+def _called(function: Any) -> tuple[tuple[Any, ...], frozenset[str]]:
+    """Functions called by their address, and tables of calls, in a compiled function and in what goes into it."""
     found: dict[Any, None] = {}
-    seen, waiting = {function}, [function]
+    seen, waiting, tables = {function}, [function], set[str]()
     while waiting:
-        for other in _linked(waiting.pop().py_func):
+        inside = waiting.pop().py_func
+        tables |= _TABLES & names_in(inside.__code__)
+        for other in _linked(inside):
             if isinstance(other, jit.Indirect):
                 found[other] = None
             elif other not in seen:
                 waiting.append(other)
             seen.add(other)
-    return tuple(found)
+    return tuple(found), frozenset(tables)
 
 
 def _linked(function: Any) -> Iterator[Any]:
@@ -91,7 +97,7 @@ def _reached(roots: tuple[Any, ...], absent: frozenset[str]) -> tuple[Any, ...]:
     found: dict[Any, None] = dict.fromkeys(roots)
     waiting = list(roots)
     while waiting:
-        for other in _called(waiting.pop()):
+        for other in _called(waiting.pop())[0]:
             module = _short(other.py_func.__module__)
             if other not in found and absent.isdisjoint((module, f"{module}.{other.py_func.__name__}")):
                 found[other] = None
@@ -101,7 +107,13 @@ def _reached(roots: tuple[Any, ...], absent: frozenset[str]) -> tuple[Any, ...]:
 
 def needed(model: Model, roots: tuple[Any, ...], without: frozenset[str]) -> list[Any]:
     """Functions that `roots` call on a model that lacks what `absent` names, `roots` among them."""
-    found = _reached(roots, without)
+    found, size = _reached(roots, without), 0
+    while size != len(found):  # what a table names may walk over another one
+        size = len(found)
+        tables = sorted({table for function in found for table in _called(function)[1]})
+        found = _reached(
+            (*roots, *(one for table in tables for one in lookups.at_slots(getattr(model, table)))), without
+        )
     by_record = [field for caller, field in _BY_RECORD.items() if caller in found]
     return [*found, *(one for field in by_record for one in lookups.at_slots(model.elements[field]))]
 

@@ -79,7 +79,7 @@ def _make_lookup(signature: Any, at: int = 0) -> Any:
     return law_at
 
 
-def _make_lookup_by_slot(signature: Any) -> Any:
+def by_slot(signature: Any) -> Any:
     """A compiled function (struct with the table `addresses`, index in it) -> callable of `signature`."""
     if config.DISABLE_JIT:
         return lambda _, slot: PLAIN[slot]
@@ -122,9 +122,9 @@ def at_slots(slots: np.ndarray) -> list[Any]:
     return [] if config.DISABLE_JIT else [at_slot(int(k)) for k in np.unique(slots)]
 
 
-element_force_at = _make_lookup_by_slot(FUNCTIONS["element_force"])
-element_tangent_at = _make_lookup_by_slot(FUNCTIONS["element_tangent"])
-element_energy_at = _make_lookup_by_slot(FUNCTIONS["element_energy"])
+element_force_at = by_slot(FUNCTIONS["element_force"])
+element_tangent_at = by_slot(FUNCTIONS["element_tangent"])
+element_energy_at = by_slot(FUNCTIONS["element_energy"])
 force_law_at = _make_lookup(LAWS["force"])
 spring_law_at = _make_lookup(LAWS["spring"])
 drive_law_at = _make_lookup(LAWS["drive"])

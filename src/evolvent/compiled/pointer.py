@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import inspect
 import itertools
 from collections.abc import Collection, Iterator
 from typing import Any, ClassVar, NamedTuple
@@ -326,6 +327,58 @@ def at_address(kind: StructType) -> Any:
         return kind(types.int64), codegen
 
     return struct_at
+
+
+def on_stack(kind: type[Struct], *arguments: str, **places: str) -> Any:
+    """Function for compiled code that makes a struct of arrays and records that are its arguments.
+
+    The headers lie on the stack of the caller, which passes the struct on, outlives it, and reads nothing of it itself:
+    what it loads would not follow what it stores.
+
+    Parameters
+    ----------
+    arguments : names of the arguments
+    places : of attributes, the argument that each refers to; the others are empty
+    """
+    chosen = {name: arguments.index(places[name]) for name in places}
+    if config.DISABLE_JIT:
+
+        def plain(*given: Any) -> Any:
+            found = object.__new__(kind)
+            found.__dict__.update({name: given[at] for name, at in chosen.items()})
+            return found
+
+        return plain
+    fields = list(kind._fields.items())
+    layout = repr([(name, field.words, chosen.get(name)) for name, field in fields])
+
+    def struct_on_stack(typing_context: Any, *kinds: Any) -> Any:
+        result = kind._numba_type_
+
+        def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+            integer, words = ir.IntType(64), []
+            for name, field in fields:
+                found = [integer(0)] * field.words
+                if name in chosen:
+                    value, given = values[chosen[name]], signature.args[chosen[name]]
+                    if field.ndim:
+                        header = context.make_array(given)(context, builder, value)
+                        found = [builder.ptrtoint(header.data, integer), *cgutils.unpack_tuple(builder, header.shape)]
+                    else:
+                        found = [builder.ptrtoint(value, integer)]
+                words += found
+            block = cgutils.alloca_once(builder, ir.ArrayType(integer, len(words)))
+            first = builder.bitcast(block, integer.as_pointer())
+            for k, word in enumerate(words):
+                builder.store(word, builder.gep(first, [cgutils.intp_t(k)]))
+            return builder.bitcast(first, context.get_value_type(result))
+
+        assert layout  # it counts in what is compiled
+        return result(*kinds), codegen
+
+    own = [inspect.Parameter(name, inspect.Parameter.POSITIONAL_OR_KEYWORD) for name in ("typing_context", *arguments)]
+    struct_on_stack.__signature__ = inspect.Signature(own)  # type: ignore[attr-defined]
+    return intrinsic(struct_on_stack)
 
 
 if config.DISABLE_JIT:

@@ -2,17 +2,89 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import rigid
+from evolvent.kernels import attitude, attitude_tangent, calls, rigid
+from evolvent.kernels.blocks import RATE, SCALAR
+from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_bodies
-from evolvent.model.family import Family, Kind, record
+from evolvent.model.family import Family, Kind, Records, record
+from evolvent.model.powers import DRIVEN, MARKER_LOADS, SPRINGS
+from evolvent.model.questions import DRIVE, AdjointSupport, Block, Bound, Coordinates, Law, Moment, calls_law, never
 from evolvent.model.shares import LOAD, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
+
+
+@calls.force
+def actuator_force(interval, model):
+    """Torques of wheels and pushes of thrusters; the work of motors is that of `attitude.end_actuator_step`."""
+    _, given, _ = attitude.actuator_forces(interval.step.tm, interval.ym, model)
+    interval.powers[MARKER_LOADS] += given
+
+
+@calls.tangent
+def actuator_tangent(interval, model, matrix):
+    """Derivatives of `actuator_force`."""
+    attitude_tangent.add_actuator_tangents(interval.step.tm, interval.ym, interval.step.c_rate, model, matrix)
+
+
+@calls.force
+def inertia(interval, model):
+    """Inertia of wheels in a state."""
+    attitude.add_wheel_residual(interval.ym, interval.dv, model.info.nq, model, model.F)
+
+
+@calls.force
+def step_inertia(interval, model):
+    """Inertia of wheels over a step."""
+    attitude.add_wheel_step(interval.step.h, interval.dv, interval.ym, model.info.nq, model, model.F)
+
+
+@calls.tangent
+def inertia_tangent(interval, model, matrix):
+    """Derivatives of `inertia`."""
+    step = interval.step
+    attitude.add_wheel_tangent(interval.ym, step.c_mass, step.c_rate, model.info.nq, model, matrix)
+
+
+@calls.tangent
+def step_inertia_tangent(interval, model, matrix):
+    """Derivatives of `step_inertia`."""
+    attitude.add_wheel_step_tangent(interval.step.c_mass, model.info.nq, interval.R0, interval.R1, model, matrix)
+
+
+@calls.energy
+def energy(interval, model, out):
+    """Kinetic energy of all wheels."""
+    attitude.add_wheel_energy(interval.ym, model, out, 0)
+
+
+@calls.momentum
+def momentum(y, model, out):
+    """Angular momentum of all wheels."""
+    attitude.add_wheel_momenta(y, model, out[3:])
+
+
+@calls.force
+def explicit_force(interval, model):
+    """Torques of wheels, and pushes of thrusters, onto bodies."""
+    powers = interval.powers
+    lost, given, driven = attitude.actuator_forces(interval.step.t, interval.ym, model)
+    attitude.add_wheels(interval.ym, model)
+    powers[SPRINGS] += lost
+    powers[MARKER_LOADS] += given
+    powers[DRIVEN] += driven
+
+
+@calls.force
+def explicit_end(interval, model):
+    """Rates of wheels and of the impulses of thrusters."""
+    attitude.actuator_rates(interval.ym, model, interval.rates)
 
 
 def _wheel_refused(row: Any, part: Any, spins: bool) -> str:
@@ -29,6 +101,41 @@ def _without_thrust(model: Any) -> dict[str, Array]:
     return {"thrusters": found}
 
 
+def _at_rotor(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    row, (time, y, _s) = model.wheels[k], moment
+    yield float(y[row["iq"]]), float(y[row["iv"]]), time
+
+
+def _angles(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for k, wheel in enumerate(records("wheels")):
+        yield Block(SCALAR, wheel["iq"], wheel["iv"], k, wheel["inertia"])
+
+
+def _impulses(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for k, thruster in enumerate(records("thrusters")):
+        yield Block(RATE, -1, thruster["iv"], k, 0.0)
+
+
+def _wheels_bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    """Friction; a rotor on a light body counts with the body's share."""
+    for k, row in enumerate(model.wheels):
+        slope = row["viscous"] + (row["friction"] / row["slip"] if row["friction"] > 0.0 else 0.0)
+        n, b = np.array(row["axis"]), int(row["body"])
+        J = np.array(model.bodies["inertia"][b])
+        left = 1.0 / float(n @ np.linalg.solve(J, n)) - row["inertia"] if np.linalg.det(J) > 0.0 else row["inertia"]
+        yield k, 0.0, float(slope * (1.0 / row["inertia"] + 1.0 / left))
+
+
+def _controllers_bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    """Gains are felt by the body."""
+    for row in model.controllers:
+        b = int(row["body"])
+        R = np.array(model.bodies["R"][b])
+        for what, gains in enumerate((row["proportional"], row["derivative"])):
+            felt["bodies"][what, b, 3:, 3:] += R @ np.diag(gains) @ R.T
+    return iter(())
+
+
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
 # or -1; actuators of a controller: their kind, and `count` numbers from `place` on, then how they share its torque
 WHEELS = Family(
@@ -39,7 +146,7 @@ WHEELS = Family(
         "command motor drag coriolis motor0 drag0 angle rate rubs spin momentum kinetic",
         axis=_3, momentum=_3,
     ),
-    order=120,
+    order=390,
     results={
         "angle": ("angle", "rad", "angle of the wheel relative to its body"),
         "rate": ("rate", "rad s-1", "rate of the wheel relative to its body"),
@@ -55,12 +162,29 @@ WHEELS = Family(
     ends=of_bodies("body"),
     within=True,
     isolated=lambda found, records: bool(np.all(records("bodies")["motion"][found["body"]] == rigid.FREE)),
+    force=actuator_force,
+    tangent=actuator_tangent,
+    inertia=inertia,
+    step_inertia=step_inertia,
+    inertia_tangent=inertia_tangent,
+    step_inertia_tangent=step_inertia_tangent,
+    energy=energy,
+    momentum=momentum,
+    explicit_force=explicit_force,
+    explicit_end=explicit_end,
+    by_rates=False,
     local=True,
     smooth=True,
     shares=Shares(
         refused=_wheel_refused,
         remark="the momentum of {names} does no work at rest, and no motor turns it: no share",
     ),
+    laws=(Law("spring", calls_law, _at_rotor),),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its torque follows from the state and time, with all derivatives"),
+    coordinates=(Coordinates(_angles, 60, len),),
+    bound=_wheels_bound,
 )  # fmt: skip
 
 THRUSTERS = Family(
@@ -69,7 +193,7 @@ THRUSTERS = Family(
         "body iv profile", "local direction force limit", "command push push0 impulse place vector",
         local=_3, direction=_3, place=_3, vector=_3,
     ),
-    order=130,
+    order=270,
     results={
         "push": ("thrust", "N", "force of the thruster"),
         "impulse": ("impulse", "N s", "integral of the thrust since the start"),
@@ -79,11 +203,25 @@ THRUSTERS = Family(
     kinds=(
         Kind("a thruster"),
     ),
+    force=actuator_force,
+    tangent=actuator_tangent,
+    inertia=inertia,
+    step_inertia=step_inertia,
+    inertia_tangent=inertia_tangent,
+    step_inertia_tangent=step_inertia_tangent,
+    explicit_force=explicit_force,
+    explicit_end=explicit_end,
+    by_rates=False,
     local=True,
     changes="force limit",
     reads_inertia=False,
     smooth=True,
     shares=Shares((Rule(LOAD),), place=15, unforced=_without_thrust),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its force follows from the attitude and time"),
+    coordinates=(Coordinates(_impulses, 90, lambda found: 0),),
+    uneven=never,
 )  # fmt: skip
 
 CONTROLLERS = Family(
@@ -94,7 +232,7 @@ CONTROLLERS = Family(
         "error slip torque off",
         proportional=_3, derivative=_3, target=(4,), axis=_3, error=_3, slip=_3, torque=_3,
     ),
-    order=140,
+    order=280,
     results={
         "error": ("error", "rad", "rotation vector from the target to the body, body axes"),
         "off": ("error_angle", "rad", "angle between the target and the body"),
@@ -107,4 +245,7 @@ CONTROLLERS = Family(
     isolated=True,
     local=True,
     changes="proportional derivative limit dead_band",
+    laws=(Law(DRIVE, lambda found: (found["law"] != 0) & (found["path"] == LAW)),),
+    of_step=False,
+    bound=_controllers_bound,
 )  # fmt: skip

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from evolvent.model.family import ENERGY, EVERY, Family, Kind, record, where
+from evolvent.kernels import ancf_beams, calls
+from evolvent.kernels.ancf_beams import NODE_VECTORS
+from evolvent.kernels.blocks import POSITION, SLOPE
+from evolvent.model.family import ENERGY, EVERY, Family, Kind, Records, record, where
+from evolvent.model.powers import MASS_DAMPING, STIFFNESS_DAMPING
+from evolvent.model.questions import AdjointSupport, Block, Coordinates, never
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
@@ -24,6 +30,23 @@ def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
     return {name: getattr(whole, name) for name in ("H", "h", "thermal_loads")}
 
 
+def _nodal_masses(beam: np.record, elements: Array, masses: Any) -> Array:
+    """Diagonal of a beam's mass matrix, a number for each nodal vector, kg and so on."""
+    vectors = NODE_VECTORS[beam["kind"]]
+    found = np.zeros(vectors * int(beam["nodes"]))
+    for i, element in enumerate(elements[beam["first_element"] :][: beam["elements"]]):
+        found[vectors * i :][: 2 * vectors] += np.diag(masses[element["mass"]])
+    return found
+
+
+def _vectors(records: Records, pools: Mapping[str, Any]) -> Iterator[Block]:
+    for b, beam in enumerate(records("beams")):
+        vectors = NODE_VECTORS[beam["kind"]]
+        for i, mass in enumerate(_nodal_masses(beam, records("elements"), pools["M"])):
+            kind = SLOPE if i % vectors else POSITION
+            yield Block(kind, beam["iq"] + 3 * i, beam["iv"] + 3 * i, b, mass, i // vectors)
+
+
 # beams; a node's coordinates stand together, node after node; first_node: number of the first among
 # the nodes of all beams and rods; paper: 1 where the damping is the paper's, which a turn of the whole feels; held:
 # 1 where rows of constraint act on its nodes; axes: rows x along, y and z of the root
@@ -33,7 +56,7 @@ BEAMS = Family(
         "kind iq iv nodes first_element elements first_node paper held", "length",
         "kinetic elastic bending linear angular axes", linear=_3, angular=_3, axes=_33,
     ),
-    order=150,
+    order=10,
     results={
         "kinetic": ("energy_kinetic", "J", "kinetic energy"),
         "elastic": ("energy_elastic", "J", "strain energy"),
@@ -56,7 +79,13 @@ BEAMS = Family(
     smooth=True,
     shares=Shares((Rule(ELASTIC),), place=10, unforced=_unforced, elastic=Elastic(_stiff)),
     conserved="beams",
-    stiff=lambda _: "beams are stiff",
+    short_steps=lambda _: "beams are stiff",
+    of_step=False,
+    adjoint=AdjointSupport(
+        "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False,
+    ),
+    coordinates=(Coordinates(_vectors, 10, lambda found: 6 * found.size),),
+    uneven=never,
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod
@@ -65,7 +94,7 @@ BEAM_NODES = Family(
     record(
         "", "undeformed share", "x v slope deflection curvature", undeformed=_3, x=_3, v=_3, slope=_3, deflection=_3
     ),
-    order=160,
+    order=20,
     results={
         "x": ("position", "m", "positions of the nodes, inertial axes"),
         "v": ("velocity", "m s-1", "velocities of the nodes, inertial axes"),
@@ -79,6 +108,51 @@ BEAM_NODES = Family(
     },
     of="beams",
 )  # fmt: skip
+
+
+@calls.force
+def force(interval, model):
+    """Forces and inertia of all elements."""
+    step, powers = interval.step, interval.powers
+    lost, viscous = ancf_beams.add_elements(
+        interval.ym, interval.dv, step.inertia, (step.h, step.chi, step.chi_v, step.ratio), model, model.F
+    )
+    powers[MASS_DAMPING] += lost
+    powers[STIFFNESS_DAMPING] += viscous
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    step = interval.step
+    filtered = (step.h, step.chi, step.chi_v, step.ratio)
+    ancf_beams.add_element_tangents(interval.ym, step.c_mass, step.c_rate, filtered, model, matrix)
+
+
+@calls.energy
+def energy(interval, model, out):
+    """Energies of all beams."""
+    ancf_beams.beam_energies(interval.ym, 0, model.elements.size, model, out)
+
+
+@calls.momentum
+def momentum(y, model, out):
+    """Momenta of all beams."""
+    ancf_beams.beam_momenta(y, 0, model.elements.size, model, out[:3], out[3:])
+
+
+@calls.force
+def explicit_force(interval, model):
+    """Forces and weight of all elements."""
+    force(interval, model)
+    ancf_beams.copy_weight(model, model.P)
+
+
+@calls.force
+def explicit_rate(interval, model):
+    """Rates of all beams' coordinates."""
+    ancf_beams.beam_rates(interval.ym, model, interval.rates)
+
 
 # form, bending, mass: indices in the pools of the model, bending of the form of that alone; force, tangent,
 # energy: indices (`jit.slot`) of `kernels.element_calls`; stretch: 1 of a cable with engineering strain;
@@ -97,7 +171,7 @@ ELEMENTS = Family(
              "free_strain", "free_curvature_y", "free_curvature_z"), (2,)
         ),
     ),
-    order=170,
+    order=30,
     results={
         "strain": ("strain", "1", "strain of the axis"),
         "axial_force": ("axial_force", "N", "force along the axis, positive where it pulls,"),
@@ -113,4 +187,10 @@ ELEMENTS = Family(
         "free_curvature_z": ("free_curvature_z", "m-1", "curvature towards y without stress"),
     },
     of="beams",
+    force=force,
+    tangent=tangent,
+    energy=energy,
+    momentum=momentum,
+    explicit_force=explicit_force,
+    explicit_rate=explicit_rate,
 )  # fmt: skip

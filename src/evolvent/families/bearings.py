@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError
+from evolvent.kernels import bearing, calls
 from evolvent.kernels.bearing import measure_load
 from evolvent.kernels.ends import of_coordinate, of_joint
 from evolvent.model.family import EVERY, EXPLICIT, End, Family, Kind, Records, record
+from evolvent.model.powers import COUPLED_ENERGY
 from evolvent.model.shares import FRICTION, Rule, Shares
 
 Array = np.ndarray
@@ -98,6 +100,18 @@ def _at_rest(mechanism: Any, shares: list[Any], direction: Any, at: Any, rows: l
     )
 
 
+@calls.force
+def force(interval, model):
+    """Friction by the reactions of the joints."""
+    interval.powers[COUPLED_ENERGY] += bearing.add_bearings(interval.step.h, interval.la, model, model.F)
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    bearing.add_bearing_tangents(interval.step.scale, interval.la, model, matrix)
+
+
 # friction by the reactions of a joint, whose rows are first to last, on a coordinate of its own
 # (`kernels.bearing`); account: of what it has dissipated. by_force, by_moment, by_axis: derivatives of the load by
 # the force and the moment on the second body, and by the axis; slips: the sense in which it slides, noted: friction
@@ -111,7 +125,7 @@ BEARINGS = Family(
         "bristle slips rubs noted relax fresh stored bristle0 rubs0 slips0 anchor",
         by_force=_3, by_moment=_3, by_axis=_3,
     ),
-    order=320,
+    order=330,
     results={
         "angle": ("angle", "rad", "angle since the start"),
         "rate": ("rate", "rad s-1", "rate of the angle"),
@@ -130,6 +144,9 @@ BEARINGS = Family(
     ),
     ends=_of_bearing,
     through=True,
+    force=force,
+    tangent=tangent,
+    by_rates=False,
     smooth=True,
     shares=Shares((Rule(FRICTION),), place=7, together=_powers, measured="coordinate"),
 )  # fmt: skip

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 
 from evolvent.families.contact_surfaces import RULES, is_conservative, pressing, slides_freely
-from evolvent.kernels import body_gaps, contact_laws
+from evolvent.kernels import body_gaps, calls, contact, contact_laws, contact_tangent
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.powers import CONTACTS
+from evolvent.model.questions import AdjointSupport, Bound
 from evolvent.model.shares import Contact, Shares
 
 Array = np.ndarray
@@ -16,6 +21,50 @@ _3, _33, _6 = (3,), (3, 3), (6,)
 
 def _is_of_box(found: Array) -> Array:
     return np.asarray((found["surface"] == body_gaps.BOX) | (found["surface"] == body_gaps.EDGES))
+
+
+@calls.force
+def force(interval, model):
+    """Forces of all contacts between bodies; what they take in a step, J."""
+    step = interval.step
+    lost, rubbed = contact.add_bodies(interval.y1, step.span, step.rub, step.soft, step.chi, step.ratio, model)
+    if step.h > 0.0:
+        interval.contact[0] += lost
+        interval.contact[1] += rubbed
+    else:
+        interval.powers[CONTACTS] += lost
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    step = interval.step
+    contact_tangent.add_body_tangents(step.h, 0.0 if step.h > 0.0 else step.c_rate, model, matrix)
+
+
+@calls.measure
+def measure(end, t, y, model):
+    """Gaps of all contacts between bodies."""
+    body_gaps.measure_bodies(end, model)
+
+
+@calls.energy
+def energy(interval, model, out):
+    """Energy by the last forces, of bristles too."""
+    for k in range(model.body_contacts.size):
+        out[1] += model.body_contacts[k].energy
+
+
+@calls.energy
+def explicit_energy(interval, model, out):
+    """Energy by the forces of the state, of bristles too."""
+    force(interval, model)
+    energy(interval, model, out)
+
+
+def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    contact_tangent.add_body_contact_bound(model, felt["bodies"])
+    return iter(())
 
 
 # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
@@ -39,7 +88,7 @@ BODY_CONTACTS = Family(
         X=_3, Q=_33, stick=_3, drag=_3, stick1=_3, drag1=_3, slide=_3, n=_3, n1=_3, t=_3, rubbing=_3, c=_3,
         on_a=_6, on_b=_6, slid0=_3, slid1=_3,
     ),
-    order=370,
+    order=80,
     results={
         "impulse": ("impulse", "N s", "integral of the normal forces since the start; NaN if explicit"),
         "energy": ("energy_elastic", "J", "elastic energy of the contact and of what sticks by friction"),
@@ -81,8 +130,22 @@ BODY_CONTACTS = Family(
         ),
     ),
     ends=of_bodies("a", "b"),
+    force=force,
+    tangent=tangent,
+    measure=measure,
+    energy=energy,
+    explicit_energy=explicit_energy,
     several=True,
     smooth=True,
     shares=Shares(RULES, place=9, contact=Contact(pressing)),
     conserved="contact",
+    adjoint=AdjointSupport(
+        "without friction its force follows from the state, with all derivatives", filtered="gaps of body_contacts",
+        timed=False,
+        refused={
+            "contacts between bodies have friction": lambda found: found["friction"] != 0.0,
+            "contacts between bodies have viscous friction": lambda found: found["viscous"] != 0.0,
+        },
+    ),
+    bound=_bound,
 )  # fmt: skip

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import contact_laws
+from evolvent.kernels import calls, contact, contact_laws, contact_tangent, surfaces
+from evolvent.model import IMPULSE, N_ACCOUNTS
 from evolvent.model.family import End, Family, Kind, Records, record, where
+from evolvent.model.powers import CONTACTS
 from evolvent.model.shares import FRICTION, NORMAL, RUBS, SPRING, Contact, Rule, Shares
 
 Array = np.ndarray
@@ -38,6 +40,58 @@ def _coupled(row: Any, records: Records) -> Iterator[list[End]]:
     if row["under"] < 0:
         for point in records("contact_points")[int(row["first"]) : int(row["last"])]:
             yield [*(("vectors", int(iv)) for iv in point["iv"]), ("bodies", int(row["body"]))]
+
+
+@calls.force
+def force(interval, model):
+    """Forces of all contact points of beams; what they take in a step, J."""
+    step = interval.step
+    lost, rubbed = contact.add_points(
+        interval.y0, interval.y1, step.span, step.rub, step.soft, step.chi, step.ratio, model, model.F
+    )
+    if step.h > 0.0:
+        interval.contact[0] += lost
+        interval.contact[1] += rubbed
+    else:
+        interval.powers[CONTACTS] += lost
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    step = interval.step
+    contact_tangent.add_point_tangents(
+        interval.y0, interval.y1, step.h, 0.0 if step.h > 0.0 else step.c_rate, model, matrix
+    )
+
+
+@calls.measure
+def measure(end, t, y, model):
+    """Gaps of all contact points of beams."""
+    surfaces.measure_points(y, end, model)
+
+
+@calls.energy
+def energy(interval, model, out):
+    """Energy by the last forces, of bristles too."""
+    for k in range(model.contact_surfaces.size):
+        out[1] += model.contact_surfaces[k].energy
+
+
+@calls.force
+def explicit_force(interval, model):
+    """Forces of all contact points of beams; rates of the impulses of their normal forces."""
+    force(interval, model)
+    account = model.info.nq + model.info.nv + N_ACCOUNTS + IMPULSE
+    for k in range(model.contact_surfaces.size):
+        interval.rates[account + k] = model.contact_surfaces[k].normal
+
+
+@calls.energy
+def explicit_energy(interval, model, out):
+    """Energy by the forces of the state, of bristles too."""
+    force(interval, model)
+    energy(interval, model, out)
 
 
 #: Damping of bristles with which friction is at its limit at any rate, N s/m.
@@ -75,7 +129,7 @@ CONTACT_SURFACES = Family(
         "force moment normal impulse energy power touching",
         centre=_3, axis=_3, force=_3, moment=_3,
     ),
-    order=350,
+    order=60,
     results={
         "force": ("force", "N", "resultant of the surface on the beams, inertial axes"),
         "moment": (
@@ -117,6 +171,13 @@ CONTACT_SURFACES = Family(
     ),
     ends=_of_surface,
     couples=_coupled,
+    force=force,
+    tangent=tangent,
+    measure=measure,
+    energy=energy,
+    explicit_force=explicit_force,
+    explicit_energy=explicit_energy,
+    by_rates=False,
     reads_inertia=False,
     smooth=lambda found: found["under"] < 0,
     shares=Shares(RULES, place=8, contact=Contact(pressing, _is_undetermined)),
@@ -143,7 +204,7 @@ CONTACT_POINTS = Family(
         x=_3, n0=_3, n1=_3, rubbing=_3, slid0=_3, slid1=_3,
         iq=(4,), iv=(4,), S=(4,), anchor=_3, stick=_3, stick1=_3, n=_3, f=_3, t=_3, drag=_3, drag1=_3,
     ),
-    order=360,
+    order=70,
     results={
         "force": ("point_force", "N", "normal force of each contact point, positive where it pushes"),
         "apart": (

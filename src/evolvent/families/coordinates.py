@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import axial
+from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent
 from evolvent.kernels.ends import of_coordinate
+from evolvent.model import KEPT
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, JOINTS
+from evolvent.model.questions import AdjointSupport
 from evolvent.model.shares import DAMPING, FRICTION, SPRING, Rule, Shares
 
 Array = np.ndarray
@@ -18,6 +22,46 @@ _3 = (3,)
 
 def _is_angle(found: Array) -> Array:
     return np.asarray(found["kind"] == axial.ANGLE)
+
+
+@calls.force
+def force(interval, model):
+    """Torques on all coordinates of joints, of motors and other parts on them too."""
+    step, powers = interval.step, interval.powers
+    stored, lost = coordinate.add_coordinates(step.tm, interval.ym, step.h, model.switches, model, model.F)
+    powers[COUPLED_ENERGY] += stored
+    powers[JOINTS] += lost
+    powers[DRIVEN] += coordinate_laws.motor_power(model)
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    coordinate_tangent.add_coordinate_tangents(interval.ym, interval.step.h, interval.step.c_rate, model, matrix)
+
+
+@calls.measure
+def measure(end, t, y, model):
+    """Angles and travels."""
+    coordinate.measure_coordinates(end, y, model.switches, model)
+
+
+@calls.force
+def explicit_force(interval, model):
+    """Torques on all coordinates of joints, rates of their accounts, and a bound of the step."""
+    step, powers = interval.step, interval.powers
+    _, lost = coordinate.add_coordinates(step.t, interval.ym, KEPT, interval.s, model, model.F)
+    powers[JOINTS] += lost
+    powers[DRIVEN] += coordinate_laws.motor_power(model)
+    coordinate_laws.write_account_rates(model, interval.rates)
+    model.info.step = min(model.info.step, coordinate.longest_step(model.coordinates))
+
+
+@calls.energy
+def explicit_energy(interval, model, out):
+    """Energy of springs, latches, frictions and parts on coordinates."""
+    stored, _ = coordinate.add_coordinates(interval.step.t, interval.ym, KEPT, interval.s, model, model.F)
+    out[1] += stored
 
 
 #: Rate of a coordinate, beside that of the direction, below which it does not move.
@@ -54,6 +98,15 @@ def _slip(mechanism: Any, share: Any, at: Any, direction: Any, own: Array) -> No
         own["anchor"] = x - math.copysign(_SLIPPING * float(own["friction"][0] / own["stick"][0]), rate)
 
 
+def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
+    """All but travels along the axis."""
+    for k in rows:
+        row = turn.model.coordinates[k]
+        own = turn.model.bodies[row["body"]]
+        if row["kind"] == axial.ANGLE or not turn.along(own["R0"] @ row["axis"]) or not turn.still[row["body"]]:
+            yield k
+
+
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
 # beam's slope (on 1, at iq, iv) or `local` of the body `other` (on 0); kind 1: travel along the body's `axis` from
 # its point `zero` to a second point. switch: the first of two switches, the angle in quarter turns, rounded, and 1
@@ -76,7 +129,7 @@ COORDINATES = Family(
         "lost0 latch_lost0 anchor caught peak start_rate end_rate",
         axis=_3, zero=_3, local=_3, u=_3, g=_3,
     ),
-    order=250,
+    order=190,
     results={
         "angle": ("angle", "rad", "angle of the second side as seen from the first, any number of turns"),
         "rate": ("rate", "rad s-1", "rate of the angle"),
@@ -110,10 +163,21 @@ COORDINATES = Family(
         ),
     ),
     ends=of_coordinate,
+    force=force,
+    tangent=tangent,
+    measure=measure,
+    explicit_force=explicit_force,
+    explicit_energy=explicit_energy,
     local=True,
     changes="stiffness damping rest friction stick low high stop latch_stiffness latch_damping",
     reads_inertia=False,
     smooth=True,
     shares=Shares(_RULES, place=0, unforced=_unforced, prepare=_slip),
     implicit=(lambda found: found["friction"] > 0.0, "has friction, which sticks by stiff bristles"),
+    of_step=lambda found: found["friction"] > 0.0,
+    adjoint=AdjointSupport(
+        "its torque follows from the state, with all derivatives; that it latches is found by neighbours", timed=False,
+        refused={"joints have friction": lambda found: found["friction"] > 0.0},
+    ),
+    uneven=_uneven,
 )  # fmt: skip

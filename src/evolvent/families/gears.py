@@ -19,7 +19,7 @@ GEAR_COORDINATES = Family(
         "kind body on other iq iv", "axis zero local factor", "angle before rate u g p0 q0 p1 q1",
         axis=_3, zero=_3, local=_3, u=_3, g=_3,
     ),
-    order=340,
+    order=300,
     of="joints",
     ends=of_coordinate,
     changes="",

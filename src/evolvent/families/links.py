@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import AdjointSupport, never
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
@@ -14,7 +15,7 @@ _3 = (3,)
 LINKS = Family(
     "links",
     record("a b sense", "length drum axis zero", axis=_3, zero=_3),
-    order=40,
+    order=310,
     kinds=(
         Kind("a link", symmetric=True),
     ),
@@ -22,13 +23,17 @@ LINKS = Family(
     smooth=True,
     shares=Shares(),
     explicit=True,
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("joints hold it", timed=False),
+    uneven=never,
 )  # fmt: skip
 
 # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
 GUIDES = Family(
     "guides",
     record("kind body", "direction axis value", direction=_3, axis=_3),
-    order=50,
+    order=320,
     kinds=(
         Kind("a guide", symmetric=True),
     ),
@@ -36,4 +41,8 @@ GUIDES = Family(
     smooth=True,
     shares=Shares(),
     explicit=True,
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("joints hold it", timed=False),
+    uneven=never,
 )  # fmt: skip

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import loads, rigid, springs
+from evolvent.kernels import calls, loads, rigid, springs
 from evolvent.model.family import WORK, Family, Kind, has_parameters, record, where
+from evolvent.model.powers import MARKER_LOADS
+from evolvent.model.questions import AdjointSupport, Law, Moment
 from evolvent.model.shares import LOAD, Rule, Shares
 
 Array = np.ndarray
@@ -37,6 +40,56 @@ def _is_potential(model: Any, found: Array) -> bool:
     return True
 
 
+@calls.force
+def force(interval, model):
+    """Forces and torques on points and bodies."""
+    interval.powers[MARKER_LOADS] += loads.concentrated_loads(interval.step.tm, interval.ym, model)
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    loads.add_load_tangents(interval.step.tm, interval.ym, interval.step.c_rate, model, matrix)
+
+
+def _at_marker(model: Any, row: Any, moment: Moment) -> Iterator[tuple[Any, ...]]:
+    marker = model.markers[row["target"]]
+    found = springs.marker_kinematics(moment[1], model.markers, model.points, model.bodies, row["target"])
+    body = model.bodies[marker["index"]]
+    x, v = np.array(found[:3]), np.array(found[3:])
+    if row["kind"] == loads.TORQUE:
+        v = body["w"].copy()
+    if row["attitude"] != 0:
+        x = np.concatenate([x, body["R"].ravel()])
+    yield x, v, moment[0]
+
+
+def _on_target(model: Any, k: int, moment: Moment, everywhere: bool) -> Iterator[tuple[Any, ...]]:
+    """At the marker; of a thread at the reel, or at every node as well."""
+    row = model.loads[k]
+    if row["kind"] >= loads.AT_MARKER:
+        yield from _at_marker(model, row, moment)
+        return
+    thread = model.threads[row["target"]]
+    if everywhere:
+        for node in model.nodes[int(thread["node"]) : int(thread["node"] + thread["n"])]:
+            yield node["x"].copy(), node["v"].copy(), moment[0]
+    yield thread["Q"][:3].copy(), thread["Q"][3:].copy(), moment[0]
+
+
+def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
+    """Those that neither turn with what they act on nor are along the axis."""
+    for k in rows:
+        row = turn.model.loads[k]
+        if row["law"] != 0 or row["kind"] == loads.LAW:
+            yield k
+            continue
+        p = turn.model.parameters[row["first"] : row["last"]]
+        fixed = row["kind"] in (loads.RADIATION, loads.PANEL) or p[loads.FRAME] == 0.0
+        if fixed and not turn.along(p[:3]):
+            yield k
+
+
 # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
 # law of a force or torque; node: of a thread; attitude: 1 of a torque whose law is called with it, 2 of one that
 # follows it; scale: statics' load factor of a law on a thread; rod: 1 + rod whose length that is out it follows, or
@@ -48,7 +101,7 @@ LOADS = Family(
         "vector middle power work rate along",
         vector=_3, middle=_3,
     ),
-    order=80,
+    order=160,
     results={
         "vector": ("force", "N", "force or torque that acts, inertial axes"),
         "middle": ("position", "m", "where it acts, or the middle of the released thread, inertial axes"),
@@ -75,9 +128,23 @@ LOADS = Family(
         Kind("radiation pressure on a panel", which=where("kind", loads.PANEL)),
         Kind("a force or torque by a law", which=lambda found: _at_markers(found) & (found["law"] != 0)),
     ),
+    force=force,
+    tangent=tangent,
+    by_rates=False,
     several=True,
     changes="",
     reads_inertia=False,
     smooth=True,
     shares=Shares((Rule(LOAD),), place=14),
+    laws=(
+        Law("force", lambda found: (found["law"] != 0) & (found["kind"] == loads.LAW), _on_target, as_left=True),
+        Law(
+            "force", lambda found: (found["law"] != 0) & (found["kind"] != loads.LAW), _on_target, before="law_",
+            as_left=True,
+        ),
+    ),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
+    uneven=_uneven,
 )  # fmt: skip

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.kernels import coordinate_laws
+from evolvent.kernels import coordinate, coordinate_laws
+from evolvent.kernels.coordinate_laws import BY_LAW, BY_MOTION, BY_PROFILE
+from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import DRIVE, AdjointSupport, Law, Moment
 from evolvent.model.shares import DAMPING, FRICTION, MOTOR, MOTOR_LOSSES, Rule, Shares
 
 Array = np.ndarray
@@ -68,6 +72,12 @@ def _loss(mechanism: Any, share: Any, at: Any, direction: Any, still: bool) -> f
     return -float((1.0 / row["backward"] - 1.0) * -over)
 
 
+def _at_coordinate(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    (time, y, s), coordinates, at = moment, model.coordinates, int(model.motors["coordinate"][k])
+    coordinate.measure_coordinate(y, s, coordinates, model.bodies, at)
+    yield time, float(coordinates["angle"][at]), float(coordinates["rate"][at])
+
+
 # motors on coordinates: by a profile (kind 0), a user's law (1), PD to a drive's motion (2), a voltage (3) or a
 # current (4), constant: N m/A or N/A, of the coordinate, resistance: ohm; slope, damper: derivatives; account:
 # of the work; event, switch, until, latest: when they are switched off, as of joints; on: 1 at the last
@@ -79,7 +89,7 @@ MOTORS = Family(
         "position_gain velocity_gain limit rate_limit until latest constant resistance",
         "on time angle rate torque power power0 reference current slope damper",
     ),
-    order=260,
+    order=200,
     results={
         "angle": ("angle", "rad", "angle that the motor drives"),
         "rate": ("rate", "rad s-1", "rate of the angle"),
@@ -99,6 +109,16 @@ MOTORS = Family(
     reads_inertia=False,
     smooth=True,
     shares=Shares((Rule(MOTOR),), place=4, power=_motor_power, force=_motor_force),
+    laws=(
+        Law(DRIVE, lambda found: (found["kind"] == BY_MOTION) & (found["drive"] == LAW)),
+        Law("motor", lambda found: found["kind"] == BY_LAW, _at_coordinate),
+    ),
+    means=lambda found: found["kind"] != BY_PROFILE,
+    of_step=False,
+    adjoint=AdjointSupport(
+        "its torque follows from the state and time, with all derivatives",
+        refused={"motors have a law": lambda found: found["kind"] == BY_LAW},
+    ),
 )  # fmt: skip
 
 # what motors lose before their joints (`kernels.drivetrain`), with friction as of joint coordinates; forward,
@@ -110,7 +130,7 @@ DRIVETRAINS = Family(
         "friction by_push slips bristle bristle0 anchor relax rubs rubs0 slope damper cogging torque stored lost lost0 "
         "copper copper0",
     ),
-    order=270,
+    order=210,
     results={
         "torque": ("joint_torque", "N m", "torque on the joint, after detent, magnetic losses and gear"),
         "cogging": ("detent_torque", "N m", "torque of the detent, positive against the angle"),

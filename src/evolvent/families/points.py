@@ -2,20 +2,56 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 
-from evolvent.model.family import Family, Kind, record, where
+from evolvent.kernels import calls, points
+from evolvent.kernels.blocks import POSITION
+from evolvent.model.family import Family, Kind, Records, record, where
+from evolvent.model.questions import AdjointSupport, Block, Coordinates, Felt, never
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _3 = (3,)
 
 
+@calls.force
+def inertia(interval, model):
+    """Inertia of all points less their forces."""
+    points.add_point_residual(interval.dv, interval.step.over, model.info.nq, model.points, model.F)
+
+
+@calls.tangent
+def inertia_tangent(interval, model, matrix):
+    """Masses of all points."""
+    points.add_point_tangent(interval.step.c_mass, model.info.nq, model.points, matrix)
+
+
+@calls.energy
+def energy(interval, model, out):
+    """Kinetic energy of all points."""
+    points.add_point_energy(interval.ym, model.points, out, 0)
+
+
+@calls.momentum
+def momentum(y, model, out):
+    """Momenta of all points."""
+    points.add_point_momenta(y, model.points, out[:3], out[3:])
+
+
+def _positions(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for k, point in enumerate(records("points")):
+        if point["mass"] > 0.0:  # the others are nodes of beams
+            yield Block(POSITION, point["iq"], point["iv"], k, point["mass"])
+
+
 # without mass: a node of a beam, whose coordinates it has
 POINTS = Family(
     "points",
     record("iq iv", "mass compliance", "f linear kinetic", f=_3, linear=_3),
-    order=20,
+    order=370,
     results={
         "linear": ("momentum", "kg m s-1", "linear momentum, inertial axes"),
         "kinetic": ("energy_kinetic", "J", "kinetic energy"),
@@ -25,9 +61,21 @@ POINTS = Family(
         Kind("a beam's node at a spring's end", which=where("mass", 0.0), symmetric=True),
     ),
     isolated=True,
+    inertia=inertia,
+    inertia_tangent=inertia_tangent,
+    energy=energy,
+    momentum=momentum,
     local=True,
     changes="mass compliance",
     reads_inertia=False,
     smooth=True,
     shares=Shares(),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its mass is constant", timed=False),
+    coordinates=(Coordinates(_positions, 40, lambda found: 3 * int(np.sum(found["mass"] > 0.0))),),
+    felt=Felt(
+        3, lambda found: found["mass"] > 0.0, lambda model, k, blocks: points.point_bound(model.points, k, blocks)
+    ),
+    uneven=never,
 )  # fmt: skip

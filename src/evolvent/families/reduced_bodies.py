@@ -2,21 +2,63 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from evolvent.model.family import Family, Kind, record
+from evolvent.kernels import calls, reduced
+from evolvent.kernels.blocks import SCALAR
+from evolvent.model.family import Family, Kind, Records, record
+from evolvent.model.powers import SPRINGS
+from evolvent.model.questions import AdjointSupport, Block, Bound, Coordinates, never
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
 
 
+@calls.force
+def force(interval, model):
+    """Forces and inertia of all modal coordinates."""
+    step = interval.step
+    _, lost = reduced.add_modes(interval.ym, step.h, step.chi, step.ratio, model, model.F)
+    interval.powers[SPRINGS] += lost
+    reduced.add_mode_inertia(interval.dv, step.inertia, model.info.nq, model.reduced_bodies, model.F)
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    reduced.add_mode_tangents(interval.step.c_mass, interval.step.c_rate, interval.step.chi, model, matrix)
+
+
+@calls.energy
+def energy(interval, model, out):
+    """Energies of all modal coordinates."""
+    reduced.add_mode_energies(interval.ym, model, out, 0, 1)
+
+
+@calls.force
+def explicit_rate(interval, model):
+    """Rates of all modal coordinates, by their forces."""
+    interval.powers[SPRINGS] += reduced.mode_rates(interval.ym, model, interval.rates)
+
+
 def _unforced(model: Any) -> dict[str, Array]:
     found = model.modes.copy()
     found["stiffness"] = found["damping"] = 0.0
     return {"modes": found}
+
+
+def _modal(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for k, row in enumerate(records("reduced_bodies")):
+        for i in range(int(row["modes"])):
+            yield Block(SCALAR, row["iq"] + i, row["iv"] + i, k, row["mass"])
+
+
+def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    return ((k, *reduced.mode_bounds(model, k)) for k in range(model.reduced_bodies.size))
 
 
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
@@ -26,7 +68,7 @@ REDUCED_BODIES = Family(
     record(
         "first_body nodes first_mode modes iq iv", "mass", "kinetic elastic linear angular", linear=_3, angular=_3
     ),
-    order=220,
+    order=130,
     results={
         "kinetic": ("energy_kinetic", "J", "kinetic energy"),
         "elastic": ("energy_elastic", "J", "strain energy"),
@@ -37,17 +79,31 @@ REDUCED_BODIES = Family(
         Kind("a reduced body", symmetric=True),
     ),
     isolated=True,
+    force=force,
+    tangent=tangent,
+    energy=energy,
+    explicit_force=False,
+    explicit_rate=explicit_rate,
+    by_rates=False,
     consists=lambda row, _: range(int(row["first_body"]), int(row["first_body"] + row["nodes"]) + 1),
     smooth=True,
     shares=Shares(
         (Rule(ELASTIC),), place=13, unforced=_unforced, elastic=Elastic(lambda whole, bare, _: {"modes": whole.modes})
     ),
+    of_step=False,
+    stiff=lambda found: found["modes"] > 0,
+    adjoint=AdjointSupport(
+        "its stiffness is constant in its modes", filtered="strains of reduced bodies", timed=False,
+    ),
+    coordinates=(Coordinates(_modal, 70, lambda found: 0),),
+    uneven=never,
+    bound=_bound,
 )  # fmt: skip
 
 # of a step: change of the coordinate, and that over the step before
 MODAL = Family(
     "modes",
     record("", "stiffness damping", "change before"),
-    order=230,
+    order=140,
     of="reduced_bodies",
 )  # fmt: skip

@@ -86,7 +86,7 @@ RESISTANCES = Family(
         "",
         "angle rate torque rubs stored time changes",
     ),
-    order=290,
+    order=230,
     results={
         "angle": ("angle", "rad", "angle on which it acts"),
         "rate": ("rate", "rad s-1", "rate of the angle"),
@@ -132,7 +132,7 @@ RESISTANCES = Family(
 CURVES = Family(
     "curves",
     record("first count below above", "low high"),
-    order=300,
+    order=240,
     of="resistances",
 )  # fmt: skip
 
@@ -141,6 +141,6 @@ CURVES = Family(
 BRISTLES = Family(
     "bristles",
     record("kind account", "stick limit", "before force0 force slips"),
-    order=310,
+    order=250,
     of="resistances",
 )  # fmt: skip

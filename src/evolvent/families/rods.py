@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
+from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent
+from evolvent.kernels.blocks import SCALAR
+from evolvent.kernels.drive import LAW
 from evolvent.model.family import ENERGY, EVERY, End, Family, Kind, Records, record
+from evolvent.model.powers import DRIVEN, MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
+from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Law, never
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
@@ -21,8 +26,82 @@ def _of_rod_element(row: Any, records: Records) -> Iterator[End]:
         yield from (("vectors", int(iv)) for iv in records("tape_nodes")["iv"][first : first + 2])
 
 
+@calls.force
+def force(interval, model):
+    """Forces of all rods, and what drives those that pay out."""
+    step, powers = interval.step, interval.powers
+    lost, viscous, heat = rod.add_rods(step.h, step.chi, step.ratio, model)
+    powers[MASS_DAMPING] += lost
+    powers[STIFFNESS_DAMPING] += viscous
+    powers[MARKER_LOADS] += heat
+    for k in range(model.rods.size):
+        if model.rods[k].payout != 0:
+            driven, by_weight = rod_payout.drive_rod(interval.dv, model.info.nq, k, model)
+            rod_payout.set_weight(step.factor, k, model, model.P)
+            powers[DRIVEN] += driven
+            powers[MARKER_LOADS] += by_weight
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    step = interval.step
+    rod_tangent.add_rod_tangents(step.h, step.c_rate, step.chi, step.ratio, model, matrix)
+
+
+@calls.measure
+def measure(end, t, y, model):
+    """Strains of all rods."""
+    rod_strains.measure_rods(end, model)
+
+
+@calls.energy
+def energy(interval, model, out):
+    """Energies of all rods; that of motion is what flows, the rest is the bodies'."""
+    rod.evaluate_rods(model, out)
+    rod_payout.sum_flows(model)
+    out[0] += model.sums[1, 0]
+
+
+@calls.momentum
+def momentum(y, model, out):
+    """Momenta of what flows."""
+    rod_payout.sum_flows(model)
+    for i in range(6):
+        out[i] += model.sums[1, 1 + i]
+
+
+@calls.force
+def explicit_force(interval, model):
+    """Forces of all rods."""
+    powers = interval.powers
+    lost, viscous, heat = rod.add_rods(0.0, 0.0, 0.0, model)
+    powers[MASS_DAMPING] += lost
+    powers[STIFFNESS_DAMPING] += viscous
+    powers[MARKER_LOADS] += heat
+
+
+@calls.force
+def explicit_end(interval, model):
+    """Powers of what drives rods that pay out, by the accelerations."""
+    for k in range(model.rods.size):
+        if model.rods[k].payout != 0:
+            driven, by_weight = rod_payout.drive_rod(interval.rates, 0, k, model)
+            interval.powers[DRIVEN] += driven
+            interval.powers[MARKER_LOADS] += by_weight
+
+
 def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
     return {name: getattr(whole, name) for name in ("rods", "rod_elements", "thermal_loads")}
+
+
+def _transverse(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    """Curvatures of sections that flatten."""
+    for k, row in enumerate(records("rods")):
+        if row["tape"] > 0:
+            tape = records("tapes")[row["tape"] - 1]
+            for i, node in enumerate(records("tape_nodes")[tape["first_node"] :][: tape["nodes"]]):
+                yield Block(SCALAR, node["iq"], node["iv"], k, node["mass"], i)
 
 
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
@@ -37,7 +116,7 @@ RODS = Family(
         "kinetic linear angular out rate acceleration drive_force grown0 grown1",
         linear=_3, angular=_3, gyration=_33,
     ),
-    order=180,
+    order=90,
     results={
         "kinetic": ("energy_kinetic", "J", "kinetic energy"),
         "linear": ("momentum", "kg m s-1", "linear momentum, inertial axes"),
@@ -57,10 +136,26 @@ RODS = Family(
         Kind("a tape-spring rod", which=lambda found: found["tape"] > 0, symmetric=True),
     ),
     isolated=lambda found, _: not np.any(found["payout"] != 0) and not np.any(found["alpha"] != 0.0),
+    force=force,
+    tangent=tangent,
+    measure=measure,
+    energy=energy,
+    momentum=momentum,
+    explicit_force=explicit_force,
+    explicit_end=explicit_end,
     consists=lambda row, _: range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1),
     smooth=lambda found: found["payout"] == 0,
     shares=Shares((Rule(ELASTIC),), place=11, elastic=Elastic(_stiff)),
     conserved="rods",
+    laws=(Law(DRIVE, lambda found: (found["payout"] != 0) & (found["law"] != 0) & (found["drive"] == LAW)),),
+    of_step=False,
+    adjoint=AdjointSupport(
+        "its strains follow from the state, with all derivatives", filtered="strains of rods",
+        timed=lambda found: found["payout"] != 0,
+        refused={"rods have a section that is a tape": lambda found: found["tape"] > 0},
+    ),
+    coordinates=(Coordinates(_transverse, 80, lambda found: 0),),
+    uneven=never,
 )  # fmt: skip
 
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its
@@ -84,7 +179,7 @@ ROD_ELEMENTS = Family(
         flattening=_3, flattening_slope=_33, before_product=(2,), fibres=(2,),
         arm_a=_3, arm_b=_3, stiffness=_66, rest=_6, section=_66, free=_6, m0=(15,), m1=(15,), before=_6,
     ),
-    order=190,
+    order=100,
     results={
         "strain": ("strain", "1", "strain of the axis"),
         "shear_strain_y": ("shear_strain_y", "1", "shear strain along y"),

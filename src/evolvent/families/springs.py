@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
+from evolvent.kernels import calls, springs
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
+from evolvent.model.powers import MARKER_LOADS, SPRINGS as BY_SPRINGS
+from evolvent.model.questions import AdjointSupport, Bound, Law, Moment, calls_law
 from evolvent.model.shares import DAMPING, SPRING, Rule, Shares
 
 Array = np.ndarray
@@ -17,6 +20,56 @@ _3 = (3,)
 
 def _of_spring(row: Any, records: Records) -> Iterator[End]:
     yield from of_markers([row["a"], row["b"]], records)
+
+
+@calls.force
+def force(interval, model):
+    """Forces of all springs."""
+    lost, given = springs.spring_forces(interval.step.tm, interval.ym, interval.step.h, model)
+    interval.powers[BY_SPRINGS] += lost
+    interval.powers[MARKER_LOADS] += given
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    step = interval.step
+    springs.spring_tangents(step.tm, interval.ym, step.h, step.c_rate, model, matrix)
+
+
+@calls.measure
+def measure(end, t, y, model):
+    """Lengths of all springs."""
+    springs.measure_springs(end, y, model)
+
+
+@calls.energy
+def energy(interval, model, out):
+    """Elastic energy of all springs."""
+    out[1] += springs.evaluate_springs(interval.step.t, interval.ym, model)
+
+
+def _at_ends(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    length, *_others, rate = springs.spring_ends(moment[1], 0.0, k, model)[2]
+    yield length - float(model.springs["length"][k]), rate, moment[0]
+
+
+def _bound(model: Any, y: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    springs.add_spring_bound(y, model, felt["bodies"], felt["points"])
+    return iter(())
+
+
+def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
+    """Those that do not end on the axis, or act across another one."""
+    model = turn.model
+    for k in rows:
+        row = model.springs[k]
+        own = [model.markers[row[key]] for key in "ab"]
+        held = [m for m in own if m["kind"] == springs.ON_BODY and turn.still[m["index"]]]
+        places = [turn.place(m["index"], m["local"]) for m in held]
+        lateral = row["lateral_stiffness"] == 0.0 or turn.along(row["axis"])
+        if not (lateral and row["lateral_damping"] == 0.0 and all(turn.on_axis(x) for x in places)):
+            yield k
 
 
 # slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; line, line0: vector
@@ -30,7 +83,7 @@ SPRINGS = Family(
         "length0 length1 end line line0 passed distance extension rate tension lateral stored lost",
         axis=_3, end=_3, line=_3, line0=_3, lateral=_3,
     ),
-    order=30,
+    order=150,
     results={
         "distance": ("length", "m", "length"),
         "extension": ("extension", "m", "length minus the natural length"),
@@ -47,6 +100,11 @@ SPRINGS = Family(
         Kind("a spring", symmetric=True),
     ),
     ends=_of_spring,
+    force=force,
+    tangent=tangent,
+    measure=measure,
+    energy=energy,
+    by_rates=False,
     local=True,
     changes="stiffness damping length lateral_stiffness lateral_damping",
     reads_inertia=False,
@@ -60,4 +118,9 @@ SPRINGS = Family(
         ),
         place=1,
     ),
+    laws=(Law("spring", calls_law, _at_ends),),
+    of_step=False,
+    adjoint=AdjointSupport("its force follows from the state, with all derivatives", timed=calls_law),
+    bound=_bound,
+    uneven=_uneven,
 )  # fmt: skip

@@ -6,6 +6,7 @@ import numpy as np
 
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import AdjointSupport, never
 from evolvent.model.shares import DAMPING, SPRING, Rule, Shares, Tie
 
 Array = np.ndarray
@@ -17,7 +18,7 @@ SYNCHRONIZATIONS = Family(
     record(
         "a b account", "ratio_a ratio_b offset stiffness damping", "stretch torque energy lost lost0"
     ),
-    order=280,
+    order=220,
     results={
         "stretch": ("difference", "rad", "difference of the angles that each loop couples, times their ratios"),
         "torque": ("torque", "N m", "torque of each loop, at a ratio of 1"),
@@ -39,4 +40,7 @@ SYNCHRONIZATIONS = Family(
             (int(row["b"]), int(row["a"])), (float(row["ratio_b"]), -float(row["ratio_a"])), float(row["offset"])
         ),
     ),
+    of_step=False,
+    adjoint=AdjointSupport("its torque follows from the state, with all derivatives", timed=False),
+    uneven=never,
 )  # fmt: skip

@@ -4,9 +4,42 @@ from __future__ import annotations
 
 import numpy as np
 
+from evolvent.kernels import calls, tape
 from evolvent.model.family import Family, record
+from evolvent.model.powers import MASS_DAMPING, SPRINGS
 
 Array = np.ndarray
+
+
+@calls.force
+def force(interval, model):
+    """Forces and inertia of all sections that flatten."""
+    step = interval.step
+    interval.powers[MASS_DAMPING] += tape.add_nodes(interval.dv, step.inertia, step.h, model, model.F)
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    tape.add_node_tangents(interval.step.c_mass, interval.step.c_rate, model, matrix)
+
+
+@calls.measure
+def measure(end, t, y, model):
+    """Coordinates of all nodes."""
+    tape.keep_nodes(end, model)
+
+
+@calls.energy
+def energy(interval, model, out):
+    """Kinetic energy of all sections."""
+    tape.add_kinetic_energy(interval.ym, model, out, 0)
+
+
+@calls.force
+def explicit_rate(interval, model):
+    """Rates of all nodes, by their forces."""
+    interval.powers[SPRINGS] += tape.node_rates(interval.ym, model, interval.rates)
 
 
 # sections of rods that flatten (`kernels.tape`). bending: stiffness of the wall times the width, N m2; transverse:
@@ -15,8 +48,15 @@ Array = np.ndarray
 TAPES = Family(
     "tapes",
     record("first_node nodes closed", "bending poisson transverse slenderness twisting stretching"),
-    order=200,
+    order=110,
     of="rods",
+    force=force,
+    tangent=tangent,
+    measure=measure,
+    energy=energy,
+    explicit_force=False,
+    explicit_rate=explicit_rate,
+    by_rates=False,
     owner=lambda records, k: ("rods", int(np.flatnonzero(records("rods")["tape"] == k + 1)[0])),
 )  # fmt: skip
 
@@ -25,7 +65,7 @@ TAPES = Family(
 TAPE_NODES = Family(
     "tape_nodes",
     record("iq iv", "mass alpha", "value rate force value0 value1 before"),
-    order=210,
+    order=120,
     results={
         "value": ("transverse_curvature", "m-1", "curvature of the section at each node, 0 where it is flat"),
     },

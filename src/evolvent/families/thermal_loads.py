@@ -4,12 +4,31 @@ from __future__ import annotations
 
 import numpy as np
 
+from evolvent.kernels import calls, thermal
 from evolvent.model import zeros
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import never
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _6 = (6,)
+
+
+@calls.force
+def force(interval, model):
+    """Forces of free strains on beams; free strains of rods, before their forces."""
+    step = interval.step
+    if model.elements.size > 0:
+        thermal.add_thermal_loads(step.t, step.t + step.h, interval.ym, step.factor, model, model.P)
+    if model.rods.size > 0:
+        thermal.heat_rods(step.t, step.t + step.h, step.factor, model)
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of forces on beams."""
+    if model.elements.size > 0:
+        thermal.add_thermal_tangents(interval.ym, model, matrix)
 
 
 # temperatures of a beam or a rod, the other is -1 (`kernels.thermal`): indices of profiles among the parameters, or
@@ -23,7 +42,7 @@ THERMAL_LOADS = Family(
         "beam rod temperature gradient_y gradient_z constants expansions", "",
         "now change along_y along_z elastic bending own amplitudes pull work", now=_6, amplitudes=_6, pull=_6,
     ),
-    order=390,
+    order=50,
     results={
         "change": ("temperature", "K", "change of the temperature of the axis, where `along` is 1"),
         "along_y": ("gradient_y", "K m-1", "gradient of the temperature along y, where `along` is 1"),
@@ -39,7 +58,12 @@ THERMAL_LOADS = Family(
         Kind("a thermal load on a rod", which=lambda found: found["rod"] >= 0, symmetric=True),
     ),
     isolated=True,
+    force=force,
+    tangent=tangent,
+    by_rates=False,
     reads_inertia=False,
     smooth=True,
     shares=Shares(unforced=lambda _: {"thermal_loads": zeros("thermal_loads", 0)}),
+    of_step=False,
+    uneven=never,
 )  # fmt: skip

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import thread
-from evolvent.kernels.drive import FREE
+from evolvent.kernels import calls, thread
+from evolvent.kernels.blocks import POSITION, SCALAR
+from evolvent.kernels.drive import FREE, LAW
 from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
 from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record
+from evolvent.model.powers import DRIVEN, MARKER_LOADS, SPOOLS, SPRINGS
+from evolvent.model.questions import DRIVE, Block, Bound, Coordinates, Law, Moment
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
@@ -62,6 +65,64 @@ def _coupled(row: Any, records: Records) -> Iterator[list[End]]:
             yield [end, ("vectors", int(row["iv"]) + 3)]
 
 
+@calls.force
+def force(interval, model):
+    """Forces and inertia of all threads in a state; their forces on points and bodies are among those of these."""
+    step, powers = interval.step, interval.powers
+    lost, given, spools = thread.add_thread_residual(step.t, interval.ym, interval.dv, step.rub, model, model.F)
+    powers[SPRINGS] += lost
+    powers[MARKER_LOADS] += given
+    powers[SPOOLS] += spools
+
+
+@calls.force
+def step_force(interval, model):
+    """Forces and inertia of all threads over a step."""
+    step, powers = interval.step, interval.powers
+    lost, given, spools, driven = thread.add_thread_step(
+        step.tm, step.h, interval.ym, interval.y0, interval.y1, model, model.F
+    )
+    powers[SPRINGS] += lost
+    powers[MARKER_LOADS] += given
+    powers[SPOOLS] += spools
+    powers[DRIVEN] += driven
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    thread.add_thread_tangent(interval.ym, interval.step.c_mass, interval.step.c_rate, model, matrix)
+
+
+@calls.tangent
+def step_tangent(interval, model, matrix):
+    """Derivatives of `step_force`."""
+    step = interval.step
+    thread.add_thread_step_tangent(step.tm, interval.ym, step.h, step.c_mass, step.c_rate, model, matrix)
+
+
+@calls.measure
+def measure(end, t, y, model):
+    """Lengths of all segments."""
+    thread.measure_threads(end, t, y, model)
+
+
+@calls.energy
+def energy(interval, model, out):
+    """Energies of all threads."""
+    thread.add_thread_energies(interval.step.t, interval.ym, model, out)
+
+
+@calls.force
+def explicit_force(interval, model):
+    """Forces of all threads on what they leave and end at, and rates of the nodes of those of springs."""
+    powers = interval.powers
+    lost, given, spools = thread.add_explicit_threads(interval.step.t, interval.ym, interval.s, model, interval.rates)
+    powers[SPRINGS] += lost
+    powers[MARKER_LOADS] += given
+    powers[SPOOLS] += spools
+
+
 def _unforced(model: Any) -> dict[str, Array]:
     found = model.threads.copy()
     found["stiffness"] = found["damping"] = 0.0
@@ -86,6 +147,35 @@ def _refused(row: Any, part: Any, spins: bool) -> str:
     return "stands for several threads" if row["copies"] != 1 else ""
 
 
+def _at_spool(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    row, (time, y, _s) = model.threads[k], moment
+    yield float(y[row["spool_q"]]), float(y[row["spool_v"]]), time
+
+
+def _is_by_law(drive: str, law: str) -> Callable[[Array], Array]:
+    return lambda found: np.asarray((found[law] != 0) & (found[drive] == LAW))
+
+
+def _nodes_of_threads(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    """The first node of a thread that ends on another part is fixed to that."""
+    for p, row in enumerate(records("threads")):
+        for i, mass in enumerate(records("nodes")["mass"][row["node"] :][: row["n"]]):
+            switch = p if i > 0 or row["end"] < 0 else -2
+            yield Block(POSITION, row["iq"] + 3 * i, row["iv"] + 3 * i, p, mass, i, switch)
+
+
+def _spools(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for p, row in enumerate(records("threads")):
+        if row["spool_q"] >= 0:
+            yield Block(SCALAR, row["spool_q"], row["spool_v"], p, row["spool_inertia"], -1)
+
+
+def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    for p in range(model.threads.size):
+        for square, rate in thread.add_thread_bound(model, p, felt["bodies"], felt["points"]):
+            yield p, square, rate
+
+
 # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
 # it does not; line_energy: J/m, W there; tip: the point mass that the first node is, or -1. Of a step: rest lengths
 # at the spool, rates of the spool and squares of the end's speed at both ends; sums: of `kernels.thread.energy`;
@@ -106,7 +196,7 @@ THREADS = Family(
         sums=(N_INVENTORY,), hub_pull=_3, end_pull=_3, linear=_3, angular=_3, root=(10,), drift=_3, exit=_3,
         taken=_3, exit_field=_3, end_field=_3,
     ),
-    order=60,
+    order=350,
     results={
         "phi": ("angle", "rad", "angle of the spool, positive pays out"),
         "turning": ("rate", "rad s-1", "rate of the spool"),
@@ -188,12 +278,31 @@ THREADS = Family(
     ends=_of_thread,
     isolated=False,
     couples=_coupled,
+    force=force,
+    step_force=step_force,
+    tangent=tangent,
+    step_tangent=step_tangent,
+    measure=measure,
+    energy=energy,
+    explicit_force=explicit_force,
+    explicit_energy=False,
+    by_rates=False,
     shares=Shares(
         (Rule(ELASTIC),), place=12, unforced=_unforced, elastic=Elastic(_stiff, alone=True, pushing=_pushing),
         refused=_refused,
     ),
     adaptive=_has_no_stiffness,
-    stiff=lambda t: "threads of springs are stiff" if np.any(np.isin(t["kind"], _SPRINGS)) else "",
+    short_steps=lambda t: "threads of springs are stiff" if np.any(np.isin(t["kind"], _SPRINGS)) else "",
+    laws=(
+        Law(DRIVE, _is_by_law("drive", "law")),
+        Law(DRIVE, _is_by_law("take_drive", "take_law"), field="take_law", before="take_"),
+        Law("spring", lambda found: found["motor_law"] != 0, _at_spool, field="motor_law", before="motor_"),
+    ),
+    coordinates=(
+        Coordinates(_nodes_of_threads, 20, lambda found: 3 * int(np.sum(found["n"]))),
+        Coordinates(_spools, 30, lambda found: 0),
+    ),
+    bound=_bound,
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step
@@ -205,7 +314,7 @@ NODES = Family(
         "x v af tension piv off rhs length along length0 length1 extension0 extension1 end",
         x=_3, v=_3, af=_3, end=_3,
     ),
-    order=70,
+    order=360,
     results={
         "x": ("position", "m", "positions of the nodes from the tip, wound ones on their spool, inertial axes"),
         "v": ("velocity", "m s-1", "velocities of the nodes, inertial axes"),

@@ -35,105 +35,31 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.compiled.pointer import Struct, array, record
-from evolvent.flow import body_step
-from evolvent.flow.powers import (
-    DRIVEN,
-    JOINTS,
-    MARKER_LOADS,
-    MASS_DAMPING,
-    N_POWERS,
-    SPOOLS,
-    SPRINGS,
-    STIFFNESS_DAMPING,
-)
 from evolvent.kernels import (
-    ancf_beams,
-    attitude,
-    attitude_tangent,
-    beam_loads,
-    bearing,
-    contact,
-    coordinate,
-    coordinate_laws,
-    coordinate_tangent,
-    custom,
-    fields,
+    body_step,
     joint,
     joint_tangent,
-    loads,
-    node_load_tangents,
     points,
-    reduced,
     rigid,
-    rod,
-    rod_strains,
-    rod_tangent,
     sparse,
-    springs,
-    tape,
-    thermal,
-    thread,
 )
 from evolvent.kernels.blocks import displace
+from evolvent.kernels.calls import force_at, measure_at, tangent_at
 from evolvent.kernels.rotations import turn
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
-
-_I = types.int64
-#: Of a step: its start and length (s), chi of strains and of velocities, r, the share of the contacts' stiffness,
-#: whether velocities are filtered (1 or 0); of the step before chi_p, and what it filters of accelerations: the largest
-#: beside the size, and the root mean square by shares of inertia (1/s2)
-STEP = np.dtype(
-    [(name, np.float64) for name in ("t", "h", "chi", "chi_v", "ratio", "soft", "held", "chi_p", "largest", "rms")]
+from evolvent.model.interval import INTERVAL
+from evolvent.model.powers import (
+    N_POWERS,
 )
 
-
-class EnergyStep(Struct):
-    """A step from 0 to 1.
-
-    Attributes
-    ----------
-    step : record (see `STEP`)
-    y0, y1, ym : (ny,) float, states at both ends; mean coordinates with velocities dq/h
-    dq : (nv,) float, increments; of rotations 2 tan(angle/2) about the axis, in body axes
-    la : (nj,) float, multipliers; r : (nv + nj,) float, residual
-    dv, before : (nv,) float, changes of the velocities over this step and the one before
-    R0, R1 : (nb, 3, 3) float, and x0, x1 : (nb, 3) float, rotations and positions of bodies
-    powers : (N_POWERS,) float, means over the step; contact : (2,) float, J, what normal forces and friction take
-    """
-
-    step: np.record = record(STEP)
-    y0: np.ndarray = array(1)
-    y1: np.ndarray = array(1)
-    ym: np.ndarray = array(1)
-    dq: np.ndarray = array(1)
-    la: np.ndarray = array(1)
-    r: np.ndarray = array(1)
-    dv: np.ndarray = array(1)
-    before: np.ndarray = array(1)
-    R0: np.ndarray = array(3)
-    R1: np.ndarray = array(3)
-    x0: np.ndarray = array(2)
-    x1: np.ndarray = array(2)
-    powers: np.ndarray = array(1)
-    contact: np.ndarray = array(1)
+_I = types.int64
 
 
-ENERGY_STEP = EnergyStep._numba_type_
-
-
-@inlined
-def interval_of(step):
-    """A step as `ancf.INTERVAL`."""
-    return step.h, step.chi, step.chi_v, step.ratio
-
-
-@indirect(void(_I, MODEL, ENERGY_STEP))
+@indirect(void(_I, MODEL, INTERVAL))
 def measure(end, model, work):
     """Positions of bodies, gaps of joints and contacts, and lengths of springs, at the end (1) or the start (0)."""
     t = work.step.t + (work.step.h if end == 1 else 0.0)
@@ -146,21 +72,12 @@ def measure(end, model, work):
             x[b, i] = bodies[b].x[i]
             for j in range(3):
                 R[b, i, j] = bodies[b].R[i, j]
-    joint.measure_joints(end, t, y, model)
-    if model.springs.size > 0:
-        springs.measure_springs(end, y, model)
-    if model.rods.size > 0:
-        rod_strains.measure_rods(end, model)
-    if model.tapes.size > 0:
-        tape.keep_nodes(end, model)
-    if model.coordinates.size > 0:
-        coordinate.measure_coordinates(end, y, model.switches, model)
-    if model.threads.size > 0:
-        thread.measure_threads(end, t, y, model)
-    contact.measure(y, end, model)
+    calls = model.measure_calls
+    for k in range(calls.size):
+        measure_at(model, calls[k])(end, t, y, model)
 
 
-@indirect(void(MODEL, ENERGY_STEP))
+@indirect(void(MODEL, INTERVAL))
 def move(model, work):
     """State y1 that the increments lead to, and the mean state; then `measure` the end and put bodies at the mean."""
     n_q, n_v, h = model.info.nq, model.info.nv, work.step.h
@@ -196,102 +113,39 @@ def move(model, work):
             bodies[b].w[i] = w[i] / h
 
 
-@indirect(void(MODEL, ENERGY_STEP))
+@indirect(void(MODEL, INTERVAL))
 def residual(model, work):
     """Residual r of the increments dq and multipliers la; powers are means over the step.
 
     The constraints of joints stand last; that of a penalty is (gap0 + gap1)/2 + (damping rate - la)/stiffness.
     """
-    n_v, h, powers = model.info.nv, work.step.h, work.powers
-    F, P, r, ym = model.F, model.P, work.r, work.ym
+    n_v, step, powers, F, P, r = model.info.nv, work.step, work.powers, model.F, model.P, work.r
     move(model, work)
-    tm = work.step.t + 0.5 * h
-    model.info.over = h
+    step.tm, step.rub, step.factor, step.inertia = step.t + 0.5 * step.h, step.h, 1.0, 1.0 / step.h
+    step.span = step.over = step.h
+    model.info.over = step.h
     for i in range(n_v):
         F[i] = 0.0
         P[i] = model.G[i]
     for i in range(N_POWERS):
         powers[i] = 0.0
+    work.contact[0] = work.contact[1] = 0.0
     for b in range(model.bodies.size):
         for i in range(6):
             model.bodies[b].F[i] = 0.0
     points.clear_forces(model.points)
-    if model.elements.size > 0:
-        found = ancf_beams.add_elements(ym, work.dv, 1.0 / h, interval_of(work.step), model, F)
-        powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = found
-        if model.beam_loads.size > 0:
-            beam_loads.add_beam_loads(tm, ym, 1.0, model, P)
-        if model.thermal_loads.size > 0:
-            thermal.add_thermal_loads(work.step.t, work.step.t + h, ym, 1.0, model, P)
-    work.contact[0], work.contact[1] = contact.add_contacts(
-        work.y0, work.y1, h, h, work.step.soft, work.step.chi, work.step.ratio, model, F
-    )
-    if model.rods.size > 0:
-        if model.thermal_loads.size > 0:
-            thermal.heat_rods(work.step.t, work.step.t + h, 1.0, model)
-        lost, viscous, heat = rod.add_rods(h, work.step.chi, work.step.ratio, model)
-        powers[MASS_DAMPING] += lost
-        powers[STIFFNESS_DAMPING] += viscous
-        powers[MARKER_LOADS] += heat
-    if model.tapes.size > 0:
-        powers[MASS_DAMPING] += tape.add_nodes(work.dv, 1.0 / h, h, model, F)
-    if model.reduced_bodies.size > 0:
-        _, lost = reduced.add_modes(ym, h, work.step.chi, work.step.ratio, model, F)
-        powers[SPRINGS] += lost
-        reduced.add_mode_inertia(work.dv, 1.0 / h, model.info.nq, model.reduced_bodies, F)
-    if model.springs.size > 0:
-        lost, given = springs.spring_forces(tm, ym, h, model)
-        powers[SPRINGS] += lost
-        powers[MARKER_LOADS] += given
-    if model.loads.size > 0:
-        powers[MARKER_LOADS] += loads.concentrated_loads(tm, ym, model)
-    if model.fields.size > 0:
-        powers[MARKER_LOADS] += fields.add_field_forces(tm, ym, model)
-        fields.add_beam_fields(tm, ym, model, P)
-    if model.coordinates.size > 0:
-        _, lost = coordinate.add_coordinates(tm, ym, h, model.switches, model, F)
-        powers[JOINTS] += lost
-        powers[DRIVEN] += coordinate_laws.motor_power(model)
-    if model.custom_forces.size > 0:
-        lost, given = custom.add_custom_forces(tm, ym, model)
-        powers[SPRINGS] += lost
-        powers[MARKER_LOADS] += given
-    if attitude.has_actuators(model):
-        _, given, _ = attitude.actuator_forces(tm, ym, model)  # work of motors: `attitude.end_actuator_step`
-        powers[MARKER_LOADS] += given
-    for k in range(model.joints.size):
-        if not joint.holds(work.step.t + h, model.joints, k):
-            work.la[k] = 0.0
-        _, lost = joint.add_joint_residual(work.step.t, h, ym, work.la[k], k, n_v + k, model, F, r)
-        powers[JOINTS] += lost
-    if model.bearings.size > 0:
-        bearing.add_bearings(h, work.la, model, F)
-    if model.threads.size > 0:
-        lost, given, spools, driven = thread.add_thread_step(tm, h, ym, work.y0, work.y1, model, F)
-        powers[SPRINGS] += lost
-        powers[MARKER_LOADS] += given
-        powers[SPOOLS] += spools
-        powers[DRIVEN] += driven
-    _add_points(model, work)
-    powers[DRIVEN] += body_step.add_bodies(model, work)
-    if attitude.has_actuators(model):
-        attitude.add_wheel_step(h, work.dv, ym, model.info.nq, model, F)
+    calls = model.step_force_calls
+    for k in range(calls.size):
+        force_at(model, calls[k])(work, model)
+    calls = model.step_inertia_calls
+    for k in range(calls.size):
+        force_at(model, calls[k])(work, model)
     model.info.over = 0.0
     for i in range(n_v):
         r[i] = F[i] - P[i]
 
 
-@inlined
-def _add_points(model, work):
-    """Inertia of points less their forces."""
-    n_q, F, own = model.info.nq, model.F, model.points
-    for i in range(own.size):
-        at = own[i].iv - n_q
-        for c in range(3):
-            F[at + c] += own[i].mass * work.dv[at + c] / work.step.h - own[i].f[c]
-
-
-@indirect(void(REAL, MODEL, ENERGY_STEP, SPARSE))
+@indirect(void(REAL, MODEL, INTERVAL, SPARSE))
 def tangent(scale, model, work, matrix):
     """Twice the derivative of `residual` by dq and la/2, constraints times `scale`; after `residual` only.
 
@@ -305,48 +159,20 @@ def tangent(scale, model, work, matrix):
     Forces' tangents have torques on a free body in axes that turn with it; `body_step.add_body_tangents` takes them to
     the axes of the step's start.
     """
-    n_q, n_v, h = model.info.nq, model.info.nv, work.step.h
-    c_mass, c_rate = 4.0 / ((1.0 + work.step.chi_v) * h * h), 2.0 / h
-    tm = work.step.t + 0.5 * h
-    model.info.over = h
+    step = work.step
+    step.c_mass, step.c_rate = 4.0 / ((1.0 + step.chi_v) * step.h * step.h), 2.0 / step.h
+    step.tm, step.scale = step.t + 0.5 * step.h, scale
+    model.info.over = step.h
     sparse.clear(matrix)
-    if model.elements.size > 0:
-        ancf_beams.add_element_tangents(work.ym, c_mass, c_rate, interval_of(work.step), model, matrix)
-        if model.thermal_loads.size > 0:
-            thermal.add_thermal_tangents(work.ym, model, matrix)
-    contact.add_tangents(work.y0, work.y1, h, 0.0, model, matrix)
-    if model.rods.size > 0:
-        rod_tangent.add_rod_tangents(h, c_rate, work.step.chi, work.step.ratio, model, matrix)
-    if model.tapes.size > 0:
-        tape.add_node_tangents(c_mass, c_rate, model, matrix)
-    if model.reduced_bodies.size > 0:
-        reduced.add_mode_tangents(c_mass, c_rate, work.step.chi, model, matrix)
-    if model.springs.size > 0:
-        springs.spring_tangents(tm, work.ym, h, c_rate, model, matrix)
-    if model.coordinates.size > 0:
-        coordinate_tangent.add_coordinate_tangents(work.ym, h, c_rate, model, matrix)
-    if model.custom_forces.size > 0:
-        custom.add_custom_tangents(tm, work.ym, c_rate, model, matrix)
-    if model.fields.size > 0:
-        fields.add_field_tangents(tm, work.ym, c_rate, model, matrix)
-    loads.add_load_tangents(tm, work.ym, c_rate, model, matrix)
-    node_load_tangents.add_following_tangents(tm, work.ym, c_rate, model, matrix)
-    beam_loads.add_field_tangents(work.ym, model, matrix)
-    for k in range(model.joints.size):  # the rows are those of the end, but of gears
-        rows = 1.0 if model.joints[k].kind == joint.GEAR else 0.0
-        joint_tangent.add_joint_tangent(work.step.t + h, work.la[k], k, n_v + k, scale, c_rate, rows, model, matrix)
-    if model.bearings.size > 0:
-        bearing.add_bearing_tangents(scale, work.la, model, matrix)
-    points.add_point_tangent(c_mass, n_q, model.points, matrix)
-    if model.threads.size > 0:
-        thread.add_thread_step_tangent(tm, work.ym, h, c_mass, c_rate, model, matrix)
-    body_step.add_body_tangents(c_mass, model, work, matrix)
-    if attitude.has_actuators(model):
-        attitude.add_wheel_step_tangent(c_mass, n_q, work.R0, work.R1, model, matrix)
-        attitude_tangent.add_actuator_tangents(tm, work.ym, c_rate, model, matrix)
+    calls = model.step_tangent_calls
+    for k in range(calls.size):
+        tangent_at(model, calls[k])(work, model, matrix)
+    calls = model.step_inertia_tangent_calls
+    for k in range(calls.size):
+        tangent_at(model, calls[k])(work, model, matrix)
     model.info.over = 0.0
     if model.joints.size > 0:
-        _add_end_rows(scale, c_rate, model, work, matrix)
+        _add_end_rows(scale, step.c_rate, model, work, matrix)
 
 
 @inlined

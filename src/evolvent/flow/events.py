@@ -5,7 +5,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.compiled.lookups import event_law_at
-from evolvent.flow.explicit_forces import release_by
+from evolvent.flow.between_steps import release_by
 from evolvent.flow.impulse import impulse, prepare, strike
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs

@@ -9,50 +9,22 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.flow.powers import (
-    COUPLED_ENERGY,
-    DRIVEN,
-    JOINTS,
-    MARKER_LOADS,
-    MASS_DAMPING,
-    N_POWERS,
-    SPOOLS,
-    SPRINGS,
-    STIFFNESS_DAMPING,
-)
 from evolvent.kernels import (
     ancf_beams,
-    attitude,
-    attitude_tangent,
-    beam_loads,
-    bearing,
-    contact,
-    coordinate,
-    coordinate_laws,
-    coordinate_tangent,
-    custom,
-    fields,
     joint,
-    joint_tangent,
-    loads,
-    node_load_tangents,
     points,
-    reduced,
     rigid,
-    rod,
-    rod_payout,
-    rod_tangent,
     sparse,
-    springs,
-    tape,
-    thermal,
-    thread,
 )
-from evolvent.kernels.ancf import STATE
 from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE
+from evolvent.kernels.calls import energy_at, force_at, momentum_at, tangent_at
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
+from evolvent.model.interval import state_interval
+from evolvent.model.powers import (
+    N_POWERS,
+)
 
 
 @indirect(void(REAL, VECTOR, VECTOR, VECTOR, REAL, REAL, MODEL, VECTOR, VECTOR))
@@ -67,78 +39,24 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     r : (nu,) float, output; the multipliers' are the last
     powers : (N_POWERS,) float, output
     """
-    n_q, n_v = model.info.nq, model.info.nv
     F, P, weight = model.F, model.P, model.G
-    for i in range(n_v):
+    for i in range(model.info.nv):
         F[i] = 0.0
         P[i] = factor * weight[i]
     for i in range(N_POWERS):
         powers[i] = 0.0
     rigid.kinematics(t, y, model)
     points.clear_forces(model.points)
-    if model.elements.size > 0:
-        powers[MASS_DAMPING], powers[STIFFNESS_DAMPING] = ancf_beams.add_elements(y, a, 1.0, STATE, model, F)
-        if model.beam_loads.size > 0:
-            beam_loads.add_beam_loads(t, y, factor, model, P)
-        if model.thermal_loads.size > 0:
-            thermal.add_thermal_loads(t, t, y, factor, model, P)
-    contact.add_contacts(y, y, 0.0, step, 1.0, 0.0, 0.0, model, F)
-    if model.rods.size > 0:
-        if model.thermal_loads.size > 0:
-            thermal.heat_rods(t, t, factor, model)
-        lost, viscous, heat = rod.add_rods(0.0, 0.0, 0.0, model)
-        powers[MASS_DAMPING] += lost
-        powers[STIFFNESS_DAMPING] += viscous
-        powers[MARKER_LOADS] += heat
-        for k in range(model.rods.size):
-            if model.rods[k].payout != 0:
-                driven, by_weight = rod_payout.drive_rod(a, n_q, k, model)
-                rod_payout.set_weight(factor, k, model, P)
-                powers[DRIVEN] += driven
-                powers[MARKER_LOADS] += by_weight
-    if model.tapes.size > 0:
-        powers[MASS_DAMPING] += tape.add_nodes(a, 1.0, 0.0, model, F)
-    if model.reduced_bodies.size > 0:
-        _, lost = reduced.add_modes(y, 0.0, 0.0, 0.0, model, F)
-        powers[SPRINGS] += lost
-        reduced.add_mode_inertia(a, 1.0, n_q, model.reduced_bodies, F)
-    if model.springs.size > 0:
-        lost, given = springs.spring_forces(t, y, 0.0, model)
-        powers[SPRINGS] += lost
-        powers[MARKER_LOADS] += given
-    if model.loads.size > 0:
-        powers[MARKER_LOADS] += loads.concentrated_loads(t, y, model)
-    if model.fields.size > 0:
-        powers[MARKER_LOADS] += fields.add_field_forces(t, y, model)
-        fields.add_beam_fields(t, y, model, P)
-    if model.coordinates.size > 0:
-        energy, lost = coordinate.add_coordinates(t, y, 0.0, model.switches, model, F)
-        powers[COUPLED_ENERGY] += energy
-        powers[JOINTS] += lost
-        powers[DRIVEN] += coordinate_laws.motor_power(model)
-    if model.custom_forces.size > 0:
-        lost, given = custom.add_custom_forces(t, y, model)
-        powers[SPRINGS] += lost
-        powers[MARKER_LOADS] += given
-    if attitude.has_actuators(model):
-        _, given, _ = attitude.actuator_forces(t, y, model)  # work of motors: `attitude.end_actuator_step`
-        powers[MARKER_LOADS] += given
-    for k in range(model.joints.size):
-        energy, lost = joint.add_joint_residual(t, 0.0, y, la[k], k, n_v + k, model, F, r)
-        powers[COUPLED_ENERGY] += energy
-        powers[JOINTS] += lost
-    if model.bearings.size > 0:
-        powers[COUPLED_ENERGY] += bearing.add_bearings(0.0, la, model, F)
-    if model.threads.size > 0:  # whose forces on points and bodies are among those of these
-        lost, given, spools = thread.add_thread_residual(t, y, a, step, model, F)
-        powers[SPRINGS] += lost
-        powers[MARKER_LOADS] += given
-        powers[SPOOLS] += spools
-    points.add_point_residual(a, n_q, model.points, F)
-    powers[DRIVEN] += rigid.add_body_residual(a, n_q, model.bodies, F)
-    if attitude.has_actuators(model):
-        attitude.add_wheel_residual(y, a, n_q, model, F)
-    for i in range(n_v):
+    at = model.interval
+    at.t, at.tm, at.h, at.rub, at.factor, at.over, at.inertia = t, t, 0.0, step, factor, 1.0, 1.0
+    at.span, at.chi, at.chi_v, at.ratio, at.soft = 0.0, 0.0, 0.0, 0.0, 1.0
+    interval, calls = state_interval(at, y, a, la, r, powers, model.switches, r), model.force_calls
+    for k in range(calls.size):
+        force_at(model, calls[k])(interval, model)
+    calls = model.inertia_calls
+    for k in range(calls.size):
+        force_at(model, calls[k])(interval, model)
+    for i in range(model.info.nv):
         r[i] = F[i] - P[i]
 
 
@@ -170,43 +88,16 @@ def tangent(t, y, la, c_mass, c_rate, scale, model, matrix):
     of a free spool changes in fields on wound thread that depend on velocity; and in a step, that turns within it do
     not commute (half the angle turned in it).
     """
-    n_q, n_v = model.info.nq, model.info.nv
     sparse.clear(matrix)
-    if model.elements.size > 0:
-        ancf_beams.add_element_tangents(y, c_mass, c_rate, STATE, model, matrix)
-        if model.thermal_loads.size > 0:
-            thermal.add_thermal_tangents(y, model, matrix)
-    contact.add_tangents(y, y, 0.0, c_rate, model, matrix)
-    if model.rods.size > 0:
-        rod_tangent.add_rod_tangents(0.0, c_rate, 0.0, 0.0, model, matrix)
-    if model.tapes.size > 0:
-        tape.add_node_tangents(c_mass, c_rate, model, matrix)
-    if model.reduced_bodies.size > 0:
-        reduced.add_mode_tangents(c_mass, c_rate, 0.0, model, matrix)
-    if model.springs.size > 0:
-        springs.spring_tangents(t, y, 0.0, c_rate, model, matrix)
-    if model.coordinates.size > 0:
-        coordinate_tangent.add_coordinate_tangents(y, 0.0, c_rate, model, matrix)
-    if model.custom_forces.size > 0:
-        custom.add_custom_tangents(t, y, c_rate, model, matrix)
-    if model.fields.size > 0:
-        fields.add_field_tangents(t, y, c_rate, model, matrix)
-    loads.add_load_tangents(t, y, c_rate, model, matrix)
-    node_load_tangents.add_following_tangents(t, y, c_rate, model, matrix)
-    beam_loads.add_field_tangents(y, model, matrix)
-    for k in range(model.joints.size):
-        joint_tangent.add_joint_tangent(t, la[k], k, n_v + k, scale, c_rate, 1.0, model, matrix)
-        if model.joints[k].stiffness > 0.0 and model.joints[k].damping > 0.0 and joint.holds(t, model.joints, k):
-            joint_tangent.add_rate_row(y, k, n_v + k, scale, model, matrix)
-    if model.bearings.size > 0:
-        bearing.add_bearing_tangents(scale, la, model, matrix)
-    points.add_point_tangent(c_mass, n_q, model.points, matrix)
-    rigid.add_body_tangent(y, c_mass, c_rate, n_q, model.bodies, model.K12, matrix)
-    if attitude.has_actuators(model):
-        attitude.add_wheel_tangent(y, c_mass, c_rate, n_q, model, matrix)
-        attitude_tangent.add_actuator_tangents(t, y, c_rate, model, matrix)
-    if model.threads.size > 0:
-        thread.add_thread_tangent(y, c_mass, c_rate, model, matrix)
+    at = model.interval
+    at.t, at.tm, at.h, at.c_mass, at.c_rate, at.scale = t, t, 0.0, c_mass, c_rate, scale
+    at.span, at.chi, at.chi_v, at.ratio, at.soft = 0.0, 0.0, 0.0, 0.0, 1.0
+    interval, calls = state_interval(at, y, y, la, la, la, model.switches, y), model.tangent_calls
+    for k in range(calls.size):
+        tangent_at(model, calls[k])(interval, model, matrix)
+    calls = model.inertia_tangent_calls
+    for k in range(calls.size):
+        tangent_at(model, calls[k])(interval, model, matrix)
 
 
 @indirect(void(REAL, VECTOR, MODEL, VECTOR))
@@ -217,26 +108,11 @@ def energies(t, y, model, out):
     """
     for i in range(3):
         out[i] = 0.0
-    if model.elements.size > 0:
-        ancf_beams.beam_energies(y, 0, model.elements.size, model, out)
-    rigid.add_body_energy(y, model.bodies, out, 0)
-    points.add_point_energy(y, model.points, out, 0)
-    attitude.add_wheel_energy(y, model, out, 0)
-    if model.rods.size > 0:
-        rod.evaluate_rods(model, out)
-        rod_payout.sum_flows(model)
-        out[0] += model.sums[1, 0]
-    if model.tapes.size > 0:
-        tape.add_kinetic_energy(y, model, out, 0)
-    if model.reduced_bodies.size > 0:
-        reduced.add_mode_energies(y, model, out, 0, 1)
-    if model.springs.size > 0:
-        out[1] += springs.evaluate_springs(t, y, model)
-    if model.custom_forces.size > 0:
-        out[1] += custom.custom_energies(t, y, model)
-    out[1] += contact.energy_of(model)
-    if model.threads.size > 0:
-        thread.add_thread_energies(t, y, model, out)
+    at = model.interval
+    at.t = at.tm = t
+    interval, calls = state_interval(at, y, y, y, y, y, model.switches, y), model.energy_calls
+    for k in range(calls.size):
+        energy_at(model, calls[k])(interval, model, out)
 
 
 @indirect(void(VECTOR, MODEL, VECTOR))
@@ -244,16 +120,9 @@ def momenta(y, model, out):
     """out : (6,) = linear momentum (kg m/s) and angular momentum about the inertial origin (kg m2/s)."""
     for i in range(6):
         out[i] = 0.0
-    P, H = out[:3], out[3:]
-    size = model.elements.size
-    if size > 0:
-        ancf_beams.beam_momenta(y, 0, size, model, P, H)
-    points.add_point_momenta(y, model.points, P, H)
-    rigid.add_body_momenta(y, model.bodies, P, H)
-    attitude.add_wheel_momenta(y, model, H)
-    rod_payout.sum_flows(model)
-    for i in range(6):
-        out[i] += model.sums[1, 1 + i]
+    calls = model.momentum_calls
+    for k in range(calls.size):
+        momentum_at(model, calls[k])(y, model, out)
 
 
 @kernel

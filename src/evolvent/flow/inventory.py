@@ -3,9 +3,12 @@
 from numba import void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
-from evolvent.flow.explicit_forces import add_explicit_inventory, has_explicit_forces
-from evolvent.kernels import attitude, points, reduced, rigid, rod_payout, springs, tape, thread
+from evolvent.flow.rhs import set_state
+from evolvent.kernels import rigid, thread
+from evolvent.kernels.calls import energy_at, momentum_at
 from evolvent.model import ELASTIC, H_BODY, KINETIC, MODEL, P_ALL
+from evolvent.model.interval import state_interval
+from evolvent.model.powers import N_POWERS
 
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
@@ -22,31 +25,28 @@ def inventory(t, y, s, model, out):
     """
     for i in range(out.size):
         out[i] = 0.0
-    P, H = out[P_ALL : P_ALL + 3], out[H_BODY : H_BODY + 3]
+    F, part, at = model.F, model.powers, model.interval
+    for i in range(F.size):
+        F[i] = 0.0
+    for i in range(N_POWERS):
+        part[i] = 0.0
     rigid.kinematics(t, y, model)
     if model.threads.size > 0:
         thread.reels(t, y, s, model)
-    rigid.add_body_energy(y, model.bodies, out, KINETIC)
-    rigid.add_body_momenta(y, model.bodies, P, H)
-    points.add_point_energy(y, model.points, out, KINETIC)
-    points.add_point_momenta(y, model.points, P, H)
-    if model.rods.size > 0:
-        rod_payout.sum_flows(model)
-        flow = model.sums[1]
-        out[KINETIC] += flow[0]
-        for c in range(3):
-            P[c] += flow[1 + c]
-            H[c] += flow[4 + c]
-    if model.wheels.size > 0:
-        attitude.add_wheel_energy(y, model, out, KINETIC)
-        attitude.add_wheel_momenta(y, model, H)
-    if model.tapes.size > 0:
-        tape.add_kinetic_energy(y, model, out, KINETIC)
-    if model.reduced_bodies.size > 0:
-        reduced.add_mode_energies(y, model, out, KINETIC, ELASTIC)
-    if model.springs.size > 0:
-        out[ELASTIC] += springs.evaluate_springs(t, y, model)
+    set_state(t, -1.0, at)
+    interval, calls = state_interval(at, y, F, F, F, part, s, y), model.explicit_energy_calls
+    found = model.energies
+    for i in range(3):
+        found[i] = 0.0
+    for k in range(calls.size):
+        energy_at(model, calls[k])(interval, model, found)
+    out[KINETIC], out[ELASTIC] = found[0], found[1]
+    calls = model.momentum_calls
+    for i in range(6):
+        part[i] = 0.0
+    for k in range(calls.size):
+        momentum_at(model, calls[k])(y, model, part)
+    for c in range(3):
+        out[P_ALL + c], out[H_BODY + c] = part[c], part[3 + c]
     for p in range(model.threads.size):
         thread.thread_inventory(y, s, model, p, out)
-    if has_explicit_forces(model):
-        add_explicit_inventory(t, y, s, model, out)

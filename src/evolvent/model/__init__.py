@@ -18,9 +18,11 @@ from numba import config
 from numba.np import numpy_support
 
 from evolvent.compiled.jit import ADDRESSES
-from evolvent.compiled.pointer import Struct, array, record, shared
-from evolvent.model.family import families
+from evolvent.compiled.pointer import Struct, array, record, shared, zeros_record
+from evolvent.model.family import QUESTIONS, calls_of, families
 from evolvent.model.having import has as has, having as having, nonzero as nonzero, not_negative as not_negative
+from evolvent.model.interval import NUMBERS
+from evolvent.model.powers import N_POWERS
 from evolvent.model.records import *  # noqa: F403  (the names of the model are those of this package)
 from evolvent.model.records import OWN_RECORDS
 
@@ -68,6 +70,8 @@ class Model(Struct):
 
     Attributes
     ----------
+    interval : record (see `evolvent.model.interval.NUMBERS`), scratch, of a state whose forces are evaluated
+    powers, energies : (N_POWERS,) and (3,) float, scratch, of a state of an explicit method
     breaks : (nb,) float, s, times on which a solver lands
     parameters : (k,) float, of drives, laws and loads; families hold the indices of theirs
     A, la : (nr, 1 + bandwidth), (nr,) float, scratch, matrix and multipliers of the rows
@@ -88,10 +92,14 @@ class Model(Struct):
     F, P : (nv,) float, scratch, generalised forces and the loads among them
     work, e, f, K24, K12 : scratch of an element, and of tangents
     J : (3, 3, 9) float, scratch, columns of sides
+    *_calls : (n,) int, the functions of the families that it has, by question (`evolvent.kernels.calls`)
     addresses : of functions that compiled code calls by address (`evolvent.compiled.jit.Indirect`)
     """
 
     info: np.record = record(OWN_RECORDS["info"])
+    interval: np.record = record(NUMBERS)
+    powers: Array = array(1)
+    energies: Array = array(1)
     breaks: Array = array(1)
     parameters: Array = array(1)
     blocks: Array = array(1, OWN_RECORDS["blocks"])
@@ -129,8 +137,14 @@ class Model(Struct):
 
     @classmethod
     def _further(cls) -> dict[str, Any]:
-        """Records of all families."""
-        return {family.name: array(1, family.record) for family in families().values()}
+        """Records of all families, and the tables of calls."""
+        found = {family.name: array(1, family.record) for family in families().values()}
+        return found | {f"{name}_calls": array(1, np.int64) for name in QUESTIONS}
+
+    def __init__(self, **values: Any) -> None:
+        scratch = {"interval": zeros_record(NUMBERS), "powers": np.zeros(N_POWERS), "energies": np.zeros(3)}
+        scratch = {name: value for name, value in scratch.items() if name not in values}
+        super().__init__(**scratch, **values | calls_of(values))
 
     if TYPE_CHECKING:
 

@@ -34,16 +34,16 @@ OWN_RECORDS: dict[str, np.dtype] = {
     # nothing has friction; stepping: 1 while an explicit method steps, whose frictions go on from the start of the
     # step; outside: 1 where something at all times ties the system to bodies that are not free, open: where forces act
     # from outside (`assembly.ends`). So has a record of joints, contact_surfaces and body_contacts that does so when it
-    # acts
+    # acts. causes: 1 where losses by their causes are among the accounts, as with beams or rods
     "info": _record(
-        "nq nv ny ns ne bandwidth penalties brakes redundant exact rubbed stepping outside open checks",
+        "nq nv ny ns ne bandwidth penalties brakes redundant exact rubbed stepping outside open checks causes",
         "gravity",
         "step compliance over",
         gravity=_3,
     ),
-    # coordinates by kind (`kernels.blocks`), in the order of their owners; count: number of velocities; family, owner:
-    # whose; node: number of a beam's, thread's or rod's node; inertia: of the velocities, diagonal of the mass matrix
-    "blocks": _record("kind iq iv count family owner node", "inertia", inertia=_3),
+    # coordinates by kind (`kernels.blocks`, `questions.Block`), in the order of `questions.Coordinates`; count: number
+    # of velocities; family: code of the owner's (`model.blocks`)
+    "blocks": _record("kind iq iv count family owner node switch", "inertia", inertia=_3),
     "markers": _record("kind index", "local", local=_3),
     # sides of a row: first, last; each is a body, or a vector of a point mass or of a beam's node, at the index `at`
     # among the velocities (of a spinning body as well), with the mass that a force on it alone moves; -1 for none. Of a

@@ -7,12 +7,11 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.flow import powers as eq
 from evolvent.flow.energy_momentum import measure, residual, tangent
 from evolvent.kernels import ancf, bearing, coordinate, joint, reduced, rigid, rod_strains, tape
 from evolvent.kernels.blocks import largest_turn
 from evolvent.kernels.sparse import SPARSE
-from evolvent.model import MODEL
+from evolvent.model import MODEL, powers as eq
 from evolvent.solvers.balance import moved_of
 from evolvent.solvers.implicit_state import WORKSPACE, factor
 from evolvent.solvers.step_error import beside_tolerance

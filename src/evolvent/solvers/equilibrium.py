@@ -19,13 +19,13 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, record
 from evolvent.flow.implicit import energies, residual, tangent
-from evolvent.flow.powers import COUPLED_ENERGY
 from evolvent.kernels import attitude, bearing, contact, coordinate, coordinate_laws, loads, rigid, sparse_lu, thread
 from evolvent.kernels.ancf_beams import NODE_VECTORS, is_finite
 from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE, displace, is_idle
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sparse import SPARSE, add_entry, diagonal
 from evolvent.model import MODEL
+from evolvent.model.powers import COUPLED_ENERGY
 
 # status codes
 NO_CONVERGENCE, NOT_FINITE, SINGULAR, UNBALANCED = -1, -2, -3, -4

@@ -17,7 +17,7 @@ import numpy as np
 from numba import types
 
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
-from evolvent.flow.explicit_forces import end_frictions, measure_frictions
+from evolvent.flow.between_steps import end_frictions, measure_frictions
 from evolvent.flow.projection import is_corrected, project
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import coordinate, rigid, springs, thread

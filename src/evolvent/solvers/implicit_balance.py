@@ -5,10 +5,9 @@ from __future__ import annotations
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.flow import powers as eq
 from evolvent.flow.implicit import energies
 from evolvent.kernels import attitude, bearing, contact, coordinate_laws, joint, rigid
-from evolvent.model import MODEL
+from evolvent.model import MODEL, powers as eq
 from evolvent.solvers import implicit_method as method
 from evolvent.solvers.balance import (
     defect_of,

@@ -12,9 +12,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from evolvent.compiled.jit import inlined
-from evolvent.flow import powers as eq
 from evolvent.kernels import thread
-from evolvent.model import family
+from evolvent.model import family, powers as eq
 from evolvent.solvers import alpha, energy_step
 from evolvent.solvers.alpha_state import factor_at
 from evolvent.solvers.implicit_state import ALPHA, ENERGY

@@ -10,19 +10,20 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.blocks import is_of
 from evolvent.assembly.checks import redundant_part
 from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
-from evolvent.flow.energy_momentum import STEP, EnergyStep
 from evolvent.flow.implicit import measure_constraints
-from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import contact, joint, rigid
 from evolvent.kernels.beam_loads import FIELD
-from evolvent.kernels.blocks import ANGLE, BEAM, POSITION, REDUCED, SCALAR, THREAD, indices
+from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, SCALAR, indices
 from evolvent.kernels.drive import FREE, drive
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.model.family import EXPLICIT, SOLVERS
+from evolvent.model.interval import NUMBERS, Interval
+from evolvent.model.powers import N_POWERS
 from evolvent.solvers import event_search, graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
 from evolvent.solvers.implicit_state import LOOP, Workspace
@@ -82,13 +83,13 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     """
     model, blocks, n_q = assembly.model, assembly.model.blocks, int(assembly.model.info.nq)
     weight = np.ones(int(model.info.nv))
-    beams, inertia = blocks["family"] == BEAM, blocks["inertia"][:, 0]
+    beams, inertia = is_of(blocks, "beams"), blocks["inertia"][:, 0]
     positions = blocks["kind"] == POSITION
-    placed = assembly.y[indices(blocks[positions & (blocks["family"] != THREAD)], "iq")]
+    placed = assembly.y[indices(blocks[positions & (blocks["switch"] == MOVES)], "iq")]
     lengths = [(n * l0, 0.0, 0.0) for n, l0 in zip(model.threads["n"], model.threads["segment"], strict=True)]
     length = _extent(np.concatenate([model.bodies["x"], placed, np.reshape(lengths, (-1, 3))]))
     weight[indices(blocks[positions], "iv") - n_q] = length
-    weight[blocks["iv"][blocks["family"] == REDUCED] - n_q] = length
+    weight[blocks["iv"][is_of(blocks, "reduced_bodies")] - n_q] = length
     for tape in model.tapes:
         own = model.tape_nodes["iv"][tape["first_node"] :][: tape["nodes"]]
         weight[own - n_q] = tape["transverse"]
@@ -343,11 +344,13 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
     )
 
 
-def _energy_step(assembly: Assembly, options: np.record, shared: dict[str, np.ndarray]) -> EnergyStep:
+def _energy_step(assembly: Assembly, options: np.record, shared: dict[str, np.ndarray]) -> Interval:
     """Arrays of a step of energy-momentum, some of them shared with the loop."""
     model, n_v, chi = assembly.model, int(assembly.model.info.nv), float(options.chi)
-    return EnergyStep(
-        step=zeros_record(STEP, soft=1.0, held=float(chi > 0.0 and acts_from_outside(model))),
+    return Interval(
+        s=np.zeros(0, dtype=np.int64),
+        rates=np.zeros(0),
+        step=zeros_record(NUMBERS, soft=1.0, held=float(chi > 0.0 and acts_from_outside(model))),
         **{name: shared[name] for name in ("y0", "dq", "la", "r", "R0", "R1", "x0", "x1")},
         y1=shared["y"],
         ym=assembly.y.copy(),

@@ -8,8 +8,8 @@ import numpy as np
 
 from evolvent.compiled.jit import inlined
 from evolvent.compiled.pointer import Struct, array, record, struct
-from evolvent.flow.energy_momentum import EnergyStep
 from evolvent.kernels import sparse_lu
+from evolvent.model.interval import Interval
 from evolvent.solvers.balance import BALANCE, EXTREMES
 from evolvent.solvers.event_search import Search
 
@@ -71,7 +71,7 @@ class Workspace(Struct):
     Attributes
     ----------
     options, loop, balance : records (see `OPTIONS`, `LOOP` and `evolvent.solvers.balance`)
-    step : EnergyStep, whose arrays of the same names are those here; y1 is y
+    step : Interval, whose arrays of the same names are those here; y1 is y
     row, row0 : (number of fields,) float, J, the fields of `balance`, and those of the step's start
     y, y0, spare : (ny,) float, state at the end and the start of a step, and scratch
     a1, a0 : (nv,) float, algorithmic accelerations
@@ -97,7 +97,7 @@ class Workspace(Struct):
     options: np.record = record(OPTIONS)
     loop: np.record = record(LOOP)
     balance: np.record = record(BALANCE)
-    step: EnergyStep = struct(EnergyStep)
+    step: Interval = struct(Interval)
     row: np.ndarray = array(1)
     row0: np.ndarray = array(1)
     y: np.ndarray = array(1)

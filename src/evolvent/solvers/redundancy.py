@@ -20,9 +20,9 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual, tangent
-from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import joint, sides, sparse_lu
 from evolvent.kernels.sparse import LOST, SparseBlocks
+from evolvent.model.powers import N_POWERS
 from evolvent.solvers import ordering
 from evolvent.solvers.implicit_setup import length_of
 from evolvent.solvers.messages import redundant

@@ -17,11 +17,11 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.flow.events import DUE, OVERRUN, apply_event, event_values
 from evolvent.flow.fixed_lengths import write_directions, write_positions
 from evolvent.flow.implicit import residual
-from evolvent.flow.powers import DRIVEN, SPOOLS
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import joint, rigid, thread
 from evolvent.kernels.drive import FREE, drive
 from evolvent.kernels.thread.free import WINDOW
+from evolvent.model.powers import DRIVEN, SPOOLS
 from evolvent.solvers.balance import dissipated, energy, extend, lost, potential, worked
 from evolvent.solvers.fixed_lengths import hold_segments
 from evolvent.solvers.implicit_balance import fill_energies

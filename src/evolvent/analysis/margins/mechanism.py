@@ -37,10 +37,10 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import Struct
 from evolvent.flow.implicit import residual
-from evolvent.flow.powers import N_POWERS
 from evolvent.kernels import axial, contact
 from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
+from evolvent.model.powers import N_POWERS
 from evolvent.model.shares import Elastic as ElasticShares, Tie
 from evolvent.solvers import equilibrium
 from evolvent.solvers.still_threads import at_time

@@ -35,9 +35,10 @@ from evolvent.kernels.thread.chain import (
 )
 from evolvent.kernels.thread.end import TINY, is_end
 from evolvent.kernels.thread.energy import add_thread_energies, thread_inventory
+from evolvent.kernels.thread.explicit import add_explicit_threads
 from evolvent.kernels.thread.fields import add_node_fields, wound_fields
 from evolvent.kernels.thread.free import add_spool_tangent, has_release, until_release
-from evolvent.kernels.thread.implicit import add_thread_residual, add_thread_tangent
+from evolvent.kernels.thread.implicit import add_thread_residual, add_thread_tangent, is_loaded
 from evolvent.kernels.thread.joined import has_springs, leaves_spool, note_tensions, pull_joined
 from evolvent.kernels.thread.loads import add_node_load_tangents, evaluate_thread_loads, node_loads
 from evolvent.kernels.thread.moving import (
@@ -83,6 +84,7 @@ __all__ = [
     "SHORT",
     "SPRINGS",
     "TINY",
+    "add_explicit_threads",
     "add_node_fields",
     "add_node_load_tangents",
     "add_spool_tangent",
@@ -110,6 +112,7 @@ __all__ = [
     "hold_root",
     "hold_torque",
     "is_end",
+    "is_loaded",
     "is_loose",
     "kick_chain",
     "kick_moving",

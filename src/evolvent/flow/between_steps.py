@@ -1,0 +1,105 @@
+"""Frictions between the steps of explicit methods, and what they release."""
+
+from numba import types, void
+
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
+from evolvent.kernels import (
+    constraint_rows,
+    contact,
+    coordinate,
+    joint,
+    rigid,
+    turning,
+)
+from evolvent.model import (
+    DISSIPATED,
+    KEPT,
+    MODEL,
+    RELEASE,
+)
+
+
+def _has_penalties(model):
+    return model.info.penalties
+
+
+@indirect(REAL(REAL, VECTOR, VECTOR, INTEGERS, REAL, REAL, MODEL))
+def measure_frictions(t, y0, y, s, h, step, model):
+    """Frictions and their rates in the state y at t, the end of a step of length h from the state y0.
+
+    Parameters
+    ----------
+    step : float, s, as of `end_frictions`
+
+    Returns
+    -------
+    float, part of the step at which the first friction turns back, as of `turning.until_turn`
+    """
+    rigid.kinematics(t, y, model)
+    if contact.any_contact(model):
+        contact.add_contacts(y, y, KEPT, step, 1.0, 0.0, 0.0, model, model.F)
+    if model.coordinates.size > 0:
+        for k in range(model.coordinates.size):
+            coordinate.measure_coordinate(y, s, model.coordinates, model.bodies, k)
+    turning.measure_rates(y, model)
+    return turning.until_turn(y0, y, h, model)
+
+
+@indirect(void(VECTOR, REAL, MODEL))
+def end_frictions(y, step, model):
+    """Make the state y the start of the next explicit step for frictions: bristles and losses into its accounts.
+
+    After `measure_frictions` of that state.
+
+    Parameters
+    ----------
+    step : float, s, infinity at the end of a step, below 0 at the start of a run
+
+    Notes
+    -----
+    Within a step frictions act over the interval from its start, as under implicit methods (`contact_laws.friction`,
+    `coordinate.kept_friction`); their losses are those of the mean forces of both ends.
+    """
+    taken = 0.0
+    if contact.any_contact(model):
+        slip, _ = contact.end_contacts(y, model)
+        contact.keep_bristles(y, model)
+        if step > 0.0:
+            y[model.info.rubbed] += slip
+            taken += slip
+    if step > 0.0:
+        taken += coordinate.end_frictions(y, model)
+    turning.keep_rates(model)
+    y[model.info.nq + model.info.nv + DISSIPATED] += taken
+
+
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64), used_for=("motors", constraint_rows.HELD, _has_penalties))
+def release_by(t, y, s, model, trigger):
+    """Release the joints and switch off the motors that wait for a trigger (`user_events.release`).
+
+    The strain energy of the penalties is taken out of the energy balance.
+    """
+    joints, motors = model.joints, model.motors
+    account = model.info.nq + model.info.nv + RELEASE
+    for k in range(joints.size):
+        if joints[k].event != trigger or not joint.acts(t, s, joints, k):
+            continue
+        if joints[k].stiffness > 0.0:
+            rigid.kinematics(t, y, model)
+            joint.joint_geometry(t, y, k, model)
+            y[account] -= joint.penalty_energy(joints, k)
+        s[joints[k].switch] = 1
+    for k in range(motors.size):
+        if motors[k].event == trigger:
+            s[motors[k].switch] = 1
+
+
+@indirect(void(REAL, VECTOR, MODEL), used_for=_has_penalties)
+def release_penalties(t, y, model):
+    """Take the strain energy of penalties that are released at t out of the energy balance."""
+    joints, account = model.joints, model.info.nq + model.info.nv + RELEASE
+    for k in range(joints.size):
+        if t == joints[k].until:
+            rigid.kinematics(t, y, model)
+            joint.joint_geometry(t, y, k, model)
+            y[account] -= joint.penalty_energy(joints, k)

@@ -1,0 +1,38 @@
+"""Tables of calls: what compiled code asks all families that a model has, one table of slots a question.
+
+A walk over the families is a loop over a table:
+
+    for k in range(model.force_calls.size):
+        force_at(model, model.force_calls[k])(interval, model)
+
+A question is an attribute of `Family` with the metadata ``calls``; its answer is a function made by the decorator of
+the same name here. `Model` looks the slots up when it is made, and `assembly.needs` loads what the tables name.
+"""
+
+from __future__ import annotations
+
+from numba import types, void
+
+from evolvent.compiled import lookups
+from evolvent.compiled.jit import REAL, VECTOR, indirect
+from evolvent.kernels.sparse import SPARSE
+from evolvent.model import MODEL
+from evolvent.model.interval import INTERVAL
+
+_FORCE, _TANGENT = void(INTERVAL, MODEL), void(INTERVAL, MODEL, SPARSE)
+_MEASURE, _ENERGY = void(types.int64, REAL, VECTOR, MODEL), void(INTERVAL, MODEL, VECTOR)
+_MOMENTUM = void(VECTOR, MODEL, VECTOR)
+
+#: Decorators of the answers to the questions of `Family`.
+force = indirect(_FORCE)
+tangent = indirect(_TANGENT)
+measure = indirect(_MEASURE)
+energy = indirect(_ENERGY)
+momentum = indirect(_MOMENTUM)
+
+#: ``force_at(model, slot)``: the function of a slot, for compiled code.
+force_at = lookups.by_slot(_FORCE)
+tangent_at = lookups.by_slot(_TANGENT)
+measure_at = lookups.by_slot(_MEASURE)
+energy_at = lookups.by_slot(_ENERGY)
+momentum_at = lookups.by_slot(_MOMENTUM)

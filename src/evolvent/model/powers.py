@@ -1,0 +1,6 @@
+"""Powers and energies that the residual of an interval leaves behind."""
+
+#: What forces add to `Interval.powers`: dissipated powers (W), power of loads at markers (W), energies of coordinates,
+#: penalties (J), power of motors and of what turns driven bodies, that of spools, and what contacts take at a state.
+MASS_DAMPING, STIFFNESS_DAMPING, SPRINGS, JOINTS, MARKER_LOADS, COUPLED_ENERGY, DRIVEN, SPOOLS, CONTACTS = range(9)
+N_POWERS = 9
