@@ -16,7 +16,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base import units
 from evolvent.base.errors import InputError, RunFailed, nearest
 from evolvent.families.threads import is_open
-from evolvent.kernels import axial, joint, rigid, sides, thread
+from evolvent.kernels import axial, joint, rigid, sides
 from evolvent.model import family
 from evolvent.results.fine_samples import Times
 from evolvent.solvers import energy_momentum, explicit_plan, implicit, payout
@@ -131,14 +131,13 @@ def _method_of(assembly: Assembly, method: str) -> tuple[str, str]:
     model = assembly.model
     if len(refused) == 3:
         raise InputError(f"no method supports this system: {refused[family.EXPLICIT]}; {refused[family.IMPLICIT]}")
-    if (model.beams.size or model.rods.size) and family.ENERGY not in refused:
-        what = "beams" if model.beams.size else "rods"
-        return energy_momentum.NAME, f"{what}: steps of any length gain no energy"
-    if model.body_contacts.size and family.ENERGY not in refused:
-        return energy_momentum.NAME, "contact: steps of any length gain no energy"
-    fixed = model.threads["kind"] == thread.INEXTENSIBLE
-    if fixed.size and np.all(fixed) and family.EXPLICIT not in refused:
-        return "dopri5", "threads with segments of fixed length have no stiffness: adaptive steps of fifth order"
+    own = [one for one in family.families().values() if one.records(model).size]
+    conserved = next((one.conserved for one in own if one.conserved), "")
+    if conserved and family.ENERGY not in refused:
+        return energy_momentum.NAME, f"{conserved}: steps of any length gain no energy"
+    adaptive = families.suit_adaptive_steps(model)
+    if adaptive and all(adaptive) and family.EXPLICIT not in refused:
+        return "dopri5", adaptive[0]
     stiff = _better_implicit(assembly)
     if stiff and family.EXPLICIT not in refused and len(refused) < 2:
         refused[family.EXPLICIT] = f"{stiff}; "
@@ -149,25 +148,23 @@ def _method_of(assembly: Assembly, method: str) -> tuple[str, str]:
     if family.EXPLICIT in refused:
         return energy_momentum.NAME, refused[family.IMPLICIT].partition("; ")[0]
     if family.IMPLICIT in refused:
-        method = "dopri5" if np.all(model.threads["kind"] == thread.INEXTENSIBLE) else "rk4"
-        return method, refused[family.IMPLICIT].partition("; ")[0]
-    if model.beams.size or model.info.penalties:
-        return implicit.NAME, "beams and penalties are stiff"
-    if np.any(np.isin(model.threads["kind"], (thread.SPRINGS, thread.MOVING))):
-        return implicit.NAME, "threads of springs are stiff"
+        return "dopri5" if all(adaptive) else "rk4", refused[family.IMPLICIT].partition("; ")[0]
+    stiff = next(filter(None, (one.short_steps(one.records(model)) for one in own if one.short_steps is not None)), "")
+    if stiff or model.info.penalties:
+        return implicit.NAME, stiff or "penalties are stiff"
     return "dopri5", "bodies, points and springs: adaptive steps of fifth order"
 
 
 def _better_implicit(assembly: Any) -> str:
     """Why implicit methods suit a constraint (but for links and guides) or friction better; nothing without one."""
-    joints, coordinates = assembly.model.joints, assembly.model.coordinates
-    for k in np.flatnonzero(joints["stiffness"] == 0.0):
-        name = assembly.joint_parts[k]
-        if assembly.names.get(name, ("",))[0] not in ("links", "guides"):
-            return f"{name!r} is a constraint, which implicit methods keep without drift"
-    for k in np.flatnonzero(coordinates["friction"] > 0.0):
-        name = families.owner(assembly, "coordinates", int(k))
-        return f"{name!r} has friction, which sticks by stiff bristles"
+    known = family.families()
+    for one in known.values():
+        mask, why = one.implicit or (None, "")
+        for k in np.flatnonzero(mask(one.records(assembly.model))) if mask is not None else ():
+            name = families.owner(assembly, one.name, int(k))
+            of = known.get(assembly.names.get(name, ("",))[0])
+            if of is None or not of.explicit:
+                return f"{name!r} {why}"
     return ""
 
 

@@ -18,7 +18,6 @@ from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.base import units
 from evolvent.base.errors import InputError, RunFailed
-from evolvent.kernels import thread
 from evolvent.kernels.expression import evaluate
 from evolvent.model import family
 from evolvent.parts.feedback import FeedbackDrive
@@ -303,7 +302,7 @@ def method_of(assembly: Assembly, method: str) -> tuple[str, str]:
     families.check(whole, family.EXPLICIT)
     if method != "auto":
         return method, "as asked for"
-    fixed = bool(np.all(whole.model.threads["kind"] == thread.INEXTENSIBLE))
+    fixed = all(families.suit_adaptive_steps(whole.model))
     return "dopri5" if fixed else "rk4", f"{name!r} reacts to what is measured, which needs an explicit method"
 
 

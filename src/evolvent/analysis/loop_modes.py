@@ -16,6 +16,7 @@ import numpy as np
 
 from evolvent.analysis import feedback
 from evolvent.analysis.stepping import Stepper
+from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.blocks import is_of
 from evolvent.base.errors import InputError, RunFailed
@@ -167,8 +168,7 @@ class _Plant:
     """The motion between samples about a steady turn, in axes that turn with it."""
 
     def __init__(self, assembly: Assembly, period: float) -> None:
-        fixed = bool(np.all(assembly.model.threads["kind"] == thread.INEXTENSIBLE))
-        method = "dopri5" if fixed else "rk4"
+        method = "dopri5" if all(families.suit_adaptive_steps(assembly.model)) else "rk4"
         self.stepper = Stepper.of_assembly(
             assembly, method=method, start=0.0, until=8.0 * period, tolerance=_TOLERANCE,
             absolute_tolerance=1e-2 * _TOLERANCE,

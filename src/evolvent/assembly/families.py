@@ -33,6 +33,12 @@ def has_symmetric_stiffness(model: Model) -> bool:
     return all(kind.is_symmetric(model, found) for kind, found in own)
 
 
+def suit_adaptive_steps(model: Model) -> list[str]:
+    """Why adaptive explicit steps suit the families of a model to which it matters, '' of those that they do not."""
+    own = [(family.adaptive, family.records(model)) for family in families().values()]
+    return [adaptive(found) for adaptive, found in own if adaptive is not None and found.size]
+
+
 def check(assembly: Any, solver: str, called: str = "") -> None:
     """Refuse parts that a solver does not support, by name.
 

@@ -118,6 +118,8 @@ BEAMS = Family(
     reads_inertia=False,
     smooth=True,
     shares=Shares((Rule(ELASTIC),), place=10, unforced=_unforced, elastic=Elastic(_stiff)),
+    conserved="beams",
+    short_steps=lambda _: "beams are stiff",
     of_step=False,
     adjoint=AdjointSupport(
         "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
@@ -9,6 +10,9 @@ import numpy as np
 
 from evolvent.kernels import bearing, calls, turning
 from evolvent.kernels.bristle import SLIP
+from evolvent.base.errors import InputError
+from evolvent.kernels import bearing, calls
+from evolvent.kernels.bearing import measure_load
 from evolvent.kernels.ends import of_coordinate, of_joint
 from evolvent.model.family import BETWEEN, EVERY, EXPLICIT, End, Family, Kind, Records, record
 from evolvent.model.powers import COUPLED_ENERGY, RUBBING
@@ -22,6 +26,80 @@ def _of_bearing(row: Any, records: Records) -> Iterator[End]:
     for k in range(int(row["first"]), int(row["last"])):
         yield from of_joint(records("joints")[k], records)
     yield from of_coordinate(records("coordinates")[int(row["coordinate"])], records)
+
+
+#: Rate of a bearing, beside that of the coordinate, below which it does not move; what friction may be off in the end.
+_STILL, _OFF = 1e-7, 1e-12
+#: Rank of what holds the mechanism, beside the largest singular value.
+_RANK = 1e-10
+#: Iterations to the friction at a station.
+_MOST = 500
+
+
+def _powers(
+    mechanism: Any, shares: list[Any], direction: Any, at: Any, rows: list[int], la: Array | None
+) -> dict[str, float]:
+    """Virtual power of friction in each bearing, by the label of its share: N m or N, below 0 (`Shares.together`).
+
+    By the reactions at a station, or by those of a simulated motion.
+
+    Raises
+    ------
+    InputError
+        Where bearings lock themselves: friction makes reactions that make more friction.
+
+    Notes
+    -----
+    At a station the mechanism stands: its coordinates are held by torques, what nothing holds is accelerated. Of all
+    forces Q, on the left of the equations, the multipliers la of the joints and the torques are those that leave the
+    least force, beside the mass matrix M: with the gradients A of joints, loops of cables and held coordinates,
+    |Q + A^T la| in M^-1 is least. Friction at its limit, the static one, against the direction is among Q, so it is
+    found by iteration.
+    """
+    own = [share for share in shares if share.family == "bearings"]
+    if not own:
+        return {}
+    rates = direction.rates[mechanism.whole.bearings["coordinate"]]
+    rates = np.where(np.abs(rates) > _STILL, rates, 0.0)
+    if la is None:
+        torques = _at_rest(mechanism, shares, direction, at, rows, rates)
+    else:
+        torques = mechanism.whole.bearings["coefficient"] * _loads(mechanism, at, la)
+    found = -np.abs(rates) * torques
+    return {share.label: math.fsum(found[list(share.rows)]) for share in own}
+
+
+def _loads(mechanism: Any, at: Any, la: Array) -> Array:
+    """Loads of all bearings with the multipliers la: (n,), m N or N."""
+    model = mechanism.bare._replace(bearings=mechanism.whole.bearings.copy())
+    la = np.ascontiguousarray(la, dtype=float)
+    mechanism.left(at.t, at.y, mechanism.bare, la=la)
+    for k in range(model.bearings.size):
+        measure_load(k, la, model)
+    return np.array(model.bearings["load"])
+
+
+def _at_rest(mechanism: Any, shares: list[Any], direction: Any, at: Any, rows: list[int], rates: Array) -> Array:
+    """Torques or forces of all bearings at the limit of sticking, where the mechanism stands: (n,)."""
+    bearings, n_j = mechanism.whole.bearings, mechanism.n_j
+    others = [share for share in shares if share.family != "bearings"]
+    Q = sum((mechanism.force(share, at, direction, still=True) for share in others), np.zeros(mechanism.n_v))
+    A = np.vstack([at.G, mechanism.tied(at.J), at.J[rows]])
+    L = np.linalg.cholesky(at.mass)
+    gradients, J = np.linalg.pinv(np.linalg.solve(L, A.T), rcond=_RANK), at.J[bearings["coordinate"]]
+    torques = np.zeros(bearings.size)
+    for _ in range(_MOST):
+        la = -gradients @ np.linalg.solve(L, Q + (np.sign(rates) * torques) @ J)
+        before, torques = torques, bearings["static"] * _loads(mechanism, at, la[:n_j])
+        if not np.all(np.isfinite(torques)):
+            break
+        if np.abs(torques - before).max() <= _OFF * np.abs(torques).max():
+            return torques
+    name = next(share.part for share in shares if share.family == "bearings")
+    raise InputError(
+        f"the friction of {name!r} and the reactions that it makes grow without an end: the mechanism locks itself at "
+        f"{float(at.x[rows[0]]):.6g} {mechanism.unit(rows[0])}"
+    )
 
 
 @calls.force
@@ -116,4 +194,5 @@ BEARINGS = Family(
     contact_set=contact_set,
     until_turn=until_turn,
     kept=dict.fromkeys(("rubs", "limit", "radial_force", "axial_force", "tilting", "stored"), BETWEEN),
+    shares=Shares((Rule(FRICTION),), place=7, together=_powers, measured="coordinate"),
 )  # fmt: skip

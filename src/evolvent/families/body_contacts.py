@@ -224,6 +224,7 @@ BODY_CONTACTS = Family(
     several=True,
     smooth=True,
     shares=Shares(RULES, place=9, contact=Contact(pressing)),
+    conserved="contact",
     adjoint=AdjointSupport(
         "without friction its force follows from the state, with all derivatives", filtered="gaps of body_contacts",
         timed=False,

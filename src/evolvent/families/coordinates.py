@@ -244,6 +244,7 @@ COORDINATES = Family(
     reads_inertia=False,
     smooth=True,
     shares=Shares(_RULES, place=0, unforced=_unforced, prepare=_slip),
+    implicit=(lambda found: found["friction"] > 0.0, "has friction, which sticks by stiff bristles"),
     of_step=lambda found: found["friction"] > 0.0,
     adjoint=AdjointSupport(
         "its torque follows from the state, with all derivatives; that it latches is found by neighbours", timed=False,

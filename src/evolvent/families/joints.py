@@ -254,6 +254,9 @@ JOINTS = Family(
     reads_inertia=False,
     smooth=True,
     shares=Shares(),
+    implicit=(
+        lambda found: found["stiffness"] == 0.0, "is a constraint, which implicit methods keep without drift",
+    ),
     laws=(Law(DRIVE, lambda found: (found["law"] != 0) & (found["drive"] == LAW)),),
     of_step=False,
     stiff=lambda found: found["stiffness"] > 0.0,

@@ -205,6 +205,7 @@ RODS = Family(
     consists=lambda row, _: _nodes(row),
     smooth=lambda found: found["payout"] == 0,
     shares=Shares((Rule(ELASTIC),), place=11, elastic=Elastic(_stiff)),
+    conserved="rods",
     laws=(Law(DRIVE, lambda found: (found["payout"] != 0) & (found["law"] != 0) & (found["drive"] == LAW)),),
     of_step=False,
     adjoint=AdjointSupport(

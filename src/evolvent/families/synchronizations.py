@@ -8,7 +8,7 @@ from evolvent.kernels import calls, coordinate_laws, coordinate_tangent
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.questions import AdjointSupport, never
-from evolvent.model.shares import DAMPING, SPRING, Rule, Shares
+from evolvent.model.shares import DAMPING, SPRING, Rule, Shares, Tie
 
 Array = np.ndarray
 
@@ -74,7 +74,12 @@ SYNCHRONIZATIONS = Family(
     changes="stiffness damping",
     reads_inertia=False,
     smooth=True,
-    shares=Shares((Rule(SPRING, "", ("stiffness",)), Rule(DAMPING, "damping", ("damping",))), place=3),
+    shares=Shares(
+        (Rule(SPRING, "", ("stiffness",)), Rule(DAMPING, "damping", ("damping",))), place=3,
+        tie=lambda row: Tie(
+            (int(row["b"]), int(row["a"])), (float(row["ratio_b"]), -float(row["ratio_a"])), float(row["offset"])
+        ),
+    ),
     of_step=False,
     adjoint=AdjointSupport("its torque follows from the state, with all derivatives", timed=False),
     uneven=never,

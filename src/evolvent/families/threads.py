@@ -25,6 +25,8 @@ _3, _6 = (3,), (6,)
 OPEN = -1
 #: Kinds of threads with segments of fixed length.
 _FIXED = (thread.INEXTENSIBLE, thread.JOINED)
+#: Kinds of threads with segments of springs.
+_SPRINGS = (thread.SPRINGS, thread.MOVING)
 
 
 def is_open(model: Any) -> bool:
@@ -35,6 +37,12 @@ def is_open(model: Any) -> bool:
 def _is_turned(found: Array) -> Array:
     """Whether a spool's angle is known beforehand."""
     return np.asarray((found["drive"] != FREE) & (found["law"] != OPEN))
+
+
+def _has_no_stiffness(found: Array) -> str:
+    if np.any(found["kind"] != thread.INEXTENSIBLE):
+        return ""
+    return "threads with segments of fixed length have no stiffness: adaptive steps of fifth order"
 
 
 def _of_thread(row: Any, records: Records) -> Iterator[End]:
@@ -335,6 +343,8 @@ THREADS = Family(
         (Rule(ELASTIC),), place=12, unforced=_unforced, elastic=Elastic(_stiff, alone=True, pushing=_pushing),
         refused=_refused,
     ),
+    adaptive=_has_no_stiffness,
+    short_steps=lambda t: "threads of springs are stiff" if np.any(np.isin(t["kind"], _SPRINGS)) else "",
     laws=(
         Law(DRIVE, _is_by_law("drive", "law")),
         Law(DRIVE, _is_by_law("take_drive", "take_law"), field="take_law", before="take_"),

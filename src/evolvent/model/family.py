@@ -160,11 +160,19 @@ class Family:
         reactions
     changes : str, fields that a part writes and solvers alone read: a variant with other values of them and of
         parameters takes a copy of the model. None where more follows: then it is assembled whole
-    reads_inertia : whether its parts or checks read the mass or inertia of others; None: as that to which it belongs
+    reads_inertia : whether its parts or checks read the mass or inertia of others; None: as those of the family to
+        which it belongs, else they do
     smooth : whether what it does to a motion changes continuously with a key, so that derivatives of a run go through
         it: for all of its records, or a function of them to a mask
     shares : shares of its parts in margins; None where their forces are not evaluated along a coordinate
     category : str, in margins, of the force of a part whose family has one share and says no more of it
+    conserved : str, what a system with its records is called that takes the steps of energy-momentum, which gain no
+        energy at any length; '' of one that need not
+    implicit : function of its records to those that implicit methods suit better, and why; explicit : whether explicit
+        methods keep its constraints as well
+    adaptive : function of its records to why adaptive explicit steps suit them, '' where they do not; None where it
+        does not matter
+    short_steps : function of its records to why explicit steps are short with them, '' where they need not be
     observe : function of a view of a run (`results.observe.View`), the name of a part and its results
         (`results.observe.Observed`), which may be changed; before it these are the fields of the record in `results`
     place : function of the builder and a reference (`assembly.references.Named`) to the point of a part that it names
@@ -253,6 +261,11 @@ class Family:
     smooth: bool | Callable[[Array], Array] = False
     shares: Shares | None = None
     category: str = ""
+    conserved: str = ""
+    implicit: tuple[Callable[[Array], Array], str] | None = None
+    explicit: bool = False
+    adaptive: Callable[[Array], str] | None = None
+    short_steps: Callable[[Array], str] | None = None
     by_rates: bool | Callable[[Any], bool] | None = None
     force: Call = None
     step_force: Call = None

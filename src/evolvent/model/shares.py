@@ -81,6 +81,14 @@ class Contact(NamedTuple):
     undetermined: Callable[[Any], str] | None = None
 
 
+class Tie(NamedTuple):
+    """Coordinates that keep a sum: of their values times `ratios`, rad or m."""
+
+    coordinates: tuple[int, ...]
+    ratios: tuple[float, ...]
+    value: float
+
+
 class Shares(NamedTuple):
     """Shares of the parts of a family, and how they are evaluated.
 
@@ -98,8 +106,12 @@ class Shares(NamedTuple):
     force : as `Evaluated`, generalised forces (nv,) with those of the model without forces, or None where they are
         those of its records
     power : as `Evaluated`, virtual power (N m or N, above 0 where it drives), or None where it is that of its force
+    together : where its powers follow from the forces of others as well, function of the mechanism, all shares, the
+        direction, the position, the coordinates that are held (the one with the margin first), and the multipliers of
+        the joints in a motion, None at rest, to the powers by the labels of its shares
     standing : bool, whether its forces are those of an equilibrium (with a load factor)
     elastic : Elastic, of elastic parts, one record each; contact : Contact
+    tie : function of a record to the coordinates that it ties to one another, in positions and directions
     measured : str, field with the index of a coordinate that a record measures alone, which has no margin
     refused : function of a record, its part, and whether everything turns steadily, to why it has no place in the
         tables, '' of one that has
@@ -112,9 +124,11 @@ class Shares(NamedTuple):
     prepare: Callable[[Any, Any, Any, Any, Array], None] | None = None
     force: Evaluated | None = None
     power: Evaluated | None = None
+    together: Callable[[Any, Any, Any, Any, list[int], Any], Mapping[str, float]] | None = None
     standing: bool = False
     elastic: Elastic | None = None
     contact: Contact | None = None
+    tie: Callable[[Any], Tie] | None = None
     measured: str = ""
     refused: Callable[[Any, Any, bool], str] | None = None
     remark: str = ""

@@ -151,11 +151,11 @@ class Elastic:
         f = scipy.linalg.solve_triangular(L, F, lower=True)
         la = -np.linalg.lstsq(B / norms, f, rcond=_RANK)[0] / norms
         # the torques that hold the coordinates, since their gradients turn as well
-        torques, synchronizations = np.zeros(at.x.size), one.synchronizations
-        for row, mu in zip(synchronizations, la[one.n_j :], strict=False):
-            torques[row["b"]] += row["ratio_b"] * mu
-            torques[row["a"]] -= row["ratio_a"] * mu
-        torques[rows] += la[one.n_j + synchronizations.size :]
+        torques = np.zeros(at.x.size)
+        for tie, mu in zip(one.ties, la[one.n_j :], strict=False):
+            for k, ratio in zip(tie.coordinates, tie.ratios, strict=True):
+                torques[k] += ratio * mu
+        torques[rows] += la[one.n_j + len(one.ties) :]
         model.coordinates["rest"] = at.x - torques
         multipliers = np.ascontiguousarray(la[: one.n_j])
         one.left(at.t, at.y, model, a=a, la=multipliers, factor=1.0)
@@ -251,14 +251,13 @@ class Elastic:
         -------
         position, and the forces out of balance at the first one
         """
-        one, ties, before, first = self._mechanism, self._mechanism.synchronizations, math.inf, left
+        one, before, first = self._mechanism, math.inf, left
         found: Stiffness | None = None
         decomposed: Position | None = None  # where `found` knows the free motions by themselves
         for _ in range(_ITERATIONS):
             x = at.x
-            stretch = ties["ratio_b"] * x[ties["b"]] - ties["ratio_a"] * x[ties["a"]] - ties["offset"]
             A = np.vstack([at.G, one.tied(at.J), at.J[rows]])
-            b = -np.concatenate([at.gaps, stretch, x[rows] - values])
+            b = -np.concatenate([at.gaps, one.stretch(x), x[rows] - values])
             try:
                 if found is None:
                     found, decomposed = self.stiffness(at, A, rows, model), at

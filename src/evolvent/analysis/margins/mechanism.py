@@ -30,6 +30,7 @@ from evolvent.analysis.margins.shares import (
     coordinate_names,
     has_elastic_parts,
     measured,
+    ties_of,
     unforced,
 )
 from evolvent.assembly.assembled import Assembly
@@ -41,7 +42,7 @@ from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
 from evolvent.model.family import forget_steps
 from evolvent.model.powers import N_POWERS
-from evolvent.model.shares import Elastic as ElasticShares
+from evolvent.model.shares import Elastic as ElasticShares, Tie
 from evolvent.solvers import equilibrium
 from evolvent.solvers.still_threads import at_time
 
@@ -134,7 +135,7 @@ class Mechanism:
         self.names = coordinate_names(assembly)
         #: Rows of coordinates by which bearings measure alone, and which have no margin of their own.
         self.measured = measured(model)
-        self.whole, self.synchronizations = model, model.synchronizations
+        self.whole, self.ties = model, ties_of(model)
         weightless = model.info.copy()
         weightless["gravity"] = 0.0
         #: The model without any force but those of constraints.
@@ -147,7 +148,7 @@ class Mechanism:
         self._models: dict[str, Any] = {}
         #: Equilibria of elastic parts, None without any.
         self.elastic = _elastic(self) if has_elastic_parts(model) else None
-        self._digest = _digest(self.bare if self.elastic is None else self.elastic.model, self.synchronizations, spin)
+        self._digest = _digest(self.bare if self.elastic is None else self.elastic.model, self.ties, spin)
         self.powers = np.zeros(N_POWERS)
         self.none = np.zeros(self.n_v), np.zeros(self.n_j)
 
@@ -303,11 +304,16 @@ class Mechanism:
     # ------------------------------------------------------------------------------------------------ directions
 
     def tied(self, J: Array) -> Array:
-        """Gradients of the loops between synchronised coordinates: (n, nv)."""
-        rows = self.synchronizations
-        if not rows.size:
-            return np.zeros((0, self.n_v))
-        return np.array([row["ratio_b"] * J[row["b"]] - row["ratio_a"] * J[row["a"]] for row in rows])
+        """Gradients of the sums of coordinates that loops of cables keep: (n, nv)."""
+        return np.array([self._sum(tie, J) for tie in self.ties]).reshape(len(self.ties), self.n_v)
+
+    def stretch(self, x: Array) -> Array:
+        """How far coordinates are off those sums: (n,)."""
+        return np.array([self._sum(tie, x) - tie.value for tie in self.ties])
+
+    @staticmethod
+    def _sum(tie: Tie, values: Array) -> Any:
+        return sum(ratio * values[k] for k, ratio in zip(tie.coordinates, tie.ratios, strict=True))
 
     def direction(self, k: int, held: list[int], sense: float, at: Position, *, still: bool) -> Direction:
         """How the mechanism moves with coordinate k at the rate `sense`, 1 or -1; `still` as of `power`.
@@ -428,12 +434,11 @@ class Mechanism:
         return at
 
     def _newton(self, rows: list[int], values: Array, at: Position) -> Position:
-        M, ties = at.mass, self.synchronizations
+        M = at.mass
         for _ in range(_ITERATIONS):
             x = at.x
-            stretch = ties["ratio_b"] * x[ties["b"]] - ties["ratio_a"] * x[ties["a"]] - ties["offset"]
             A = np.vstack([at.G, self.tied(at.J), at.J[rows]])
-            b = -np.concatenate([at.gaps, stretch, x[rows] - values])
+            b = -np.concatenate([at.gaps, self.stretch(x), x[rows] - values])
             off = float(np.abs(b).max(initial=0.0))
             if off <= _REACHED:
                 return at
@@ -460,9 +465,9 @@ def _elastic(mechanism: Mechanism) -> Elastic:
     return Elastic(mechanism)
 
 
-def _digest(model: Any, ties: Array, spin: Array) -> str:
+def _digest(model: Any, ties: list[Tie], spin: Array) -> str:
     """Hash of all that positions and directions follow from."""
-    found = hashlib.sha256(np.asarray(ties).tobytes() + spin.tobytes())
+    found = hashlib.sha256(repr(ties).encode() + spin.tobytes())
     waiting = [model]
     while waiting:
         for one in waiting.pop():

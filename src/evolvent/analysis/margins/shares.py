@@ -13,11 +13,9 @@ from evolvent.base.errors import InputError
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model import zeros
 from evolvent.model.family import Family, families
-from evolvent.model.shares import INERTIA, Rule, Shares
+from evolvent.model.shares import INERTIA, Rule, Shares, Tie
 
 Array = np.ndarray
-
-
 #: Shares that are no part's.
 GRAVITY, SPIN = "gravity", "spin"
 
@@ -91,6 +89,12 @@ def measured(model: Any) -> frozenset[int]:
     """Coordinates that records measure alone."""
     fields = {family: of_family(family.name).measured for family in families().values()}
     return frozenset(int(k) for family, field in fields.items() if field for k in family.records(model)[field])
+
+
+def ties_of(model: Any) -> list[Tie]:
+    """Coordinates that loops of cables tie to one another."""
+    own = [(of_family(family.name).tie, family.records(model)) for family in families().values()]
+    return [tie(row) for tie, rows in own if tie is not None for row in rows]
 
 
 def has_elastic_parts(model: Any) -> bool:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.analysis.margins import bearings, contacts, factors as of
+from evolvent.analysis.margins import contacts, factors as of
 from evolvent.analysis.margins.factors import Standard
 from evolvent.analysis.margins.lines import MarginCoordinate
 from evolvent.analysis.margins.mechanism import Direction, Mechanism, Position
@@ -217,9 +217,12 @@ def _of_rows(
 def _powers(
     mechanism: Mechanism, shares: list[Share], direction: Direction, at: Position, rows: list[int], la: Array | None
 ) -> Any:
-    """Virtual power of every share; `rows` and `la` as of `bearings.powers`, which at rest finds the multipliers."""
-    rubs = bearings.powers(mechanism, shares, direction, at, rows, la)
+    """Virtual power of every share; `rows` and `la` as of `model.shares.Shares.together`."""
+    together = dict.fromkeys(share.evaluated.together for share in shares)
+    known: dict[str, float] = {}
+    for evaluate in together:
+        known |= {} if evaluate is None else evaluate(mechanism, shares, direction, at, rows, la)
     return np.array([
-        rubs[share.label] if share.label in rubs else mechanism.power(share, at, direction, still=la is None)
+        known[share.label] if share.label in known else mechanism.power(share, at, direction, still=la is None)
         for share in shares
     ])  # fmt: skip
