@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import bearing, calls, turning
-from evolvent.kernels.bristle import SLIP
 from evolvent.base.errors import InputError
-from evolvent.kernels import bearing, calls
+from evolvent.kernels import bearing, calls, turning
 from evolvent.kernels.bearing import measure_load
+from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate, of_joint
 from evolvent.model.family import BETWEEN, EVERY, EXPLICIT, End, Family, Kind, Records, record
 from evolvent.model.powers import COUPLED_ENERGY, RUBBING
