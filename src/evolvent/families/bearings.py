@@ -186,7 +186,6 @@ BEARINGS = Family(
     tangent=tangent,
     by_rates=False,
     smooth=True,
-    shares=Shares((Rule(FRICTION),), place=7, measured="coordinate"),
     evaluate=evaluate,
     end_step=end_step,
     coupled_energy=coupled_energy,
