@@ -57,4 +57,5 @@ BEAM_LOADS = Family(
         Kind("a load on a beam by a law", which=lambda found: found["law"] != 0),
     ),
     isolated=True,
+    times=("start", "end"),
 )  # fmt: skip

@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent.kernels.ends import of_coordinate, of_joint
 from evolvent.model.family import EVERY, EXPLICIT, End, Family, Kind, Records, record
+from evolvent.model.layout import Accounts
 
 Array = np.ndarray
 _3 = (3,)
@@ -52,4 +53,5 @@ BEARINGS = Family(
     ),
     ends=_of_bearing,
     through=True,
+    accounts=(Accounts(1),),
 )  # fmt: skip

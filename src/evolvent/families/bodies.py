@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import rigid
 from evolvent.model.family import Family, Kind, record, where
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
+
+
+def _place(builder: Any, at: Any) -> Any:
+    """The origin of a body, or a point of its own."""
+    points = builder.body_points.get(at.name, {})
+    if at.on is not None and at.on not in points:
+        what = f"node {at.on}" if isinstance(at.on, int) else f"point {at.on!r}"
+        known = nearest(str(at.on), points) if points else "its key `points` names none"
+        raise InputError(f"{at.key} is {at.where!r}; {at.name!r} has no {what}; {known}")
+    return builder.on_body(at.index, points[at.on] if isinstance(at.on, str) else (0.0, 0.0, 0.0), at.on is None)
 
 
 # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
@@ -44,4 +57,6 @@ BODIES = Family(
         Kind("a free body", which=where("motion", rigid.FREE), symmetric=True),
     ),
     isolated=lambda found, _: not np.any(found["motion"] == rigid.SPIN),
+    initial={"R": "R0", "x": "x0"},
+    place=_place,
 )  # fmt: skip

@@ -8,6 +8,7 @@ from evolvent.families.contact_surfaces import is_conservative, slides_freely
 from evolvent.kernels import body_gaps, contact_laws
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.layout import Accounts
 
 Array = np.ndarray
 _3, _33, _6 = (3,), (3, 3), (6,)
@@ -80,4 +81,6 @@ BODY_CONTACTS = Family(
         ),
     ),
     ends=of_bodies("a", "b"),
+    accounts=(Accounts(lambda found: np.where(found["friction"] > 0.0, 3, 0)),),
+    rubs=lambda found: found["friction"] > 0.0,
 )  # fmt: skip

@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent.kernels import contact_laws
 from evolvent.model.family import End, Family, Kind, Records, record, where
+from evolvent.model.layout import Accounts
 
 Array = np.ndarray
 _3 = (3,)
@@ -94,6 +95,11 @@ CONTACT_SURFACES = Family(
     ),
     ends=_of_surface,
     couples=_coupled,
+    accounts=(
+        Accounts(1, field="", order=0),  # impulse of the normal forces
+        Accounts(lambda found: np.where(found["friction"] > 0.0, 3 * (found["last"] - found["first"]), 0)),
+    ),
+    rubs=lambda found: found["friction"] > 0.0,
 )  # fmt: skip
 
 # a contact point is S . (four vectors of its element). Of the step's start: gap (m), distance `offset` from the

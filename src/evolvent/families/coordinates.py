@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from evolvent.kernels import axial
+from evolvent.kernels import axial, coordinate
 from evolvent.kernels.ends import of_coordinate
+from evolvent.model import COORDINATE_ACCOUNTS
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.layout import LATCHED, Accounts, Events, Switches
 
 Array = np.ndarray
 _3 = (3,)
@@ -14,6 +18,12 @@ _3 = (3,)
 
 def _is_angle(found: Array) -> Array:
     return np.asarray(found["kind"] == axial.ANGLE)
+
+
+def _turns_and_latch(found: Array, _: Any) -> Array:
+    """Quarter turns of an angle, and whether the latch has locked: (2 n,) int."""
+    turns = [round(float(row["angle"]) / axial.QUARTER) if row["kind"] == axial.ANGLE else 0 for row in found]
+    return np.stack([turns, np.abs(found["angle"] - found["latch"]) <= coordinate.REACHED], axis=1).astype(int).ravel()
 
 
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
@@ -72,4 +82,12 @@ COORDINATES = Family(
         ),
     ),
     ends=of_coordinate,
+    accounts=(Accounts(COORDINATE_ACCOUNTS),),
+    switches=(Switches(2, _turns_and_latch),),
+    rubs=lambda found: found["friction"] > 0.0,
+    events=(
+        Events(
+            lambda found: found.size if np.any(np.isfinite(found["latch"])) else 0, lambda _, k: (k, LATCHED)
+        ),
+    ),
 )  # fmt: skip

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.kernels import custom
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
 
@@ -34,4 +35,7 @@ CUSTOM_FORCES = Family(
     ),
     ends=_of_custom,
     outside=lambda found: found["points"] == 1,
+    scratch=lambda records, _: {
+        "custom": np.zeros(max(map(custom.scratch_size, records("custom_forces")["points"].tolist()), default=0))
+    },
 )  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record, where
+from evolvent.model.layout import Events
 
 Array = np.ndarray
 
@@ -19,4 +20,5 @@ EVENTS = Family(
         Kind("an event", which=where("stops", 0), symmetric=True),
     ),
     isolated=True,
+    events=(Events(lambda found: found.size, lambda _, k: (k, "event")),),
 )  # fmt: skip

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from evolvent.kernels import joint
+from evolvent.kernels import constraint_rows, joint
 from evolvent.kernels.ends import of_joint
-from evolvent.model.family import Family, Kind, record
+from evolvent.model.family import End, Family, Kind, Records, record
+from evolvent.model.layout import Rows
 
 Array = np.ndarray
 _3 = (3,)
@@ -30,6 +33,13 @@ def _is_unbalanced(found: Array) -> Array:
 
 def _is_held(found: Array) -> Array:
     return np.asarray((found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found))
+
+
+def _rows(found: Array, records: Records) -> Iterator[tuple[int, list[End]]]:
+    """Rows of the joints that are no penalties, lengths first."""
+    held = np.flatnonzero(found["stiffness"] == 0.0).tolist()
+    for k in sorted(held, key=lambda k: found["kind"][k] not in (joint.DISTANCE, joint.CORD)):
+        yield k, list(dict.fromkeys(of_joint(found[k], records)))
 
 
 # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time; of links and guides as well. A
@@ -97,4 +107,7 @@ JOINTS = Family(
     ends=of_joint,
     isolated=lambda found, _: not np.any(_is_unbalanced(found)),
     couples=lambda row, _: iter(()),  # by its multiplier
+    times=("until",),
+    rows=Rows(constraint_rows.JOINT, _rows),
+    totals={"penalties": lambda found: np.sum(found["stiffness"] > 0.0)},
 )  # fmt: skip

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.kernels.ends import of_coordinates
+from evolvent.model import DRIVETRAIN_ACCOUNTS
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.layout import Accounts
 
 Array = np.ndarray
 
@@ -36,6 +38,8 @@ MOTORS = Family(
     ),
     ends=of_coordinates("coordinate"),
     through=True,
+    accounts=(Accounts(1),),
+    times=("until",),
 )  # fmt: skip
 
 # what motors lose before their joints (`kernels.drivetrain`), with friction as of joint coordinates; forward,
@@ -59,4 +63,6 @@ DRIVETRAINS = Family(
     ),
     ends=of_coordinates("coordinate"),
     through=True,
+    accounts=(Accounts(DRIVETRAIN_ACCOUNTS, order=315),),  # behind those of bristles
+    rubs=lambda found: np.ones(found.size, dtype=bool),
 )  # fmt: skip

@@ -2,12 +2,25 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from evolvent.base.errors import InputError, nearest
 from evolvent.model.family import Family, Kind, record
 
 Array = np.ndarray
 _3 = (3,)
+
+
+def _place(builder: Any, at: Any) -> Any:
+    """An interface node of a reduced body."""
+    names = [*builder.body_points[at.name]]
+    number = names.index(at.on) if at.on in names else at.on
+    if not isinstance(number, int) or number >= len(names):
+        found = "names no interface node of it" if at.on is None else f"has no node {at.on!r}"
+        raise InputError(f"{at.key} is {at.where!r}, which {found}; {nearest(str(at.on), names)}")
+    return builder.on_body(builder.rows["reduced_bodies"][at.index]["first_body"] + 1 + number, (0.0, 0.0, 0.0))
 
 
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
@@ -28,6 +41,7 @@ REDUCED_BODIES = Family(
         Kind("a reduced body", symmetric=True),
     ),
     isolated=True,
+    place=_place,
 )  # fmt: skip
 
 # of a step: change of the coordinate, and that over the step before

@@ -7,6 +7,7 @@ import numpy as np
 from evolvent.kernels import resistance
 from evolvent.kernels.ends import of_coordinates
 from evolvent.model.family import EVERY, EXPLICIT, Family, Kind, record, where
+from evolvent.model.layout import Accounts, Switches
 
 Array = np.ndarray
 
@@ -46,6 +47,8 @@ RESISTANCES = Family(
     ),
     ends=of_coordinates("coordinate"),
     through=True,
+    accounts=(Accounts(1),),
+    switches=(Switches(1, lambda found, _: found["start"]),),
 )  # fmt: skip
 
 # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the
@@ -64,4 +67,6 @@ BRISTLES = Family(
     record("kind account", "stick limit", "before force0 force slips"),
     order=310,
     of="resistances",
+    accounts=(Accounts(1, start="force0"),),
+    rubs=lambda found: np.ones(found.size, dtype=bool),
 )  # fmt: skip

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.base.errors import InputError
 from evolvent.model.family import ENERGY, EVERY, End, Family, Kind, Records, record
 
 Array = np.ndarray
@@ -18,6 +19,30 @@ def _of_rod_element(row: Any, records: Records) -> Iterator[End]:
     if row["tape"] > 0:
         first = int(row["tape_node"])
         yield from (("vectors", int(iv)) for iv in records("tape_nodes")["iv"][first : first + 2])
+
+
+def _heat(builder: Any, name: str, load: Any) -> dict[str, int]:
+    """Free strains of the elements at a temperature of 1 K: of the mean of the factor over each."""
+    rod, index = builder.specs[name], builder.names[name][1]
+    builder.parameters(rod.material.thermal_expansion * load.means(rod.arc / rod.length))
+    first = builder.rows["rods"][index]["first_element"]
+    for row in builder.rows["rod_elements"][first : first + rod.elements]:
+        row["heated"] = 1
+    return {"rod": index}
+
+
+def _place(builder: Any, at: Any) -> Any:
+    """A node of a rod, which is a body."""
+    row = builder.rows["rods"][at.index]
+    number = at.number(row["elements"], "rod")
+    last = number == row["elements"]
+    if row["payout"] and not last and number > 0:
+        raise InputError(
+            f"{at.key} is {at.where!r}, a node of a mesh through which material flows ({at.name}.payout); give "
+            f"'{at.name}.root' or '{at.name}.tip'"
+        )
+    element = builder.rows["rod_elements"][row["first_element"] + number - last]
+    return builder.on_body(row["first_body"] + number, element["arm_b" if last else "arm_a"])
 
 
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
@@ -52,6 +77,9 @@ RODS = Family(
         Kind("a tape-spring rod", which=lambda found: found["tape"] > 0, symmetric=True),
     ),
     isolated=lambda found, _: not np.any(found["payout"] != 0) and not np.any(found["alpha"] != 0.0),
+    place=_place,
+    heat=_heat,
+    by_causes=True,
 )  # fmt: skip
 
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its

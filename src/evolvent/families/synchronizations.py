@@ -6,6 +6,7 @@ import numpy as np
 
 from evolvent.kernels.ends import of_coordinates
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.layout import Accounts
 
 Array = np.ndarray
 
@@ -27,4 +28,5 @@ SYNCHRONIZATIONS = Family(
         Kind("a synchronization", symmetric=True),
     ),
     ends=of_coordinates("a", "b"),
+    accounts=(Accounts(1),),
 )  # fmt: skip
