@@ -125,4 +125,5 @@ BEAM_LOADS = Family(
     ramps=lambda found: found["start"] + found["ramp"],
     inner=lambda found: int(np.sum(found["kind"] == FIELD)),
     end_ramps=_end_ramps,
+    times=("start", "end"),
 )  # fmt: skip

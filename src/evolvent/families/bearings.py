@@ -14,6 +14,7 @@ from evolvent.kernels.bearing import measure_load
 from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate, of_joint
 from evolvent.model.family import BETWEEN, EVERY, EXPLICIT, End, Family, Kind, Records, record
+from evolvent.model.layout import Accounts
 from evolvent.model.powers import COUPLED_ENERGY, RUBBING
 from evolvent.model.shares import FRICTION, Rule, Shares
 
@@ -193,4 +194,5 @@ BEARINGS = Family(
     until_turn=until_turn,
     kept=dict.fromkeys(("rubs", "limit", "radial_force", "axial_force", "tilting", "stored"), BETWEEN),
     shares=Shares((Rule(FRICTION),), place=7, together=_powers, measured="coordinate"),
+    accounts=(Accounts(1, order=7),),
 )  # fmt: skip

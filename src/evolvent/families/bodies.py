@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import attitude, body_step, calls, points, rigid
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION
 from evolvent.kernels.rotations import cross, rotation_about_axis, rotation_from_quaternion, turn_back
@@ -146,6 +147,16 @@ def _stand(model: Any, time: float) -> None:
         bodies[scratch] = 0.0
 
 
+def _place(builder: Any, at: Any) -> Any:
+    """The origin of a body, or a point of its own."""
+    points = builder.body_points.get(at.name, {})
+    if at.on is not None and at.on not in points:
+        what = f"node {at.on}" if isinstance(at.on, int) else f"point {at.on!r}"
+        known = nearest(str(at.on), points) if points else "its key `points` names none"
+        raise InputError(f"{at.key} is {at.where!r}; {at.name!r} has no {what}; {known}")
+    return builder.on_body(at.index, points[at.on] if isinstance(at.on, str) else (0.0, 0.0, 0.0), at.on is None)
+
+
 # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
 # acceleration, m/s2; of thread that moves with the body (`kernels.thread.step`): carried (kg), moment, own
 # (inertia), and spin0, spin1, momentum by turning on spools at both ends of a step, body axes; torque: on a free
@@ -209,4 +220,6 @@ BODIES = Family(
     kept={"F": CLEARED},
     points=_centre,
     stand=_stand,
+    initial={"R": "R0", "x": "x0"},
+    place=_place,
 )  # fmt: skip

@@ -11,6 +11,7 @@ from evolvent.families.contact_surfaces import RULES, is_conservative, pressing,
 from evolvent.kernels import body_gaps, calls, contact, contact_laws, contact_tangent, surfaces, turning
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import BETWEEN, SUMMED, Family, Kind, record
+from evolvent.model.layout import Accounts
 from evolvent.model.powers import CONTACTS, RUBBING
 from evolvent.model.questions import AdjointSupport, Bound
 from evolvent.model.shares import Contact, Shares
@@ -249,4 +250,5 @@ BODY_CONTACTS = Family(
     settle=lambda model, _: contact.end_bodies(model),
     presses=lambda model: model.body_contacts["force"] > 0.0,
     no_balance=_no_balance,
+    accounts=(Accounts(lambda found: np.where(found["friction"] > 0.0, 3, 0), order=10),),
 )  # fmt: skip

@@ -10,6 +10,7 @@ import numpy as np
 from evolvent.kernels import calls, contact, contact_laws, contact_tangent, surfaces, turning
 from evolvent.model import IMPULSE, N_ACCOUNTS
 from evolvent.model.family import BETWEEN, NEARER, SUMMED, End, Family, Kind, Records, record, where
+from evolvent.model.layout import Accounts
 from evolvent.model.powers import CONTACTS, RUBBING
 from evolvent.model.shares import FRICTION, NORMAL, RUBS, SPRING, Contact, Rule, Shares
 
@@ -279,6 +280,10 @@ CONTACT_SURFACES = Family(
     settle=lambda model, y: contact.end_points(y, model),
     inner=_inner,
     presses=_presses,
+    accounts=(
+        Accounts(1, field="", order=0),  # impulse of the normal forces
+        Accounts(lambda found: np.where(found["friction"] > 0.0, 3 * (found["last"] - found["first"]), 0), order=9),
+    ),
 )  # fmt: skip
 
 

@@ -11,8 +11,9 @@ import numpy as np
 from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent, turning
 from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate
-from evolvent.model import FRICTION_FORCE, KEPT
+from evolvent.model import COORDINATE_ACCOUNTS, FRICTION_FORCE, KEPT
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.layout import LATCHED, Accounts, Events, Switches
 from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, JOINTS, RUBBING
 from evolvent.model.questions import AdjointSupport
 from evolvent.model.records import BY_FRICTION
@@ -178,6 +179,12 @@ def friction_power(model):
     return power
 
 
+def _turns_and_latch(found: Array, _: Any) -> Array:
+    """Quarter turns of an angle, and whether the latch has locked: (2 n,) int."""
+    turns = [round(float(row["angle"]) / axial.QUARTER) if row["kind"] == axial.ANGLE else 0 for row in found]
+    return np.stack([turns, np.abs(found["angle"] - found["latch"]) <= coordinate.REACHED], axis=1).astype(int).ravel()
+
+
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
 # beam's slope (on 1, at iq, iv) or `local` of the body `other` (on 0); kind 1: travel along the body's `axis` from
 # its point `zero` to a second point. switch: the first of two switches, the angle in quarter turns, rounded, and 1
@@ -261,4 +268,14 @@ COORDINATES = Family(
     until_turn=until_turn,
     friction_power=friction_power,
     rubbed=lambda found: iter([found["account"] + BY_FRICTION]),
+    accounts=(Accounts(COORDINATE_ACCOUNTS, order=1),),
+    switches=(Switches(2, _turns_and_latch, order=1),),
+    rubs=lambda found: found["friction"] > 0.0,
+    events=(
+        Events(
+            lambda found: found.size if np.any(np.isfinite(found["latch"])) else 0,
+            lambda _, k: (k, LATCHED),
+            order=2,
+        ),
+    ),
 )  # fmt: skip

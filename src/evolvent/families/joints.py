@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, joint, joint_tangent, sides
+from evolvent.kernels import calls, constraint_rows, joint, joint_tangent, sides
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_joint
-from evolvent.model.family import Family, Kind, record
+from evolvent.model.family import End, Family, Kind, Records, record
+from evolvent.model.layout import Rows
 from evolvent.model.powers import COUPLED_ENERGY, JOINTS as DISSIPATED
 from evolvent.model.questions import DRIVE, AdjointSupport, Law
 from evolvent.model.shares import Shares
@@ -178,6 +179,13 @@ def coupled_energy(t, model):
     return found
 
 
+def _rows(found: Array, records: Records) -> Iterator[tuple[int, list[End]]]:
+    """Rows of the joints that are no penalties, lengths first."""
+    held = np.flatnonzero(found["stiffness"] == 0.0).tolist()
+    for k in sorted(held, key=lambda k: found["kind"][k] not in (joint.DISTANCE, joint.CORD)):
+        yield k, list(dict.fromkeys(of_joint(found[k], records)))
+
+
 # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time; of links and guides as well. A
 # side is a vector: of coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a
 # node (on 2, at iq, iv); the third side is the direction of ALONG; nodes: 1 where a side is of a beam; path: how
@@ -267,4 +275,7 @@ JOINTS = Family(
     uneven=_uneven,
     evaluate=evaluate,
     coupled_energy=coupled_energy,
+    times=("until",),
+    rows=Rows(constraint_rows.JOINT, _rows),
+    totals={"penalties": lambda found: np.sum(found["stiffness"] > 0.0)},
 )  # fmt: skip

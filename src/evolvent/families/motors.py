@@ -15,8 +15,9 @@ from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.coordinate_laws import BY_LAW, BY_MOTION, BY_PROFILE
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import OfCoordinates
-from evolvent.model import FRICTION_FORCE
+from evolvent.model import DRIVETRAIN_ACCOUNTS, FRICTION_FORCE
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.layout import Accounts
 from evolvent.model.powers import RUBBING
 from evolvent.model.questions import DRIVE, AdjointSupport, Law, Moment
 from evolvent.model.records import BY_GEAR, BY_HYSTERESIS
@@ -159,6 +160,8 @@ MOTORS = Family(
     explicit_force=explicit_force,
     end_step=end_step,
     evaluate=False,
+    accounts=(Accounts(1, order=2),),
+    times=("until",),
 )  # fmt: skip
 
 
@@ -266,4 +269,6 @@ DRIVETRAINS = Family(
     friction_power=friction_power,
     evaluate=False,
     rubbed=lambda found: iter([found["account"] + BY_HYSTERESIS, found["account"] + BY_GEAR]),
+    accounts=(Accounts(DRIVETRAIN_ACCOUNTS, order=6),),
+    rubs=lambda found: np.ones(found.size, dtype=bool),
 )  # fmt: skip

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.base.errors import InputError, nearest
 from evolvent.families.bodies import node_point
 from evolvent.kernels import calls, reduced
 from evolvent.kernels.blocks import SCALAR
@@ -87,6 +88,16 @@ def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Ite
             yield place, point
 
 
+def _place(builder: Any, at: Any) -> Any:
+    """An interface node of a reduced body."""
+    names = [*builder.body_points[at.name]]
+    number = names.index(at.on) if at.on in names else at.on
+    if not isinstance(number, int) or number >= len(names):
+        found = "names no interface node of it" if at.on is None else f"has no node {at.on!r}"
+        raise InputError(f"{at.key} is {at.where!r}, which {found}; {nearest(str(at.on), names)}")
+    return builder.on_body(builder.rows["reduced_bodies"][at.index]["first_body"] + 1 + number, (0.0, 0.0, 0.0))
+
+
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
 # of the modal coordinates at iq, iv; mass: of each of them
 REDUCED_BODIES = Family(
@@ -127,6 +138,7 @@ REDUCED_BODIES = Family(
     evaluate=evaluate,
     sizes=_sizes,
     points=_points,
+    place=_place,
 )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from evolvent.kernels import calls, resistance, turning
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model import zeros
 from evolvent.model.family import EVERY, EXPLICIT, Family, Kind, record, where
+from evolvent.model.layout import Accounts, Switches
 from evolvent.model.powers import RUBBING
 from evolvent.model.shares import ADHESION, HARNESS, SPRING, Rule, Shares
 
@@ -197,6 +198,8 @@ RESISTANCES = Family(
     evaluate=False,
     rubbed=lambda found: iter([found["account"]]),
     no_balance=_no_balance,
+    accounts=(Accounts(1, order=4),),
+    switches=(Switches(1, lambda found, _: found["start"], order=3),),
 )  # fmt: skip
 
 # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the
@@ -225,4 +228,6 @@ BRISTLES = Family(
     order=250,
     of="resistances",
     contact_set=contact_set,
+    accounts=(Accounts(1, start="force0", order=5),),
+    rubs=lambda found: np.ones(found.size, dtype=bool),
 )  # fmt: skip

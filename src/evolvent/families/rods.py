@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.base.errors import InputError
 from evolvent.families.bodies import node_point
 from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent, thermal
 from evolvent.kernels.blocks import SCALAR
@@ -163,6 +164,30 @@ def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Ite
     yield from along(name, found)
 
 
+def _heat(builder: Any, name: str, load: Any) -> dict[str, int]:
+    """Free strains of the elements at a temperature of 1 K: of the mean of the factor over each."""
+    rod, index = builder.specs[name], builder.names[name][1]
+    builder.parameters(rod.material.thermal_expansion * load.means(rod.arc / rod.length))
+    first = builder.rows["rods"][index]["first_element"]
+    for row in builder.rows["rod_elements"][first : first + rod.elements]:
+        row["heated"] = 1
+    return {"rod": index}
+
+
+def _place(builder: Any, at: Any) -> Any:
+    """A node of a rod, which is a body."""
+    row = builder.rows["rods"][at.index]
+    number = at.number(row["elements"], "rod")
+    last = number == row["elements"]
+    if row["payout"] and not last and number > 0:
+        raise InputError(
+            f"{at.key} is {at.where!r}, a node of a mesh through which material flows ({at.name}.payout); give "
+            f"'{at.name}.root' or '{at.name}.tip'"
+        )
+    element = builder.rows["rod_elements"][row["first_element"] + number - last]
+    return builder.on_body(row["first_body"] + number, element["arm_b" if last else "arm_a"])
+
+
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
 # tape: 1 + tape of which the section flattens, or 0; payout: 1 where the length that is out follows a drive
 # (`kernels.rod_payout`): density and gyration, mass and inertia per length; out, rate, acceleration: of the length;
@@ -220,6 +245,9 @@ RODS = Family(
     sizes=_sizes,
     bending=_bending,
     points=_points,
+    place=_place,
+    heat=_heat,
+    by_causes=True,
 )  # fmt: skip
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from evolvent.kernels import calls, coordinate_laws, coordinate_tangent
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.layout import Accounts
 from evolvent.model.questions import AdjointSupport, never
 from evolvent.model.shares import DAMPING, SPRING, Rule, Shares, Tie
 
@@ -89,4 +90,5 @@ SYNCHRONIZATIONS = Family(
     end_step=end_step,
     coupled_energy=coupled_energy,
     evaluate=False,
+    accounts=(Accounts(1, order=3),),
 )  # fmt: skip

@@ -19,7 +19,7 @@ import numpy as np
 from evolvent.base import plugins
 from evolvent.base.errors import InputError
 from evolvent.compiled import lookups
-from evolvent.model.layout import Accounts, Switches
+from evolvent.model.layout import Accounts, Events, Rows, Switches
 from evolvent.model.questions import (
     AdjointSupport,
     Bound,
@@ -177,16 +177,22 @@ class Family:
         (`results.observe.Observed`), which may be changed; before it these are the fields of the record in `results`
     place : function of the builder and a reference (`assembly.references.Named`) to the point of a part that it names
         (`assembly.references.Location`), for families on whose parts there are points
-    accounts, switches : what its records have in the state (`model.layout`)
+    accounts, switches, events : what its records have in the state, and what solvers find of them (`model.layout`)
+    rows : rows of constraint under explicit methods; None for none
+    unmet : function of the name of a part, and of gap, rate and value of its row of the family `joints` and whether it
+        moves at the start, to a sentence on why the start does not meet the constraint; '' where it does. None of
+        parts that are no constraints of their own
     by_causes : whether the accounts of explicit methods tell apart what dissipates energy in a model with its records
     rubs : function of its records to those with friction that slips under explicit methods; None for none
-    events : function of its records to how many events of solvers they have; None for none
     times : fields that hold times at which a record starts or ceases to act, on which solvers land
     totals : numbers of its records that are fields of the model's `info`, functions of the records by the field
     offsets : fields that hold indices of velocities in the state, -1 for none, which parts count from the first one
     initial : fields of the record with what its scratch fields are at the start, by these
     scratch : function of `Records` and the builder to arrays of the model that its records need, whether there are some
         or none; None for none
+    heat : function of the builder, the name of a part and a thermal load on it; writes the constants of its elements
+        among the parameters, and returns the fields of a record of `thermal_loads` that are its own; None where no
+        thermal load acts
     check : function of the builder that refuses what its parts cannot be together with others; None for none
     laws : users' laws that records call
     means : function of its records to those that act over a step of energy-momentum as means of what is no user's law
@@ -286,14 +292,17 @@ class Family:
     place: Callable[[Any, Any], Any] | None = None
     accounts: tuple[Accounts, ...] = ()
     switches: tuple[Switches, ...] = ()
+    events: tuple[Events, ...] = ()
+    rows: Rows | None = None
+    unmet: Callable[[str, float, float, float, bool], str] | None = None
     by_causes: bool = False
     rubs: Callable[[Array], Array] | None = None
-    events: Callable[[Array], int] | None = None
     times: tuple[str, ...] = ()
     totals: Mapping[str, Callable[[Array], int]] = dataclasses.field(default_factory=dict)
     offsets: tuple[str, ...] = ("iv",)
     initial: Mapping[str, str] = dataclasses.field(default_factory=dict)
     scratch: Callable[[Records, Any], Mapping[str, Array]] | None = None
+    heat: Callable[[Any, str, Any], dict[str, int]] | None = None
     check: Callable[[Any], None] | None = None
     laws: tuple[Law, ...] = ()
     means: Callable[[Array], Array] | None = None
@@ -430,6 +439,12 @@ def forget_steps(model: Any) -> None:
     """Make all records of a model forget the steps before."""
     for forget in asked("forget").values():
         forget(model)
+
+
+def events() -> list[tuple[Family, Events]]:
+    """Events of all families, in the order of their numbers."""
+    own = ((family, one) for family in families().values() for one in family.events)
+    return sorted(own, key=lambda found: found[0].order if found[1].order is None else found[1].order)
 
 
 def asked(question: str) -> dict[str, Any]:
