@@ -8,7 +8,8 @@ import numpy as np
 
 from evolvent import System, elements, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.families import bodies_of, rod_arms
+from evolvent.assembly.families import bodies_of
+from evolvent.families.rods import arms
 from families.beams import BETA, ORIGIN, SIGMA
 from families.case import Array, Case, columns, of
 
@@ -23,7 +24,7 @@ def node(assembly: Assembly, y: Array, name: str, which: int) -> Array:
     body = bodies_of(assembly.model, "rods", index)[which]
     q = int(assembly.model.bodies["iq"][body])
     x, (w, *v) = y[..., q : q + 3], np.moveaxis(y[..., q + 3 : q + 7], -1, 0)
-    arm, vector = rod_arms(assembly.model, index)[which], np.stack(v, axis=-1)
+    arm, vector = arms(assembly.model, index)[which], np.stack(v, axis=-1)
     twice = 2.0 * np.cross(vector, np.broadcast_to(arm, vector.shape))
     return np.asarray(x + arm + w[..., None] * twice + np.cross(vector, twice))
 

@@ -1,4 +1,4 @@
-"""A family from outside the package: a rotary damper, a viscous torque between two bodies about an axis of the first."""
+"""A family from outside the package: a rotary damper, a viscous torque between two bodies."""
 
 from __future__ import annotations
 
@@ -74,13 +74,13 @@ ROTARY_DAMPERS = Family(
     },
     kinds=(Kind("a rotary damper", symmetric=True),),
     ends=of_bodies("a", "b"),
-    force=force, tangent=tangent, category=DAMPING, smooth=True, stiff=False,
+    force=force, tangent=tangent, evaluate=force, category=DAMPING, smooth=True, stiff=False,
     adjoint=AdjointSupport("its torque follows from the state, with all derivatives", timed=False),
 )  # fmt: skip
 
 
 class RotaryDamper(Part):
-    """A viscous torque, `damping` (N m s/rad) times the rate of body `b` against body `a`, about `axis`, fixed to `a`."""
+    """A viscous torque, `damping` times the rate of body `b` against body `a`, about `axis`, fixed to `a`."""
 
     kind: Literal["rotary-damper"] = "rotary-damper"
     a: BodyName

@@ -134,13 +134,6 @@ def bodies_of(model: Model, family: str, index: int) -> range:
     return range(0) if consists is None else consists(records(model, family)[index], index)
 
 
-def rod_arms(model: Model, index: int) -> Array:
-    """Nodes of a rod as seen from its bodies' centres: (n + 1, 3), m, body axes."""
-    row = model.rods[index]
-    elements = model.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
-    return np.concatenate([elements["arm_a"], elements["arm_b"][-1:]])
-
-
 def _refusal(assembly: Any, name: str, index: int, kind: Kind | None) -> tuple[str, str, str]:
     """Name of a part, what it is, and what to use instead."""
     what = kind.name if kind is not None else f"one of the {name}"

@@ -387,6 +387,15 @@ if config.DISABLE_JIT:
         """The number (float64) at an address."""
         return float(ctypes.c_double.from_address(int(address)).value)
 
+    def put_number_at(address: int, value: float) -> None:
+        """Write a number (float64) at an address."""
+        ctypes.c_double.from_address(int(address)).value = value
+
+    def array_at(struct: Struct, place: int) -> int:
+        """Address of the array of a struct whose header begins at a word (`Struct._places`)."""
+        names = {at: name for name, at in type(struct)._places.items()}
+        return address(getattr(struct, names[int(place)]))
+
 else:
 
     @intrinsic
@@ -397,6 +406,26 @@ else:
             return builder.load(builder.inttoptr(args[0], ir.DoubleType().as_pointer()))
 
         return types.float64(types.int64), codegen
+
+    @intrinsic
+    def put_number_at(typing_context, address, value):  # type: ignore[no-untyped-def]
+        """Write a number (float64) at an address."""
+
+        def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
+            builder.store(args[1], builder.inttoptr(args[0], ir.DoubleType().as_pointer()))
+            return context.get_dummy_value()
+
+        return types.void(types.int64, types.float64), codegen
+
+    @intrinsic
+    def array_at(typing_context, struct, place):  # type: ignore[no-untyped-def]
+        """Address of the array of a struct whose header begins at a word (`Struct._places`)."""
+
+        def codegen(context, builder, sig, args):  # type: ignore[no-untyped-def]
+            words = builder.bitcast(args[0], ir.IntType(64).as_pointer())
+            return builder.load(builder.gep(words, [args[1]]))
+
+        return types.int64(struct, types.int64), codegen
 
 
 def has_addresses(kind: types.Type) -> bool:

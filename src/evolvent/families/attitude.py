@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import attitude, attitude_tangent, calls, rigid
+from evolvent.kernels import attitude, attitude_tangent, calls, rigid, turning
 from evolvent.kernels.blocks import RATE, SCALAR
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_bodies
@@ -136,6 +136,39 @@ def _controllers_bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Itera
     return iter(())
 
 
+@calls.force
+def evaluate(interval, model):
+    """Wheels, thrusters and controllers."""
+    attitude.evaluate_actuators(interval.step.t, interval.ym, model)
+
+
+@calls.force
+def end_step(interval, model):
+    """Impulses of thrusters; work of friction in wheels, and of their motors."""
+    step = interval.step
+    lost, driven = attitude.end_actuator_step(step.h, 0.5 / step.share, interval.dq, interval.y1, model)
+    interval.powers[SPRINGS] += lost
+    interval.powers[DRIVEN] += driven
+
+
+@calls.until_turn
+def until_turn(y0, y, h, model):
+    """Where a wheel turns back, whose friction is that of a stiff damper below the rate `slip`."""
+    wheels, part = model.wheels, turning.NO_TURN
+    for k in range(wheels.size):
+        if wheels[k].friction > 0.0:
+            part = min(part, turning.until_reversal(y0[wheels[k].iv], y[wheels[k].iv], wheels[k].slip))
+    return part
+
+
+def _sizes(model: Any, _: float) -> Iterator[tuple[Any, Any]]:
+    """The angle that turns the body by 1 rad."""
+    for wheel in model.wheels:
+        body, n = model.bodies[wheel["body"]], wheel["axis"]
+        about = n @ body["inertia"] @ n if body["motion"] == rigid.FREE else body["spin_inertia"]
+        yield int(wheel["iv"]), max(1.0, float(about / wheel["inertia"]))
+
+
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
 # or -1; actuators of a controller: their kind, and `count` numbers from `place` on, then how they share its torque
 WHEELS = Family(
@@ -183,8 +216,12 @@ WHEELS = Family(
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("its torque follows from the state and time, with all derivatives"),
-    coordinates=(Coordinates(_angles, 60, len),),
+    coordinates=(Coordinates(_angles, 60, len, spins=True),),
     bound=_wheels_bound,
+    evaluate=evaluate,
+    end_step=end_step,
+    until_turn=until_turn,
+    sizes=_sizes,
 )  # fmt: skip
 
 THRUSTERS = Family(
@@ -222,6 +259,8 @@ THRUSTERS = Family(
     adjoint=AdjointSupport("its force follows from the attitude and time"),
     coordinates=(Coordinates(_impulses, 90, lambda found: 0),),
     uneven=never,
+    evaluate=evaluate,
+    end_step=end_step,
 )  # fmt: skip
 
 CONTROLLERS = Family(
@@ -248,4 +287,5 @@ CONTROLLERS = Family(
     laws=(Law(DRIVE, lambda found: (found["law"] != 0) & (found["path"] == LAW)),),
     of_step=False,
     bound=_controllers_bound,
+    evaluate=evaluate,
 )  # fmt: skip

@@ -58,6 +58,23 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
             yield k
 
 
+@calls.force
+def evaluate(interval, model):
+    """All loads on beams."""
+    step = interval.step
+    beam_loads.evaluate_beam_loads(int(step.sample), interval.times, interval.ym, step.factor, model)
+
+
+def _acts_on(model: Any, k: int, _: Array, time: float) -> tuple[str, int] | None:
+    row = model.beam_loads[k]
+    acts = row["value"] != 0.0 and row["start"] <= time < row["end"]
+    return ("beams", int(row["beam"])) if acts else None
+
+
+def _end_ramps(model: Any) -> None:
+    model.beam_loads["ramp"] = 0.0
+
+
 # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
 # a node; first, last: indices of a profile, or of a law's parameters; frame: 1 of section axes; now: last value;
 # pitch: of the screw motion along which a torque acts, m/rad
@@ -103,4 +120,9 @@ BEAM_LOADS = Family(
     stiff=False,
     adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
     uneven=_uneven,
+    evaluate=evaluate,
+    acts_on=_acts_on,
+    ramps=lambda found: found["start"] + found["ramp"],
+    inner=lambda found: int(np.sum(found["kind"] == FIELD)),
+    end_ramps=_end_ramps,
 )  # fmt: skip

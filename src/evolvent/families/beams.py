@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import ancf_beams, calls
-from evolvent.kernels.ancf_beams import NODE_VECTORS
+from evolvent.kernels import ancf, ancf_beams, beam_strains, calls, thermal
+from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS, beam_energies
 from evolvent.kernels.blocks import POSITION, SLOPE
+from evolvent.kernels.sparse import add_entry
 from evolvent.model.family import ENERGY, EVERY, Family, Kind, Records, record, where
 from evolvent.model.powers import MASS_DAMPING, STIFFNESS_DAMPING
-from evolvent.model.questions import AdjointSupport, Block, Coordinates, never
+from evolvent.model.questions import AdjointSupport, Block, Coordinates, LinearizedPoint, along, never, skew
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
@@ -45,6 +46,45 @@ def _vectors(records: Records, pools: Mapping[str, Any]) -> Iterator[Block]:
         for i, mass in enumerate(_nodal_masses(beam, records("elements"), pools["M"])):
             kind = SLOPE if i % vectors else POSITION
             yield Block(kind, beam["iq"] + 3 * i, beam["iv"] + 3 * i, b, mass, i // vectors)
+
+
+@calls.force
+def evaluate(interval, model):
+    """Strains, forces, energies, momenta and nodes of all beams, with their free strains."""
+    step = interval.step
+    if model.thermal_loads.size > 0:
+        thermal.heat_beams(step.t, step.factor, model)
+    beam_strains.evaluate_beams(interval.ym, model)
+    beam_strains.evaluate_sums(interval.ym, model)
+    beam_strains.evaluate_nodes(int(step.sample), interval.ym, model)
+
+
+def _bending(model: Any, y: Array) -> float:
+    found = np.zeros(3)
+    beam_energies(y, 0, model.elements.size, model, found)
+    return float(found[2])
+
+
+def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Iterator[tuple[str, LinearizedPoint]]:
+    """Nodes; rotations of a section, of a cable those of its axis, which has no twist."""
+    row = assembly.model.beams[index]
+    vectors = NODE_VECTORS[row["kind"]]
+    size, found = 3 * vectors, []
+    for i in range(int(row["nodes"])):
+        node = y[row["iq"] + size * i : row["iq"] + size * (i + 1)].reshape(vectors, 3)
+        at = where.start + size * i
+        displacement = np.zeros((3, size))
+        displacement[:, :3] = np.eye(3)
+        rotation = np.zeros((3, size))
+        if row["kind"] != BEAM:
+            rotation[:, 3:] = skew(node[1]) / (node[1] @ node[1])
+        else:
+            # least squares of theta x r = dr for both directions across
+            across = node[2:]
+            A = sum((r @ r) * np.eye(3) - np.outer(r, r) for r in across)
+            rotation[:, 6:] = np.linalg.solve(A, np.hstack([skew(r) for r in across]))
+        found.append(LinearizedPoint(node[0].copy(), slice(at, at + size), displacement, rotation))
+    yield from along(name, found)
 
 
 # beams; a node's coordinates stand together, node after node; first_node: number of the first among
@@ -84,8 +124,11 @@ BEAMS = Family(
     adjoint=AdjointSupport(
         "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False,
     ),
-    coordinates=(Coordinates(_vectors, 10, lambda found: 6 * found.size),),
+    coordinates=(Coordinates(_vectors, 10, lambda found: 6 * found.size, first=2.0),),
     uneven=never,
+    evaluate=evaluate,
+    bending=_bending,
+    points=_points,
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod
@@ -154,6 +197,31 @@ def explicit_rate(interval, model):
     ancf_beams.beam_rates(interval.ym, model, interval.rates)
 
 
+@calls.note
+def note_step(model):
+    """What elements have changed by."""
+    ancf.note_changes(model.elements)
+
+
+@calls.turning_tangent
+def turning_tangent(factor, spin, y, model, matrix):
+    """Derivatives of the forces by a steady turn."""
+    n_q, elements, beams = model.info.nq, model.elements, model.beams
+    square = spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]
+    for k in range(elements.size):
+        n = 2 * ancf_beams.NODE_VECTORS[beams[elements[k].beam].kind]
+        M = model.M[elements[k].mass]
+        at = elements[k].iv - n_q
+        for i in range(n):
+            for j in range(n):
+                if M[i, j] == 0.0:
+                    continue
+                for c in range(3):
+                    for e in range(3):
+                        value = spin[c] * spin[e] - (square if c == e else 0.0)
+                        add_entry(matrix, at + 3 * i + c, at + 3 * j + e, factor * M[i, j] * value)
+
+
 # form, bending, mass: indices in the pools of the model, bending of the form of that alone; force, tangent,
 # energy: indices (`jit.slot`) of `kernels.element_calls`; stretch: 1 of a cable with engineering strain;
 # section: index among the parameters of what `beam_strains` needs; changes: of products, stretches and curvatures
@@ -193,4 +261,7 @@ ELEMENTS = Family(
     momentum=momentum,
     explicit_force=explicit_force,
     explicit_rate=explicit_rate,
+    note_step=note_step,
+    turning_tangent=turning_tangent,
+    evaluate=False,
 )  # fmt: skip

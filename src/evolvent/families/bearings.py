@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.kernels import bearing, calls
+from evolvent.kernels import bearing, calls, turning
 from evolvent.kernels.bearing import measure_load
+from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate, of_joint
-from evolvent.model.family import EVERY, EXPLICIT, End, Family, Kind, Records, record
-from evolvent.model.powers import COUPLED_ENERGY
+from evolvent.model.family import BETWEEN, EVERY, EXPLICIT, End, Family, Kind, Records, record
+from evolvent.model.powers import COUPLED_ENERGY, RUBBING
 from evolvent.model.shares import FRICTION, Rule, Shares
 
 Array = np.ndarray
@@ -112,6 +113,43 @@ def tangent(interval, model, matrix):
     bearing.add_bearing_tangents(interval.step.scale, interval.la, model, matrix)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Coordinates and rates of all bearings."""
+    bearing.note_bearings(model)
+
+
+@calls.force
+def end_step(interval, model):
+    """Accounts of all bearings, anchors of their bristles, and what these have taken."""
+    interval.powers[RUBBING] += bearing.end_bearings(interval.step.share, interval.y1, model)
+
+
+@calls.stored
+def coupled_energy(t, model):
+    """Energy of the bristles."""
+    return bearing.bearing_energy(model)
+
+
+@calls.contact_set
+def contact_set(found, model):
+    """Which bearings slide."""
+    for k in range(model.bearings.size):
+        found = 3 * found + 1 + int(model.bearings[k].slips)
+    return found
+
+
+@calls.until_turn
+def until_turn(y0, y, h, model):
+    """Where the friction of a bearing turns back."""
+    bearings, coordinates, part = model.bearings, model.coordinates, turning.NO_TURN
+    for k in range(bearings.size):
+        c, start = bearings[k].coordinate, bearings[k].stick * bearings[k].bristle0
+        a, b = coordinates[c].start_rate, coordinates[c].end_rate
+        part = min(part, turning.until_turn_of(SLIP, bearings[k].stick, bearings[k].limit, start, a, b, h))
+    return part
+
+
 # friction by the reactions of a joint, whose rows are first to last, on a coordinate of its own
 # (`kernels.bearing`); account: of what it has dissipated. by_force, by_moment, by_axis: derivatives of the load by
 # the force and the moment on the second body, and by the axis; slips: the sense in which it slides, noted: friction
@@ -148,5 +186,11 @@ BEARINGS = Family(
     tangent=tangent,
     by_rates=False,
     smooth=True,
+    evaluate=evaluate,
+    end_step=end_step,
+    coupled_energy=coupled_energy,
+    contact_set=contact_set,
+    until_turn=until_turn,
+    kept=dict.fromkeys(("rubs", "limit", "radial_force", "axial_force", "tilting", "stored"), BETWEEN),
     shares=Shares((Rule(FRICTION),), place=7, together=_powers, measured="coordinate"),
 )  # fmt: skip

@@ -7,11 +7,22 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import body_step, calls, rigid
+from evolvent.kernels import attitude, body_step, calls, points, rigid
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION
-from evolvent.model.family import Family, Kind, Records, record, where
+from evolvent.kernels.rotations import cross, rotation_about_axis, rotation_from_quaternion, turn_back
+from evolvent.kernels.sparse import add_entry
+from evolvent.model.family import CLEARED, Family, Kind, Records, record, where
 from evolvent.model.powers import DRIVEN
-from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Felt, Law, never
+from evolvent.model.questions import (
+    DRIVE,
+    AdjointSupport,
+    Block,
+    Coordinates,
+    Felt,
+    Law,
+    LinearizedPoint,
+    never,
+)
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
@@ -63,6 +74,76 @@ def _motions(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
             yield Block(ROTATION, q + 3, v + 3, k, np.diag(body["inertia"]))
         elif body["motion"] == rigid.SPIN:
             yield Block(ANGLE, q, v, k, body["spin_inertia"])
+
+
+@calls.force
+def evaluate(interval, model):
+    """Momenta and energies of all bodies."""
+    rigid.evaluate_bodies(interval.ym, model.bodies)
+
+
+@calls.turning_tangent
+def turning_tangent(factor, spin, y, model, matrix):
+    """Derivatives of the forces by a steady turn."""
+    n_q, bodies = model.info.nq, model.bodies
+    for b in range(bodies.size):
+        if bodies[b].motion != rigid.FREE:
+            continue
+        at, J = bodies[b].iv - n_q, bodies[b].inertia
+        w = turn_back(bodies[b].R, spin[0], spin[1], spin[2])
+        p = attitude.wheel_momentum(b, y, model)
+        h = (
+            J[0, 0] * w[0] + J[0, 1] * w[1] + J[0, 2] * w[2] + p[0],
+            J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2] + p[1],
+            J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2] + p[2],
+        )
+        points.add_centrifugal(factor * bodies[b].mass, at, spin, matrix)
+        for e in range(3):
+            # a turn by the unit vector e changes w by w x e, and the torque by (w x e) x h + w x J (w x e)
+            u = cross(w[0], w[1], w[2], 1.0 * (e == 0), 1.0 * (e == 1), 1.0 * (e == 2))
+            Ju = (
+                J[0, 0] * u[0] + J[0, 1] * u[1] + J[0, 2] * u[2],
+                J[1, 0] * u[0] + J[1, 1] * u[1] + J[1, 2] * u[2],
+                J[2, 0] * u[0] + J[2, 1] * u[1] + J[2, 2] * u[2],
+            )
+            g = cross(u[0], u[1], u[2], h[0], h[1], h[2])
+            k3 = cross(w[0], w[1], w[2], Ju[0], Ju[1], Ju[2])
+            for c in range(3):
+                add_entry(matrix, at + 3 + c, at + 3 + e, factor * (g[c] + k3[c]))
+
+
+def body_point(model: Any, index: int, where: slice, y: Array) -> LinearizedPoint:
+    """A free body by its centre of mass, or one that turns about a fixed axis."""
+    row = model.bodies[index]
+    q = int(row["iq"])
+    R = np.empty((3, 3))
+    if row["motion"] == rigid.FREE:
+        rotation_from_quaternion(*y[q + 3 : q + 7], R)
+        zero = np.zeros((3, 3))
+        return LinearizedPoint(y[q : q + 3].copy(), where, np.hstack([np.eye(3), zero]), np.hstack([zero, R]))
+    rotation_about_axis(row["axis"], float(y[q]), row["R0"], R)
+    return LinearizedPoint(np.array(row["x0"]), where, None, (R @ row["axis"])[:, None])
+
+
+def node_point(model: Any, index: int, y: Array) -> LinearizedPoint:
+    """A free body that is a node of a part, by its centre of mass."""
+    at = int(model.bodies["iv"][index]) - int(model.info.nq)
+    return body_point(model, index, slice(at, at + 6), y)
+
+
+def _centre(assembly: Any, name: str, index: int, where: slice, y: Array) -> Iterator[tuple[str, LinearizedPoint]]:
+    yield name, body_point(assembly.model, index, where, y)
+
+
+def _stand(model: Any, time: float) -> None:
+    """Driven bodies stand where they are at the time; velocities and wrenches of all are cleared."""
+    y, bodies = np.zeros(int(model.info.ny)), model.bodies
+    y[bodies["iq"][bodies["motion"] == rigid.FREE] + 3] = 1.0  # quaternions of no turn
+    rigid.kinematics(time, y, model)
+    driven = bodies["motion"] == rigid.DRIVEN
+    bodies["rate"][driven], bodies["path"][driven] = 0.0, 0
+    for scratch in ("v", "w", "F"):
+        bodies[scratch] = 0.0
 
 
 # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
@@ -123,4 +204,9 @@ BODIES = Family(
         lambda model, k, blocks: rigid.body_bound(model.bodies, k, blocks),
     ),
     uneven=never,
+    evaluate=evaluate,
+    turning_tangent=turning_tangent,
+    kept={"F": CLEARED},
+    points=_centre,
+    stand=_stand,
 )  # fmt: skip

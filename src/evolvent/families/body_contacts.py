@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from evolvent.families.contact_surfaces import RULES, is_conservative, pressing, slides_freely
-from evolvent.kernels import body_gaps, calls, contact, contact_laws, contact_tangent
+from evolvent.kernels import body_gaps, calls, contact, contact_laws, contact_tangent, surfaces, turning
 from evolvent.kernels.ends import of_bodies
-from evolvent.model.family import Family, Kind, record
-from evolvent.model.powers import CONTACTS
+from evolvent.model.family import BETWEEN, SUMMED, Family, Kind, record
+from evolvent.model.powers import CONTACTS, RUBBING
 from evolvent.model.questions import AdjointSupport, Bound
 from evolvent.model.shares import Contact, Shares
 
@@ -65,6 +65,92 @@ def explicit_energy(interval, model, out):
 def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
     contact_tangent.add_body_contact_bound(model, felt["bodies"])
     return iter(())
+
+
+@calls.force
+def end_step(interval, model):
+    """The end of a step as the start of the next one; what friction and damping took, and impulses."""
+    step, rows = interval.step, model.body_contacts
+    if step.again != 0.0:
+        return
+    slip, damped = contact.end_bodies(model)
+    if step.share == 1.0:  # else `Interval.contact` has them
+        interval.powers[RUBBING] += slip
+        interval.powers[CONTACTS] += damped
+    for k in range(rows.size):
+        rows[k].impulse += step.h * rows[k].force
+
+
+@calls.contact_set
+def contact_set(found, model):
+    """Which contacts press."""
+    rows = model.body_contacts
+    for i in range(rows.size):
+        if rows[i].force != 0.0:
+            found += 104729 * (i * i + 1)
+    return found
+
+
+@calls.rates
+def measure_rates(y, model):
+    """Sliding velocities of contacts that touch."""
+    turning.measure_body_slides(model)
+
+
+@calls.note
+def keep_rates(model):
+    """Sliding velocities of all contacts."""
+    turning.keep_slides(model.body_contacts)
+
+
+@calls.until_turn
+def until_turn(y0, y, h, model):
+    """Where the friction of a contact turns back."""
+    part = turning.NO_TURN
+    for k in range(model.body_contacts.size):
+        row = model.body_contacts[k]
+        if row.friction > 0.0:
+            part = min(part, turning.until_contact_turns(row, row, h))
+    return part
+
+
+@calls.power
+def friction_power(model):
+    """Power of the frictions of all contacts."""
+    return -turning.contact_power(model.body_contacts)
+
+
+def _forget(model: Any) -> None:
+    contact.clear_history(model.body_contacts)
+    model.body_contacts["energy"] = model.body_contacts["impulse"] = 0.0
+
+
+def _at_rest(model: Any) -> None:
+    _forget(model)
+    model.body_contacts["bristle_damping"], model.body_contacts["impulse"] = 0.0, np.nan
+
+
+#: Distance beside the radius below which the normal of a contact that presses jumps.
+NEAR = 1e-7
+
+
+def _no_balance(model: Any, _: float, y: Array) -> Iterator[tuple[int, str]]:
+    """Contacts that press where their normal jumps.
+
+    At a centre or axis, where a point lies on an edge of the core of a box, which is the box less its rounding, and
+    where edges cross in one plane, as of boxes that are flush: round-off alone has a direction there.
+    """
+    for k, row in enumerate(model.body_contacts):
+        small = NEAR * float(row["radius"])
+        if row["surface"] == surfaces.PLANE or not row["force"] > 0.0 or abs(row["distance"]) > small:
+            continue
+        place = np.abs([row["u1"], row["v1"], row["w1"]])
+        if row["surface"] != body_gaps.BOX or np.sum(place >= row["sides"] - small) > 1:
+            why = (
+                f"is {-row['gap1']:.3g} m deep, where its force of {row['force']:.3g} N has no direction: this is no "
+                f"equilibrium; use a greater `stiffness`, of boxes also a greater `rounding`"
+            )
+            yield k, why
 
 
 # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
@@ -148,4 +234,19 @@ BODY_CONTACTS = Family(
         },
     ),
     bound=_bound,
+    evaluate=False,
+    end_step=end_step,
+    contact_set=contact_set,
+    measure_rates=measure_rates,
+    keep_rates=keep_rates,
+    until_turn=until_turn,
+    friction_power=friction_power,
+    kept=dict.fromkeys(("on_a", "on_b", "rubbing", "c", "force", "gap1", "energy"), BETWEEN) | {"impulse": SUMMED},
+    forget=_forget,
+    rubs=lambda found: found["friction"] > 0.0,
+    static_friction=lambda found: found["friction"] > 0.0,
+    at_rest=_at_rest,
+    settle=lambda model, _: contact.end_bodies(model),
+    presses=lambda model: model.body_contacts["force"] > 0.0,
+    no_balance=_no_balance,
 )  # fmt: skip

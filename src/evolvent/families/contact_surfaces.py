@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, contact, contact_laws, contact_tangent, surfaces
+from evolvent.kernels import calls, contact, contact_laws, contact_tangent, surfaces, turning
 from evolvent.model import IMPULSE, N_ACCOUNTS
-from evolvent.model.family import End, Family, Kind, Records, record, where
-from evolvent.model.powers import CONTACTS
+from evolvent.model.family import BETWEEN, NEARER, SUMMED, End, Family, Kind, Records, record, where
+from evolvent.model.powers import CONTACTS, RUBBING
 from evolvent.model.shares import FRICTION, NORMAL, RUBS, SPRING, Contact, Rule, Shares
 
 Array = np.ndarray
@@ -116,6 +116,89 @@ def _is_undetermined(row: Any) -> str:
     return "turns of a beam press on one another as they were wound, which no coordinate says"
 
 
+@calls.force
+def evaluate(interval, model):
+    """All contact points of beams."""
+    contact.evaluate_points(interval.ym, model)
+
+
+@calls.force
+def end_step(interval, model):
+    """The end of a step as the start of the next one; what friction and damping took, and impulses."""
+    step, rows = interval.step, model.contact_surfaces
+    if step.again != 0.0:
+        return
+    slip, damped = contact.end_points(interval.y1, model)
+    if step.share == 1.0:  # else `Interval.contact` has them
+        interval.powers[RUBBING] += slip
+        interval.powers[CONTACTS] += damped
+    for k in range(rows.size):
+        rows[k].impulse += step.h * rows[k].normal
+
+
+@calls.contact_set
+def contact_set(found, model):
+    """Which contact points press."""
+    points = model.contact_points
+    for i in range(points.size):
+        if points[i].force != 0.0:
+            found += i * i + 1
+    return found
+
+
+@calls.rates
+def measure_rates(y, model):
+    """Sliding velocities of contact points that touch."""
+    turning.measure_point_slides(y, model)
+
+
+@calls.note
+def keep_rates(model):
+    """Sliding velocities of contact points."""
+    turning.keep_slides(model.contact_points)
+
+
+@calls.until_turn
+def until_turn(y0, y, h, model):
+    """Where the friction of a contact point turns back."""
+    part = turning.NO_TURN
+    for k in range(model.contact_surfaces.size):
+        row = model.contact_surfaces[k]
+        for i in range(row.first, row.last if row.friction > 0.0 else row.first):
+            part = min(part, turning.until_contact_turns(model.contact_points[i], row, h))
+    return part
+
+
+@calls.power
+def friction_power(model):
+    """Power of the frictions of contact points."""
+    return -turning.contact_power(model.contact_points)
+
+
+def _forget(model: Any) -> None:
+    points = model.contact_points
+    contact.clear_history(points)
+    points["rest"], points["rest1"], points["carrier"] = 0.0, 0.0, -1
+    model.contact_surfaces["impulse"] = 0.0
+
+
+def _at_rest(model: Any) -> None:
+    _forget(model)
+    model.contact_surfaces["bristle_damping"] = 0.0
+
+
+def _inner(found: Array) -> int:
+    """Of turns on one another."""
+    layers = found[found["under"] >= 0]
+    return int(np.sum((layers["last"] - layers["first"]) * np.where(layers["friction"] > 0.0, 3, 1)))
+
+
+def _presses(model: Any) -> Array:
+    rows, force = model.contact_surfaces, model.contact_points["force"]
+    points = [bool(np.any(force[row["first"] : row["last"]] > 0.0)) for row in rows]
+    return np.asarray((rows["normal"] > 0.0) | np.array(points, dtype=bool))
+
+
 # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
 # under: -1, or the beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`;
 # account: index in the state of the bristle of its first point under explicit methods, three numbers a point;
@@ -181,7 +264,38 @@ CONTACT_SURFACES = Family(
     reads_inertia=False,
     smooth=lambda found: found["under"] < 0,
     shares=Shares(RULES, place=8, contact=Contact(pressing, _is_undetermined)),
+    evaluate=evaluate,
+    end_step=end_step,
+    contact_set=contact_set,
+    measure_rates=measure_rates,
+    keep_rates=keep_rates,
+    until_turn=until_turn,
+    friction_power=friction_power,
+    kept=dict.fromkeys(("force", "moment", "normal", "energy"), BETWEEN) | {"touching": NEARER, "impulse": SUMMED},
+    forget=_forget,
+    rubs=lambda found: found["friction"] > 0.0,
+    static_friction=lambda found: found["friction"] > 0.0,
+    at_rest=_at_rest,
+    settle=lambda model, y: contact.end_points(y, model),
+    inner=_inner,
+    presses=_presses,
 )  # fmt: skip
+
+
+@calls.note
+def keep_friction(model):
+    """Frictions of all contact points by their last forces."""
+    points = model.contact_points
+    for i in range(points.size):
+        f, n, lam, drag = points[i].f, points[i].n, points[i].force, points[i].rubbing
+        for j in range(3):
+            drag[j] = f[j] - lam * n[j] if lam > 0.0 else 0.0
+
+
+def _any_rubs(records: Records) -> bool:
+    """Whether a contact point of beams has friction."""
+    return bool(np.any(records("contact_surfaces")["friction"] > 0.0))
+
 
 # a contact point is S . (four vectors of its element). Of the step's start: gap (m), distance `offset` from the
 # axis and place `xi` on it (m), point `anchor` in body axes (m), bristle `stick` (m) and friction `drag` (N) in the
@@ -217,4 +331,7 @@ CONTACT_POINTS = Family(
         "rubbing": ("point_friction", "N", "friction of each contact point on its beam, inertial axes"),
     },
     of="contact_surfaces",
+    keep=keep_friction,
+    kept={"rubbing": BETWEEN},
+    keeps=_any_rubs,
 )  # fmt: skip

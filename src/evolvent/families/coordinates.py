@@ -8,12 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent
+from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent, turning
+from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate
-from evolvent.model import KEPT
+from evolvent.model import FRICTION_FORCE, KEPT
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, JOINTS
+from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, JOINTS, RUBBING
 from evolvent.model.questions import AdjointSupport
+from evolvent.model.records import BY_FRICTION
 from evolvent.model.shares import DAMPING, FRICTION, SPRING, Rule, Shares
 
 Array = np.ndarray
@@ -28,16 +30,16 @@ def _is_angle(found: Array) -> Array:
 def force(interval, model):
     """Torques on all coordinates of joints, of motors and other parts on them too."""
     step, powers = interval.step, interval.powers
-    stored, lost = coordinate.add_coordinates(step.tm, interval.ym, step.h, model.switches, model, model.F)
+    stored, lost, driven = coordinate.add_coordinates(step.tm, interval.ym, step.h, model.switches, model, model.F)
     powers[COUPLED_ENERGY] += stored
     powers[JOINTS] += lost
-    powers[DRIVEN] += coordinate_laws.motor_power(model)
+    powers[DRIVEN] += driven
 
 
 @calls.tangent
 def tangent(interval, model, matrix):
     """Derivatives of `force`."""
-    coordinate_tangent.add_coordinate_tangents(interval.ym, interval.step.h, interval.step.c_rate, model, matrix)
+    coordinate_tangent.add_coordinate_tangents(interval, model, matrix)
 
 
 @calls.measure
@@ -50,9 +52,9 @@ def measure(end, t, y, model):
 def explicit_force(interval, model):
     """Torques on all coordinates of joints, rates of their accounts, and a bound of the step."""
     step, powers = interval.step, interval.powers
-    _, lost = coordinate.add_coordinates(step.t, interval.ym, KEPT, interval.s, model, model.F)
+    _, lost, driven = coordinate.add_coordinates(step.t, interval.ym, KEPT, interval.s, model, model.F)
     powers[JOINTS] += lost
-    powers[DRIVEN] += coordinate_laws.motor_power(model)
+    powers[DRIVEN] += driven
     coordinate_laws.write_account_rates(model, interval.rates)
     model.info.step = min(model.info.step, coordinate.longest_step(model.coordinates))
 
@@ -60,7 +62,7 @@ def explicit_force(interval, model):
 @calls.energy
 def explicit_energy(interval, model, out):
     """Energy of springs, latches, frictions and parts on coordinates."""
-    stored, _ = coordinate.add_coordinates(interval.step.t, interval.ym, KEPT, interval.s, model, model.F)
+    stored, _, _ = coordinate.add_coordinates(interval.step.t, interval.ym, KEPT, interval.s, model, model.F)
     out[1] += stored
 
 
@@ -105,6 +107,75 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
         own = turn.model.bodies[row["body"]]
         if row["kind"] == axial.ANGLE or not turn.along(own["R0"] @ row["axis"]) or not turn.still[row["body"]]:
             yield k
+
+
+@calls.force
+def evaluate(interval, model):
+    """Torques in a state with its frictions among the accounts, and all that acts on coordinates."""
+    coordinate.add_coordinates(interval.step.t, interval.ym, KEPT, interval.s, model, model.F)
+
+
+@calls.force
+def end_step(interval, model):
+    """Accounts of all coordinates, anchors of their frictions, and what these have taken."""
+    step = interval.step
+    taken = coordinate_laws.end_coordinate_step(step.h, step.share, interval.y1, interval.s, model)
+    interval.powers[RUBBING] += taken
+
+
+@calls.end_friction
+def end_friction(y, model):
+    """Frictions of all coordinates."""
+    return coordinate.end_frictions(y, model)
+
+
+@calls.stored
+def coupled_energy(t, model):
+    """Energy of all coordinates."""
+    return coordinate.coordinate_energy(model.switches, model)
+
+
+@calls.contact_set
+def contact_set(found, model):
+    """Which coordinates slip."""
+    for k in range(model.coordinates.size):
+        if model.coordinates[k].friction > 0.0:
+            found = 3 * found + 1 + int(model.coordinates[k].slips)
+    return found
+
+
+@calls.rates
+def measure_rates(y, model):
+    """Rates of all coordinates."""
+    coordinates = model.coordinates
+    for k in range(coordinates.size):
+        coordinates[k].end_rate = axial.rate_of(coordinates, model.bodies, k, y)
+
+
+@calls.note
+def keep_rates(model):
+    """Rates of all coordinates."""
+    for k in range(model.coordinates.size):
+        model.coordinates[k].start_rate = model.coordinates[k].end_rate
+
+
+@calls.until_turn
+def until_turn(y0, y, h, model):
+    """Where the friction of a coordinate turns back."""
+    coordinates, part = model.coordinates, turning.NO_TURN
+    for k in range(coordinates.size):
+        a, b, start = coordinates[k].start_rate, coordinates[k].end_rate, y[coordinates[k].account + FRICTION_FORCE]
+        part = min(part, turning.until_turn_of(SLIP, coordinates[k].stick, coordinates[k].friction, start, a, b, h))
+    return part
+
+
+@calls.power
+def friction_power(model):
+    """Power of the frictions of all coordinates."""
+    power = 0.0
+    for k in range(model.coordinates.size):
+        power += model.coordinates[k].rubs * model.coordinates[k].end_rate
+    return power
 
 
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
@@ -180,4 +251,14 @@ COORDINATES = Family(
         refused={"joints have friction": lambda found: found["friction"] > 0.0},
     ),
     uneven=_uneven,
+    evaluate=evaluate,
+    end_step=end_step,
+    end_friction=end_friction,
+    coupled_energy=coupled_energy,
+    contact_set=contact_set,
+    measure_rates=measure_rates,
+    keep_rates=keep_rates,
+    until_turn=until_turn,
+    friction_power=friction_power,
+    rubbed=lambda found: iter([found["account"] + BY_FRICTION]),
 )  # fmt: skip

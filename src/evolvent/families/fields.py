@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, fields
+from evolvent.kernels import calls, fields, points, thread
 from evolvent.kernels.blocks import MOVES, POSITION
+from evolvent.kernels.work import note_power
 from evolvent.model.family import Family, Kind, record, where
 from evolvent.model.powers import MARKER_LOADS
 from evolvent.model.questions import AdjointSupport, Law, Moment, calls_law
@@ -42,10 +43,55 @@ def _at_masses(model: Any, k: int, moment: Moment, everywhere: bool) -> Iterator
         yield y[block["iq"] :][:3].copy(), y[block["iv"] :][:3].copy(), time
         if not everywhere:
             return
-    for thread in model.threads:
-        yield thread["Q"][:3].copy(), thread["Q"][3:].copy(), time
+    for row in model.threads:
+        yield row["Q"][:3].copy(), row["Q"][3:].copy(), time
         if not everywhere:
             return
+
+
+@calls.force
+def prepare_sample(interval, model):
+    """Load factor of all fields."""
+    for k in range(model.fields.size):
+        model.fields[k].scale = interval.step.factor
+
+
+@calls.force
+def evaluate_last(interval, model):
+    """Resultant, power and work of each field on all masses; overwrites `Model.P`, forces on bodies and on points."""
+    n_q, on, masses, bodies, P, blocks = model.info.nq, model.fields, model.points, model.bodies, model.P, model.blocks
+    t, y, s, factor = interval.step.t, interval.ym, interval.s, interval.step.factor
+    for k in range(on.size):
+        force = on[k].force
+        for i in range(on.size):
+            on[i].scale = factor if i == k else 0.0
+        points.clear_forces(masses)
+        for b in range(bodies.size):
+            for c in range(6):
+                bodies[b].F[c] = 0.0
+        for i in range(P.size):
+            P[i] = 0.0
+        for c in range(3):
+            force[c] = 0.0
+        power = fields.add_field_forces(t, y, model)
+        fields.add_beam_fields(t, y, model, P)
+        if model.threads.size > 0:
+            power += thread.wound_fields(t, s, model) + thread.add_node_fields(t, s, model, force)
+        for i in range(masses.size):
+            for c in range(3):
+                force[c] += masses[i].f[c]
+        for b in range(bodies.size):
+            for c in range(3):
+                force[c] += bodies[b].F[c]
+        for i in range(P.size):
+            power += P[i] * y[n_q + i]
+        for i in range(blocks.size):
+            if blocks[i].kind == POSITION:
+                for c in range(3):
+                    force[c] += P[blocks[i].iv - n_q + c]
+        note_power(on[k], int(interval.step.sample), interval.times, power)
+    for k in range(on.size):
+        on[k].scale = factor
 
 
 # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
@@ -72,6 +118,9 @@ FIELDS = Family(
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
+    prepare_sample=prepare_sample,
+    evaluate=False,
+    evaluate_last=evaluate_last,
 )  # fmt: skip
 
 # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none

@@ -160,6 +160,24 @@ def _are_even(turn: Any, rows: list[int]) -> bool:
     return even and off <= turn.ROUND_OFF * max(1.0, float(np.linalg.norm(arm)))
 
 
+@calls.force
+def evaluate(interval, model):
+    """Sides and forces of the joints whose multipliers are at hand."""
+    for k in range(interval.la.size):
+        joint.joint_geometry(interval.step.t, interval.ym, k, model)
+        joint.note_reaction(k, interval.la[k], model)
+
+
+@calls.stored
+def coupled_energy(t, model):
+    """Energy of all penalties."""
+    joints, found = model.joints, 0.0
+    for k in range(joints.size):
+        if joints[k].stiffness > 0.0 and joint.holds(t, joints, k):
+            found += 0.5 * joints[k].stiffness * joints[k].gap1 * joints[k].gap1
+    return found
+
+
 # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time; of links and guides as well. A
 # side is a vector: of coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a
 # node (on 2, at iq, iv); the third side is the direction of ALONG; nodes: 1 where a side is of a beam; path: how
@@ -247,4 +265,6 @@ JOINTS = Family(
         timed=lambda found: (found["path"] != 0) | (found["law"] != 0),
     ),
     uneven=_uneven,
+    evaluate=evaluate,
+    coupled_energy=coupled_energy,
 )  # fmt: skip

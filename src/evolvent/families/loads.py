@@ -90,6 +90,27 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
             yield k
 
 
+@calls.force
+def evaluate(interval, model):
+    """Loads at markers."""
+    step = interval.step
+    loads.evaluate_loads(int(step.sample), interval.times, interval.ym, step.factor, model)
+
+
+def _acts_on(model: Any, k: int, parameters: Array, time: float) -> tuple[str, int] | None:
+    """A body or point at whose marker a force or torque acts."""
+    row = model.loads[k]
+    p, marker = parameters[row["first"] : row["last"]], model.markers[row["target"]]
+    if row["kind"] < loads.AT_MARKER or not (np.any(p[:3]) and p[loads.START] <= time < p[loads.END]):
+        return None
+    return "bodies" if marker["kind"] == springs.ON_BODY else "points", int(marker["index"])
+
+
+def _end_ramps(model: Any) -> None:
+    for load in model.loads[(model.loads["kind"] >= loads.AT_MARKER) | (model.loads["kind"] == loads.NODE)]:
+        model.parameters[load["first"] + loads.RAMP] = 0.0
+
+
 # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
 # law of a force or torque; node: of a thread; attitude: 1 of a torque whose law is called with it, 2 of one that
 # follows it; scale: statics' load factor of a law on a thread; rod: 1 + rod whose length that is out it follows, or
@@ -147,4 +168,7 @@ LOADS = Family(
     stiff=False,
     adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
     uneven=_uneven,
+    evaluate=evaluate,
+    acts_on=_acts_on,
+    end_ramps=_end_ramps,
 )  # fmt: skip

@@ -10,12 +10,16 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.kernels import coordinate, coordinate_laws
+from evolvent.kernels import calls, coordinate, coordinate_laws, drivetrain, turning
+from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.coordinate_laws import BY_LAW, BY_MOTION, BY_PROFILE
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import OfCoordinates
+from evolvent.model import FRICTION_FORCE
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.powers import RUBBING
 from evolvent.model.questions import DRIVE, AdjointSupport, Law, Moment
+from evolvent.model.records import BY_GEAR, BY_HYSTERESIS
 from evolvent.model.shares import DAMPING, FRICTION, MOTOR, MOTOR_LOSSES, Rule, Shares
 
 Array = np.ndarray
@@ -78,6 +82,37 @@ def _at_coordinate(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tupl
     yield time, float(coordinates["angle"][at]), float(coordinates["rate"][at])
 
 
+@calls.apply
+def apply(t, share, kept, y, s, model):
+    """Torques of all motors; their power is given."""
+    coordinate_laws.add_motors(t, share, s, model)
+    return 0.0, 0.0, coordinate_laws.motor_power(model)
+
+
+@calls.tangent
+def apply_tangent(interval, model, matrix):
+    """Derivatives of `apply` into the records of coordinates."""
+    coordinate_laws.measure_motor_slopes(model)
+
+
+@calls.force
+def explicit_force(interval, model):
+    """Rates of the works of all motors."""
+    for k in range(model.motors.size):
+        interval.rates[model.motors[k].account] = model.motors[k].power
+
+
+@calls.force
+def end_step(interval, model):
+    """Works of all motors into their accounts."""
+    motors, step = model.motors, interval.step
+    now = (0.5 if step.share == 1.0 else 1.0) * step.h
+    then = step.h - now
+    for k in range(motors.size):
+        interval.y1[motors[k].account] += now * motors[k].power + then * motors[k].power0
+        motors[k].power0 = motors[k].power
+
+
 # motors on coordinates: by a profile (kind 0), a user's law (1), PD to a drive's motion (2), a voltage (3) or a
 # current (4), constant: N m/A or N/A, of the coordinate, resistance: ohm; slope, damper: derivatives; account:
 # of the work; event, switch, until, latest: when they are switched off, as of joints; on: 1 at the last
@@ -119,7 +154,79 @@ MOTORS = Family(
         "its torque follows from the state and time, with all derivatives",
         refused={"motors have a law": lambda found: found["kind"] == BY_LAW},
     ),
+    apply=apply,
+    apply_tangent=apply_tangent,
+    explicit_force=explicit_force,
+    end_step=end_step,
+    evaluate=False,
 )  # fmt: skip
+
+
+@calls.apply
+def apply_drivetrains(t, share, kept, y, s, model):
+    """What drivetrains take from the torques of their motors."""
+    stored, lost = drivetrain.add_drivetrains(y, share, kept, model)
+    return stored, lost, 0.0
+
+
+@calls.tangent
+def drivetrain_tangent(interval, model, matrix):
+    """What the limits of friction change with the motors' torques, into the records of coordinates."""
+    drivetrain.add_drivetrain_slopes(model)
+
+
+@calls.force
+def explicit_drivetrains(interval, model):
+    """Rates of the accounts of drivetrains."""
+    drivetrain.write_drivetrain_rates(model, interval.rates)
+
+
+@calls.force
+def end_drivetrains(interval, model):
+    """Losses of drivetrains into their accounts."""
+    step = interval.step
+    interval.powers[RUBBING] += drivetrain.end_drivetrains(step.h, step.share, interval.y1, 0, model)
+
+
+@calls.end_friction
+def end_friction(y, model):
+    """Frictions of drivetrains."""
+    return drivetrain.end_drivetrains(0.0, 1.0, y, 1, model)
+
+
+@calls.stored
+def coupled_energy(t, model):
+    """Energy of detents and bristles."""
+    return drivetrain.drivetrain_energy(model)
+
+
+@calls.contact_set
+def contact_set(found, model):
+    """Which drivetrains slip."""
+    for k in range(model.drivetrains.size):
+        found = 3 * found + 1 + int(model.drivetrains[k].slips)
+    return found
+
+
+@calls.until_turn
+def until_turn(y0, y, h, model):
+    """Where the friction of a drivetrain turns back."""
+    drives, coordinates, part = model.drivetrains, model.coordinates, turning.NO_TURN
+    for k in range(drives.size):
+        c, start = drives[k].coordinate, y[drives[k].account + FRICTION_FORCE]
+        a, b = coordinates[c].start_rate, coordinates[c].end_rate
+        part = min(part, turning.until_turn_of(SLIP, drives[k].stick, drives[k].friction, start, a, b, h))
+    return part
+
+
+@calls.power
+def friction_power(model):
+    """Power of the frictions of drivetrains."""
+    power = 0.0
+    for k in range(model.drivetrains.size):
+        power += model.drivetrains[k].rubs * model.coordinates[model.drivetrains[k].coordinate].end_rate
+    return power
+
 
 # what motors lose before their joints (`kernels.drivetrain`), with friction as of joint coordinates; forward,
 # backward: efficiencies, holds: of a gear that locks itself
@@ -148,4 +255,15 @@ DRIVETRAINS = Family(
     shares=Shares(
         (Rule(MOTOR_LOSSES, _MAGNETIC), Rule(FRICTION, _GEAR), Rule(DAMPING, _EDDY)), place=5, power=_loss
     ),
+    apply=apply_drivetrains,
+    apply_tangent=drivetrain_tangent,
+    explicit_force=explicit_drivetrains,
+    end_step=end_drivetrains,
+    end_friction=end_friction,
+    coupled_energy=coupled_energy,
+    contact_set=contact_set,
+    until_turn=until_turn,
+    friction_power=friction_power,
+    evaluate=False,
+    rubbed=lambda found: iter([found["account"] + BY_HYSTERESIS, found["account"] + BY_GEAR]),
 )  # fmt: skip

@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.kernels import calls, points
 from evolvent.kernels.blocks import POSITION
 from evolvent.model.family import Family, Kind, Records, record, where
-from evolvent.model.questions import AdjointSupport, Block, Coordinates, Felt, never
+from evolvent.model.questions import AdjointSupport, Block, Coordinates, Felt, LinearizedPoint, never
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
@@ -47,6 +47,24 @@ def _positions(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
             yield Block(POSITION, point["iq"], point["iv"], k, point["mass"])
 
 
+@calls.force
+def evaluate(interval, model):
+    """Momenta and energies of all points."""
+    points.evaluate_points(interval.ym, model.points)
+
+
+@calls.turning_tangent
+def turning_tangent(factor, spin, y, model, matrix):
+    """Derivatives of the forces by a steady turn."""
+    for k in range(model.points.size):
+        points.add_centrifugal(factor * model.points[k].mass, model.points[k].iv - model.info.nq, spin, matrix)
+
+
+def _point(assembly: Any, name: str, index: int, where: slice, y: Array) -> Iterator[tuple[str, LinearizedPoint]]:
+    first = int(assembly.model.points["iq"][index])
+    yield name, LinearizedPoint(np.array(y[first : first + 3]), where, np.eye(3), None)
+
+
 # without mass: a node of a beam, whose coordinates it has
 POINTS = Family(
     "points",
@@ -78,4 +96,7 @@ POINTS = Family(
         3, lambda found: found["mass"] > 0.0, lambda model, k, blocks: points.point_bound(model.points, k, blocks)
     ),
     uneven=never,
+    evaluate=evaluate,
+    turning_tangent=turning_tangent,
+    points=_point,
 )  # fmt: skip

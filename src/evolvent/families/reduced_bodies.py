@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.families.bodies import node_point
 from evolvent.kernels import calls, reduced
 from evolvent.kernels.blocks import SCALAR
 from evolvent.model.family import Family, Kind, Records, record
 from evolvent.model.powers import SPRINGS
-from evolvent.model.questions import AdjointSupport, Block, Bound, Coordinates, never
+from evolvent.model.questions import AdjointSupport, Block, Bound, Coordinates, LinearizedPoint, never
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
@@ -45,6 +46,11 @@ def explicit_rate(interval, model):
     interval.powers[SPRINGS] += reduced.mode_rates(interval.ym, model, interval.rates)
 
 
+def _nodes(row: Any) -> range:
+    """Its bodies."""
+    return range(int(row["first_body"]), int(row["first_body"] + row["nodes"]) + 1)
+
+
 def _unforced(model: Any) -> dict[str, Array]:
     found = model.modes.copy()
     found["stiffness"] = found["damping"] = 0.0
@@ -59,6 +65,26 @@ def _modal(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
 
 def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
     return ((k, *reduced.mode_bounds(model, k)) for k in range(model.reduced_bodies.size))
+
+
+@calls.force
+def evaluate(interval, model):
+    """Energies and momenta of all reduced bodies."""
+    reduced.evaluate_reduced(interval.ym, model)
+
+
+def _sizes(model: Any, length: float) -> Iterator[tuple[Any, Any]]:
+    for row in model.reduced_bodies:
+        yield np.arange(row["iv"], row["iv"] + row["modes"]), length
+
+
+def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Iterator[tuple[str, LinearizedPoint]]:
+    """Frame and interface nodes."""
+    names = assembly.parts[name].model.names
+    for k, b in enumerate(_nodes(assembly.model.reduced_bodies[index])):
+        point = node_point(assembly.model, b, y)
+        for place in (f"{name}.{names[k - 1]}", f"{name}[{k - 1}]") if k > 0 else (name,):
+            yield place, point
 
 
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
@@ -85,7 +111,7 @@ REDUCED_BODIES = Family(
     explicit_force=False,
     explicit_rate=explicit_rate,
     by_rates=False,
-    consists=lambda row, _: range(int(row["first_body"]), int(row["first_body"] + row["nodes"]) + 1),
+    consists=lambda row, _: _nodes(row),
     smooth=True,
     shares=Shares(
         (Rule(ELASTIC),), place=13, unforced=_unforced, elastic=Elastic(lambda whole, bare, _: {"modes": whole.modes})
@@ -98,7 +124,17 @@ REDUCED_BODIES = Family(
     coordinates=(Coordinates(_modal, 70, lambda found: 0),),
     uneven=never,
     bound=_bound,
+    evaluate=evaluate,
+    sizes=_sizes,
+    points=_points,
 )  # fmt: skip
+
+
+@calls.note
+def note_step(model):
+    """Changes of all modal coordinates."""
+    reduced.note_changes(model.modes)
+
 
 # of a step: change of the coordinate, and that over the step before
 MODAL = Family(
@@ -106,4 +142,5 @@ MODAL = Family(
     record("", "stiffness damping", "change before"),
     order=140,
     of="reduced_bodies",
+    note_step=note_step,
 )  # fmt: skip

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import resistance
+from evolvent.kernels import calls, resistance, turning
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model import zeros
 from evolvent.model.family import EVERY, EXPLICIT, Family, Kind, record, where
+from evolvent.model.powers import RUBBING
 from evolvent.model.shares import ADHESION, HARNESS, SPRING, Rule, Shares
 
 Array = np.ndarray
@@ -76,6 +77,68 @@ def _power(mechanism: Any, share: Any, at: Any, direction: Any, still: bool) -> 
     return -held if held > 0.0 else None
 
 
+@calls.apply
+def apply(t, share, kept, y, s, model):
+    """Torques of all resistances."""
+    return resistance.add_resistances(y, share, kept, s, model), 0.0, 0.0
+
+
+@calls.force
+def end_step(interval, model):
+    """Bristles at the end of a step, and what they have taken."""
+    share = interval.step.share if interval.step.h > 0.0 else 0.5
+    interval.powers[RUBBING] += resistance.end_resistances(interval.y1, 0, share, model)
+
+
+@calls.end_friction
+def end_friction(y, model):
+    """Bristles of all resistances."""
+    return resistance.end_resistances(y, 1, 0.5, model)
+
+
+@calls.stored
+def coupled_energy(t, model):
+    """Energy of all resistances."""
+    return resistance.resistance_energy(model.switches, model)
+
+
+@calls.until_turn
+def until_turn(y0, y, h, model):
+    """Where a bristle turns back."""
+    rows, bristles, coordinates, part = model.resistances, model.bristles, model.coordinates, turning.NO_TURN
+    for k in range(rows.size):
+        c = rows[k].coordinate
+        a, b = coordinates[c].start_rate, coordinates[c].end_rate
+        for i in range(rows[k].first, rows[k].last):
+            kind, start = bristles[i].kind, y[bristles[i].account]
+            part = min(part, turning.until_turn_of(kind, bristles[i].stick, bristles[i].limit, start, a, b, h))
+    return part
+
+
+@calls.power
+def friction_power(model):
+    """Power of all bristles."""
+    rows, power = model.resistances, 0.0
+    for k in range(rows.size):
+        for i in range(rows[k].first, rows[k].last):
+            power += model.bristles[i].force * model.coordinates[rows[k].coordinate].end_rate
+    return power
+
+
+def _no_balance(model: Any, _: float, y: Array) -> Iterator[tuple[int, str]]:
+    """Tape-springs that would have snapped before, and adhesions that would have broken."""
+    for k, row in enumerate(model.resistances):
+        curve = model.curves[int(row["curve"]) + int(model.switches[row["switch"]])]
+        x = float(model.coordinates["angle"][row["coordinate"]])
+        if not curve["low"] - resistance.AT_END <= x <= curve["high"] + resistance.AT_END:
+            end = float(curve["low"] if x < curve["low"] else curve["high"])
+            why = (
+                f"has no equilibrium as it is: it would be at {x:.6g}, beyond {end:.6g}, where it changes over; "
+                f"find what follows by a run in time"
+            )
+            yield k, why
+
+
 # resistances on coordinates that depend on the path (`kernels.resistance`): curves from `curve` on, bristles from
 # first to last; start: number of the first curve, switch: index of that of the present one; account: of what is
 # lost. time: s, of the last change of the curve, changes: how many there were
@@ -125,6 +188,15 @@ RESISTANCES = Family(
         force=_force,
         power=_power,
     ),
+    apply=apply,
+    end_step=end_step,
+    end_friction=end_friction,
+    coupled_energy=coupled_energy,
+    until_turn=until_turn,
+    friction_power=friction_power,
+    evaluate=False,
+    rubbed=lambda found: iter([found["account"]]),
+    no_balance=_no_balance,
 )  # fmt: skip
 
 # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the
@@ -136,6 +208,15 @@ CURVES = Family(
     of="resistances",
 )  # fmt: skip
 
+
+@calls.contact_set
+def contact_set(found, model):
+    """Which bristles slip."""
+    for i in range(model.bristles.size):
+        found = 3 * found + 1 + int(model.bristles[i].slips)
+    return found
+
+
 # before, force0: coordinate and force at the start of a step; slips: the sense in which it slips; account: of the
 # force
 BRISTLES = Family(
@@ -143,4 +224,5 @@ BRISTLES = Family(
     record("kind account", "stick limit", "before force0 force slips"),
     order=250,
     of="resistances",
+    contact_set=contact_set,
 )  # fmt: skip

@@ -7,16 +7,33 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent
+from evolvent.families.bodies import node_point
+from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent, thermal
 from evolvent.kernels.blocks import SCALAR
 from evolvent.kernels.drive import LAW
-from evolvent.model.family import ENERGY, EVERY, End, Family, Kind, Records, record
+from evolvent.kernels.rod import evaluate_rods
+from evolvent.model.family import BETWEEN, ENERGY, EVERY, End, Family, Kind, Records, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
-from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Law, never
+from evolvent.model.questions import (
+    DRIVE,
+    AdjointSupport,
+    Block,
+    Coordinates,
+    Law,
+    LinearizedPoint,
+    along,
+    never,
+    skew,
+)
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
+
+
+def _nodes(row: Any) -> range:
+    """Its bodies."""
+    return range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1)
 
 
 def _of_rod_element(row: Any, records: Records) -> Iterator[End]:
@@ -104,6 +121,48 @@ def _transverse(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
                 yield Block(SCALAR, node["iq"], node["iv"], k, node["mass"], i)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Strains, forces, energies, momenta and nodes of all rods, with their free strains."""
+    step = interval.step
+    if model.thermal_loads.size > 0:
+        thermal.heat_rods(step.t, step.t, step.factor, model)
+    rod.evaluate_rods(model, model.sums[1])
+    rod.evaluate_sums(interval.ym, model)
+    rod.evaluate_nodes(model)
+
+
+def _sizes(model: Any, _: float) -> Iterator[tuple[Any, Any]]:
+    """Of curvatures of a section that flattens: that without stress."""
+    for tape in model.tapes:
+        yield model.tape_nodes["iv"][tape["first_node"] :][: tape["nodes"]], tape["transverse"]
+
+
+def _bending(model: Any, _: Array) -> float:
+    found = np.zeros(3)
+    evaluate_rods(model, found)
+    return float(found[2])
+
+
+def arms(model: Any, index: int) -> Array:
+    """Nodes of a rod as seen from its bodies' centres: (n + 1, 3), m, body axes."""
+    row = model.rods[index]
+    elements = model.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
+    return np.concatenate([elements["arm_a"], elements["arm_b"][-1:]])
+
+
+def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Iterator[tuple[str, LinearizedPoint]]:
+    """Nodes: bodies, whose centres are off the rod's ends."""
+    model, found = assembly.model, []
+    for arm, b in zip(arms(model, index), _nodes(model.rods[index]), strict=True):
+        place = node_point(model, b, y)
+        assert place.rotation is not None
+        R = place.rotation[:, 3:]
+        displacement = np.hstack([np.eye(3), -skew(R @ arm) @ R])
+        found.append(place._replace(position=place.position + R @ arm, displacement=displacement))
+    yield from along(name, found)
+
+
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
 # tape: 1 + tape of which the section flattens, or 0; payout: 1 where the length that is out follows a drive
 # (`kernels.rod_payout`): density and gyration, mass and inertia per length; out, rate, acceleration: of the length;
@@ -143,7 +202,7 @@ RODS = Family(
     momentum=momentum,
     explicit_force=explicit_force,
     explicit_end=explicit_end,
-    consists=lambda row, _: range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1),
+    consists=lambda row, _: _nodes(row),
     smooth=lambda found: found["payout"] == 0,
     shares=Shares((Rule(ELASTIC),), place=11, elastic=Elastic(_stiff)),
     conserved="rods",
@@ -156,7 +215,19 @@ RODS = Family(
     ),
     coordinates=(Coordinates(_transverse, 80, lambda found: 0),),
     uneven=never,
+    evaluate=evaluate,
+    kept={"drive_force": BETWEEN},
+    sizes=_sizes,
+    bending=_bending,
+    points=_points,
 )  # fmt: skip
+
+
+@calls.note
+def note_step(model):
+    """Changes of the strains of all elements."""
+    rod_strains.note_strains(model.rod_elements)
+
 
 # an element between bodies a and b, whose axes are those of its sections; arms: from the bodies' centres to its
 # ends, body axes; stiffness: of strains of force and moment; rest: (Gamma_0, K_0), see `kernels.rod_strains`;
@@ -200,4 +271,5 @@ ROD_ELEMENTS = Family(
     },
     of="rods",
     ends=_of_rod_element,
+    note_step=note_step,
 )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -15,6 +16,8 @@ from evolvent.model.questions import AdjointSupport, Bound, Law, Moment, calls_l
 from evolvent.model.shares import DAMPING, SPRING, Rule, Shares
 
 Array = np.ndarray
+#: What helps where a spring has no line.
+INSTEAD = "set `slack` if it only pulls, stop its ends before (a contact), or use a law without force there"
 _3 = (3,)
 
 
@@ -72,6 +75,25 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
             yield k
 
 
+@calls.force
+def evaluate(interval, model):
+    """Lengths, forces and energies of all springs."""
+    springs.evaluate_springs(interval.step.t, interval.ym, model)
+
+
+def _no_balance(model: Any, t: float, y: Array) -> Iterator[tuple[int, str]]:
+    """Springs without a line but with a force."""
+    for k, row in enumerate(model.springs):
+        length = springs.spring_ends(y, 0.0, k, model)[2][0]
+        force = springs.force_without_line(t, k, model) if length <= springs.NO_LINE * float(row["length"]) else 0.0
+        if not math.isclose(force, 0.0):
+            why = (
+                f"has length zero, where its force of {abs(force):.3g} N has no direction: this is no equilibrium; "
+                f"move one of its ends at the start, or {INSTEAD}"
+            )
+            yield k, why
+
+
 # slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; line, line0: vector
 # from a to b, of the last state and of the last step; passed: see `kernels.springs.note_lines`; the others are in
 # `RESULTS`, and lost: W, dissipated
@@ -123,4 +145,6 @@ SPRINGS = Family(
     adjoint=AdjointSupport("its force follows from the state, with all derivatives", timed=calls_law),
     bound=_bound,
     uneven=_uneven,
+    evaluate=evaluate,
+    no_balance=_no_balance,
 )  # fmt: skip

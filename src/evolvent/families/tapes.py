@@ -42,6 +42,12 @@ def explicit_rate(interval, model):
     interval.powers[SPRINGS] += tape.node_rates(interval.ym, model, interval.rates)
 
 
+@calls.note
+def note_step(model):
+    """Changes of the nodes' coordinates, and of their products with curvatures."""
+    tape.note_flattening(model)
+
+
 # sections of rods that flatten (`kernels.tape`). bending: stiffness of the wall times the width, N m2; transverse:
 # its curvature without stress, 1/m; slenderness: u over the square of the curvature, m2; twisting: m2; stretching:
 # g over u; closed: 1 of a lenticular section
@@ -58,6 +64,7 @@ TAPES = Family(
     explicit_rate=explicit_rate,
     by_rates=False,
     owner=lambda records, k: ("rods", int(np.flatnonzero(records("rods")["tape"] == k + 1)[0])),
+    note_step=note_step,
 )  # fmt: skip
 
 # the coordinate of a node; alpha: damping by mass, 1/s; value0, value1: at the ends of a step; before: its change

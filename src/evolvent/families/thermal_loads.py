@@ -31,6 +31,12 @@ def tangent(interval, model, matrix):
         thermal.add_thermal_tangents(interval.ym, model, matrix)
 
 
+@calls.force
+def evaluate_last(interval, model):
+    """What strain energies change by, less the free strains, and works of these; after beams and rods."""
+    thermal.evaluate_energies(int(interval.step.sample), interval.ym, model)
+
+
 # temperatures of a beam or a rod, the other is -1 (`kernels.thermal`): indices of profiles among the parameters, or
 # -1, and of the constants of the elements; expansions: of those of a beam by temperature at `beam_strains.POINTS`;
 # now: last amplitudes; change, along_y, along_z, work: see `RESULTS`. Of a sample: amplitudes; elastic, bending: J,
@@ -66,4 +72,6 @@ THERMAL_LOADS = Family(
     shares=Shares(unforced=lambda _: {"thermal_loads": zeros("thermal_loads", 0)}),
     of_step=False,
     uneven=never,
+    evaluate=False,
+    evaluate_last=evaluate_last,
 )  # fmt: skip

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, thread
+from evolvent.kernels import calls, points, thread
 from evolvent.kernels.blocks import POSITION, SCALAR
 from evolvent.kernels.drive import FREE, LAW
 from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
 from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, SPOOLS, SPRINGS
-from evolvent.model.questions import DRIVE, Block, Bound, Coordinates, Law, Moment
+from evolvent.model.questions import DRIVE, Block, Bound, Coordinates, Law, LinearizedPoint, Moment
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
@@ -176,6 +176,58 @@ def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
             yield p, square, rate
 
 
+@calls.force
+def prepare_sample(interval, model):
+    """Tensions that are multipliers."""
+    thread.note_tensions(interval.la, model)
+
+
+@calls.force
+def evaluate_rates(interval, model):
+    """Motion, tensions, energies and momenta of all threads."""
+    for p in range(model.threads.size):
+        thread.note_results(interval.ym, interval.s, model, p)
+
+
+@calls.force
+def evaluate(interval, model):
+    """Loads on threads."""
+    step = interval.step
+    if model.loads.size > 0:
+        thread.evaluate_thread_loads(int(step.sample), interval.times, interval.s, step.factor, model)
+
+
+@calls.turning_tangent
+def turning_tangent(factor, spin, y, model, matrix):
+    """Derivatives of the forces by a steady turn."""
+    n_q, threads = model.info.nq, model.threads
+    for k in range(threads.size):
+        if threads[k].kind == thread.MOVING:
+            thread.add_turning_elements(factor, spin, k, model, matrix)
+            continue
+        for i in range(1 if threads[k].end >= 0 else 0, model.switches[k]):
+            mass = factor * model.nodes[threads[k].node + i].mass
+            points.add_centrifugal(mass, threads[k].iv + 3 * i - n_q, spin, matrix)
+
+
+def _sizes(model: Any, length: float) -> Iterator[tuple[Any, Any]]:
+    for row in model.threads[model.threads["drive"] == FREE]:
+        yield int(row["spool_v"]), length / row["radius"]
+
+
+def _released_nodes(
+    assembly: Any, name: str, index: int, where: slice, y: Array
+) -> Iterator[tuple[str, LinearizedPoint]]:
+    """Nodes that move by coordinates of their own, by number; the first is the tip."""
+    row, found = assembly.model.threads[index], {}
+    for i in range(int(row["end"] >= 0), int(assembly.s[index])):
+        at, first = where.start + 3 * i, int(row["iq"]) + 3 * i
+        found[i] = LinearizedPoint(y[first : first + 3].copy(), slice(at, at + 3), np.eye(3), None)
+    yield from ((f"{name}[{i}]", point) for i, point in found.items())
+    if 0 in found:
+        yield f"{name}.tip", found[0]
+
+
 # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
 # it does not; line_energy: J/m, W there; tip: the point mass that the first node is, or -1. Of a step: rest lengths
 # at the spool, rates of the spool and squares of the end's speed at both ends; sums: of `kernels.thread.energy`;
@@ -303,6 +355,13 @@ THREADS = Family(
         Coordinates(_spools, 30, lambda found: 0),
     ),
     bound=_bound,
+    prepare_sample=prepare_sample,
+    evaluate_rates=evaluate_rates,
+    evaluate=evaluate,
+    turning_tangent=turning_tangent,
+    sizes=_sizes,
+    extents=lambda found: found["n"] * found["segment"],
+    points=_released_nodes,
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step

@@ -11,6 +11,7 @@ from evolvent.kernels import (
     rigid,
     turning,
 )
+from evolvent.kernels.calls import end_friction_at
 from evolvent.model import (
     DISSIPATED,
     KEPT,
@@ -68,7 +69,9 @@ def end_frictions(y, step, model):
             y[model.info.rubbed] += slip
             taken += slip
     if step > 0.0:
-        taken += coordinate.end_frictions(y, model)
+        calls = model.end_friction_calls
+        for k in range(calls.size):
+            taken += end_friction_at(model, calls[k])(y, model)
     turning.keep_rates(model)
     y[model.info.nq + model.info.nv + DISSIPATED] += taken
 

@@ -4,31 +4,14 @@ from __future__ import annotations
 
 from numba import types, void
 
-from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect
+from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.compiled.pointer import number_at
 from evolvent.flow.inventory import inventory
-from evolvent.flow.rhs import rhs
-from evolvent.kernels import (
-    ancf_beams,
-    attitude,
-    beam_loads,
-    beam_strains,
-    bearing,
-    contact,
-    coordinate,
-    fields,
-    joint,
-    loads,
-    points,
-    reduced,
-    rigid,
-    rod,
-    springs,
-    thermal,
-    thread,
-)
-from evolvent.kernels.work import note_power
-from evolvent.model import KEPT, MODEL
+from evolvent.flow.rhs import rhs, set_state
+from evolvent.kernels import rigid
+from evolvent.kernels.calls import force_at
+from evolvent.model import MODEL
+from evolvent.model.interval import sample_interval
 
 _3D, _4D = types.Array(REAL, 3, "C"), types.Array(REAL, 4, "C")
 _INTEGERS_2D = types.Array(types.int64, 2, "C")
@@ -44,8 +27,7 @@ def fill_observations(times, Y, S, LA, model, position, velocity, tension, spool
     """Fill `observations.Observations`, all but the first five arguments, from the states Y, S, LA at `times`."""
     bodies, threads, nodes = model.bodies, model.threads, model.nodes
     for n in range(times.size):
-        if threads.size > 0:
-            evaluate_threads(times[n], Y[n], S[n], LA[n], model)
+        prepare_sample(times, n, Y[n], S[n], LA[n], 1.0, model)
         for k in range(nodes.size):
             tension[n, k] = nodes[k].tension
             for c in range(3):
@@ -64,59 +46,38 @@ def fill_observations(times, Y, S, LA, model, position, velocity, tension, spool
                     R[n, b, c, d] = bodies[b].R[c, d]
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, VECTOR, MODEL), used_for="threads")
-def evaluate_threads(t, y, s, la, model):
-    """Fields of threads and nodes that are results, into the records.
-
-    Tensions are those of explicit methods, or the multipliers la of the joints that are segments.
-    """
-    thread.note_tensions(la, model)
-    rhs(t, y, s, model, model.dy[0])
-    for p in range(model.threads.size):
-        thread.note_results(y, s, model, p)
+@inlined
+def _at_sample(times, n, factor, model):
+    """Set the numbers of the interval of sample n."""
+    at = model.interval
+    set_state(times[n], -1.0, at)
+    at.factor, at.sample = factor, n
+    return at
 
 
-@indirect(void(types.int64, VECTOR, VECTOR, INTEGERS, REAL, MODEL), used_for="fields")
-def evaluate_fields(n, times, y, s, factor, model):
-    """Resultant, power and work of each field on all masses, times `factor`, at sample n into its record.
+def _has_rates(model):
+    return model.evaluate_rates_calls.size > 0
 
-    After `kinematics`, and `evaluate_threads` where there are threads. Overwrites `Model.P`, forces on bodies and on
-    points.
-    """
-    n_q, on, masses, bodies, t = model.info.nq, model.fields, model.points, model.bodies, times[n]
-    for k in range(on.size):
-        force, P = on[k].force, model.P
-        for i in range(on.size):
-            on[i].scale = factor if i == k else 0.0
-        points.clear_forces(masses)
-        for b in range(bodies.size):
-            for c in range(6):
-                bodies[b].F[c] = 0.0
-        for i in range(P.size):
-            P[i] = 0.0
-        for c in range(3):
-            force[c] = 0.0
-        power = fields.add_field_forces(t, y, model)
-        if model.beams.size > 0:
-            fields.add_beam_fields(t, y, model, P)
-        if model.threads.size > 0:
-            power += thread.wound_fields(t, s, model) + thread.add_node_fields(t, s, model, force)
-        for i in range(masses.size):
-            for c in range(3):
-                force[c] += masses[i].f[c]
-        for b in range(bodies.size):
-            for c in range(3):
-                force[c] += bodies[b].F[c]
-        for i in range(model.beams.size):
-            at, size = model.beams[i].iv - n_q, 3 * ancf_beams.NODE_VECTORS[model.beams[i].kind]
-            for m in range(model.beams[i].nodes):
-                for c in range(size):
-                    power += P[at + size * m + c] * y[n_q + at + size * m + c]
-                for c in range(3):
-                    force[c] += P[at + size * m + c]
-        note_power(on[k], n, times, power)
-    for k in range(on.size):
-        on[k].scale = factor
+
+@indirect(void(VECTOR, types.int64, VECTOR, INTEGERS, VECTOR, REAL, MODEL), used_for=_has_rates)
+def evaluate_rates(times, n, y, s, la, factor, model):
+    """Fields of sample n that follow from the rates of explicit methods."""
+    rhs(times[n], y, s, model, model.dy[0])
+    at, powers, calls = _at_sample(times, n, factor, model), model.powers, model.evaluate_rates_calls
+    interval = sample_interval(at, y, model.dy[0], la, la, powers, s, model.dy[0], times)
+    for k in range(calls.size):
+        force_at(model, calls[k])(interval, model)
+
+
+@inlined
+def prepare_sample(times, n, y, s, la, factor, model):
+    """What the evaluation of sample n needs, and fields that follow from the rates of explicit methods."""
+    at, powers, calls = _at_sample(times, n, factor, model), model.powers, model.prepare_sample_calls
+    interval = sample_interval(at, y, model.dy[0], la, la, powers, s, model.dy[0], times)
+    for k in range(calls.size):
+        force_at(model, calls[k])(interval, model)
+    if model.evaluate_rates_calls.size > 0:
+        evaluate_rates(times, n, y, s, la, factor, model)
 
 
 @indirect(void(types.int64, VECTOR, VECTOR, INTEGERS, VECTOR, REAL, MODEL))
@@ -127,48 +88,15 @@ def evaluate(n, times, y, s, la, factor, model):
     then stands in the records of fields as their `scale`. Samples follow each other: works go on from the sample
     before, and the first one, 0, starts them.
     """
-    t = times[n]
-    for k in range(model.fields.size):
-        model.fields[k].scale = factor
-    if model.threads.size > 0:
-        evaluate_threads(t, y, s, la, model)
-    rigid.kinematics(t, y, model)
-    rigid.evaluate_bodies(y, model.bodies)
-    points.evaluate_points(y, model.points)
-    if model.springs.size > 0:
-        springs.evaluate_springs(t, y, model)
-    if model.thermal_loads.size > 0:
-        thermal.evaluate_heat(t, factor, model)
-    if model.elements.size > 0:
-        beam_strains.evaluate_beams(y, model)
-        beam_strains.evaluate_sums(y, model)
-        beam_strains.evaluate_nodes(n, y, model)
-    if model.rods.size > 0:
-        rod.evaluate_rods(model, model.sums[1])
-        rod.evaluate_sums(y, model)
-        rod.evaluate_nodes(model)
-    if model.reduced_bodies.size > 0:
-        reduced.evaluate_reduced(y, model)
-    if model.thermal_loads.size > 0:
-        thermal.evaluate_energies(n, y, model)
-    if model.loads.size > 0:
-        loads.evaluate_loads(n, times, y, factor, model)
-        if model.threads.size > 0:
-            thread.evaluate_thread_loads(n, times, s, factor, model)
-    if model.beam_loads.size > 0:
-        beam_loads.evaluate_beam_loads(n, times, y, factor, model)
-    if model.coordinates.size > 0:
-        coordinate.add_coordinates(t, y, KEPT, s, model, model.F)
-        bearing.note_bearings(model)
-    if model.contact_surfaces.size > 0:
-        contact.evaluate_points(y, model)
-    if attitude.has_actuators(model) or model.controllers.size > 0:
-        attitude.evaluate_actuators(t, y, model)
-    if model.fields.size > 0:
-        evaluate_fields(n, times, y, s, factor, model)
-    for k in range(la.size):
-        joint.joint_geometry(t, y, k, model)
-        joint.note_reaction(k, la[k], model)
+    prepare_sample(times, n, y, s, la, factor, model)
+    rigid.kinematics(times[n], y, model)
+    at, powers, calls = _at_sample(times, n, factor, model), model.powers, model.evaluate_calls
+    interval = sample_interval(at, y, model.dy[0], la, la, powers, s, model.dy[0], times)
+    for k in range(calls.size):
+        force_at(model, calls[k])(interval, model)
+    calls = model.evaluate_last_calls
+    for k in range(calls.size):
+        force_at(model, calls[k])(interval, model)
 
 
 @indirect(void(VECTOR, MATRIX, _INTEGERS_2D, MATRIX, VECTOR, MODEL, _INTEGERS_2D, MATRIX))

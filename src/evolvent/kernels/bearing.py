@@ -196,15 +196,6 @@ def bearing_energy(model):
 
 
 @inlined
-def count_slipping_bearings(model):
-    """A number that encodes which bearings slide, and in which sense."""
-    found = 0
-    for k in range(model.bearings.size):
-        found = 3 * found + 1 + int(model.bearings[k].slips)
-    return found
-
-
-@inlined
 def change_of_friction(model):
     """Largest change of the friction of a bearing since the last call, beside its limit."""
     bearings, found = model.bearings, 0.0

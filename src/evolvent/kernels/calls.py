@@ -14,14 +14,18 @@ from __future__ import annotations
 from numba import types, void
 
 from evolvent.compiled import lookups
-from evolvent.compiled.jit import REAL, VECTOR, indirect
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.model.interval import INTERVAL
 
 _FORCE, _TANGENT = void(INTERVAL, MODEL), void(INTERVAL, MODEL, SPARSE)
 _MEASURE, _ENERGY = void(types.int64, REAL, VECTOR, MODEL), void(INTERVAL, MODEL, VECTOR)
-_MOMENTUM = void(VECTOR, MODEL, VECTOR)
+_MOMENTUM, _STORED, _RECORDS = void(VECTOR, MODEL, VECTOR), REAL(REAL, MODEL), void(MODEL)
+_RATES, _TURN, _POWER = void(VECTOR, MODEL), REAL(VECTOR, VECTOR, REAL, MODEL), REAL(MODEL)
+_FRICTION, _NUMBER = REAL(VECTOR, MODEL), types.int64(types.int64, MODEL)
+_APPLY = types.UniTuple(REAL, 3)(REAL, REAL, types.int64, VECTOR, INTEGERS, MODEL)
+_SPIN = void(REAL, VECTOR, VECTOR, MODEL, SPARSE)
 
 #: Decorators of the answers to the questions of `Family`.
 force = indirect(_FORCE)
@@ -29,6 +33,15 @@ tangent = indirect(_TANGENT)
 measure = indirect(_MEASURE)
 energy = indirect(_ENERGY)
 momentum = indirect(_MOMENTUM)
+stored = indirect(_STORED)
+note = indirect(_RECORDS)
+rates = indirect(_RATES)
+until_turn = indirect(_TURN)
+power = indirect(_POWER)
+end_friction = indirect(_FRICTION)
+contact_set = indirect(_NUMBER)
+apply = indirect(_APPLY)
+turning_tangent = indirect(_SPIN)
 
 #: ``force_at(model, slot)``: the function of a slot, for compiled code.
 force_at = lookups.by_slot(_FORCE)
@@ -36,3 +49,12 @@ tangent_at = lookups.by_slot(_TANGENT)
 measure_at = lookups.by_slot(_MEASURE)
 energy_at = lookups.by_slot(_ENERGY)
 momentum_at = lookups.by_slot(_MOMENTUM)
+stored_at = lookups.by_slot(_STORED)
+note_at = lookups.by_slot(_RECORDS)
+rates_at = lookups.by_slot(_RATES)
+until_turn_at = lookups.by_slot(_TURN)
+power_at = lookups.by_slot(_POWER)
+end_friction_at = lookups.by_slot(_FRICTION)
+contact_set_at = lookups.by_slot(_NUMBER)
+apply_at = lookups.by_slot(_APPLY)
+turning_tangent_at = lookups.by_slot(_SPIN)

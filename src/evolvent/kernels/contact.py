@@ -107,28 +107,11 @@ def energy_of(model):
     return total
 
 
-@inlined
-def pressed(model):
-    """A number that encodes which contacts press: it changes where the set does."""
-    contacts, rows, found = model.contact_points, model.body_contacts, 0
-    for i in range(contacts.size):
-        if contacts[i].force != 0.0:
-            found += i * i + 1
-    for i in range(rows.size):
-        if rows[i].force != 0.0:
-            found += 104729 * (i * i + 1)
-    return found
-
-
-def clear_history(model):
-    """Forget the steps before. Not compiled."""
-    for rows in (model.contact_points, model.body_contacts):
-        rows["gap"], rows["gap1"] = math.inf, math.inf
-        for name in ("force", "stick", "stick1", "t", "sank", "drag", "drag1", "damper"):
-            rows[name] = 0.0
-    model.contact_points["rest"], model.contact_points["rest1"], model.contact_points["carrier"] = 0.0, 0.0, -1
-    model.body_contacts["energy"] = 0.0
-    model.contact_surfaces["impulse"] = model.body_contacts["impulse"] = 0.0
+def clear_history(rows):
+    """Make contacts forget the steps before. Not compiled."""
+    rows["gap"], rows["gap1"] = math.inf, math.inf
+    for name in ("force", "stick", "stick1", "t", "sank", "drag", "drag1", "damper"):
+        rows[name] = 0.0
 
 
 @indirect(_PAIR(VECTOR, VECTOR, REAL, REAL, REAL, REAL, REAL, MODEL, VECTOR), used_for="contact_surfaces")

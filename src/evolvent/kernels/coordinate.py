@@ -15,23 +15,11 @@ from numba import types, void
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined
 from evolvent.kernels import axial, rigid
 from evolvent.kernels.axial import QUARTER, SMALL, TRAVEL
-from evolvent.kernels.coordinate_laws import (
-    add_motors,
-    add_synchronizations,
-    latch_torque,
-    note_peaks,
-    synchronization_energy,
-)
-from evolvent.kernels.drivetrain import add_drivetrains, drivetrain_energy, end_drivetrains
+from evolvent.kernels.calls import apply_at
+from evolvent.kernels.coordinate_laws import latch_torque, note_peaks
 from evolvent.kernels.excursion import first_passage
 from evolvent.kernels.joint_friction import bristle_energy, end_kept_friction, friction_force, kept_friction
-from evolvent.kernels.resistance import (
-    add_resistances,
-    end_resistances,
-    resistance_bound,
-    resistance_energy,
-    until_end_of_curve,
-)
+from evolvent.kernels.resistance import resistance_bound, until_end_of_curve
 from evolvent.model import BY_FRICTION, MODEL, family_type
 
 USED_FOR = "coordinates"
@@ -89,32 +77,26 @@ def coordinate_law(coordinates, k, latched, x0, x1, rate):
 
 @inlined
 def add_applied(t, y, share, kept, s, model):
-    """Torques of other parts on all coordinates; returns energy (J) of synchronizations and resistances, and power (W).
+    """Torques of other parts on all coordinates; returns their energy (J), and the powers that they take and give (W).
 
     Parameters
     ----------
-    share, s : as of `coordinate.add_motors`
-    kept : whether y is a state with its frictions among the accounts
+    share : 1 at the coordinates of the last evaluation, 0.5 half way from the step's start to them
+    kept : 1 of a state y with its frictions among the accounts, else 0
+    s : (ns,) int, switches
     """
-    coordinates, energy, power = model.coordinates, 0.0, 0.0
+    coordinates, calls, energy, power, driven = model.coordinates, model.apply_calls, 0.0, 0.0, 0.0
     for k in range(coordinates.size):
         coordinates[k].applied = coordinates[k].applied_slope = coordinates[k].applied_damper = 0.0
-    if model.motors.size > 0:
-        add_motors(t, share, s, model)
-    if model.drivetrains.size > 0:
-        energy, power = add_drivetrains(y, share, 1 if kept else 0, model)
-    if model.resistances.size > 0:
-        energy += add_resistances(y, share, 1 if kept else 0, s, model)
-    if model.synchronizations.size > 0:
-        stored, lost = add_synchronizations(share, model)
-        energy += stored
-        power += lost
-    return energy, power
+    for k in range(calls.size):
+        stored, lost, given = apply_at(model, calls[k])(t, share, kept, y, s, model)
+        energy, power, driven = energy + stored, power + lost, driven + given
+    return energy, power, driven
 
 
-@indirect(types.UniTuple(REAL, 2)(REAL, VECTOR, REAL, INTEGERS, MODEL, VECTOR))
+@indirect(types.UniTuple(REAL, 3)(REAL, VECTOR, REAL, INTEGERS, MODEL, VECTOR))
 def add_coordinates(t, y, h, s, model, F):
-    """Torques of all coordinates over an interval; returns energy at its end (J) and power that dampers take (W).
+    """Torques of all coordinates over an interval; returns energy at its end (J), powers that are taken and given (W).
 
     Parameters
     ----------
@@ -127,7 +109,7 @@ def add_coordinates(t, y, h, s, model, F):
     for k in range(coordinates.size):
         axial.measure_between(coordinates, model.bodies, k, y, h, s[coordinates[k].switch])
     share, sticks = (1.0, 1.0) if h == 0.0 else (0.5, 2.0)  # friction is that of the end
-    energy, power = add_applied(t, y, share, kept, s, model)
+    energy, power, driven = add_applied(t, y, share, 1 if kept else 0, s, model)
     for k in range(coordinates.size):
         latched, x, rate = s[coordinates[k].switch + 1], coordinates[k].angle, coordinates[k].rate
         start = x if h == 0.0 else coordinates[k].before
@@ -147,12 +129,12 @@ def add_coordinates(t, y, h, s, model, F):
         energy += coordinates[k].stored
         power += lost
         axial.push(coordinates, model.bodies, n_q, k, coordinates[k].torque + coordinates[k].applied, F)
-    return energy, power
+    return energy, power, driven
 
 
 @inlined
 def end_frictions(y, model):
-    """Frictions at the end of an explicit step into the accounts of the state y there; returns what they take, J.
+    """Frictions of coordinates at the end of an explicit step into the accounts of the state y; what they take, J.
 
     After `measure_coordinate` of all coordinates there.
     """
@@ -162,21 +144,13 @@ def end_frictions(y, model):
             lost = end_kept_friction(y, coordinates, k, coordinates[k].angle - coordinates[k].before)
             y[coordinates[k].account + BY_FRICTION] += lost
             taken += lost
-    if model.resistances.size > 0:
-        taken += end_resistances(y, 1, 0.5, model)
-    if model.drivetrains.size > 0:
-        taken += end_drivetrains(0.0, 1.0, y, 1, model)
     return taken
 
 
 @indirect(REAL(INTEGERS, MODEL))
 def coordinate_energy(s, model):
-    """Energy of all coordinates, and of what acts on them, at the end of the last step, J."""
-    coordinates, found = model.coordinates, synchronization_energy(model)
-    if model.resistances.size > 0:
-        found += resistance_energy(s, model)
-    if model.drivetrains.size > 0:
-        found += drivetrain_energy(model)
+    """Energy of all coordinates at the end of the last step, J."""
+    coordinates, found = model.coordinates, 0.0
     for k in range(coordinates.size):
         x = coordinates[k].angle
         found += coordinate_law(coordinates, k, s[coordinates[k].switch + 1], x, x, 0.0)[3] + bristle_energy(

@@ -10,31 +10,15 @@ from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.compiled.lookups import motor_law_at
-from evolvent.kernels.drivetrain import end_drivetrains, write_drivetrain_rates
 from evolvent.kernels.joint_friction import taken_by_friction
 from evolvent.kernels.law_means import FOLLOWS, MOTOR, following_torque, scalar_mean, scalar_slope
 from evolvent.kernels.law_slopes import motor_law_slope
 from evolvent.kernels.profile import profile
-from evolvent.kernels.resistance import end_resistances
 from evolvent.model import BY_DAMPER, BY_FRICTION, BY_LATCH, FRICTION_FORCE, MODEL
 
 USED_FOR = "coordinates"
 #: Kinds of motors.
 BY_PROFILE, BY_LAW, BY_MOTION, BY_VOLTAGE, BY_CURRENT = range(5)
-
-
-@inlined
-def count_slipping(model):
-    """A number that encodes which coordinates and bristles slip, and in which sense."""
-    coordinates, found = model.coordinates, 0
-    for k in range(coordinates.size):
-        if coordinates[k].friction > 0.0:
-            found = 3 * found + 1 + int(coordinates[k].slips)
-    for k in range(model.drivetrains.size):
-        found = 3 * found + 1 + int(model.drivetrains[k].slips)
-    for i in range(model.bristles.size):
-        found = 3 * found + 1 + int(model.bristles[i].slips)
-    return found
 
 
 # ------------------------------------------------------------------------------------------------ motors
@@ -197,15 +181,10 @@ def note_peaks(s, coordinates, share):
 @inlined
 def write_account_rates(model, dy):
     """Rates of the accounts of coordinates under explicit methods, at the last evaluation."""
-    coordinates, motors, rows = model.coordinates, model.motors, model.synchronizations
+    coordinates = model.coordinates
     for k in range(coordinates.size):
         dy[coordinates[k].account + BY_DAMPER] = coordinates[k].lost - coordinates[k].latch_lost
         dy[coordinates[k].account + BY_LATCH] = coordinates[k].latch_lost
-    for k in range(motors.size):
-        dy[motors[k].account] = motors[k].power
-    for k in range(rows.size):
-        dy[rows[k].account] = rows[k].lost
-    write_drivetrain_rates(model, dy)
 
 
 @indirect(REAL(REAL, REAL, VECTOR, INTEGERS, MODEL))
@@ -221,8 +200,7 @@ def end_coordinate_step(h, share, y, s, model):
     Friction takes the work of its forces, those of both ends halfway, less what the bristle stores. Where its force of
     the end acts over the whole step, as under energy-momentum, that is stick (z1 slip + (z1 - z0)^2/2).
     """
-    coordinates, motors, rows = model.coordinates, model.motors, model.synchronizations
-    now, rubbed = (0.5 if share == 1.0 else 1.0) * h, 0.0
+    coordinates, now, rubbed = model.coordinates, (0.5 if share == 1.0 else 1.0) * h, 0.0
     then = h - now
     for k in range(coordinates.size):
         at = coordinates[k].account
@@ -235,15 +213,5 @@ def end_coordinate_step(h, share, y, s, model):
             y[at + BY_FRICTION] += taken
             y[at + FRICTION_FORCE] = coordinates[k].stick * coordinates[k].bristle
             rubbed += taken
-    for k in range(motors.size):
-        y[motors[k].account] += now * motors[k].power + then * motors[k].power0
-        motors[k].power0 = motors[k].power
-    for k in range(rows.size):
-        y[rows[k].account] += now * rows[k].lost + then * rows[k].lost0
-        rows[k].lost0 = rows[k].lost
-    if model.resistances.size > 0:
-        rubbed += end_resistances(y, 0, share if h > 0.0 else 0.5, model)
-    if model.drivetrains.size > 0:
-        rubbed += end_drivetrains(h, share, y, 0, model)
     note_peaks(s, coordinates, share)
     return rubbed

@@ -6,30 +6,27 @@ from evolvent.compiled.jit import REAL, VECTOR, indirect
 from evolvent.kernels import axial_tangent
 from evolvent.kernels.axial import TRAVEL, gradients, rate_gradients
 from evolvent.kernels.axial_tangent import add_angle_tangent, add_damping, add_outer
-from evolvent.kernels.coordinate_laws import measure_motor_slopes
-from evolvent.kernels.drivetrain import add_drivetrain_slopes
+from evolvent.kernels.calls import tangent_at
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL, having
+from evolvent.model.interval import INTERVAL
 
 USED_FOR = "coordinates"
 
 
-@indirect(void(VECTOR, REAL, REAL, MODEL, SPARSE))
-def add_coordinate_tangents(y, h, c_rate, model, matrix):
-    """Tangents of all joint coordinates, at the coordinates of the last forces, which are over an interval of length h.
+@indirect(void(INTERVAL, MODEL, SPARSE))
+def add_coordinate_tangents(interval, model, matrix):
+    """Tangents of all joint coordinates, at the coordinates of the last forces, which are over an interval.
 
     Notes
     -----
     With the rates of a state its gradients change. Over a step what counts are those at its end: of the mean, and h/2
     times their rates.
     """
-    coordinates = model.coordinates
-    if model.motors.size > 0:
-        measure_motor_slopes(model)
-    if model.drivetrains.size > 0:
-        add_drivetrain_slopes(model)
-    if model.synchronizations.size > 0:
-        add_synchronization_tangents(y, h, c_rate, model, matrix)
+    coordinates, calls = model.coordinates, model.apply_tangent_calls
+    y, h, c_rate = interval.ym, interval.step.h, interval.step.c_rate
+    for k in range(calls.size):
+        tangent_at(model, calls[k])(interval, model, matrix)
     for k in range(coordinates.size):
         torque = coordinates[k].torque + coordinates[k].applied
         damping = coordinates[k].damper + coordinates[k].motor_damper

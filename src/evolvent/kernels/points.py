@@ -116,6 +116,15 @@ def evaluate_points(y, points):
             row.kinetic += 0.5 * row.linear[c] * y[row.iv + c]
 
 
+@inlined
+def add_centrifugal(mass, at, spin, matrix):
+    """Add what the acceleration of a steady turn `spin`, rad/s, changes with the position of a mass."""
+    square = spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]
+    for c in range(3):
+        for e in range(3):
+            add_entry(matrix, at + c, at + e, mass * (spin[c] * spin[e] - (square if c == e else 0.0)))
+
+
 def point_bound(points, i, blocks):
     """M^-1 K and M^-1 C of point i; blocks : (2, 3, 3) float, K and C. Not compiled."""
     return blocks / points["mass"][i]

@@ -175,7 +175,7 @@ def turn_axis(bodies, index, motion, c):
 
 @inlined
 def turn_columns(model, index, J):
-    """Write the inertial axes about which the unknowns of a body turn it as columns J : (3, 3); first one and number."""
+    """Write the inertial axes about which unknowns turn a body as columns J : (3, 3); their first and number."""
     body = model.bodies[index]
     count = 0 if body.motion == rigid.DRIVEN else 1 if body.motion == rigid.SPIN else 3
     for c in range(count):

@@ -77,18 +77,15 @@ def heat_rods(t0, t1, factor, model):
 
 
 @indirect(void(REAL, REAL, MODEL))
-def evaluate_heat(t, factor, model):
-    """Amplitudes of all temperatures, times `factor`, and free strains of beams and rods, into their records."""
+def heat_beams(t, factor, model):
+    """Free strains of heated beams at time t, times `factor`, into their records."""
     p = model.parameters
-    if model.rods.size > 0:
-        heat_rods(t, t, factor, model)
     for k in range(model.thermal_loads.size):
         load = model.thermal_loads[k]
-        _fill_mean(t, t, factor, load, model)
-        a, at = load.now, load.expansions
-        load.change, load.along_y, load.along_z = a[0], a[2], a[4]
         if load.beam < 0:
             continue
+        _fill_mean(t, t, factor, load, model)
+        a, at = load.now, load.expansions
         first = model.beams[load.beam].first_element
         for i in range(first, first + model.beams[load.beam].elements):
             free, green = model.elements[i].free, 1.0 if model.elements[i].stretch == 0 else 0.0
@@ -104,8 +101,8 @@ def evaluate_heat(t, factor, model):
 def evaluate_energies(n, y, model):
     """What strain energies change by, less the free strains, and works of these, at sample n into the records of loads.
 
-    After `evaluate_heat`, of rods also after `rod.evaluate_rods`. Works are those since sample 0, by the trapezoidal
-    rule over the samples, as the free strains change.
+    After `heat_beams`, of rods after `heat_rods` and `rod.evaluate_rods`. Works are those since sample 0, by the
+    trapezoidal rule over the samples, as the free strains change.
 
     Notes
     -----
@@ -114,6 +111,7 @@ def evaluate_energies(n, y, model):
     """
     for k in range(model.thermal_loads.size):
         load = model.thermal_loads[k]
+        load.change, load.along_y, load.along_z = load.now[0], load.now[2], load.now[4]
         _add_half_work(load, n, -1.0)
         load.elastic = load.bending = load.own = 0.0
         for j in range(AMPLITUDES):

@@ -16,11 +16,12 @@ import math
 from numba import void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import axial, body_gaps, contact_laws, rigid, surfaces
+from evolvent.kernels import body_gaps, contact_laws, rigid, surfaces
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.bristle import SLIP, bristle_between
+from evolvent.kernels.calls import note_at, power_at, rates_at, until_turn_at
 from evolvent.kernels.contact import place, turn_axes
-from evolvent.model import FRICTION_FORCE, MODEL
+from evolvent.model import MODEL
 
 #: Part of the limit of a friction by which the force at the end of a step may be off by a turn within it.
 NEAR = 0.02
@@ -48,13 +49,9 @@ def measure_rates(y, model):
 
     Contacts are those that touch by the gaps measured last.
     """
-    coordinates = model.coordinates
-    for k in range(coordinates.size):
-        coordinates[k].end_rate = axial.rate_of(coordinates, model.bodies, k, y)
-    if model.contact_surfaces.size > 0:
-        measure_point_slides(y, model)
-    if model.body_contacts.size > 0:
-        measure_body_slides(model)
+    calls = model.measure_rates_calls
+    for k in range(calls.size):
+        rates_at(model, calls[k])(y, model)
 
 
 @indirect(void(VECTOR, MODEL), used_for="contact_surfaces")
@@ -96,14 +93,13 @@ def measure_body_slides(model):
 @inlined
 def keep_rates(model):
     """Make the rates at the end of a step those of the start of the next."""
-    for k in range(model.coordinates.size):
-        model.coordinates[k].start_rate = model.coordinates[k].end_rate
-    _keep_slides(model.contact_points)
-    _keep_slides(model.body_contacts)
+    calls = model.keep_rates_calls
+    for k in range(calls.size):
+        note_at(model, calls[k])(model)
 
 
 @inlined
-def _keep_slides(rows):
+def keep_slides(rows):
     """`keep_rates` of contacts."""
     for i in range(rows.size):
         a, b = rows[i].slid0, rows[i].slid1
@@ -117,20 +113,15 @@ def friction_power(model):
 
     Those of bearings, which explicit methods do not have, are left out.
     """
-    coordinates, rows, power = model.coordinates, model.resistances, 0.0
-    for k in range(coordinates.size):
-        power += coordinates[k].rubs * coordinates[k].end_rate
-    for k in range(model.drivetrains.size):
-        power += model.drivetrains[k].rubs * coordinates[model.drivetrains[k].coordinate].end_rate
-    for k in range(rows.size):
-        for i in range(rows[k].first, rows[k].last):
-            power += model.bristles[i].force * coordinates[rows[k].coordinate].end_rate
-    return power - _contact_power(model.contact_points) - _contact_power(model.body_contacts)
+    calls, power = model.friction_power_calls, 0.0
+    for k in range(calls.size):
+        power += power_at(model, calls[k])(model)
+    return power
 
 
 @inlined
-def _contact_power(rows):
-    """Power of the frictions of contacts, W."""
+def contact_power(rows):
+    """Minus the power of the frictions of contacts, W."""
     power = 0.0
     for i in range(rows.size):
         d, v = rows[i].drag1, rows[i].slid1
@@ -161,7 +152,7 @@ def until_turn_of(kind, stick, limit, start, rate0, rate1, h):
 
 
 @inlined
-def _until_contact_turns(point, row, h):
+def until_contact_turns(point, row, h):
     """`until_turn_of` of the friction of a contact along the direction in which it slides at the start of the step."""
     a, b, u = point.slid0, point.slid1, point.stick
     size = math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
@@ -173,7 +164,7 @@ def _until_contact_turns(point, row, h):
 
 
 @inlined
-def _until_reversal(rate0, rate1, least):
+def until_reversal(rate0, rate1, least):
     """Part of a step at which a rate changes sign, `NO_TURN` where it does not, or by less than `least`."""
     if rate0 * rate1 >= 0.0 or min(abs(rate0), abs(rate1)) <= least:
         return NO_TURN
@@ -186,37 +177,7 @@ def until_turn(y0, y, h, model):
 
     After `measure_rates` of its end; frictions at its start are among the accounts, or in their records.
     """
-    coordinates, part = model.coordinates, NO_TURN
-    for k in range(coordinates.size):
-        a, b, start = coordinates[k].start_rate, coordinates[k].end_rate, y[coordinates[k].account + FRICTION_FORCE]
-        part = min(part, until_turn_of(SLIP, coordinates[k].stick, coordinates[k].friction, start, a, b, h))
-    drives = model.drivetrains
-    for k in range(drives.size):
-        c, start = drives[k].coordinate, y[drives[k].account + FRICTION_FORCE]
-        a, b = coordinates[c].start_rate, coordinates[c].end_rate
-        part = min(part, until_turn_of(SLIP, drives[k].stick, drives[k].friction, start, a, b, h))
-    bearings = model.bearings
-    for k in range(bearings.size):
-        c, start = bearings[k].coordinate, bearings[k].stick * bearings[k].bristle0
-        a, b = coordinates[c].start_rate, coordinates[c].end_rate
-        part = min(part, until_turn_of(SLIP, bearings[k].stick, bearings[k].limit, start, a, b, h))
-    rows, bristles = model.resistances, model.bristles
-    for k in range(rows.size):
-        c = rows[k].coordinate
-        a, b = coordinates[c].start_rate, coordinates[c].end_rate
-        for i in range(rows[k].first, rows[k].last):
-            start = y[bristles[i].account]
-            part = min(part, until_turn_of(bristles[i].kind, bristles[i].stick, bristles[i].limit, start, a, b, h))
-    for k in range(model.contact_surfaces.size):
-        row = model.contact_surfaces[k]
-        for i in range(row.first, row.last if row.friction > 0.0 else row.first):
-            part = min(part, _until_contact_turns(model.contact_points[i], row, h))
-    for k in range(model.body_contacts.size):
-        row = model.body_contacts[k]
-        if row.friction > 0.0:
-            part = min(part, _until_contact_turns(row, row, h))
-    for k in range(model.wheels.size):  # whose friction is that of a stiff damper below the rate `slip`
-        if model.wheels[k].friction > 0.0:
-            at = model.wheels[k].iv
-            part = min(part, _until_reversal(y0[at], y[at], model.wheels[k].slip))
+    calls, part = model.until_turn_calls, NO_TURN
+    for k in range(calls.size):
+        part = min(part, until_turn_at(model, calls[k])(y0, y, h, model))
     return part

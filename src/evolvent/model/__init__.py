@@ -19,7 +19,7 @@ from numba.np import numpy_support
 
 from evolvent.compiled.jit import ADDRESSES
 from evolvent.compiled.pointer import Struct, array, record, shared, zeros_record
-from evolvent.model.family import QUESTIONS, calls_of, families
+from evolvent.model.family import QUESTIONS, calls_of, families, kept_of
 from evolvent.model.having import has as has, having as having, nonzero as nonzero, not_negative as not_negative
 from evolvent.model.interval import NUMBERS
 from evolvent.model.powers import N_POWERS
@@ -92,6 +92,7 @@ class Model(Struct):
     F, P : (nv,) float, scratch, generalised forces and the loads among them
     work, e, f, K24, K12 : scratch of an element, and of tangents
     J : (3, 3, 9) float, scratch, columns of sides
+    kept : (m, 6) int, fields that a run keeps at its samples (`evolvent.model.family.kept_of`)
     *_calls : (n,) int, the functions of the families that it has, by question (`evolvent.kernels.calls`)
     addresses : of functions that compiled code calls by address (`evolvent.compiled.jit.Indirect`)
     """
@@ -133,6 +134,7 @@ class Model(Struct):
     K24: Array = array(2)
     K12: Array = array(2)
     J: Array = array(3)
+    kept: Array = array(2, np.int64)
     addresses: Array = shared(ADDRESSES)
 
     @classmethod
@@ -144,7 +146,7 @@ class Model(Struct):
     def __init__(self, **values: Any) -> None:
         scratch = {"interval": zeros_record(NUMBERS), "powers": np.zeros(N_POWERS), "energies": np.zeros(3)}
         scratch = {name: value for name, value in scratch.items() if name not in values}
-        super().__init__(**scratch, **values | calls_of(values))
+        super().__init__(**scratch, **values | calls_of(values) | {"kept": kept_of(values, self._places)})
 
     if TYPE_CHECKING:
 

@@ -20,7 +20,15 @@ from evolvent.base import plugins
 from evolvent.base.errors import InputError
 from evolvent.compiled import lookups
 from evolvent.model.layout import Accounts, Switches
-from evolvent.model.questions import AdjointSupport, Bound, Coordinates, Felt, Law, Records as Records
+from evolvent.model.questions import (
+    AdjointSupport,
+    Bound,
+    Coordinates,
+    Felt,
+    Law,
+    LinearizedPoint,
+    Records as Records,
+)
 from evolvent.model.shares import Rule, Shares
 
 Array = np.ndarray
@@ -37,6 +45,8 @@ SOLVERS = {
 EVERY = frozenset(SOLVERS)
 #: Group of entry points, and package, of modules that declare families.
 GROUP, PACKAGE = "evolvent.families", "evolvent.families"
+#: How fields are kept at samples, in the order in which they stand there (`Family.kept`).
+CLEARED, BETWEEN, NEARER, SUMMED = range(4)
 #: Words of the work of a load.
 WORK = "work since the first sample, of the power interpolated between the samples times the load's course in time"
 #: What a record acts on: ("bodies", index), ("reduced_bodies", index), ("vectors", index).
@@ -191,6 +201,43 @@ class Family:
         make others feel. Where `stiff` records have none, the fastest mode is found by differences of accelerations
     uneven : function of a steady turn (`solvers.steady_turn.Turn`) and of the records with an end on what does not
         turn, of all without `ends`, to those that are not the same at every angle about its axis; None for all of them
+    end_step : of a step that has been taken: what the next one needs of it, and into `Interval.powers` the work and the
+        losses that the family books itself (J, `evolvent.model.powers`)
+    note_step : of records alone, what the next step of energy-momentum needs of the last one
+    coupled_energy : at the end of a step of energy-momentum, of penalties and of what acts on coordinates, J
+    contact_set : goes on with a number that encodes which records touch or slip, and in which sense
+    apply : torques on coordinates at their last evaluation, (t, share, kept, y, s, model) as of
+        `kernels.coordinate.add_applied`; returns energy (J), and the powers that it takes and gives (W);
+        apply_tangent : its derivatives, between different coordinates or into `motor_slope` and `motor_damper` of each
+    until_turn : part of a step at which a friction turns back (`kernels.turning`), with measure_rates of the state at
+        its end, keep_rates at the start of the next, and friction_power, of all frictions at the last evaluation
+    end_friction : under explicit methods, frictions at the end of a step into the accounts; returns what they take, J
+    turning_tangent : derivatives of the forces by the accelerations of a steady turn (`solvers.equilibrium`)
+    evaluate : fields that are results, at a sample; by `force` where a family with results has no answer, False for
+        none. Before that of all families prepare_sample, then evaluate_rates of what follows from the rates of explicit
+        methods, which are evaluated for it; after it evaluate_last
+    forget : function of a model whose records forget the steps before, as at the start of a run
+    kept : fields that a run keeps at its samples, and how: `BETWEEN` (values at both ends of a step lie on a straight
+        line), `CLEARED` (the same, of what `kinematics` clears), `NEARER` (of the nearer end), or `SUMMED` (since the
+        start); keeps : function of `Records` to whether they are kept; keep : what fills them after forces
+    sizes : function of the model and its size, m, to indices of velocities in the state and what counts as 1 of their
+        coordinates, but for positions, slopes and turns
+    extents : function of its records to lengths, m, that count for the size of the system
+    points : function of the assembly, the name and index of a part, its velocities and a state to its points, by name
+    acts_on : function of the model, the index of a load, parameters of the model and a time to the family and index on
+        which it acts then, if it does
+    static_friction : function of its records to those whose friction statics take by displacements
+    at_rest : prepares the records of a model for statics, for which neither rates nor steps before count
+    stand : lets what a drive moves stand where it is at a time
+    end_ramps : lets the records of a model act as after their ramps
+    settle : notes in a model the state at rest as that at the end of a step
+    bending : function of the model after its last forces and of the state to the strain energy of bending, J
+    rubbed : function of its records to indices of the state, what friction has taken in an explicit run
+    ramps : function of its records to times, s, beside those of the model (`breaks`), at which forces change
+    inner : function of its records to how many inner unknowns they need in the matrix of an implicit method
+    presses : function of the model to a mask of its contacts that touch
+    no_balance : function of the model after its last forces, the time and the state to records that are in no
+        equilibrium in spite of their forces, and why, as the end of a sentence
     """
 
     name: str
@@ -257,6 +304,41 @@ class Family:
     felt: Felt | None = None
     bound: Callable[[Any, Array, Mapping[str, Array]], Iterator[Bound]] | None = None
     uneven: Callable[[Any, list[int]], Iterable[int]] | None = None
+    end_step: Call = None
+    note_step: Call = None
+    coupled_energy: Call = None
+    contact_set: Call = None
+    apply: Call = None
+    apply_tangent: Call = None
+    until_turn: Call = None
+    measure_rates: Call = None
+    keep_rates: Call = None
+    friction_power: Call = None
+    end_friction: Call = None
+    turning_tangent: Call = None
+    prepare_sample: Call = None
+    evaluate_rates: Call = None
+    evaluate: Call = None
+    evaluate_last: Call = None
+    keep: Call = None
+    forget: Callable[[Any], None] | None = None
+    kept: Mapping[str, int] = dataclasses.field(default_factory=dict)
+    keeps: Callable[[Records], bool] | None = None
+    sizes: Callable[[Any, float], Iterator[tuple[Any, Any]]] | None = None
+    extents: Callable[[Array], Array] | None = None
+    points: Callable[[Any, str, int, slice, Array], Iterator[tuple[str, LinearizedPoint]]] | None = None
+    acts_on: Callable[[Any, int, Array, float], tuple[str, int] | None] | None = None
+    static_friction: Callable[[Array], Array] | None = None
+    at_rest: Callable[[Any], None] | None = None
+    stand: Callable[[Any, float], None] | None = None
+    end_ramps: Callable[[Any], None] | None = None
+    settle: Callable[[Any, Array], None] | None = None
+    bending: Callable[[Any, Array], float] | None = None
+    rubbed: Callable[[Array], Iterator[Array]] | None = None
+    ramps: Callable[[Array], Array] | None = None
+    inner: Callable[[Array], int] | None = None
+    presses: Callable[[Any], Array] | None = None
+    no_balance: Callable[[Any, float, Array], Iterator[tuple[int, str]]] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
@@ -344,6 +426,12 @@ def acting() -> list[Family]:
     return [family for family in found if not family.of or every[family.of].ends is None]
 
 
+def forget_steps(model: Any) -> None:
+    """Make all records of a model forget the steps before."""
+    for forget in asked("forget").values():
+        forget(model)
+
+
 def asked(question: str) -> dict[str, Any]:
     """Answers of the families that have one to a question, by name.
 
@@ -368,6 +456,8 @@ def _slots(question: str, present: frozenset[str]) -> Array:
         for prefix in _PREFIXES:
             if answer is None and question.startswith(prefix):
                 answer = getattr(family, question.removeprefix(prefix), None)
+        if answer is None and question == "evaluate" and family.results:
+            answer = family.force
         if answer and family.name in present:
             found.append(lookups.slot(answer))
     return np.array([*dict.fromkeys(found)], dtype=np.int64)
@@ -377,3 +467,25 @@ def calls_of(model: Mapping[str, Any]) -> dict[str, Array]:
     """Tables of calls of a model, of the families of which it has records."""
     present = frozenset(name for name in families() if model[name].size)
     return {f"{question}_calls": _slots(question, present).copy() for question in QUESTIONS}
+
+
+def kept_of(model: Mapping[str, Any], places: Mapping[str, int]) -> Array:
+    """Fields that a run keeps at its samples, in their order: (m, 6) int.
+
+    Parameters
+    ----------
+    places : of each family, the word of the model at which its records are found
+
+    Returns
+    -------
+    Of each field the place of its family, bytes from record to record, number of records, bytes of the field in a
+    record, number of its numbers, and how it is kept (`Family.kept`)
+    """
+    found = []
+    for family in families().values():
+        if family.kept and (family.keeps is None or family.keeps(model.__getitem__)):
+            record, size = family.record, model[family.name].size
+            for field, how in family.kept.items():
+                kind, offset = record.fields[field][:2]  # type: ignore[index]
+                found.append((places[family.name], record.itemsize, size, offset, kind.itemsize // 8, how))
+    return np.array(sorted(found, key=lambda row: row[-1]), dtype=np.int64).reshape(-1, 6)

@@ -15,13 +15,15 @@ from evolvent.compiled.pointer import Struct, array, on_stack, record
 #: square by shares of inertia (1/s2). rub: s, length of the step of friction of contacts that ends at a state
 #: (`kernels.contact.add_contacts`); factor: of loads on beams and of gravity; over: time in which `dv` changes
 #: velocities, h, or 1 of a state, whose `dv` are accelerations, and inertia: 1/over. Of a tangent: c_mass and c_rate,
-#: derivatives of accelerations and of velocities, and scale of the constraints
+#: derivatives of accelerations and of velocities, and scale of the constraints. Of the end of a step: share, 1 where
+#: the last forces are those of its end, 0.5 where they are means over it; again, 1 where forces change at once at an
+#: end that is booked already. sample: index among `times`
 NUMBERS = np.dtype(
     [
         (name, np.float64)
         for name in (
             "t", "h", "span", "tm", "chi", "chi_v", "ratio", "soft", "held", "chi_p", "largest", "rms", "rub", "factor",
-            "over", "inertia", "c_mass", "c_rate", "scale",
+            "over", "inertia", "c_mass", "c_rate", "scale", "share", "again", "sample",
         )
     ]
 )  # fmt: skip
@@ -42,6 +44,7 @@ class Interval(Struct):
     powers : (N_POWERS,) float, means over a step; contact : (2,) float, J, what normal forces and friction of contacts
         take in a step
     s, rates : (ns,) int and (ny,) float, of a state of explicit methods its switches and its rates
+    times : (nt,) float, s, of samples, of which the state is one
     """
 
     step: np.record = record(NUMBERS)
@@ -61,14 +64,19 @@ class Interval(Struct):
     contact: np.ndarray = array(1)
     s: np.ndarray = array(1, np.int64)
     rates: np.ndarray = array(1)
+    times: np.ndarray = array(1)
 
 
 #: The type of an interval in signatures of compiled functions.
 INTERVAL = Interval._numba_type_
+_OF_STATE = {
+    "step": "step", "y0": "y", "y1": "y", "ym": "y", "dq": "a", "dv": "a", "before": "a", "la": "la", "r": "r",
+    "powers": "powers", "s": "s", "rates": "rates",
+}  # fmt: skip
 #: ``state_interval(step, y, a, la, r, powers, s, rates)``: for compiled code, the interval of a state with
 #: accelerations `a` and multipliers `la`.
-state_interval = on_stack(
-    Interval, "step", "y", "a", "la", "r", "powers", "s", "rates",
-    step="step", y0="y", y1="y", ym="y", dq="a", dv="a", before="a", la="la", r="r", powers="powers", s="s",
-    rates="rates",
-)  # fmt: skip
+state_interval = on_stack(Interval, "step", "y", "a", "la", "r", "powers", "s", "rates", **_OF_STATE)
+#: ``sample_interval(step, y, a, la, r, powers, s, rates, times)``: the same of a sample.
+sample_interval = on_stack(
+    Interval, "step", "y", "a", "la", "r", "powers", "s", "rates", "times", **_OF_STATE, times="times"
+)

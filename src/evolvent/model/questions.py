@@ -48,11 +48,44 @@ class Coordinates:
     blocks : function of `Records` and of pools of arrays by name to the blocks, record by record
     order : float, place among those of all families: in this order an implicit method numbers its unknowns
     loose : function of the records to how many of their motions statics may find without any stiffness
+    spins : whether rates go on in statics, since their momentum is felt by what turns
+    first : float, mass of a node beside that of the first one, which stands for all; 0 where each stands for itself
     """
 
     blocks: Callable[[Records, Mapping[str, Any]], Iterator[Block]]
     order: float
     loose: Callable[[Array], int]
+    spins: bool = False
+    first: float = 0.0
+
+
+class LinearizedPoint(NamedTuple):
+    """A point, and the linear maps from the displacements u (nv,) of the velocities' coordinates to its motion.
+
+    Attributes
+    ----------
+    position : (3,) float, m, in the state that the maps belong to
+    where : slice, the coordinates of u that move it
+    displacement : (3, n) float, m in inertial axes per unit of u[where]; None of a body on a fixed axis
+    rotation : (3, n) float, rad about inertial axes per unit of u[where]; None of a point
+    """
+
+    position: Array
+    where: slice
+    displacement: Array | None
+    rotation: Array | None
+
+
+def along(name: str, found: list[LinearizedPoint]) -> Iterator[tuple[str, LinearizedPoint]]:
+    """Names of the nodes along a part: "boom[0]" to "boom[n]", "boom.root", "boom.tip"."""
+    yield from ((f"{name}[{i}]", node) for i, node in enumerate(found))
+    yield f"{name}.root", found[0]
+    yield f"{name}.tip", found[-1]
+
+
+def skew(a: Array) -> Array:
+    """Matrix of the vector product by a, (3, 3)."""
+    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
 
 
 #: Record, square of a frequency (rad2/s2) and damping rate (1/s) of a mode.

@@ -5,8 +5,9 @@ from __future__ import annotations
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect
+from evolvent.flow import step_end
 from evolvent.flow.implicit import residual
-from evolvent.kernels import attitude, bearing, contact, coordinate_laws, joint, rigid, sparse_lu, thread
+from evolvent.kernels import bearing, joint, rigid, sparse_lu, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import ROTATION, displace
 from evolvent.kernels.joint_friction import RELAX
@@ -93,8 +94,7 @@ def begin(model, matrix, work):
     status = start_accelerations(model, matrix, work)
     if status != DONE:
         return status
-    contact.end_contacts(work.y, model)
-    _begin_step(work.loop.time, model, work)
+    _begin_step(work.loop.time, 0.0, model, work)
     return DONE
 
 
@@ -107,19 +107,15 @@ def restart(after, model, matrix, work):
     status = start_accelerations(model, matrix, work)
     work.loop.time = t
     if status == DONE:
-        _begin_step(after, model, work)
+        _begin_step(after, 1.0, model, work)
     return status
 
 
-@indirect(void(REAL, MODEL, WORKSPACE))
-def _begin_step(t, model, work):
-    """What the first step needs of a start at t."""
+@indirect(void(REAL, REAL, MODEL, WORKSPACE))
+def _begin_step(t, again, model, work):
+    """What the first step needs of a start at t; again: of `flow.step_end.end_step`."""
     end_step(t, 0.0, model, work)
-    if model.coordinates.size > 0:
-        coordinate_laws.end_coordinate_step(0.0, 1.0, work.y, model.switches, model)
-    if model.bearings.size > 0:
-        bearing.end_bearings(1.0, work.y, model)
-    attitude.end_actuator_step(0.0, 0.5, work.dq, work.y, model)
+    step_end.end_step(t, 0.0, 1.0, again, work.y, work.dq, model, work.booked)
 
 
 @indirect(_I(MODEL, SPARSE, WORKSPACE))

@@ -8,8 +8,9 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow.energy_momentum import measure, residual, tangent
-from evolvent.kernels import ancf, bearing, coordinate, joint, reduced, rigid, rod_strains, tape
+from evolvent.kernels import rigid
 from evolvent.kernels.blocks import largest_turn
+from evolvent.kernels.calls import note_at, stored_at
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL, powers as eq
 from evolvent.solvers.balance import moved_of
@@ -194,11 +195,9 @@ def end_step(model, work):
         work.powers[1, i] = work.powers[0, i]
     for k in range(step.la.size):
         work.la0[k] = step.la[k]
-    ancf.note_changes(model.elements)
-    rod_strains.note_strains(model.rod_elements)
-    reduced.note_changes(model.modes)
-    if model.tapes.size > 0:
-        tape.note_flattening(model)
+    calls = model.note_step_calls
+    for k in range(calls.size):
+        note_at(model, calls[k])(model)
 
 
 @indirect(void(MODEL, WORKSPACE))
@@ -214,14 +213,9 @@ def restart(model, work):
 @indirect(REAL(REAL, MODEL, WORKSPACE))
 def coupled_energy(t, model, work):
     """Energy of penalties and joint coordinates at the end of the step, J."""
-    joints, coupled = model.joints, 0.0
-    for k in range(joints.size):
-        if joints[k].stiffness > 0.0 and joint.holds(t, joints, k):
-            coupled += 0.5 * joints[k].stiffness * joints[k].gap1 * joints[k].gap1
-    if model.coordinates.size > 0:
-        coupled += coordinate.coordinate_energy(model.switches, model)
-    if model.bearings.size > 0:
-        coupled += bearing.bearing_energy(model)
+    calls, coupled = model.coupled_energy_calls, 0.0
+    for k in range(calls.size):
+        coupled += stored_at(model, calls[k])(t, model)
     return coupled
 
 

@@ -18,10 +18,12 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, record
+from evolvent.flow import step_end
 from evolvent.flow.implicit import energies, residual, tangent
-from evolvent.kernels import attitude, bearing, contact, coordinate, coordinate_laws, loads, rigid, sparse_lu, thread
-from evolvent.kernels.ancf_beams import NODE_VECTORS, is_finite
+from evolvent.kernels import attitude, contact, coordinate, loads, rigid, sparse_lu, thread
+from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE, displace, is_idle
+from evolvent.kernels.calls import turning_tangent_at
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sparse import SPARSE, add_entry, diagonal
 from evolvent.model import MODEL
@@ -62,7 +64,7 @@ class StaticWorkspace(Struct):
     history : (iterations + 1, N_HISTORY) float
         Of Newton's method at the last load factor: largest unbalanced force (N) and moment (N m) before each iteration
         and after the last, and the largest correction beside its size, not a number after the last.
-    powers : (N_POWERS,) float
+    powers, booked : (N_POWERS,) float
     spin : (6,) float, rad/s and m, rate and centre of the turn
     parameters, gravity : (k,) and (3,) float, the model's own, which are scaled by the factor
     loop : record (see `LOOP`)
@@ -84,6 +86,7 @@ class StaticWorkspace(Struct):
     is_moment: np.ndarray = array(1, np.int64)
     history: np.ndarray = array(2)
     powers: np.ndarray = array(1)
+    booked: np.ndarray = array(1)
     spin: np.ndarray = array(1)
     parameters: np.ndarray = array(1)
     gravity: np.ndarray = array(1)
@@ -159,68 +162,14 @@ def turning(factor, spin, y, model, a):
             a[model.wheels[k].iv - n_q] = -(n[0] * a[at] + n[1] * a[at + 1] + n[2] * a[at + 2])
 
 
-@inlined
-def _add_centrifugal(mass, at, spin, matrix):
-    """Add what the acceleration of the turn changes with the position of a mass."""
-    square = spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]
-    for c in range(3):
-        for e in range(3):
-            add_entry(matrix, at + c, at + e, mass * (spin[c] * spin[e] - (square if c == e else 0.0)))
-
-
 @indirect(void(REAL, VECTOR, VECTOR, MODEL, SPARSE))
 def add_turning_tangent(factor, spin, y, model, matrix):
     """Add factor d(M a)/dq of the turn's accelerations to a matrix."""
     if spin[0] == 0.0 and spin[1] == 0.0 and spin[2] == 0.0:
         return
-    n_q, points, bodies = model.info.nq, model.points, model.bodies
-    elements, beams = model.elements, model.beams
-    square = spin[0] * spin[0] + spin[1] * spin[1] + spin[2] * spin[2]
-    for k in range(elements.size):
-        n = 2 * NODE_VECTORS[beams[elements[k].beam].kind]
-        M = model.M[elements[k].mass]
-        at = elements[k].iv - n_q
-        for i in range(n):
-            for j in range(n):
-                if M[i, j] == 0.0:
-                    continue
-                for c in range(3):
-                    for e in range(3):
-                        value = spin[c] * spin[e] - (square if c == e else 0.0)
-                        add_entry(matrix, at + 3 * i + c, at + 3 * j + e, factor * M[i, j] * value)
-    for k in range(points.size):
-        _add_centrifugal(factor * points[k].mass, points[k].iv - n_q, spin, matrix)
-    for k in range(model.threads.size):
-        if model.threads[k].kind == thread.MOVING:
-            thread.add_turning_elements(factor, spin, k, model, matrix)
-            continue
-        for i in range(1 if model.threads[k].end >= 0 else 0, model.switches[k]):
-            mass = factor * model.nodes[model.threads[k].node + i].mass
-            _add_centrifugal(mass, model.threads[k].iv + 3 * i - n_q, spin, matrix)
-    for b in range(bodies.size):
-        if bodies[b].motion != rigid.FREE:
-            continue
-        at, J = bodies[b].iv - n_q, bodies[b].inertia
-        w = turn_back(bodies[b].R, spin[0], spin[1], spin[2])
-        p = attitude.wheel_momentum(b, y, model)
-        h = (
-            J[0, 0] * w[0] + J[0, 1] * w[1] + J[0, 2] * w[2] + p[0],
-            J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2] + p[1],
-            J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2] + p[2],
-        )
-        _add_centrifugal(factor * bodies[b].mass, at, spin, matrix)
-        for e in range(3):
-            # a turn by the unit vector e changes w by w x e, and the torque by (w x e) x h + w x J (w x e)
-            u = cross(w[0], w[1], w[2], 1.0 * (e == 0), 1.0 * (e == 1), 1.0 * (e == 2))
-            Ju = (
-                J[0, 0] * u[0] + J[0, 1] * u[1] + J[0, 2] * u[2],
-                J[1, 0] * u[0] + J[1, 1] * u[1] + J[1, 2] * u[2],
-                J[2, 0] * u[0] + J[2, 1] * u[1] + J[2, 2] * u[2],
-            )
-            g = cross(u[0], u[1], u[2], h[0], h[1], h[2])
-            k3 = cross(w[0], w[1], w[2], Ju[0], Ju[1], Ju[2])
-            for c in range(3):
-                add_entry(matrix, at + 3 + c, at + 3 + e, factor * (g[c] + k3[c]))
+    calls = model.turning_tangent_calls
+    for k in range(calls.size):
+        turning_tangent_at(model, calls[k])(factor, spin, y, model, matrix)
 
 
 # ---------------------------------------------------------------------------------------------- iterations
@@ -492,11 +441,7 @@ def probe(t, step, factor, shift, model, matrix, b):
 @indirect(void(REAL, MODEL, _WORKSPACE, VECTOR))
 def accept(t, model, b, out):
     """Make the state the start of what follows; out : (5,) energies (3), of contacts, of coordinates and penalties."""
-    contact.end_contacts(b.y, model)
-    if model.coordinates.size > 0:
-        coordinate_laws.end_coordinate_step(0.0, 1.0, b.y, model.switches, model)
-    if model.bearings.size > 0:
-        bearing.end_bearings(1.0, b.y, model)
+    step_end.end_step(t, 0.0, 1.0, 0.0, b.y, b.total, model, b.booked)
     coordinate.count_quarter_turns(model.switches, model.coordinates)
     energies(t, b.y, model, out[:3])
     out[3], out[4] = contact.energy_of(model), b.powers[COUPLED_ENERGY]

@@ -13,7 +13,7 @@ from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.compiled.pointer import zeros_record
-from evolvent.kernels import contact
+from evolvent.model.family import forget_steps
 from evolvent.solvers import balance as eb, event_search, explicit, explicit_events as ex, run
 from evolvent.solvers.explicit_methods import METHODS, Method
 from evolvent.solvers.implicit_setup import round_off_energy, strain_round_off
@@ -59,7 +59,7 @@ class Run(run.Run):
         began = clock.perf_counter()
         self.advance = load(self.model, self.tableau, rtol=of.rtol, atol=of.atol)
         self.compile_time = of.compile_time + clock.perf_counter() - began
-        contact.clear_history(self.model)
+        forget_steps(self.model)
         self.work = _workspace(self.assembly, of.times, self.tableau, of.step)
         self.unresolved = strain_round_off(self.model)
         self.floor = round_off_energy(self.assembly, of.times[0])

@@ -24,11 +24,13 @@ def less_free_strain(model: Model, t: Array, y: Array, factor: Array | float, ba
         return balance
     found, y = balance.copy(), np.ascontiguousarray(y)
     elastic, loads = np.zeros(t.size), model.thermal_loads
-    of_rods = (rigid.kinematics, rod.evaluate_rods) if model.rods.size else ()
-    needs.load(model, thermal.evaluate_heat, thermal.evaluate_energies, *of_rods)
+    heats_rods = bool(np.any(loads["rod"] >= 0))
+    of_rods = (thermal.heat_rods, rigid.kinematics, rod.evaluate_rods) if heats_rods else ()
+    needs.load(model, thermal.heat_beams, thermal.evaluate_energies, *of_rods)
     for k, scale in enumerate(np.resize(factor, t.size)):
-        thermal.evaluate_heat(t[k], scale, model)
-        if model.rods.size:
+        thermal.heat_beams(t[k], scale, model)
+        if heats_rods:
+            thermal.heat_rods(t[k], t[k], scale, model)
             rigid.kinematics(t[k], y[k], model)
             rod.evaluate_rods(model, model.sums[1])
         thermal.evaluate_energies(k, y[k], model)

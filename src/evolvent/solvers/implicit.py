@@ -14,6 +14,8 @@ from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.kernels import rigid, thread
 from evolvent.kernels.sparse import SparseBlocks
+from evolvent.model import Model
+from evolvent.model.family import families as table
 from evolvent.parts.checks import number, positive
 from evolvent.solvers import balance as eb, reactions
 from evolvent.solvers.explicit_plan import STEP_ALLOWED, sample_times
@@ -149,7 +151,7 @@ def plan(
     floor, first = energy_floor(mine, mass, weight), min(1e-5 * span, 1e-4) if step is None else step
     if conserves:
         # the energy that a law between points states may be off what its forces do
-        gain = LARGEST_GAIN if not mine.model.custom_forces.size else eb.GAINED
+        gain = eb.GAINED if _states_energies(mine.model) else LARGEST_GAIN
     else:
         gain, span = eb.GAINED, 10.0 * first if adaptive else first
         floor *= gain if largest_gain is None else largest_gain
@@ -174,6 +176,11 @@ def plan(
         **of.constants(rho),
     )
     return Plan(mine, method, times, step, matrix_for(mine), weight, options)
+
+
+def _states_energies(model: Model) -> bool:
+    """Whether users' laws state energies of forces."""
+    return any(any(law.stated for law in own.laws) and own.records(model).size for own in table().values())
 
 
 def _newton(assembly: Assembly, conserves: bool, step: float | None, tolerance: float) -> float:

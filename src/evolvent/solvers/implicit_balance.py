@@ -6,7 +6,8 @@ from numba import types, void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.flow.implicit import energies
-from evolvent.kernels import attitude, bearing, contact, coordinate_laws, joint, rigid
+from evolvent.flow.step_end import end_step
+from evolvent.kernels import contact, joint, rigid
 from evolvent.model import MODEL, powers as eq
 from evolvent.solvers import implicit_method as method
 from evolvent.solvers.balance import (
@@ -34,7 +35,7 @@ def add_step_to_balance(t, h, model, work):
     -----
     Work of loads, drives and wheels is the mean of the forces of both ends times the displacement; losses by mass,
     stiffness, springs and joints are the mean power times h. Under energy-momentum both ends have the means of the
-    step. Friction is that of the contacts, of `coordinate.end_coordinate_step` and of `bearing.end_bearings`.
+    step. The rest is what families book themselves (`Family.end_step`).
     """
     balance, midpoint = work.balance, work.options.midpoint != 0
     P, P0, p, p0 = work.loads1, work.loads0, work.powers[0], work.powers[1]
@@ -48,23 +49,15 @@ def add_step_to_balance(t, h, model, work):
     balance.by_joints += 0.5 * h * (p[eq.JOINTS] + p0[eq.JOINTS])
     balance.drives += _drives(t, model, work) + 0.5 * h * (p[eq.DRIVEN] + p0[eq.DRIVEN])
     balance.spools += 0.5 * h * (p[eq.SPOOLS] + p0[eq.SPOOLS])
-    lost, driven = attitude.end_actuator_step(h, 1.0 if midpoint else 0.5, work.dq, work.y, model)
-    balance.by_springs += lost
-    balance.drives += driven
-    slip, damped = contact.end_contacts(work.y, model)
+    booked = work.booked
+    end_step(t, h, 0.5 if midpoint else 1.0, 0.0, work.y, work.dq, model, booked)
+    balance.by_springs += booked[eq.SPRINGS]
+    balance.drives += booked[eq.DRIVEN]
     if midpoint:
-        damped, slip = work.step.contact[0], work.step.contact[1]
-    balance.by_friction += slip
-    balance.by_contact += damped
-    if model.coordinates.size > 0:
-        share = 0.5 if midpoint else 1.0
-        balance.by_friction += coordinate_laws.end_coordinate_step(h, share, work.y, model.switches, model)
-        if model.bearings.size > 0:
-            balance.by_friction += bearing.end_bearings(share, work.y, model)
-    for k in range(model.contact_surfaces.size):
-        model.contact_surfaces[k].impulse += h * model.contact_surfaces[k].normal
-    for k in range(model.body_contacts.size):
-        model.body_contacts[k].impulse += h * model.body_contacts[k].force
+        balance.by_contact += work.step.contact[0]
+        balance.by_friction += work.step.contact[1]
+    balance.by_contact += booked[eq.CONTACTS]
+    balance.by_friction += booked[eq.RUBBING]
 
 
 @indirect(_B(_B, MODEL, WORKSPACE))

@@ -14,6 +14,7 @@ from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual, tangent
 from evolvent.kernels import joint
 from evolvent.kernels.sparse import INNER, SparseBlocks
+from evolvent.model.family import families as table
 from evolvent.solvers import balance as eb, implicit_loop, implicit_samples, reactions, redundancy, run
 from evolvent.solvers.alpha_state import SHORT
 from evolvent.solvers.captures import Captures
@@ -68,10 +69,12 @@ class Run(run.Run):
         needs.load(self.model, *roots, without=others - METHODS[self.plan.method].modules)
 
     def _hold_joints(self) -> None:
-        """Joints and motors that events or latches release hold again, as before a run."""
-        for rows in (self.model.joints, self.model.motors):
-            released = rows["event"] != -1
-            rows["until"][released] = rows["latest"][released]
+        """Records that events or latches release hold again, as before a run."""
+        for family in table().values():
+            if "latest" in (family.record.names or ()):
+                rows = family.records(self.model)
+                released = rows["event"] != -1
+                rows["until"][released] = rows["latest"][released]
 
     @property
     def tried(self) -> float:

@@ -7,14 +7,15 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
+from evolvent.flow.kept_fields import count_kept, restore_cleared, write_forces
 from evolvent.kernels import rigid, rod_payout
 from evolvent.kernels.rotations import turn
 from evolvent.kernels.springs import marker_kinematics
 from evolvent.kernels.thread import MOVING, is_end, paid_out, spool, take_up
 from evolvent.model import MODEL
+from evolvent.model.family import NEARER, SUMMED
 from evolvent.solvers.dense import interpolate, momenta_between
 from evolvent.solvers.implicit_state import WORKSPACE
-from evolvent.solvers.sampled import write_forces
 
 _I = types.int64
 
@@ -54,30 +55,22 @@ def _copy_forces(count, work):
 
 
 @inlined
-def _impulses(model):
-    """Number of impulses, which are last among the forces."""
-    return model.contact_surfaces.size + model.body_contacts.size
-
-
-@inlined
 def restore_wrenches(model, work):
     """What acts on the bodies at the step's end, which `kinematics` clears."""
-    for b in range(model.bodies.size):
-        for i in range(6):
-            model.bodies[b].F[i] = work.forces[1, 6 * b + i]
+    restore_cleared(model, work.forces[1])
 
 
 @indirect(void(_I, REAL, MODEL, WORKSPACE))
 def keep_forces(n, theta, model, work):
     """Keep accelerations, multipliers and forces at the part `theta` of the step as those of sample n."""
-    forces, whole = work.forces, work.forces.shape[1] - _impulses(model)
+    forces, summed, nearer = work.forces, count_kept(SUMMED, model), count_kept(NEARER, model)
     for i in range(work.dq.size):
         work.out_a[n, i] = _between(theta, work.dv0[i], work.dv1[i])
     for i in range(work.la.size):
         work.out_la[n, i] = _between(theta, work.la0[i], work.la[i])
     for i in range(forces.shape[1]):
         work.out_forces[n, i] = _between(theta, forces[0, i], forces[1, i])
-    for i in range(whole - model.contact_surfaces.size, whole):  # numbers of points that touch
+    for i in range(forces.shape[1] - summed - nearer, forces.shape[1] - summed):
         work.out_forces[n, i] = forces[1 if theta > 0.5 else 0, i]
     if work.out_points.shape[0] > 0:
         for i in range(work.out_points.shape[1]):
@@ -240,7 +233,7 @@ def keep_samples(t, h, model, work):
     """
     loop, near = work.loop, 10.0 * work.options.smallest
     if work.options.midpoint != 0:
-        _copy_forces(work.forces.shape[1] - _impulses(model), work)
+        _copy_forces(work.forces.shape[1] - count_kept(SUMMED, model), work)
         if loop.steps == 1:
             keep_forces(0, 0.0, model, work)
     while loop.sample < work.samples.size and work.samples[loop.sample] <= t + h + near:

@@ -10,18 +10,17 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.blocks import is_of
+from evolvent.assembly.blocks import owners
 from evolvent.assembly.checks import redundant_part
 from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import measure_constraints
-from evolvent.kernels import contact, joint, rigid
-from evolvent.kernels.beam_loads import FIELD
+from evolvent.kernels import joint, rigid
 from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, SCALAR, indices
 from evolvent.kernels.drive import FREE, drive
 from evolvent.kernels.sparse import SparseBlocks
-from evolvent.model.family import EXPLICIT, SOLVERS
+from evolvent.model.family import EXPLICIT, SOLVERS, asked, families, forget_steps
 from evolvent.model.interval import NUMBERS, Interval
 from evolvent.model.powers import N_POWERS
 from evolvent.solvers import event_search, graph, ordering, reactions
@@ -57,9 +56,7 @@ def matrix_of(model: mdl.Model, *, spare: int | None = None, layers: bool = Fals
     Turns that lie on one another are inner unknowns; those that do so at present are coupled directly if `layers`. So
     is what a torque spread over a beam couples.
     """
-    found = model.contact_surfaces[model.contact_surfaces["under"] >= 0]
-    inner = int(np.sum((found["last"] - found["first"]) * np.where(found["friction"] > 0.0, 3, 1)))
-    inner += int(np.sum(model.beam_loads["kind"] == FIELD))
+    inner = sum(own(getattr(model, name)) for name, own in asked("inner").items())
     if spare is None:
         spare = min(model.joints.size, MOST_REDUNDANT)
     return ordering.matrix_of(graph.pattern_of(model, layers=layers), spare=spare, inner=inner)
@@ -83,25 +80,19 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     """
     model, blocks, n_q = assembly.model, assembly.model.blocks, int(assembly.model.info.nq)
     weight = np.ones(int(model.info.nv))
-    beams, inertia = is_of(blocks, "beams"), blocks["inertia"][:, 0]
-    positions = blocks["kind"] == POSITION
+    positions, inertia = blocks["kind"] == POSITION, blocks["inertia"][:, 0]
     placed = assembly.y[indices(blocks[positions & (blocks["switch"] == MOVES)], "iq")]
-    lengths = [(n * l0, 0.0, 0.0) for n, l0 in zip(model.threads["n"], model.threads["segment"], strict=True)]
+    own = families().values()
+    lengths = [(one, 0.0, 0.0) for f in own if f.extents is not None for one in f.extents(f.records(model))]
     length = _extent(np.concatenate([model.bodies["x"], placed, np.reshape(lengths, (-1, 3))]))
     weight[indices(blocks[positions], "iv") - n_q] = length
-    weight[blocks["iv"][is_of(blocks, "reduced_bodies")] - n_q] = length
-    for tape in model.tapes:
-        own = model.tape_nodes["iv"][tape["first_node"] :][: tape["nodes"]]
-        weight[own - n_q] = tape["transverse"]
+    for sizes_of in asked("sizes").values():
+        for velocities, size in sizes_of(model, length):
+            weight[velocities - n_q] = size
     # the first node of a beam has the mass of half an element; a point mass has that of a thread's end on it
-    typical = (positions & (~beams | (blocks["node"] == 0)) | (blocks["kind"] == ANGLE)) & (inertia > 0.0)
-    masses = np.where(beams, 2.0, 1.0)[typical] * inertia[typical]
-    for wheel in model.wheels:
-        body, n = model.bodies[wheel["body"]], wheel["axis"]
-        about = n @ body["inertia"] @ n if body["motion"] == rigid.FREE else body["spin_inertia"]
-        weight[wheel["iv"] - n_q] = max(1.0, float(about / wheel["inertia"]))
-    for row in model.threads[model.threads["drive"] == FREE]:
-        weight[int(row["spool_v"]) - n_q] = length / row["radius"]
+    first = np.array([max(one.first for one in families()[name].coordinates) for name in owners()])[blocks["family"]]
+    typical = (positions & ((first == 0.0) | (blocks["node"] == 0)) | (blocks["kind"] == ANGLE)) & (inertia > 0.0)
+    masses = np.where(first > 0.0, first, 1.0)[typical] * inertia[typical]
     return weight, float(np.exp(np.mean(np.log(masses)))) if masses.size else 1.0
 
 
@@ -247,9 +238,15 @@ def check_start(assembly: Assembly, t: float) -> None:
 
 def acts_from_outside(model: mdl.Model, t: float = -math.inf) -> bool:
     """Whether something joins, pushes or pulls on the system from outside at t, beside gravity and loads."""
-    tied = [rows["outside"] != 0 for rows in (model.contact_surfaces, model.body_contacts)]
-    tied += [(model.joints["outside"] != 0) & (t <= model.joints["until"])]
-    return bool(model.info.outside) or any(bool(np.any(one)) for one in tied)
+    if model.info.outside:
+        return True
+    for family in families().values():
+        names, found = family.record.names or (), family.records(model)
+        if "outside" in names:
+            acts = found["outside"] != 0
+            if np.any(acts & (t <= found["until"]) if "until" in names else acts):
+                return True
+    return False
 
 
 def check_redundancy(assembly: Assembly, t: float) -> None:
@@ -264,12 +261,8 @@ def check_redundancy(assembly: Assembly, t: float) -> None:
 def stops_of(assembly: Assembly, times: np.ndarray) -> np.ndarray:
     """Times between the first and the last sample on which steps land, (n,) float, s: loads or joints change there."""
     model = assembly.model
-    ends = [
-        model.beam_loads["start"] + model.beam_loads["ramp"],
-        model.breaks,
-        release_times(assembly, times[0], times[-1]),
-    ]
-    stops = np.unique(np.concatenate(ends))
+    changes = [own(getattr(model, name)) for name, own in asked("ramps").items()]
+    stops = np.unique(np.concatenate([*changes, model.breaks, release_times(assembly, times[0], times[-1])]))
     return stops[(stops > times[0]) & (stops < times[-1])]
 
 
@@ -285,7 +278,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
     model, midpoint = assembly.model, bool(options.midpoint)
     n_v, n_j, n_b, n_t = int(model.info.nv), model.joints.size, model.bodies.size, times.size
     model.switches[:] = assembly.s
-    contact.clear_history(model)
+    forget_steps(model)
     out, evaluated = empty(model, n_t), n_t if reactions.applies(model, options) else 0
     balance, fields, logged = (
         np.zeros(1, dtype=BALANCE),
@@ -324,6 +317,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         error_weight=error_sizes(model, weight, conserves=bool(midpoint)),
         shares=shares(model, weight, conserves=bool(midpoint)),
         energies=np.zeros(3),
+        booked=np.zeros(N_POWERS),
         forces=np.zeros((2, out.forces.shape[1])),
         ends=np.zeros((evaluated, 2, assembly.y.size)),
         end_times=np.zeros((evaluated, 2)),
@@ -350,6 +344,7 @@ def _energy_step(assembly: Assembly, options: np.record, shared: dict[str, np.nd
     return Interval(
         s=np.zeros(0, dtype=np.int64),
         rates=np.zeros(0),
+        times=np.zeros(0),
         step=zeros_record(NUMBERS, soft=1.0, held=float(chi > 0.0 and acts_from_outside(model))),
         **{name: shared[name] for name in ("y0", "dq", "la", "r", "R0", "R1", "x0", "x1")},
         y1=shared["y"],

@@ -84,6 +84,7 @@ class Workspace(Struct):
         (`implicit_setup.error_sizes`); shares : (nv,) float, see `implicit_setup.shares`
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
     momenta : (6,) float, scratch; search : Search, of events within a step
+    booked : (N_POWERS,) float, scratch, what families book of a step
     powers : (2, N_POWERS) float, at the end and the start; gaps : (nj,) float, what drives change in the joints' gaps
     energies : (3,) float, scratch
     forces : (2, n) float, see `solvers.sampled.Sampled`, of the start first
@@ -122,6 +123,7 @@ class Workspace(Struct):
     error_weight: np.ndarray = array(1)
     shares: np.ndarray = array(1)
     powers: np.ndarray = array(2)
+    booked: np.ndarray = array(1)
     gaps: np.ndarray = array(1)
     energies: np.ndarray = array(1)
     forces: np.ndarray = array(2)

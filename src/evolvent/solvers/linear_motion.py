@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import scipy.sparse as sparse
 
 from evolvent.kernels import fields, joint, rigid
-from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE
+from evolvent.kernels.blocks import POSITION, RATE, ROTATION, SLOPE
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.eigenproblem import Problem
 from evolvent.solvers.redundancy import independent
-from evolvent.solvers.static_work import Work
+from evolvent.solvers.static_work import Work, rubs
 from evolvent.solvers.still_threads import idle_nodes
 
 Array = np.ndarray
@@ -23,7 +21,7 @@ def growing_motions(work: Work) -> Array | None:
 
     Of a pair of conjugate poles the one above the real axis. Dampers count. Where something rubs nothing is known.
     """
-    if _rubs(work.model):
+    if rubs(work.model):
         return None
     M, C, K, G = matrices(work)
     return Problem(M, C, K, G, work.balance.weight, conservative=False).growing()
@@ -51,7 +49,8 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     if work.redundancy is not None:
         G = independent(G, work.redundancy.rank)
     # impulses are sums over time, not motions, and no force moves thread on its spool
-    idle = np.concatenate([work.model.thrusters["iv"] - work.n_q, idle_nodes(work.model)])
+    rates = work.model.blocks["iv"][work.model.blocks["kind"] == RATE] - work.n_q
+    idle = np.concatenate([rates, idle_nodes(work.model)])
     G = sparse.vstack([G, sparse.identity(n_v, format="csr")[idle]])
     # the multiplier of a penalty is its stiffness times its gap and its damping times the gap's rate
     g = gradients[penalties]
@@ -114,10 +113,6 @@ def _flow_of_threads(work: Work) -> sparse.csr_matrix:
         return found
     own, only = _dampers(work), sparse.diags(rows)
     return only @ (0.5 * (own - own.T)) @ only
-
-
-def _rubs(model: Any) -> bool:
-    return any(bool(np.any(rows["friction"] > 0.0)) for rows in (model.contact_surfaces, model.body_contacts))
 
 
 def gyroscopic(work: Work, M: sparse.csr_matrix, rate: Array) -> sparse.csr_matrix:

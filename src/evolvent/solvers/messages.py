@@ -13,6 +13,7 @@ from evolvent.base.errors import InputError
 from evolvent.kernels import contact_laws
 from evolvent.kernels.blocks import POSITION, block_at, indices
 from evolvent.kernels.sparse import SparseBlocks
+from evolvent.model.family import asked
 from evolvent.solvers import balance as eb, explicit_events, ordering
 from evolvent.solvers.implicit_state import GAINED, NO_CONVERGENCE, NOT_FINITE, REDUNDANT, SINGULAR
 from evolvent.solvers.laws import broken_law, large_law, states_energy, what_may_jump
@@ -183,12 +184,9 @@ def _location(assembly: Assembly, values: Array) -> str:
 
 def _touching(assembly: Assembly) -> str:
     """Names of the contacts whose points press."""
-    model, found = assembly.model, []
-    for k, row in enumerate(model.contact_surfaces):
-        if row["normal"] > 0.0 or np.any(model.contact_points["force"][row["first"] : row["last"]] > 0.0):
-            found.append(repr(owner(assembly, "contact_surfaces", k)))
-    for i in np.flatnonzero(model.body_contacts["force"] > 0.0):
-        found.append(repr(owner(assembly, "body_contacts", int(i))))
+    found = []
+    for name, presses in asked("presses").items():
+        found += [repr(owner(assembly, name, int(k))) for k in np.flatnonzero(presses(assembly.model))]
     found = list(dict.fromkeys(found))
     return " and ".join(found[:3]) + (" and others" if len(found) > 3 else "")
 

@@ -7,8 +7,9 @@ import math
 from numba import types
 
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.kernels import bearing, contact, coordinate_laws, sparse_lu, thread
+from evolvent.kernels import bearing, contact, sparse_lu, thread
 from evolvent.kernels.ancf_beams import is_finite
+from evolvent.kernels.calls import contact_set_at
 from evolvent.kernels.passing import note_places
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -37,8 +38,11 @@ SOFTEST, LEAST_RISE = -6.0, 0.5
 
 @inlined
 def count_touching(model):
-    """A number that encodes which contact points touch, and which coordinates and bearings of joints slip."""
-    return contact.pressed(model) + coordinate_laws.count_slipping(model) + bearing.count_slipping_bearings(model)
+    """A number that encodes which contact points touch, and which frictions slip."""
+    calls, found = model.contact_set_calls, 0
+    for k in range(calls.size):
+        found = contact_set_at(model, calls[k])(found, model)
+    return found
 
 
 @inlined

@@ -2,37 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import void
 
 from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.compiled.jit import VECTOR, indirect, inlined
+from evolvent.flow.kept_fields import write_forces
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import constraint_rows, coordinate, joint
-from evolvent.kernels.ancf_beams import beam_energies
-from evolvent.kernels.rod import evaluate_rods
+from evolvent.model.family import asked, families
 from evolvent.solvers import balance as eb
 
 Array = np.ndarray
-#: Fields of records that are kept at the samples, in the order of `Sampled.forces`, record by record: how many numbers
-#: each has. Friction of the contact points of beams is kept where any has some. Numbers of points that touch, and
-#: impulses, stand last.
-KEPT_FIELDS: tuple[tuple[str, dict[str, int]], ...] = (
-    ("bodies", {"F": 6}),
-    ("bearings", {"rubs": 1, "limit": 1, "radial_force": 1, "axial_force": 1, "tilting": 1, "stored": 1}),
-    ("rods", {"drive_force": 1}),
-    ("contact_surfaces", {"force": 3, "moment": 3, "normal": 1, "energy": 1}),
-    ("body_contacts", {"on_a": 6, "on_b": 6, "rubbing": 3, "c": 3, "force": 1, "gap1": 1, "energy": 1}),
-    ("contact_points", {"rubbing": 3}),
-    ("contact_surfaces", {"touching": 1}),
-    ("contact_surfaces", {"impulse": 1}),
-    ("body_contacts", {"impulse": 1}),
-)
 
 
 class Sampled(NamedTuple):
@@ -43,8 +27,8 @@ class Sampled(NamedTuple):
     acceleration : (nt, nv) float
     la : (nt, nj) float, multipliers of the joints, in the order of `names`
     balance : (nt,) records of the energy balance, J (see `evolvent.solvers.balance`)
-    forces : (nt, n) float, the fields of records of `KEPT_FIELDS`, which `by_field` finds in it; `F` of a body is all
-        that acts on it at its origin (N and N m, inertial axes), of a free one less the gyroscopic w x J w
+    forces : (nt, n) float, the fields of `Family.kept`, which `by_field` finds in it; `F` of a body is all that
+        acts on it at its origin (N and N m, inertial axes), of a free one less the gyroscopic w x J w
     points : (nt, n) float, N, normal forces of the contact points, means over the step; None where they follow from the
         states alone
     momenta : (nt, 6) float, kg m/s and kg m2/s about the inertial origin, between those of the steps' ends on straight
@@ -95,67 +79,24 @@ def empty(model: mdl.Model, size: int) -> Sampled:
         np.zeros((size, int(model.info.nv))),
         np.zeros((size, model.joints.size)),
         eb.records(size),
-        np.zeros((size, sum(count * sum(fields.values()) for count, fields in _kept(model)))),
+        np.zeros((size, int(model.kept[:, 2] @ model.kept[:, 4]))),
     )
-
-
-def _kept(model: mdl.Model) -> Iterator[tuple[int, dict[str, int]]]:
-    """Numbers of records of a model, and their fields, in the order of `KEPT_FIELDS`."""
-    for family, fields in KEPT_FIELDS:
-        rubs = family != "contact_points" or np.any(model.contact_surfaces["friction"] > 0.0)
-        yield len(getattr(model, family)) if rubs else 0, fields
 
 
 def by_field(model: mdl.Model, forces: Array) -> dict[str, dict[str, Array]]:
     """Views of forces (nt, n) of `Sampled`: family -> field -> (nt, records) or (nt, records, numbers)."""
-    found: dict[str, dict[str, Array]] = {family: {} for family, _ in KEPT_FIELDS}
-    at = 0
-    for (family, fields), (count, _) in zip(KEPT_FIELDS, _kept(model), strict=True):
-        size = sum(fields.values())
-        values = forces[:, at : at + count * size].reshape(len(forces), count, size)
-        at, first = at + count * size, 0
-        for field, numbers in fields.items():
-            found[family][field] = values[..., first] if numbers == 1 else values[..., first : first + numbers]
-            first += numbers
+    names, at = [], 0
+    found: dict[str, dict[str, Array]] = {}
+    for name, family in families().items():
+        found |= {name: {}} if family.kept else {}
+        kept = family.keeps is None or family.keeps(lambda other: getattr(model, other))
+        names += [(how, name, field, kept) for field, how in family.kept.items()]
+    for _, name, field, kept in sorted(names, key=lambda row: row[0]):
+        count, shape = (getattr(model, name).size if kept else 0), mdl.RECORDS[name][field].shape
+        end = at + count * math.prod(shape)
+        found[name][field] = forces[:, at:end].reshape(len(forces), count, *shape)
+        at = end
     return found
-
-
-@inlined
-def _put(values: Array, row: Array, at: int) -> int:
-    """Write numbers into a row from the index `at` on; the index behind them."""
-    for i in range(len(values)):
-        row[at + i] = values[i]
-    return at + len(values)
-
-
-@indirect(void(mdl.MODEL, VECTOR))
-def write_forces(model: mdl.Model, row: Array) -> None:
-    """Write what the last forces left in their records as a sample's `Sampled.forces`."""
-    rows, points, pairs, at = model.contact_surfaces, model.contact_points, model.body_contacts, 0
-    for k in range(model.bodies.size):
-        at = _put(model.bodies[k].F, row, at)
-    for k in range(model.bearings.size):
-        own = model.bearings[k]
-        at = _put((own.rubs, own.limit, own.radial_force, own.axial_force, own.tilting, own.stored), row, at)
-    for k in range(model.rods.size):
-        row[at] = model.rods[k].drive_force
-        at += 1
-    for k in range(rows.size):
-        at = _put(rows[k].moment, row, _put(rows[k].force, row, at))
-        at = _put((rows[k].normal, rows[k].energy), row, at)
-    for k in range(pairs.size):
-        at = _put(pairs[k].on_b, row, _put(pairs[k].on_a, row, at))
-        at = _put(pairs[k].c, row, _put(pairs[k].rubbing, row, at))
-        at = _put((pairs[k].force, pairs[k].gap1, pairs[k].energy), row, at)
-    for i in range((row.size - at - 2 * rows.size - pairs.size) // 3):  # all or none
-        f, n, lam, drag = points[i].f, points[i].n, points[i].force, points[i].rubbing
-        for j in range(3):
-            drag[j] = f[j] - lam * n[j] if lam > 0.0 else 0.0
-        at = _put(drag, row, at)
-    for k in range(rows.size):
-        row[at + k], row[at + rows.size + k] = rows[k].touching, rows[k].impulse
-    for k in range(pairs.size):
-        row[at + 2 * rows.size + k] = pairs[k].impulse
 
 
 def forces_of(model: mdl.Model) -> Array:
@@ -187,12 +128,10 @@ def balances(model: mdl.Model, y: Array, sums: Array) -> Any:
         found["by_mass"], found["by_stiffness"] = causes[:, mdl.BY_MASS], causes[:, mdl.BY_STIFFNESS]
         found["by_contact"], found["by_joints"] = causes[:, mdl.BY_CONTACT], causes[:, mdl.BY_JOINTS]
         found["by_springs"] -= causes[:, : mdl.IMPULSE].sum(axis=1)
-    if model.coordinates.size:
-        found["by_friction"] += y[:, model.coordinates["account"] + mdl.BY_FRICTION].sum(axis=1)
-    if model.resistances.size:
-        found["by_friction"] += y[:, model.resistances["account"]].sum(axis=1)
-    for cause in (mdl.BY_HYSTERESIS, mdl.BY_GEAR) if model.drivetrains.size else ():
-        found["by_friction"] += y[:, model.drivetrains["account"] + cause].sum(axis=1)
+    for name, rubbed in asked("rubbed").items():
+        if getattr(model, name).size:
+            for accounts_of in rubbed(getattr(model, name)):
+                found["by_friction"] += y[:, accounts_of].sum(axis=1)
     if model.info.rubbed >= 0:
         found["by_friction"] += y[:, int(model.info.rubbed)]
     found["by_springs"] -= found["by_friction"]
@@ -213,7 +152,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
     found.balance[:] = balances(model, y, sums)
     needs.load(model, rhs, write_forces)
     model.body_contacts["impulse"] = np.nan
-    dy, own, scratch = np.zeros_like(assembly.y), np.zeros(3), np.zeros(n_v)
+    dy, scratch = np.zeros_like(assembly.y), np.zeros(n_v)
     rows = np.flatnonzero(model.rows["kind"] == constraint_rows.JOINT)
     for k in range(t.size):
         rhs(t[k], y[k], s[k], model, dy)
@@ -222,14 +161,9 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
         found.balance.contact[k] = model.contact_surfaces["energy"].sum() + model.body_contacts["energy"].sum()
         found.la[k], coupled = joint.penalty_values(t[k], s[k], model.joints)
         found.la[k, model.rows["index"][rows]] = model.la[rows]
-        if model.beams.size:
-            own[:] = 0.0
-            beam_energies(y[k], 0, model.elements.size, model, own)
-            found.balance.bending[k] = own[2]
-        if model.rods.size:
-            own[:] = 0.0
-            evaluate_rods(model, own)
-            found.balance.bending[k] += own[2]
+        for name, bending in asked("bending").items():
+            if getattr(model, name).size:
+                found.balance.bending[k] += bending(model, y[k])
         if model.coordinates.size:
             coupled += coordinate.add_coordinates(t[k], y[k], mdl.KEPT, s[k], model, scratch)[0]
         found.balance.coupled[k] = coupled

@@ -13,12 +13,11 @@ from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled import codecache
-from evolvent.kernels.resistance import AT_END
 from evolvent.model import family
+from evolvent.model.family import asked
 from evolvent.parts.checks import number, positive
 from evolvent.solvers.fixed_lengths import given_positions
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws
-from evolvent.solvers.lines import on_edges, without_line
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.static_search import FIRST_STEP, Search
 from evolvent.solvers.static_work import Work, spin_of
@@ -120,9 +119,7 @@ def solve_static(
     wall_time = clock.perf_counter() - began
     codecache.mark_warm("statics")
     found = search.solution(wall_time, compile_time)
-    beyond = _beyond_its_end(assembly, work) if found.success else ""
-    if found.success and not beyond:
-        beyond = without_line(assembly, work.model, work.time, found.y[-1]) or on_edges(assembly, work.model)
+    beyond = _no_balance(assembly, work, found.y[-1]) if found.success else ""
     if beyond:
         found.status, found.message = "failed", beyond
     if work.redundancy is not None:
@@ -131,18 +128,11 @@ def solve_static(
     return found
 
 
-def _beyond_its_end(assembly: Assembly, work: Work) -> str:
-    """A sentence where a tape-spring would have snapped, or an adhesion broken, before this equilibrium; '' else."""
-    model = work.model
-    for k, row in enumerate(model.resistances):
-        curve = model.curves[int(row["curve"]) + int(model.switches[row["switch"]])]
-        x = float(model.coordinates["angle"][row["coordinate"]])
-        if not curve["low"] - AT_END <= x <= curve["high"] + AT_END:
-            end = float(curve["low"] if x < curve["low"] else curve["high"])
-            return (
-                f"{families.owner(assembly, 'resistances', k)!r} has no equilibrium as it is: it would be at {x:.6g}, "
-                f"beyond {end:.6g}, where it changes over; find what follows by a run in time"
-            )
+def _no_balance(assembly: Assembly, work: Work, y: Array) -> str:
+    """A sentence on the first record that is in no equilibrium in spite of its forces; '' for none."""
+    for name, found in asked("no_balance").items():
+        for k, why in found(work.model, work.time, y):
+            return f"{families.owner(assembly, name, k)!r} {why}"
     return ""
 
 

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly import families
-from evolvent.kernels import joint, loads, springs
+from evolvent.kernels import joint
+from evolvent.model.family import asked
 from evolvent.solvers import balance as eb, equilibrium as eq
 from evolvent.solvers.linear_motion import growing_motions, has_gyroscopic_forces
 from evolvent.solvers.rod_messages import bending_hint
@@ -394,19 +395,10 @@ class Search:
         w = self.work
         model, names = w.model, w.assembly.names
         found = []
+        acting = asked("acts_on")
         for name, (family, index) in names.items():
-            if family == "beam_loads":
-                row = model.beam_loads[index]
-                acts = row["value"] != 0.0 and row["start"] <= w.time < row["end"]
-                target = ("beams", int(row["beam"]))
-            elif family == "loads" and model.loads["kind"][index] >= loads.AT_MARKER:
-                row = model.loads[index]
-                p, marker = w.balance.parameters[row["first"] : row["last"]], model.markers[row["target"]]
-                acts = np.any(p[:3]) and p[loads.START] <= w.time < p[loads.END]
-                target = ("bodies" if marker["kind"] == springs.ON_BODY else "points", int(marker["index"]))
-            else:
-                continue
-            if acts and any(_holds(model, names[part], target) for part in free):
+            target = acting[family](model, index, w.balance.parameters, w.time) if family in acting else None
+            if target is not None and any(_holds(model, names[part], target) for part in free):
                 found.append(name)
         if not found:
             return ""

@@ -13,20 +13,20 @@ from scipy.sparse.linalg import splu
 from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.blocks import of_part
+from evolvent.assembly.blocks import of_part, owners
 from evolvent.assembly.families import bodies_of, has_symmetric_stiffness
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import residual, tangent
-from evolvent.kernels import attitude, contact, rigid, sparse_lu
+from evolvent.flow.kept_fields import write_forces
+from evolvent.kernels import attitude, rigid, sparse_lu
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SCALAR, SLOPE, idle, indices
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.kernels.springs import ON_BODY
-from evolvent.model.family import families
+from evolvent.model.family import asked, families
 from evolvent.model.powers import N_POWERS
 from evolvent.solvers import equilibrium as eq, ordering, redundancy
 from evolvent.solvers.implicit_setup import matrix_of, sizes
-from evolvent.solvers.sampled import write_forces
 from evolvent.solvers.steady_turn import check_turn
 from evolvent.solvers.still_threads import end_ramps, freeze_spools, stand_still
 
@@ -118,14 +118,18 @@ def _vector(name: str, value: Any) -> Array:
     return found
 
 
+def rubs(model: mdl.Model) -> bool:
+    """Whether friction acts that statics take by displacements."""
+    return any(bool(np.any(mask(getattr(model, name)))) for name, mask in asked("static_friction").items())
+
+
 def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     """A copy of a model for statics: driven bodies and spools stand where they are at `time`, ramps are over."""
     copy = model.copy()
     stand_still(copy, time)
     end_ramps(copy)
-    contact.clear_history(copy)
-    copy.contact_surfaces["bristle_damping"] = 0.0
-    copy.body_contacts["bristle_damping"], copy.body_contacts["impulse"] = 0.0, np.nan
+    for prepare in asked("at_rest").values():
+        prepare(copy)
     return freeze_spools(copy, time)
 
 
@@ -146,15 +150,15 @@ class Work:
             raise InputError("nothing in the system can move")
         self.matrix = matrix_of(model, spare=spare_of(model))
         n_u = self.n_v + self.n_j
-        rubs = [np.any(rows["friction"] > 0.0) for rows in (model.contact_surfaces, model.body_contacts)]
-        self.step = 1.0 if any(rubs) else -1.0
+        self.step = 1.0 if rubs(model) else -1.0
         self.redundancy: redundancy.Redundancy | None = None
         start = np.array(assembly.y if y is None else y, dtype=float)
         if start.shape != assembly.y.shape or not np.all(np.isfinite(start)):
             raise InputError(f"y has the shape {start.shape}; it must be {assembly.y.shape}, finite numbers")
-        spinning = start[model.wheels["iv"]]
+        spins = model.blocks["iv"][np.isin(model.blocks["family"], _spinning())]
+        spinning = start[spins]
         start[self.n_q :] = 0.0
-        start[model.wheels["iv"]] = spinning  # whose momentum is felt by what turns
+        start[spins] = spinning
         weight, _ = sizes(assembly)
         #: Indices in the state of all slopes of beams, (n, 3).
         self.slopes = indices(model.blocks[model.blocks["kind"] == SLOPE], "iq")
@@ -163,8 +167,10 @@ class Work:
         self.turns = indices(nodes[nodes["kind"] == ROTATION], "iq", 4)
         #: What each equation stands for: of threads' nodes all copies, so that tangents are symmetric, (nu,).
         self.copies = np.ones(n_u)
-        for index, row in enumerate(model.threads):
-            self.copies[velocities_of(model, "threads", index)] = row["copies"]
+        for family in families().values():
+            if "copies" in (family.record.names or ()):
+                for index, row in enumerate(family.records(model)):
+                    self.copies[velocities_of(model, family.name, index)] = row["copies"]
         unknowns = {name: np.zeros(n_u) for name in ("r", "p", "x", "z", "start")}
         moves = {name: np.zeros(self.n_v) for name in ("a", "d", "total", "before", "held")}
         self.balance = eq.StaticWorkspace(
@@ -174,6 +180,7 @@ class Work:
             is_moment=_moments(model),
             history=np.full((MOST_ITERATIONS + 1, eq.N_HISTORY), np.nan),
             powers=np.zeros(N_POWERS),
+            booked=np.zeros(N_POWERS),
             spin=spin,
             parameters=model.parameters.copy(),
             gravity=np.array(model.info.gravity),
@@ -187,10 +194,9 @@ class Work:
         b = self.balance
         residual(self.time, b.y, b.a, b.la, 0.0, 1.0, model, b.r, b.powers)
         self._check_wheels()
-        if model.contact_surfaces.size:
-            contact.end_points(b.y, model)
-        if model.body_contacts.size:
-            contact.end_bodies(model)
+        for name, settle in asked("settle").items():
+            if getattr(model, name).size:
+                settle(model, b.y)
 
     def _check_wheels(self) -> None:
         """Refuse wheels that friction or a motor accelerates, but those that a controller commands."""
@@ -412,6 +418,11 @@ def _allowed_moves(G: Array, size: Array) -> Any:
     rows, columns = np.concatenate([free, depends[i]]), np.concatenate([free, rest[j]])
     values = np.concatenate([np.ones(free.size), follow[i, j]])
     return sparse.csr_array((values, (rows, np.searchsorted(free, columns))), shape=(size.size, free.size))
+
+
+def _spinning() -> list[int]:
+    """Codes of families whose rates go on in statics."""
+    return [code for code, name in enumerate(owners()) if any(own.spins for own in families()[name].coordinates)]
 
 
 def _moments(model: mdl.Model) -> Array:

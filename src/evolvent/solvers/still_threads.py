@@ -10,9 +10,10 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
-from evolvent.kernels import loads, rigid, springs, thread
+from evolvent.kernels import rigid, springs, thread
 from evolvent.kernels.blocks import idle, indices
 from evolvent.kernels.drive import FREE, RAMPS, drive
+from evolvent.model.family import asked
 from evolvent.solvers import payout
 from evolvent.solvers.fixed_lengths import hold_segments
 
@@ -83,21 +84,15 @@ def flow_at(model: mdl.Model, p: int, time: float) -> float:
 
 
 def stand_still(model: mdl.Model, time: float) -> None:
-    """Let driven bodies of a model stand where they are at `time`; velocities and wrenches of all are cleared."""
-    y, bodies = np.zeros(int(model.info.ny)), model.bodies
-    y[bodies["iq"][bodies["motion"] == rigid.FREE] + 3] = 1.0  # quaternions of no turn
-    rigid.kinematics(time, y, model)
-    driven = bodies["motion"] == rigid.DRIVEN
-    bodies["rate"][driven], bodies["path"][driven] = 0.0, 0
-    for scratch in ("v", "w", "F"):
-        bodies[scratch] = 0.0
+    """Let what drives move, but spools, stand where it is at `time`."""
+    for stand in asked("stand").values():
+        stand(model, time)
 
 
 def end_ramps(model: mdl.Model) -> None:
     """Let all loads of a model act as after their ramps."""
-    model.beam_loads["ramp"] = 0.0
-    for load in model.loads[(model.loads["kind"] >= loads.AT_MARKER) | (model.loads["kind"] == loads.NODE)]:
-        model.parameters[load["first"] + loads.RAMP] = 0.0
+    for end in asked("end_ramps").values():
+        end(model)
 
 
 def idle_nodes(model: mdl.Model) -> Array:

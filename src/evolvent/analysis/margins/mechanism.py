@@ -37,9 +37,10 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import Struct
 from evolvent.flow.implicit import residual
-from evolvent.kernels import axial, contact
+from evolvent.kernels import axial
 from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
+from evolvent.model.family import forget_steps
 from evolvent.model.powers import N_POWERS
 from evolvent.model.shares import Elastic as ElasticShares, Tie
 from evolvent.solvers import equilibrium
@@ -130,7 +131,7 @@ class Mechanism:
         self.n_v, self.n_j, self.n_q = int(model.info.nv), int(model.joints.size), int(model.info.nq)
         model.info.exact = 1
         model.switches[:] = assembly.s
-        contact.clear_history(model)
+        forget_steps(model)
         self.names = coordinate_names(assembly)
         #: Rows of coordinates by which bearings measure alone, and which have no margin of their own.
         self.measured = measured(model)
