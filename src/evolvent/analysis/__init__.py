@@ -132,9 +132,9 @@ def _method_of(assembly: Assembly, method: str) -> tuple[str, str]:
     if len(refused) == 3:
         raise InputError(f"no method supports this system: {refused[family.EXPLICIT]}; {refused[family.IMPLICIT]}")
     own = [one for one in family.families().values() if one.records(model).size]
-    conserved = next((one.conserved for one in own if one.conserved), "")
+    conserved = [one.conserved for one in own if one.conserved]
     if conserved and family.ENERGY not in refused:
-        return energy_momentum.NAME, f"{conserved}: steps of any length gain no energy"
+        return energy_momentum.NAME, f"{' and '.join(conserved)}: steps of any length gain no energy"
     adaptive = families.suit_adaptive_steps(model)
     if adaptive and all(adaptive) and family.EXPLICIT not in refused:
         return "dopri5", adaptive[0]
