@@ -149,3 +149,15 @@ def test_a_varied_system_goes_to_another_process_without_the_shared_model() -> N
     found = pickle.loads(pickle.dumps(varied))
     assert found.parts == varied.parts
     assert dict(arrays(found.assemble()))["y"].tobytes() == varied.assemble().y.tobytes()
+
+
+def test_a_default_that_follows_from_all_masses_follows_a_variant() -> None:
+    """The bristle of a bearing has a stiffness by the weight of all bodies."""
+    system = System()
+    for name, y in (("arm", 0.0), ("other", 3.0)):
+        system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.2), position=(0.5, y, 0.0)), name)
+    system.add(parts.Joint(type="revolute", a=(0.0, 0.0, 0.0), b=("arm", (-0.5, 0.0, 0.0))), "pivot")
+    system.add(parts.Bearing(joint="pivot", coefficient=0.1, journal_radius=0.01), "bearing")
+    system.with_values({}).assemble()
+    heavier = system.with_values({"other.mass": 4.0})
+    assert heavier.assemble().model.bearings["stick"] == rebuilt(heavier).assemble().model.bearings["stick"]

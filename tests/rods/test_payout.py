@@ -321,7 +321,7 @@ def test_what_is_refused_of_runs_and_other_parts() -> None:
         boom(moved(0.1, 0.5)).simulate(until=10.0, every=1.0, method="generalized-alpha")
     with pytest.raises(InputError, match="energy-momentum does not support; use generalized-alpha"):
         boom(moved(0.1, 0.5)).simulate(until=1.0, every=1.0, method="energy-momentum")
-    with pytest.raises(InputError, match=r"'rod' is a rod with `payout`, through whose flow sensitivities"):
+    with pytest.raises(InputError, match=r"'rod' is a rod that pays out, through which sensitivities"):
         boom(moved(0.1, 0.5)).sensitivity(
             "rod.tip_speed.last", "rod.stiffness_damping", until=0.1, method="generalized-alpha", step=0.01
         )

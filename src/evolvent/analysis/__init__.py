@@ -35,8 +35,6 @@ SAMPLES = 400
 SPECTRAL_RADIUS = 0.9
 #: Largest number of values of the state that a run may keep.
 MOST_VALUES = 200_000_000
-#: Families of parts whose variables are motions, and laws of them: reactions are not evaluated for these alone.
-_WITHOUT_REACTIONS = {"bodies", "coordinates"}
 _TIME = units.Quantity(what="a time", unit="s", example="20 s", above=0.0)
 
 
@@ -405,13 +403,15 @@ def observed(
     """
     import xarray as xr
 
+    from evolvent.results.kept import is_local
     from evolvent.results.observe import observe
     from evolvent.results.observe.variables import AXES
     from evolvent.results.tree import root_of
     from evolvent.results.variables import SHARED, owner
 
     wanted = list(names)
-    if {solution.assembly.names.get(owner(name), ("",))[0] for name in wanted} <= _WITHOUT_REACTIONS:
+    of_parts = all(owner(name) in solution.assembly.parts for name in wanted)
+    if of_parts and is_local(solution.assembly, wanted):
         solution = dataclasses.replace(solution, reactions=None)
     times = {"time": xr.Variable(("time",), solution.t, {"units": "s", "long_name": "time"})}
     data: dict[str, Any] = {}
@@ -428,7 +428,7 @@ def observed(
                     if f"{name}.{place}" in dims:
                         own_attrs = {"units": c.units, "long_name": c.long_name}
                         data[f"{name}.{place}"] = xr.Variable((f"{name}.{place}",), c.values, own_attrs)
-    if all(owner(name) in solution.assembly.parts for name in wanted):
+    if of_parts:
         found = xr.Dataset(data, times | ({"axis": list(AXES)} if any("axis" in v.dims for v in data.values()) else {}))
     else:
         found = root_of(solution, root or {}).assign(data)

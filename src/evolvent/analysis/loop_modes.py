@@ -17,6 +17,7 @@ import numpy as np
 from evolvent.analysis import feedback
 from evolvent.analysis.stepping import Stepper
 from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.blocks import is_of
 from evolvent.base.errors import InputError, RunFailed
 from evolvent.kernels import blocks as kinds, rigid, thread
 
@@ -196,10 +197,10 @@ class _Plant:
             if off:
                 continue
             q, v, kind = int(row["iq"]), int(row["iv"]), int(row["kind"])
-            if kind not in (kinds.POSITION, kinds.ANGLE, kinds.SCALAR) or row["family"] == kinds.BEAM:
+            if kind not in (kinds.POSITION, kinds.ANGLE, kinds.SCALAR) or is_of(row, "beams"):
                 raise InputError("modes of a closed loop are those of threads on a body that turns about an axis")
             own = np.eye(int(row["count"]))
-            fixed = row["family"] == kinds.THREAD and model.threads["kind"][row["owner"]] == thread.INEXTENSIBLE
+            fixed = row["switch"] != kinds.MOVES and model.threads["kind"][row["owner"]] == thread.INEXTENSIBLE
             if fixed:  # directions, whose length stays
                 along = self.y0[q : q + 3]
                 own = np.linalg.svd(along[None])[2][1:]
@@ -221,7 +222,7 @@ class _Plant:
         for row in self.model.blocks:
             if row["kind"] == kinds.POSITION:
                 q, v = int(row["iq"]), int(row["iv"])
-                is_way = row["family"] == kinds.THREAD and (
+                is_way = row["switch"] != kinds.MOVES and (
                     self.model.threads["kind"][row["owner"]] == thread.INEXTENSIBLE
                 )
                 centre = 0.0 if is_way else self.centre

@@ -47,12 +47,6 @@ BESIDE = {-0.5: 1.0 / 3.0, 0.5: 4.0 / 3.0}
 LARGEST_ERROR, RESOLVED_RESULT = 0.05, 1e-6
 #: Keys of one call at most, by neighbours; and how derivatives are found.
 MOST, MODES = 200, ("forward", "adjoint")
-#: Families that are supported: what they are made of changes continuously along a step.
-SUPPORTED = (
-    "bodies", "points", "springs", "links", "guides", "beams", "joints", "coordinates", "contact_surfaces",
-    "body_contacts", "loads", "beam_loads", "motors", "synchronizations", "rods", "reduced_bodies", "thermal_loads",
-    "custom_forces", "events", "bearings", "wheels", "thrusters", "fields",
-)  # fmt: skip
 
 
 @dataclasses.dataclass(frozen=True)
@@ -112,19 +106,15 @@ def check(assembly: Assembly, method: str) -> None:
             f"sensitivities are of the steps of {' and '.join(implicit.METHODS)}, but the method is {method}; name one "
             f"of them as `method`"
         )
-    model = assembly.model
-    for name in (family.name for family in families().values() if not family.of):
-        if name not in SUPPORTED and getattr(model, name).size:
+    for family in families().values():
+        found = family.records(assembly.model)
+        smooth = family.smooth(found) if callable(family.smooth) else np.full(found.size, family.smooth)
+        if not family.of and not np.all(smooth):
+            k = int(np.argmin(smooth))
             raise InputError(
-                f"{owner(assembly, name, 0)!r} is one of the {name}, through which sensitivities are not supported"
+                f"{owner(assembly, family.name, k)!r} is {family.called(found[k : k + 1])}, through which "
+                f"sensitivities are not supported"
             )
-    for k in np.flatnonzero(model.rods["payout"] != 0):
-        raise InputError(
-            f"{owner(assembly, 'rods', int(k))!r} is a rod with `payout`, through whose flow sensitivities are not "
-            f"supported"
-        )
-    if np.any(model.contact_surfaces["under"] >= 0):
-        raise InputError("turns of a wound beam lie on one another, through which sensitivities are not supported")
 
 
 def sensitivity(

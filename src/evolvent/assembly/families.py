@@ -13,7 +13,7 @@ import numpy as np
 
 from evolvent.base.errors import InputError
 from evolvent.model import Model
-from evolvent.model.family import ENERGY, EXPLICIT, IMPLICIT, SOLVERS, STATIC, Kind, families
+from evolvent.model.family import ENERGY, EXPLICIT, IMPLICIT, SOLVERS, STATIC, Kind, asked, families
 
 Array = np.ndarray
 
@@ -107,19 +107,16 @@ def owner(assembly: Any, family: str, index: int) -> str:
     """Name of the part that wrote a record."""
     if family == "joints":
         return assembly.joint_parts[index]
-    if family == "drivetrains":
-        family, index = "motors", int(assembly.model.drivetrains["motor"][index])
-    if family == "body_contacts":
-        index = int(assembly.model.body_contacts["first"][index])
     if family == "spools":  # rows of threads that call a motor's law
         family = "threads"
-    if family == "loads":  # of which a line load on a rod has several, named by the first
+    own = families()[family].owner
+    if own is not None:
+        family, index = own(lambda name: records(assembly.model, name), index)
+    if families()[family].several:
         index = max((at for of, at in assembly.names.values() if of == family and at <= index), default=index)
-    if family == "tapes":
-        family, index = "rods", int(np.flatnonzero(assembly.model.rods["tape"] == index + 1)[0])
     if family == "bodies":
-        for name in ("rods", "reduced_bodies"):  # which consist of bodies
-            for k in range(records(assembly.model, name).size):
+        for name in asked("consists"):
+            for k in range(records(assembly.model, name).size if name != family else 0):
                 if index in bodies_of(assembly.model, name, k):
                     return owner(assembly, name, k)
     return next((name for name, found in assembly.names.items() if found == (family, index)), family)
@@ -127,13 +124,8 @@ def owner(assembly: Any, family: str, index: int) -> str:
 
 def bodies_of(model: Model, family: str, index: int) -> range:
     """Bodies of a part: itself, the nodes of a rod, or frame and interface nodes of a reduced body; none of others."""
-    if family == "reduced_bodies":
-        row = model.reduced_bodies[index]
-        return range(int(row["first_body"]), int(row["first_body"] + row["nodes"]) + 1)
-    if family == "rods":
-        row = model.rods[index]
-        return range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1)
-    return range(index, index + 1) if family == "bodies" else range(0)
+    consists = asked("consists").get(family)
+    return range(0) if consists is None else consists(records(model, family)[index], index)
 
 
 def rod_arms(model: Model, index: int) -> Array:

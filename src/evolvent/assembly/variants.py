@@ -1,8 +1,9 @@
 """Variants: assemblies of systems that differ from one another in values of a few parts.
 
 The first system is assembled whole, and what every part has written is kept. Of another one the parts that differ write
-themselves again, behind what stood there before them. Where their rows then differ in `OWN_FIELDS` and in parameters
-alone, which nothing else of a model follows from, a copy of the first model takes them; all else is assembled whole.
+themselves again, behind what stood there before them. Where their rows then differ in fields (`Family.changes`) and in
+parameters alone, which nothing else of a model follows from, a copy of the first model takes them; all else is
+assembled whole.
 """
 
 from __future__ import annotations
@@ -21,30 +22,11 @@ from evolvent.assembly.builder import Builder
 from evolvent.assembly.order import in_order
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import add_weight
+from evolvent.model.family import Family, families
+from evolvent.model.records import OWN_RECORDS
 
-#: Fields of records that parts write and solvers alone read. A zero, an infinity and a sign stay what they are.
-OWN_FIELDS: dict[str, frozenset[str]] = {
-    family: frozenset(fields.split())
-    for family, fields in {
-        "bodies": "mass inertia spin_inertia",
-        "points": "mass compliance",
-        "springs": "stiffness damping length lateral_stiffness lateral_damping",
-        "coordinates": "stiffness damping rest friction stick low high stop latch_stiffness latch_damping",
-        "motors": "position_gain velocity_gain limit rate_limit",
-        "synchronizations": "stiffness damping",
-        "thrusters": "force limit",
-        "controllers": "proportional derivative limit dead_band",
-        "joints": "",
-        "gear_coordinates": "",
-        "loads": "",
-        "markers": "",
-    }.items()
-}
-#: Families that have inertia, and those whose parts or checks read it: where a model has these, or a reel (which has no
-#: records of its own), it is assembled whole.
+#: Families that have inertia.
 _INERT = ("bodies", "points")
-_READ_INERTIA = ("threads", "wheels", "controllers", "field_points", "rods", "reduced_bodies", "body_contacts", "links",
-                 "guides")  # fmt: skip
 #: Lists of a builder that parts append to, beside its rows.
 _LISTS = ("q", "v", "released", "values", "velocity_parameters", "poses", "joint_parts", "at_end")
 #: Mappings and sets that parts add to.
@@ -224,7 +206,8 @@ def _add_changes(base: _Base, name: str, part: Any, changes: list[Change], value
     """Add what a part changes in the records and parameters of the model; whether that is all."""
     old = base.written[name]
     family, _ = base.builder.names.get(name, ("", 0))
-    if family not in OWN_FIELDS or not set(old.rows) <= set(OWN_FIELDS):
+    own_fields = {one: _changes(one) for one in (family, *old.rows)}
+    if any(fields is None for fields in own_fields.values()):
         return False
     try:
         new = _written_again(base, name, part)
@@ -240,7 +223,7 @@ def _add_changes(base: _Base, name: str, part: Any, changes: list[Change], value
             return False
         for k, (row, before) in enumerate(zip(rows, old.rows[of], strict=True)):
             for field in _different(row, before):
-                if field not in OWN_FIELDS[of] or not _alike(row.get(field), before.get(field)):
+                if field not in (own_fields[of] or ()) or not _alike(row.get(field), before.get(field)):
                     return False
                 changes.append(Change(of, old.before.rows[of] + k, field, row[field]))
     for one, listed in new.lists.items():
@@ -254,6 +237,21 @@ def _add_changes(base: _Base, name: str, part: Any, changes: list[Change], value
         return False
     values |= {old.before.lists["values"] + int(k): float(mine[k]) for k in at}
     return True
+
+
+def _changes(name: str) -> frozenset[str] | None:
+    """Fields of records that a variant may change; a zero, an infinity and a sign stay what they are."""
+    family = families().get(name)
+    if family is None:
+        return frozenset() if name in OWN_RECORDS else None
+    return None if family.changes is None else frozenset(family.changes.split())
+
+
+def _reads_inertia(family: Family) -> bool:
+    """Whether parts or checks of a family read the inertia of others."""
+    if family.reads_inertia is None:
+        return _reads_inertia(families()[family.of]) if family.of else True
+    return family.reads_inertia
 
 
 def _different(row: Mapping[str, Any], before: Mapping[str, Any]) -> Iterator[str]:
@@ -290,9 +288,9 @@ def _changed(base: _Base, changes: list[Change], values: Mapping[int, float], pa
     """The base with changes; None where other parts or tables of the model follow from them."""
     inert = {change.family for change in changes} & set(_INERT)
     old = base.assembly
-    if inert and any(getattr(old.model, family).size for family in _READ_INERTIA):
+    if inert and any(family.records(old.model).size and _reads_inertia(family) for family in families().values()):
         return None
-    if inert and any(family == "reels" for family, _ in old.names.values()):
+    if inert and any(family == "reels" for family, _ in old.names.values()):  # which have no records of their own
         return None
     if "points" in inert and np.any(old.model.row_sides["point"] >= 0):
         return None

@@ -121,7 +121,7 @@ def _outside_cases() -> dict[str, str]:
 def unusable() -> list[str]:
     """Sentences on systems and parts of other packages that cannot be loaded."""
     found: list[str] = []
-    if plugins.entry_points("evolvent.parts"):  # parts take long to load
+    if plugins.entry_points("evolvent.parts") or plugins.entry_points("evolvent.families"):  # they take long to load
         from evolvent.parts import registry
 
         found += registry.unusable().values()

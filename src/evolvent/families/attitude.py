@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import attitude, attitude_tangent, calls, rigid, turning
+from evolvent.kernels.blocks import RATE, SCALAR
+from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_bodies
-from evolvent.model.family import Family, Kind, record
+from evolvent.model.family import Family, Kind, Records, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, SPRINGS
+from evolvent.model.questions import DRIVE, AdjointSupport, Block, Bound, Coordinates, Law, Moment, calls_law, never
+from evolvent.model.shares import LOAD, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -105,6 +112,55 @@ def until_turn(y0, y, h, model):
     return part
 
 
+def _wheel_refused(row: Any, part: Any, spins: bool) -> str:
+    turns = row["torque"] != 0.0 or row["profile"] >= 0 or row["law"] != 0
+    rubs = part.rate != 0.0 and (row["viscous"] != 0.0 or row["friction"] != 0.0)
+    if turns or rubs:
+        return "is a wheel with a motor or with friction, which turns its body"
+    return "is a wheel in a steady turn, which it resists by its momentum" if spins else ""
+
+
+def _without_thrust(model: Any) -> dict[str, Array]:
+    found = model.thrusters.copy()
+    found["force"], found["profile"] = 0.0, -1
+    return {"thrusters": found}
+
+
+def _at_rotor(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    row, (time, y, _s) = model.wheels[k], moment
+    yield float(y[row["iq"]]), float(y[row["iv"]]), time
+
+
+def _angles(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for k, wheel in enumerate(records("wheels")):
+        yield Block(SCALAR, wheel["iq"], wheel["iv"], k, wheel["inertia"])
+
+
+def _impulses(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for k, thruster in enumerate(records("thrusters")):
+        yield Block(RATE, -1, thruster["iv"], k, 0.0)
+
+
+def _wheels_bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    """Friction; a rotor on a light body counts with the body's share."""
+    for k, row in enumerate(model.wheels):
+        slope = row["viscous"] + (row["friction"] / row["slip"] if row["friction"] > 0.0 else 0.0)
+        n, b = np.array(row["axis"]), int(row["body"])
+        J = np.array(model.bodies["inertia"][b])
+        left = 1.0 / float(n @ np.linalg.solve(J, n)) - row["inertia"] if np.linalg.det(J) > 0.0 else row["inertia"]
+        yield k, 0.0, float(slope * (1.0 / row["inertia"] + 1.0 / left))
+
+
+def _controllers_bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    """Gains are felt by the body."""
+    for row in model.controllers:
+        b = int(row["body"])
+        R = np.array(model.bodies["R"][b])
+        for what, gains in enumerate((row["proportional"], row["derivative"])):
+            felt["bodies"][what, b, 3:, 3:] += R @ np.diag(gains) @ R.T
+    return iter(())
+
+
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
 # or -1; actuators of a controller: their kind, and `count` numbers from `place` on, then how they share its torque
 WHEELS = Family(
@@ -145,6 +201,18 @@ WHEELS = Family(
     evaluate=evaluate,
     end_step=end_step,
     until_turn=until_turn,
+    local=True,
+    smooth=True,
+    shares=Shares(
+        refused=_wheel_refused,
+        remark="the momentum of {names} does no work at rest, and no motor turns it: no share",
+    ),
+    laws=(Law("spring", calls_law, _at_rotor),),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its torque follows from the state and time, with all derivatives"),
+    coordinates=(Coordinates(_angles, 60, len),),
+    bound=_wheels_bound,
 )  # fmt: skip
 
 THRUSTERS = Family(
@@ -174,6 +242,16 @@ THRUSTERS = Family(
     by_rates=False,
     evaluate=evaluate,
     end_step=end_step,
+    local=True,
+    changes="force limit",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(LOAD),), place=15, unforced=_without_thrust),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its force follows from the attitude and time"),
+    coordinates=(Coordinates(_impulses, 90, lambda found: 0),),
+    uneven=never,
 )  # fmt: skip
 
 CONTROLLERS = Family(
@@ -196,4 +274,9 @@ CONTROLLERS = Family(
     ),
     isolated=True,
     evaluate=evaluate,
+    local=True,
+    changes="proportional derivative limit dead_band",
+    laws=(Law(DRIVE, lambda found: (found["law"] != 0) & (found["path"] == LAW)),),
+    of_step=False,
+    bound=_controllers_bound,
 )  # fmt: skip

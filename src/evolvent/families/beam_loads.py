@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,8 @@ import numpy as np
 from evolvent.kernels import beam_loads, calls, node_load_tangents, node_loads
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.model.family import WORK, Family, Kind, has_parameters, record
+from evolvent.model.questions import AdjointSupport, Law, Moment, calls_law
+from evolvent.model.shares import LOAD, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -41,6 +44,25 @@ def evaluate(interval, model):
     """All loads on beams."""
     step = interval.step
     beam_loads.evaluate_beam_loads(int(step.sample), interval.times, interval.ym, step.factor, model)
+
+
+def _at_vector(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    row, (time, y, _s) = model.beam_loads[k], moment
+    at = row if row["iq"] >= 0 else model.beams[row["beam"]]
+    iq, iv = int(at["iq"]), int(at["iv"])
+    yield y[iq : iq + 3].copy(), y[iv : iv + 3].copy(), time
+
+
+def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
+    """Those that neither turn with their beam nor are along the axis."""
+    for k in rows:
+        row = turn.model.beam_loads[k]
+        if row["kind"] == FIELD:
+            even = turn.along(row["axis"]) and turn.on_axis(row["centre"])
+        else:
+            even = row["law"] == 0 and (row["frame"] != 0 or turn.along(row["axis"]))
+        if not even:
+            yield k
 
 
 # loads on beams: a torque about an axis spread over the mass, a force per length, a force at a vector, a moment on
@@ -81,4 +103,12 @@ BEAM_LOADS = Family(
     tangent=tangent,
     by_rates=False,
     evaluate=evaluate,
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(LOAD),), place=16, standing=True),
+    laws=(Law("force", calls_law, _at_vector),),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
+    uneven=_uneven,
 )  # fmt: skip

@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import ancf, ancf_beams, beam_strains, calls, thermal
+from evolvent.kernels.ancf_beams import NODE_VECTORS
+from evolvent.kernels.blocks import POSITION, SLOPE
 from evolvent.kernels.sparse import add_entry
-from evolvent.model.family import ENERGY, EVERY, Family, Kind, record, where
+from evolvent.model.family import ENERGY, EVERY, Family, Kind, Records, record, where
 from evolvent.model.powers import MASS_DAMPING, STIFFNESS_DAMPING
+from evolvent.model.questions import AdjointSupport, Block, Coordinates, never
+from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
 _3, _33 = (3,), (3, 3)
@@ -22,6 +29,34 @@ def evaluate(interval, model):
     beam_strains.evaluate_beams(interval.ym, model)
     beam_strains.evaluate_sums(interval.ym, model)
     beam_strains.evaluate_nodes(int(step.sample), interval.ym, model)
+
+
+def _unforced(model: Any) -> dict[str, Array]:
+    H, h = np.zeros_like(model.H), np.zeros_like(model.h)
+    forms = model.elements["form"][model.elements["stretch"] != 0]  # whose first rows are no stiffness
+    H[forms, :3], h[forms] = model.H[forms, :3], model.h[forms]
+    return {"H": H, "h": h}
+
+
+def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
+    return {name: getattr(whole, name) for name in ("H", "h", "thermal_loads")}
+
+
+def _nodal_masses(beam: np.record, elements: Array, masses: Any) -> Array:
+    """Diagonal of a beam's mass matrix, a number for each nodal vector, kg and so on."""
+    vectors = NODE_VECTORS[beam["kind"]]
+    found = np.zeros(vectors * int(beam["nodes"]))
+    for i, element in enumerate(elements[beam["first_element"] :][: beam["elements"]]):
+        found[vectors * i :][: 2 * vectors] += np.diag(masses[element["mass"]])
+    return found
+
+
+def _vectors(records: Records, pools: Mapping[str, Any]) -> Iterator[Block]:
+    for b, beam in enumerate(records("beams")):
+        vectors = NODE_VECTORS[beam["kind"]]
+        for i, mass in enumerate(_nodal_masses(beam, records("elements"), pools["M"])):
+            kind = SLOPE if i % vectors else POSITION
+            yield Block(kind, beam["iq"] + 3 * i, beam["iv"] + 3 * i, b, mass, i // vectors)
 
 
 # beams; a node's coordinates stand together, node after node; first_node: number of the first among
@@ -52,6 +87,16 @@ BEAMS = Family(
     ),
     isolated=lambda found, records: not np.any(found["paper"] != 0) and not np.any(records("elements")["alpha"] != 0.0),
     evaluate=evaluate,
+    local=True,
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(ELASTIC),), place=10, unforced=_unforced, elastic=Elastic(_stiff)),
+    of_step=False,
+    adjoint=AdjointSupport(
+        "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False,
+    ),
+    coordinates=(Coordinates(_vectors, 10, lambda found: 6 * found.size),),
+    uneven=never,
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod

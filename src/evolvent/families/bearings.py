@@ -11,7 +11,8 @@ from evolvent.kernels import bearing, calls, turning
 from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate, of_joint
 from evolvent.model.family import BETWEEN, EVERY, EXPLICIT, End, Family, Kind, Records, record
-from evolvent.model.powers import COUPLED_ENERGY, FRICTION
+from evolvent.model.powers import COUPLED_ENERGY, RUBBED
+from evolvent.model.shares import FRICTION, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -44,7 +45,7 @@ def evaluate(interval, model):
 @calls.force
 def end_step(interval, model):
     """Accounts of all bearings, anchors of their bristles, and what these have taken."""
-    interval.powers[FRICTION] += bearing.end_bearings(interval.step.share, interval.y1, model)
+    interval.powers[RUBBED] += bearing.end_bearings(interval.step.share, interval.y1, model)
 
 
 @calls.stored
@@ -113,4 +114,6 @@ BEARINGS = Family(
     contact_set=contact_set,
     until_turn=until_turn,
     kept=dict.fromkeys(("rubs", "limit", "radial_force", "axial_force", "tilting", "stored"), BETWEEN),
+    smooth=True,
+    shares=Shares((Rule(FRICTION),), place=7, measured="coordinate"),
 )  # fmt: skip

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import attitude, body_step, calls, points, rigid
+from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sparse import add_entry
-from evolvent.model.family import CLEARED, Family, Kind, record, where
+from evolvent.model.family import CLEARED, Family, Kind, Records, record, where
 from evolvent.model.powers import DRIVEN
+from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Felt, Law, never
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
@@ -87,6 +93,16 @@ def turning_tangent(factor, spin, y, model, matrix):
                 add_entry(matrix, at + 3 + c, at + 3 + e, factor * (g[c] + k3[c]))
 
 
+def _motions(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for k, body in enumerate(records("bodies")):
+        q, v = body["iq"], body["iv"]
+        if body["motion"] == rigid.FREE:
+            yield Block(POSITION, q, v, k, body["mass"])
+            yield Block(ROTATION, q + 3, v + 3, k, np.diag(body["inertia"]))
+        elif body["motion"] == rigid.SPIN:
+            yield Block(ANGLE, q, v, k, body["spin_inertia"])
+
+
 # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
 # acceleration, m/s2; of thread that moves with the body (`kernels.thread.step`): carried (kg), moment, own
 # (inertia), and spin0, spin1, momentum by turning on spools at both ends of a step, body axes; torque: on a free
@@ -129,4 +145,23 @@ BODIES = Family(
     evaluate=evaluate,
     turning_tangent=turning_tangent,
     kept={"F": CLEARED},
+    consists=lambda row, k: range(k, k + 1),
+    local=True,
+    changes="mass inertia spin_inertia",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares(),
+    laws=(Law(DRIVE, lambda found: found["path_law"] != 0, field="path_law", before="path_"),),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport(
+        "its inertia follows from the state, and so do the derivatives of it",
+        timed=lambda found: (found["path"] != 0) | (found["rate"] != 0.0),
+    ),
+    coordinates=(Coordinates(_motions, 50, lambda found: 6 * int(np.sum(found["motion"] != rigid.DRIVEN))),),
+    felt=Felt(
+        6, lambda found: found["motion"] != rigid.DRIVEN,
+        lambda model, k, blocks: rigid.body_bound(model.bodies, k, blocks),
+    ),
+    uneven=never,
 )  # fmt: skip

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from evolvent.families.contact_surfaces import is_conservative, slides_freely
+from evolvent.families.contact_surfaces import RULES, is_conservative, pressing, slides_freely
 from evolvent.kernels import body_gaps, calls, contact, contact_laws, contact_tangent, turning
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import BETWEEN, SUMMED, Family, Kind, record
-from evolvent.model.powers import CONTACTS, FRICTION
+from evolvent.model.powers import CONTACTS, RUBBED
+from evolvent.model.questions import AdjointSupport, Bound
+from evolvent.model.shares import Contact, Shares
 
 Array = np.ndarray
 _3, _33, _6 = (3,), (3, 3), (6,)
@@ -67,7 +70,7 @@ def end_step(interval, model):
         return
     slip, damped = contact.end_bodies(model)
     if step.share == 1.0:  # else `Interval.contact` has them
-        interval.powers[FRICTION] += slip
+        interval.powers[RUBBED] += slip
         interval.powers[CONTACTS] += damped
     for k in range(rows.size):
         rows[k].impulse += step.h * rows[k].force
@@ -115,6 +118,11 @@ def friction_power(model):
 def _forget(model: Any) -> None:
     contact.clear_history(model.body_contacts)
     model.body_contacts["energy"] = model.body_contacts["impulse"] = 0.0
+
+
+def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    contact_tangent.add_body_contact_bound(model, felt["bodies"])
+    return iter(())
 
 
 # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
@@ -194,4 +202,16 @@ BODY_CONTACTS = Family(
     friction_power=friction_power,
     kept=dict.fromkeys(("on_a", "on_b", "rubbing", "c", "force", "gap1", "energy"), BETWEEN) | {"impulse": SUMMED},
     forget=_forget,
+    several=True,
+    smooth=True,
+    shares=Shares(RULES, place=9, contact=Contact(pressing)),
+    adjoint=AdjointSupport(
+        "without friction its force follows from the state, with all derivatives", filtered="gaps of body_contacts",
+        timed=False,
+        refused={
+            "contacts between bodies have friction": lambda found: found["friction"] != 0.0,
+            "contacts between bodies have viscous friction": lambda found: found["viscous"] != 0.0,
+        },
+    ),
+    bound=_bound,
 )  # fmt: skip

@@ -10,7 +10,8 @@ import numpy as np
 from evolvent.kernels import calls, contact, contact_laws, contact_tangent, surfaces, turning
 from evolvent.model import IMPULSE, N_ACCOUNTS
 from evolvent.model.family import BETWEEN, NEARER, SUMMED, End, Family, Kind, Records, record, where
-from evolvent.model.powers import CONTACTS, FRICTION
+from evolvent.model.powers import CONTACTS, RUBBED
+from evolvent.model.shares import FRICTION, NORMAL, RUBS, SPRING, Contact, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -107,7 +108,7 @@ def end_step(interval, model):
         return
     slip, damped = contact.end_points(interval.y1, model)
     if step.share == 1.0:  # else `Interval.contact` has them
-        interval.powers[FRICTION] += slip
+        interval.powers[RUBBED] += slip
         interval.powers[CONTACTS] += damped
     for k in range(rows.size):
         rows[k].impulse += step.h * rows[k].normal
@@ -157,6 +158,28 @@ def _forget(model: Any) -> None:
     contact.clear_history(points)
     points["rest"], points["rest1"], points["carrier"] = 0.0, 0.0, -1
     model.contact_surfaces["impulse"] = 0.0
+
+
+#: Damping of bristles with which friction is at its limit at any rate, N s/m.
+_SLIPS = 1e30
+#: Shares of contacts.
+RULES = (Rule(SPRING, NORMAL), Rule(FRICTION, RUBS, ("friction",)))
+
+
+def pressing(rows: Array, rubs: bool) -> Array:
+    """Records of contacts with their elastic normal force alone, or with friction that slips at any rate."""
+    found = rows.copy()
+    found["damping"] = found["bristle_stiffness"] = 0.0
+    found["bristle_damping"] = _SLIPS
+    if not rubs:
+        found["friction"] = 0.0
+    return found
+
+
+def _is_undetermined(row: Any) -> str:
+    if row["under"] < 0:
+        return ""
+    return "turns of a beam press on one another as they were wound, which no coordinate says"
 
 
 # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
@@ -230,6 +253,9 @@ CONTACT_SURFACES = Family(
     friction_power=friction_power,
     kept=dict.fromkeys(("force", "moment", "normal", "energy"), BETWEEN) | {"touching": NEARER, "impulse": SUMMED},
     forget=_forget,
+    reads_inertia=False,
+    smooth=lambda found: found["under"] < 0,
+    shares=Shares(RULES, place=8, contact=Contact(pressing, _is_undetermined)),
 )  # fmt: skip
 
 

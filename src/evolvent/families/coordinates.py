@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent, turning
@@ -9,7 +13,9 @@ from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate
 from evolvent.model import FRICTION_FORCE, KEPT
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, FRICTION, JOINTS
+from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, JOINTS, RUBBED
+from evolvent.model.questions import AdjointSupport
+from evolvent.model.shares import DAMPING, FRICTION, SPRING, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -70,7 +76,7 @@ def end_step(interval, model):
     """Accounts of all coordinates, anchors of their frictions, and what these have taken."""
     step = interval.step
     taken = coordinate_laws.end_coordinate_step(step.h, step.share, interval.y1, interval.s, model)
-    interval.powers[FRICTION] += taken
+    interval.powers[RUBBED] += taken
 
 
 @calls.end_friction
@@ -126,6 +132,49 @@ def friction_power(model):
     for k in range(model.coordinates.size):
         power += model.coordinates[k].rubs * model.coordinates[k].end_rate
     return power
+
+
+#: Rate of a coordinate, beside that of the direction, below which it does not move.
+_OFF = 1e-7
+#: Deflections of a bristle, beside that at which friction slips, from which it is pulled along.
+_SLIPPING = 2.0
+_RULES = (
+    Rule(SPRING, "stiffness", ("stiffness",), stored=False),
+    Rule(DAMPING, "damping", ("damping",)),
+    Rule(FRICTION, "friction", ("friction",)),
+    Rule(SPRING, "stop", ("stop",), stored=False),
+    Rule(SPRING, "latch", ("latch_stiffness",), stored=False),
+    Rule(DAMPING, "latch_damping", ("latch_damping",)),
+)
+
+
+def _unforced(model: Any) -> dict[str, Array]:
+    still = model.coordinates.copy()
+    for field in (*Shares(_RULES).fields, "applied"):
+        still[field] = 0.0
+    return {"coordinates": still}
+
+
+def _slip(mechanism: Any, share: Any, at: Any, direction: Any, own: Array) -> None:
+    """Let friction slip against the direction."""
+    if "friction" not in share.fields:
+        return
+    (k,) = share.rows
+    x, rate = float(at.x[k]), float(direction.rates[k])
+    own["relax"] = own["slips"] = own["bristle0"] = 0.0
+    if abs(rate) <= _OFF:  # it does not move
+        own["friction"] = 0.0
+    else:
+        own["anchor"] = x - math.copysign(_SLIPPING * float(own["friction"][0] / own["stick"][0]), rate)
+
+
+def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
+    """All but travels along the axis."""
+    for k in rows:
+        row = turn.model.coordinates[k]
+        own = turn.model.bodies[row["body"]]
+        if row["kind"] == axial.ANGLE or not turn.along(own["R0"] @ row["axis"]) or not turn.still[row["body"]]:
+            yield k
 
 
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
@@ -198,4 +247,15 @@ COORDINATES = Family(
     keep_rates=keep_rates,
     until_turn=until_turn,
     friction_power=friction_power,
+    local=True,
+    changes="stiffness damping rest friction stick low high stop latch_stiffness latch_damping",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares(_RULES, place=0, unforced=_unforced, prepare=_slip),
+    of_step=lambda found: found["friction"] > 0.0,
+    adjoint=AdjointSupport(
+        "its torque follows from the state, with all derivatives; that it latches is found by neighbours", timed=False,
+        refused={"joints have friction": lambda found: found["friction"] > 0.0},
+    ),
+    uneven=_uneven,
 )  # fmt: skip

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, custom
+from evolvent.kernels import calls, custom, springs
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
 from evolvent.model.powers import MARKER_LOADS, SPRINGS
+from evolvent.model.questions import Law, Moment
+from evolvent.model.shares import LOAD, Rule, Shares
 
 Array = np.ndarray
 
@@ -44,6 +46,13 @@ def energy(interval, model, out):
     out[1] += custom.custom_energies(interval.step.t, interval.ym, model)
 
 
+def _at_points(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    row, (time, y, _s) = model.custom_forces[k], moment
+    own = range(int(row["first_marker"]), int(row["first_marker"] + row["points"]))
+    states = np.array([springs.marker_kinematics(y, model.markers, model.points, model.bodies, m) for m in own])
+    yield time, states[:, :3].ravel(), states[:, 3:6].ravel()
+
+
 # a user-defined law between points, which are markers, from first_marker on. balanced: 1 where the last forces had
 # neither a resultant nor a moment; symmetric: 1 where their last derivatives by position were symmetric;
 # stated: 1 once the law has given an energy or a power
@@ -59,4 +68,14 @@ CUSTOM_FORCES = Family(
     force=force,
     tangent=tangent,
     energy=energy,
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(LOAD, stored=True),), place=2),
+    laws=(
+        Law(
+            "element", lambda found: np.ones(found.size, dtype=bool), _at_points,
+            room=lambda row: 3 * int(row["points"]), stated="stated",
+        ),
+    ),
+    of_step=False,
 )  # fmt: skip

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import calls, fields, points, thread
-from evolvent.kernels.blocks import POSITION
+from evolvent.kernels.blocks import MOVES, POSITION
 from evolvent.kernels.work import note_power
 from evolvent.model.family import Family, Kind, record, where
 from evolvent.model.powers import MARKER_LOADS
+from evolvent.model.questions import AdjointSupport, Law, Moment, calls_law
+from evolvent.model.shares import INERTIA, Rule, Shares
 
 Array = np.ndarray
 _3, _33 = (3,), (3, 3)
@@ -72,6 +77,23 @@ def evaluate_last(interval, model):
         on[k].scale = factor
 
 
+def _at_full_scale(mechanism: Any, share: Any, at: Any, direction: Any, own: Array) -> None:
+    own["scale"] = 1.0
+
+
+def _at_masses(model: Any, k: int, moment: Moment, everywhere: bool) -> Iterator[tuple[Any, ...]]:
+    """At points, free bodies, nodes of beams, and where threads leave their spools; or at the first of these."""
+    time, y, _ = moment
+    for block in model.blocks[(model.blocks["kind"] == POSITION) & (model.blocks["switch"] == MOVES)]:
+        yield y[block["iq"] :][:3].copy(), y[block["iv"] :][:3].copy(), time
+        if not everywhere:
+            return
+    for row in model.threads:
+        yield row["Q"][:3].copy(), row["Q"][3:].copy(), time
+        if not everywhere:
+            return
+
+
 # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
 FIELDS = Family(
     "fields",
@@ -92,6 +114,13 @@ FIELDS = Family(
     prepare_sample=prepare_sample,
     evaluate=False,
     evaluate_last=evaluate_last,
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(INERTIA),), place=17, prepare=_at_full_scale),
+    laws=(Law("force", calls_law, _at_masses),),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
 )  # fmt: skip
 
 # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none
@@ -100,4 +129,5 @@ FIELD_POINTS = Family(
     record("body element", "mass local S", local=_3, S=(8,)),
     order=180,
     of="fields",
+    reads_inertia=True,
 )  # fmt: skip

@@ -22,4 +22,5 @@ GEAR_COORDINATES = Family(
     order=300,
     of="joints",
     ends=of_coordinate,
+    changes="",
 )  # fmt: skip

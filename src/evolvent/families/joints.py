@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
-from evolvent.kernels import calls, joint, joint_tangent
+from evolvent.kernels import calls, joint, joint_tangent, sides
+from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_joint
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.powers import COUPLED_ENERGY, JOINTS as DISSIPATED
+from evolvent.model.questions import DRIVE, AdjointSupport, Law
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -109,6 +115,69 @@ def coupled_energy(t, model):
     return found
 
 
+def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
+    """Lengths that do not end on the axis, and rows of one part that together are not the same about it."""
+    joints, groups = turn.model.joints, dict[tuple[Any, ...], list[int]]()
+    for k in rows:
+        if joints["kind"][k] in (joint.POINT, joint.DIRECTION, joint.ALONG):
+            groups.setdefault(_group(turn, k), []).append(k)
+        elif joints["kind"][k] not in joint.LENGTHS or not _ends_on_axis(turn, joints[k]):
+            yield k
+    yield from (own[0] for own in groups.values() if not _are_even(turn, own))
+
+
+def _held(turn: Any, row: Any) -> list[int]:
+    """Sides on bodies that do not turn."""
+    return [s for s in range(3) if row["on"][s] == sides.ON_BODY and turn.still[row["index"][s]]]
+
+
+def _ends_on_axis(turn: Any, row: Any) -> bool:
+    return all(turn.on_axis(turn.place(row["index"][s], row["local"][s])) for s in _held(turn, row))
+
+
+def _group(turn: Any, k: int) -> tuple[Any, ...]:
+    """What rows must share to be the same about the axis together: their part, kind and what moves."""
+    row, moving = turn.model.joints[k], []
+    for side in range(3):
+        still = row["on"][side] == sides.ON_BODY and turn.still[row["index"][side]]
+        if row["on"][side] != sides.ON_NOTHING and not still:
+            turned = tuple(np.round(row["local"][side], 12)) if row["kind"] == joint.DIRECTION or side == 2 else ()
+            moving.append((side, *(int(row[key][side]) for key in ("on", "index", "iq")), turned))
+    return (turn.assembly.joint_parts[k], int(row["kind"]), *moving)
+
+
+def _are_even(turn: Any, rows: list[int]) -> bool:
+    """Whether rows of constraint together are the same about the axis: so is the space of their directions."""
+    directions, value, x = [], 0.0, None
+    for k in rows:
+        row = turn.model.joints[k]
+        held = _held(turn, row)
+        if row["path"] != joint.STILL:
+            return False
+        for s in held:
+            R, local = turn.model.bodies["R0"][row["index"][s]], row["local"][s]
+            if row["kind"] == joint.DIRECTION or s == 2:
+                directions.append(R @ local)
+            else:
+                x = turn.place(row["index"][s], local)
+        if row["kind"] == joint.POINT:
+            directions.append(row["along"])
+        if row["kind"] == joint.ALONG and 2 not in held and (x is None or not turn.on_axis(x)):
+            return False
+        value = max(value, abs(float(row["value"])))
+    if not directions:
+        return True
+    Q, d, _ = np.linalg.svd(np.array(directions).T, full_matrices=False)
+    Q = Q[:, d > 1e-9 * d[0]]
+    P, W = Q @ Q.T, np.cross(np.eye(3), turn.axis)
+    even = float(np.abs(P @ W - W @ P).max()) <= turn.ROUND_OFF
+    if value > turn.ROUND_OFF and not all(turn.along(one) for one in directions):
+        return False
+    arm = np.zeros(3) if x is None else x - turn.centre
+    off = float(np.linalg.norm(P @ np.cross(turn.axis, arm)))
+    return even and off <= turn.ROUND_OFF * max(1.0, float(np.linalg.norm(arm)))
+
+
 # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time; of links and guides as well. A
 # side is a vector: of coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a
 # node (on 2, at iq, iv); the third side is the direction of ALONG; nodes: 1 where a side is of a beam; path: how
@@ -183,4 +252,16 @@ JOINTS = Family(
     by_rates=lambda model: bool(model.info.penalties > 0),
     evaluate=evaluate,
     coupled_energy=coupled_energy,
+    changes="",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares(),
+    laws=(Law(DRIVE, lambda found: (found["law"] != 0) & (found["drive"] == LAW)),),
+    of_step=False,
+    stiff=lambda found: found["stiffness"] > 0.0,
+    adjoint=AdjointSupport(
+        "its gap follows from the state and time, with all derivatives",
+        timed=lambda found: (found["path"] != 0) | (found["law"] != 0),
+    ),
+    uneven=_uneven,
 )  # fmt: skip

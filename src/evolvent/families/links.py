@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import AdjointSupport, never
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -18,6 +20,12 @@ LINKS = Family(
         Kind("a link", symmetric=True),
     ),
     isolated=True,
+    smooth=True,
+    shares=Shares(),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("joints hold it", timed=False),
+    uneven=never,
 )  # fmt: skip
 
 # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
@@ -29,4 +37,10 @@ GUIDES = Family(
         Kind("a guide", symmetric=True),
     ),
     isolated=True,
+    smooth=True,
+    shares=Shares(),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("joints hold it", timed=False),
+    uneven=never,
 )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,8 @@ import numpy as np
 from evolvent.kernels import calls, loads, rigid, springs
 from evolvent.model.family import WORK, Family, Kind, has_parameters, record, where
 from evolvent.model.powers import MARKER_LOADS
+from evolvent.model.questions import AdjointSupport, Law, Moment
+from evolvent.model.shares import LOAD, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -56,6 +59,44 @@ def evaluate(interval, model):
     loads.evaluate_loads(int(step.sample), interval.times, interval.ym, step.factor, model)
 
 
+def _at_marker(model: Any, row: Any, moment: Moment) -> Iterator[tuple[Any, ...]]:
+    marker = model.markers[row["target"]]
+    found = springs.marker_kinematics(moment[1], model.markers, model.points, model.bodies, row["target"])
+    body = model.bodies[marker["index"]]
+    x, v = np.array(found[:3]), np.array(found[3:])
+    if row["kind"] == loads.TORQUE:
+        v = body["w"].copy()
+    if row["attitude"] != 0:
+        x = np.concatenate([x, body["R"].ravel()])
+    yield x, v, moment[0]
+
+
+def _on_target(model: Any, k: int, moment: Moment, everywhere: bool) -> Iterator[tuple[Any, ...]]:
+    """At the marker; of a thread at the reel, or at every node as well."""
+    row = model.loads[k]
+    if row["kind"] >= loads.AT_MARKER:
+        yield from _at_marker(model, row, moment)
+        return
+    thread = model.threads[row["target"]]
+    if everywhere:
+        for node in model.nodes[int(thread["node"]) : int(thread["node"] + thread["n"])]:
+            yield node["x"].copy(), node["v"].copy(), moment[0]
+    yield thread["Q"][:3].copy(), thread["Q"][3:].copy(), moment[0]
+
+
+def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
+    """Those that neither turn with what they act on nor are along the axis."""
+    for k in rows:
+        row = turn.model.loads[k]
+        if row["law"] != 0 or row["kind"] == loads.LAW:
+            yield k
+            continue
+        p = turn.model.parameters[row["first"] : row["last"]]
+        fixed = row["kind"] in (loads.RADIATION, loads.PANEL) or p[loads.FRAME] == 0.0
+        if fixed and not turn.along(p[:3]):
+            yield k
+
+
 # first, last: own parameters, and those of a profile or of a law of a thread's load; law_first, law_last: of the
 # law of a force or torque; node: of a thread; attitude: 1 of a torque whose law is called with it, 2 of one that
 # follows it; scale: statics' load factor of a law on a thread; rod: 1 + rod whose length that is out it follows, or
@@ -98,4 +139,20 @@ LOADS = Family(
     tangent=tangent,
     by_rates=False,
     evaluate=evaluate,
+    several=True,
+    changes="",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(LOAD),), place=14),
+    laws=(
+        Law("force", lambda found: (found["law"] != 0) & (found["kind"] == loads.LAW), _on_target, as_left=True),
+        Law(
+            "force", lambda found: (found["law"] != 0) & (found["kind"] != loads.LAW), _on_target, before="law_",
+            as_left=True,
+        ),
+    ),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
+    uneven=_uneven,
 )  # fmt: skip

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 
-from evolvent.kernels import calls, coordinate_laws, drivetrain, turning
+from evolvent.base.errors import InputError
+from evolvent.kernels import calls, coordinate, coordinate_laws, drivetrain, turning
 from evolvent.kernels.bristle import SLIP
-from evolvent.kernels.ends import of_coordinates
+from evolvent.kernels.coordinate_laws import BY_LAW, BY_MOTION, BY_PROFILE
+from evolvent.kernels.drive import LAW
+from evolvent.kernels.ends import OfCoordinates
 from evolvent.model import FRICTION_FORCE
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.powers import FRICTION
+from evolvent.model.powers import RUBBED
+from evolvent.model.questions import DRIVE, AdjointSupport, Law, Moment
+from evolvent.model.shares import DAMPING, FRICTION, MOTOR, MOTOR_LOSSES, Rule, Shares
 
 Array = np.ndarray
 
@@ -45,6 +55,63 @@ def end_step(interval, model):
         motors[k].power0 = motors[k].power
 
 
+#: Shares of a motor beside its torque.
+_MAGNETIC, _GEAR, _EDDY = "magnetic", "gear", "eddy"
+
+
+def _of_motion(mechanism: Any, share: Any, still: bool) -> Any:
+    """The record of a motor that follows a motion, at rest, where its reference is not known; None of others."""
+    (row,) = (mechanism.whole.motors[k] for k in share.rows)
+    return row if still and row["kind"] == coordinate_laws.BY_MOTION else None
+
+
+def _motor_power(mechanism: Any, share: Any, at: Any, direction: Any, still: bool) -> float | None:
+    """Of a motor that follows a motion, at rest: that of its limit."""
+    row = _of_motion(mechanism, share, still)
+    if row is None:
+        return None
+    if not math.isfinite(row["limit"]):
+        raise InputError(
+            f"{share.part!r} follows a motion, and its torque at rest is its limit; give {share.part}.limit, the "
+            f"torque or force that it has at the worst"
+        )
+    return float(row["limit"]) * abs(float(direction.rates[int(row["coordinate"])]))
+
+
+def _motor_force(mechanism: Any, share: Any, at: Any, direction: Any, still: bool) -> Array | None:
+    row = _of_motion(mechanism, share, still)
+    if row is None:
+        return None
+    k = int(row["coordinate"])
+    return np.asarray(at.zero - math.copysign(float(row["limit"]), float(direction.rates[k])) * at.J[k])
+
+
+def _loss(mechanism: Any, share: Any, at: Any, direction: Any, still: bool) -> float:
+    """Minus the power that a motor loses before its joint; the detent with its amplitude, wherever the rotor is."""
+    (row,) = (mechanism.whole.drivetrains[k] for k in share.rows)
+    k, n = int(row["coordinate"]), float(row["ratio"])
+    rate, hysteresis = abs(float(direction.rates[k])), n * float(row["hysteresis"])
+    if share.aspect == _EDDY:
+        own = float(at.J[k] @ at.y[mechanism.n_q : mechanism.n_q + mechanism.n_v])
+        return -float(n * n * row["eddy"] * own * direction.rates[k])
+    if share.aspect == _MAGNETIC:
+        return -(hysteresis + n * float(row["detent"])) * rate
+    motor = dataclasses.replace(share, label=share.part, family="motors", rows=(int(row["motor"]),))
+    driving = mechanism.power(motor, at, direction, still=still)
+    over = driving - hysteresis * rate
+    if over > 0.0:
+        return -float((1.0 - row["forward"]) * over)
+    if row["backward"] == 0.0:
+        return -float(row["holds"]) * rate
+    return -float((1.0 / row["backward"] - 1.0) * -over)
+
+
+def _at_coordinate(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    (time, y, s), coordinates, at = moment, model.coordinates, int(model.motors["coordinate"][k])
+    coordinate.measure_coordinate(y, s, coordinates, model.bodies, at)
+    yield time, float(coordinates["angle"][at]), float(coordinates["rate"][at])
+
+
 # motors on coordinates: by a profile (kind 0), a user's law (1), PD to a drive's motion (2), a voltage (3) or a
 # current (4), constant: N m/A or N/A, of the coordinate, resistance: ohm; slope, damper: derivatives; account:
 # of the work; event, switch, until, latest: when they are switched off, as of joints; on: 1 at the last
@@ -69,13 +136,27 @@ MOTORS = Family(
     kinds=(
         Kind("a motor", symmetric=True),
     ),
-    ends=of_coordinates("coordinate"),
+    ends=OfCoordinates("coordinate"),
     through=True,
     apply=apply,
     apply_tangent=apply_tangent,
     explicit_force=explicit_force,
     end_step=end_step,
-    evaluate=False,
+    local=True,
+    changes="position_gain velocity_gain limit rate_limit",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(MOTOR),), place=4, power=_motor_power, force=_motor_force),
+    laws=(
+        Law(DRIVE, lambda found: (found["kind"] == BY_MOTION) & (found["drive"] == LAW)),
+        Law("motor", lambda found: found["kind"] == BY_LAW, _at_coordinate),
+    ),
+    means=lambda found: found["kind"] != BY_PROFILE,
+    of_step=False,
+    adjoint=AdjointSupport(
+        "its torque follows from the state and time, with all derivatives",
+        refused={"motors have a law": lambda found: found["kind"] == BY_LAW},
+    ),
 )  # fmt: skip
 
 
@@ -102,7 +183,7 @@ def explicit_drivetrains(interval, model):
 def end_drivetrains(interval, model):
     """Losses of drivetrains into their accounts."""
     step = interval.step
-    interval.powers[FRICTION] += drivetrain.end_drivetrains(step.h, step.share, interval.y1, 0, model)
+    interval.powers[RUBBED] += drivetrain.end_drivetrains(step.h, step.share, interval.y1, 0, model)
 
 
 @calls.end_friction
@@ -164,7 +245,7 @@ DRIVETRAINS = Family(
     kinds=(
         Kind("a motor's drivetrain", symmetric=True),
     ),
-    ends=of_coordinates("coordinate"),
+    ends=OfCoordinates("coordinate"),
     through=True,
     apply=apply_drivetrains,
     apply_tangent=drivetrain_tangent,
@@ -175,5 +256,10 @@ DRIVETRAINS = Family(
     contact_set=contact_set,
     until_turn=until_turn,
     friction_power=friction_power,
-    evaluate=False,
+    owner=lambda records, k: ("motors", int(records("drivetrains")["motor"][k])),
+    local=True,
+    reads_inertia=False,
+    shares=Shares(
+        (Rule(MOTOR_LOSSES, _MAGNETIC), Rule(FRICTION, _GEAR), Rule(DAMPING, _EDDY)), place=5, power=_loss
+    ),
 )  # fmt: skip

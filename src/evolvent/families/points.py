@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import calls, points
-from evolvent.model.family import Family, Kind, record, where
+from evolvent.kernels.blocks import POSITION
+from evolvent.model.family import Family, Kind, Records, record, where
+from evolvent.model.questions import AdjointSupport, Block, Coordinates, Felt, never
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -13,18 +19,8 @@ _3 = (3,)
 
 @calls.force
 def inertia(interval, model):
-    """Inertia of all points in a state less their forces."""
-    points.add_point_residual(interval.dv, model.info.nq, model.points, model.F)
-
-
-@calls.force
-def step_inertia(interval, model):
-    """Inertia of all points over a step less their forces."""
-    n_q, F, own = model.info.nq, model.F, model.points
-    for i in range(own.size):
-        at = own[i].iv - n_q
-        for c in range(3):
-            F[at + c] += own[i].mass * interval.dv[at + c] / interval.step.h - own[i].f[c]
+    """Inertia of all points less their forces."""
+    points.add_point_residual(interval.dv, interval.step.over, model.info.nq, model.points, model.F)
 
 
 @calls.tangent
@@ -58,6 +54,12 @@ def turning_tangent(factor, spin, y, model, matrix):
         points.add_centrifugal(factor * model.points[k].mass, model.points[k].iv - model.info.nq, spin, matrix)
 
 
+def _positions(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for k, point in enumerate(records("points")):
+        if point["mass"] > 0.0:  # the others are nodes of beams
+            yield Block(POSITION, point["iq"], point["iv"], k, point["mass"])
+
+
 # without mass: a node of a beam, whose coordinates it has
 POINTS = Family(
     "points",
@@ -73,10 +75,22 @@ POINTS = Family(
     ),
     isolated=True,
     inertia=inertia,
-    step_inertia=step_inertia,
     inertia_tangent=inertia_tangent,
     energy=energy,
     momentum=momentum,
     evaluate=evaluate,
     turning_tangent=turning_tangent,
+    local=True,
+    changes="mass compliance",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares(),
+    of_step=False,
+    stiff=False,
+    adjoint=AdjointSupport("its mass is constant", timed=False),
+    coordinates=(Coordinates(_positions, 40, lambda found: 3 * int(np.sum(found["mass"] > 0.0))),),
+    felt=Felt(
+        3, lambda found: found["mass"] > 0.0, lambda model, k, blocks: points.point_bound(model.points, k, blocks)
+    ),
+    uneven=never,
 )  # fmt: skip

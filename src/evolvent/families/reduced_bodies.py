@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import calls, reduced
-from evolvent.model.family import Family, Kind, record
+from evolvent.kernels.blocks import SCALAR
+from evolvent.model.family import Family, Kind, Records, record
 from evolvent.model.powers import SPRINGS
+from evolvent.model.questions import AdjointSupport, Block, Bound, Coordinates, never
+from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -45,6 +51,22 @@ def evaluate(interval, model):
     reduced.evaluate_reduced(interval.ym, model)
 
 
+def _unforced(model: Any) -> dict[str, Array]:
+    found = model.modes.copy()
+    found["stiffness"] = found["damping"] = 0.0
+    return {"modes": found}
+
+
+def _modal(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for k, row in enumerate(records("reduced_bodies")):
+        for i in range(int(row["modes"])):
+            yield Block(SCALAR, row["iq"] + i, row["iv"] + i, k, row["mass"])
+
+
+def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    return ((k, *reduced.mode_bounds(model, k)) for k in range(model.reduced_bodies.size))
+
+
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
 # of the modal coordinates at iq, iv; mass: of each of them
 REDUCED_BODIES = Family(
@@ -70,6 +92,19 @@ REDUCED_BODIES = Family(
     explicit_rate=explicit_rate,
     by_rates=False,
     evaluate=evaluate,
+    consists=lambda row, _: range(int(row["first_body"]), int(row["first_body"] + row["nodes"]) + 1),
+    smooth=True,
+    shares=Shares(
+        (Rule(ELASTIC),), place=13, unforced=_unforced, elastic=Elastic(lambda whole, bare, _: {"modes": whole.modes})
+    ),
+    of_step=False,
+    stiff=lambda found: found["modes"] > 0,
+    adjoint=AdjointSupport(
+        "its stiffness is constant in its modes", filtered="strains of reduced bodies", timed=False,
+    ),
+    coordinates=(Coordinates(_modal, 70, lambda found: 0),),
+    uneven=never,
+    bound=_bound,
 )  # fmt: skip
 
 

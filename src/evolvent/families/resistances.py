@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import calls, resistance, turning
-from evolvent.kernels.ends import of_coordinates
+from evolvent.kernels.ends import OfCoordinates
+from evolvent.model import zeros
 from evolvent.model.family import EVERY, EXPLICIT, Family, Kind, record, where
-from evolvent.model.powers import FRICTION
+from evolvent.model.powers import RUBBED
+from evolvent.model.shares import ADHESION, HARNESS, SPRING, Rule, Shares
 
 Array = np.ndarray
 
@@ -22,7 +28,7 @@ def apply(t, share, kept, y, s, model):
 def end_step(interval, model):
     """Bristles at the end of a step, and what they have taken."""
     share = interval.step.share if interval.step.h > 0.0 else 0.5
-    interval.powers[FRICTION] += resistance.end_resistances(interval.y1, 0, share, model)
+    interval.powers[RUBBED] += resistance.end_resistances(interval.y1, 0, share, model)
 
 
 @calls.end_friction
@@ -60,6 +66,65 @@ def friction_power(model):
     return power
 
 
+#: Shares of a harness: its curve helps or resists; its bristles slip against the direction and resist in full.
+_CURVE, _HYSTERESIS = "elastic", "hysteresis"
+#: Rate of a coordinate, beside that of the direction, below which it does not move.
+_OFF = 1e-7
+
+
+def _of_kind(kind: int) -> Callable[[Any], bool]:
+    return lambda row: bool(row["kind"] == kind)
+
+
+def _has_bristles(row: Any) -> bool:
+    return bool(row["kind"] == resistance.HARNESS and row["first"] != row["last"])
+
+
+def _row(mechanism: Any, share: Any) -> Any:
+    (row,) = (mechanism.whole.resistances[k] for k in share.rows)
+    return row
+
+
+def _curve(mechanism: Any, row: Any) -> Any:
+    """The curve of a resistance now."""
+    return mechanism.whole.curves[int(row["curve"]) + int(mechanism.bare.switches[row["switch"]])]
+
+
+def _set_curve(mechanism: Any, row: Any, at: Any, still: bool) -> None:
+    """Let the curve of a resistance be that of a position: at rest that of the start, or the one behind its end."""
+    switches, x = mechanism.bare.switches, float(at.x[int(row["coordinate"])])
+    if still:
+        switches[row["switch"]] = mechanism.assembly.s[row["switch"]]
+    curve = _curve(mechanism, row)
+    if not curve["low"] <= x <= curve["high"]:
+        switches[row["switch"]] = curve["below" if x < curve["low"] else "above"]
+
+
+def _force(mechanism: Any, share: Any, at: Any, direction: Any, still: bool) -> Array:
+    row = _row(mechanism, share)
+    _set_curve(mechanism, row, at, still)
+    k = int(row["coordinate"])
+    own, rate = mechanism.bare.bristles[int(row["first"]) : int(row["last"])], float(direction.rates[k])
+    if share.aspect == _HYSTERESIS:
+        limit = 0.0 if abs(rate) <= _OFF else math.copysign(math.fsum(own["limit"]), rate)
+        return np.asarray(at.zero + limit * at.J[k])
+    own["before"], own["force0"] = at.x[k], 0.0
+    return np.asarray(mechanism.left(at.t, at.y, mechanism.with_share(share))[: mechanism.n_v])
+
+
+def _power(mechanism: Any, share: Any, at: Any, direction: Any, still: bool) -> float | None:
+    """Of an adhesion that holds: the most that it takes before it breaks in the direction."""
+    row = _row(mechanism, share)
+    _set_curve(mechanism, row, at, still)
+    curve, rate = _curve(mechanism, row), float(direction.rates[int(row["coordinate"])])
+    end = float(curve["high" if rate > 0.0 else "low"])
+    if row["kind"] != resistance.ADHESION or abs(rate) <= _OFF or not math.isfinite(end):
+        return None
+    x, torque = mechanism.whole.parameters[int(curve["first"]) :][: 2 * int(curve["count"])].reshape(2, -1)
+    held = rate * float(np.interp(end, x, torque))
+    return -held if held > 0.0 else None
+
+
 # resistances on coordinates that depend on the path (`kernels.resistance`): curves from `curve` on, bristles from
 # first to last; start: number of the first curve, switch: index of that of the present one; account: of what is
 # lost. time: s, of the last change of the curve, changes: how many there were
@@ -93,7 +158,7 @@ RESISTANCES = Family(
             symmetric=True,
         ),
     ),
-    ends=of_coordinates("coordinate"),
+    ends=OfCoordinates("coordinate"),
     through=True,
     apply=apply,
     end_step=end_step,
@@ -101,7 +166,20 @@ RESISTANCES = Family(
     coupled_energy=coupled_energy,
     until_turn=until_turn,
     friction_power=friction_power,
-    evaluate=False,
+    local=True,
+    reads_inertia=False,
+    shares=Shares(
+        (
+            Rule(HARNESS, _CURVE, which=_of_kind(resistance.HARNESS)),
+            Rule(HARNESS, _HYSTERESIS, which=_has_bristles),
+            Rule(SPRING, which=_of_kind(resistance.TAPE_SPRING)),
+            Rule(ADHESION, which=_of_kind(resistance.ADHESION)),
+        ),
+        place=6,
+        unforced=lambda model: {"resistances": zeros("resistances", 0), "bristles": model.bristles.copy()},
+        force=_force,
+        power=_power,
+    ),
 )  # fmt: skip
 
 # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the

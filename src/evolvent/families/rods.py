@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent, thermal
+from evolvent.kernels.blocks import SCALAR
+from evolvent.kernels.drive import LAW
 from evolvent.model.family import BETWEEN, ENERGY, EVERY, End, Family, Kind, Records, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
+from evolvent.model.questions import DRIVE, AdjointSupport, Block, Coordinates, Law, never
+from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
@@ -98,6 +102,19 @@ def evaluate(interval, model):
     rod.evaluate_nodes(model)
 
 
+def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
+    return {name: getattr(whole, name) for name in ("rods", "rod_elements", "thermal_loads")}
+
+
+def _transverse(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    """Curvatures of sections that flatten."""
+    for k, row in enumerate(records("rods")):
+        if row["tape"] > 0:
+            tape = records("tapes")[row["tape"] - 1]
+            for i, node in enumerate(records("tape_nodes")[tape["first_node"] :][: tape["nodes"]]):
+                yield Block(SCALAR, node["iq"], node["iv"], k, node["mass"], i)
+
+
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
 # tape: 1 + tape of which the section flattens, or 0; payout: 1 where the length that is out follows a drive
 # (`kernels.rod_payout`): density and gyration, mass and inertia per length; out, rate, acceleration: of the length;
@@ -139,6 +156,18 @@ RODS = Family(
     explicit_end=explicit_end,
     evaluate=evaluate,
     kept={"drive_force": BETWEEN},
+    consists=lambda row, _: range(int(row["first_body"]), int(row["first_body"] + row["elements"]) + 1),
+    smooth=lambda found: found["payout"] == 0,
+    shares=Shares((Rule(ELASTIC),), place=11, elastic=Elastic(_stiff)),
+    laws=(Law(DRIVE, lambda found: (found["payout"] != 0) & (found["law"] != 0) & (found["drive"] == LAW)),),
+    of_step=False,
+    adjoint=AdjointSupport(
+        "its strains follow from the state, with all derivatives", filtered="strains of rods",
+        timed=lambda found: found["payout"] != 0,
+        refused={"rods have a section that is a tape": lambda found: found["tape"] > 0},
+    ),
+    coordinates=(Coordinates(_transverse, 80, lambda found: 0),),
+    uneven=never,
 )  # fmt: skip
 
 

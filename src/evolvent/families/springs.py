@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,8 @@ from evolvent.kernels import calls, springs
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
 from evolvent.model.powers import MARKER_LOADS, SPRINGS as BY_SPRINGS
+from evolvent.model.questions import AdjointSupport, Bound, Law, Moment, calls_law
+from evolvent.model.shares import DAMPING, SPRING, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -53,6 +55,29 @@ def evaluate(interval, model):
     springs.evaluate_springs(interval.step.t, interval.ym, model)
 
 
+def _at_ends(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    length, *_others, rate = springs.spring_ends(moment[1], 0.0, k, model)[2]
+    yield length - float(model.springs["length"][k]), rate, moment[0]
+
+
+def _bound(model: Any, y: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    springs.add_spring_bound(y, model, felt["bodies"], felt["points"])
+    return iter(())
+
+
+def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
+    """Those that do not end on the axis, or act across another one."""
+    model = turn.model
+    for k in rows:
+        row = model.springs[k]
+        own = [model.markers[row[key]] for key in "ab"]
+        held = [m for m in own if m["kind"] == springs.ON_BODY and turn.still[m["index"]]]
+        places = [turn.place(m["index"], m["local"]) for m in held]
+        lateral = row["lateral_stiffness"] == 0.0 or turn.along(row["axis"])
+        if not (lateral and row["lateral_damping"] == 0.0 and all(turn.on_axis(x) for x in places)):
+            yield k
+
+
 # slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; line, line0: vector
 # from a to b, of the last state and of the last step; passed: see `kernels.springs.note_lines`; the others are in
 # `RESULTS`, and lost: W, dissipated
@@ -87,4 +112,22 @@ SPRINGS = Family(
     energy=energy,
     by_rates=False,
     evaluate=evaluate,
+    local=True,
+    changes="stiffness damping length lateral_stiffness lateral_damping",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares(
+        (
+            Rule(SPRING, "", ("stiffness", "law"), rates=False),
+            Rule(SPRING, "law_of_rate", ("law",), rates=True),
+            Rule(DAMPING, "damping", ("damping", "lateral_damping")),
+            Rule(SPRING, "lateral", ("lateral_stiffness",)),
+        ),
+        place=1,
+    ),
+    laws=(Law("spring", calls_law, _at_ends),),
+    of_step=False,
+    adjoint=AdjointSupport("its force follows from the state, with all derivatives", timed=calls_law),
+    bound=_bound,
+    uneven=_uneven,
 )  # fmt: skip

@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.kernels import calls, coordinate_laws, coordinate_tangent
-from evolvent.kernels.ends import of_coordinates
+from evolvent.kernels.ends import OfCoordinates
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import AdjointSupport, never
+from evolvent.model.shares import DAMPING, SPRING, Rule, Shares
 
 Array = np.ndarray
 
@@ -66,11 +68,20 @@ SYNCHRONIZATIONS = Family(
     kinds=(
         Kind("a synchronization", symmetric=True),
     ),
-    ends=of_coordinates("a", "b"),
+
     apply=apply,
     apply_tangent=apply_tangent,
     explicit_force=explicit_force,
     end_step=end_step,
     coupled_energy=coupled_energy,
-    evaluate=False,
+    ends=OfCoordinates("a", "b"),
+    several=True,
+    local=True,
+    changes="stiffness damping",
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares((Rule(SPRING, "", ("stiffness",)), Rule(DAMPING, "damping", ("damping",))), place=3),
+    of_step=False,
+    adjoint=AdjointSupport("its torque follows from the state, with all derivatives", timed=False),
+    uneven=never,
 )  # fmt: skip

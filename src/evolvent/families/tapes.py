@@ -64,6 +64,7 @@ TAPES = Family(
     explicit_rate=explicit_rate,
     by_rates=False,
     note_step=note_step,
+    owner=lambda records, k: ("rods", int(np.flatnonzero(records("rods")["tape"] == k + 1)[0])),
 )  # fmt: skip
 
 # the coordinate of a node; alpha: damping by mass, 1/s; value0, value1: at the ends of a step; before: its change

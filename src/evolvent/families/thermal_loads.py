@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.kernels import calls, thermal
+from evolvent.model import zeros
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.questions import never
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 _6 = (6,)
@@ -66,4 +69,9 @@ THERMAL_LOADS = Family(
     by_rates=False,
     evaluate=False,
     evaluate_last=evaluate_last,
+    reads_inertia=False,
+    smooth=True,
+    shares=Shares(unforced=lambda _: {"thermal_loads": zeros("thermal_loads", 0)}),
+    of_step=False,
+    uneven=never,
 )  # fmt: skip

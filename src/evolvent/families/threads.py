@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from evolvent.kernels import calls, points, thread
-from evolvent.kernels.drive import FREE
+from evolvent.kernels.blocks import POSITION, SCALAR
+from evolvent.kernels.drive import FREE, LAW
 from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
 from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, SPOOLS, SPRINGS
+from evolvent.model.questions import DRIVE, Block, Bound, Coordinates, Law, Moment
+from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
 _3, _6 = (3,), (6,)
@@ -146,6 +149,59 @@ def turning_tangent(factor, spin, y, model, matrix):
             points.add_centrifugal(mass, threads[k].iv + 3 * i - n_q, spin, matrix)
 
 
+def _unforced(model: Any) -> dict[str, Array]:
+    found = model.threads.copy()
+    found["stiffness"] = found["damping"] = 0.0
+    return {"threads": found}
+
+
+def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
+    found = bare.threads.copy()
+    found["stiffness"][index] = whole.threads["stiffness"][index]
+    return {"threads": found}
+
+
+def _pushing(model: Any) -> dict[str, Array]:
+    found = model.threads.copy()
+    found["slack"] = 0
+    return {"threads": found} if np.any(model.threads["slack"]) else {}
+
+
+def _refused(row: Any, part: Any, spins: bool) -> str:
+    if row["drive"] == FREE:
+        return "leaves a free spool, which stands at no length of its own"
+    return "stands for several threads" if row["copies"] != 1 else ""
+
+
+def _at_spool(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
+    row, (time, y, _s) = model.threads[k], moment
+    yield float(y[row["spool_q"]]), float(y[row["spool_v"]]), time
+
+
+def _is_by_law(drive: str, law: str) -> Callable[[Array], Array]:
+    return lambda found: np.asarray((found[law] != 0) & (found[drive] == LAW))
+
+
+def _nodes_of_threads(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    """The first node of a thread that ends on another part is fixed to that."""
+    for p, row in enumerate(records("threads")):
+        for i, mass in enumerate(records("nodes")["mass"][row["node"] :][: row["n"]]):
+            switch = p if i > 0 or row["end"] < 0 else -2
+            yield Block(POSITION, row["iq"] + 3 * i, row["iv"] + 3 * i, p, mass, i, switch)
+
+
+def _spools(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
+    for p, row in enumerate(records("threads")):
+        if row["spool_q"] >= 0:
+            yield Block(SCALAR, row["spool_q"], row["spool_v"], p, row["spool_inertia"], -1)
+
+
+def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    for p in range(model.threads.size):
+        for square, rate in thread.add_thread_bound(model, p, felt["bodies"], felt["points"]):
+            yield p, square, rate
+
+
 # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
 # it does not; line_energy: J/m, W there; tip: the point mass that the first node is, or -1. Of a step: rest lengths
 # at the spool, rates of the spool and squares of the end's speed at both ends; sums: of `kernels.thread.energy`;
@@ -261,6 +317,20 @@ THREADS = Family(
     evaluate_rates=evaluate_rates,
     evaluate=evaluate,
     turning_tangent=turning_tangent,
+    shares=Shares(
+        (Rule(ELASTIC),), place=12, unforced=_unforced, elastic=Elastic(_stiff, alone=True, pushing=_pushing),
+        refused=_refused,
+    ),
+    laws=(
+        Law(DRIVE, _is_by_law("drive", "law")),
+        Law(DRIVE, _is_by_law("take_drive", "take_law"), field="take_law", before="take_"),
+        Law("spring", lambda found: found["motor_law"] != 0, _at_spool, field="motor_law", before="motor_"),
+    ),
+    coordinates=(
+        Coordinates(_nodes_of_threads, 20, lambda found: 3 * int(np.sum(found["n"]))),
+        Coordinates(_spools, 30, lambda found: 0),
+    ),
+    bound=_bound,
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step

@@ -122,7 +122,7 @@ def residual(model, work):
     n_v, step, powers, F, P, r = model.info.nv, work.step, work.powers, model.F, model.P, work.r
     move(model, work)
     step.tm, step.rub, step.factor, step.inertia = step.t + 0.5 * step.h, step.h, 1.0, 1.0 / step.h
-    step.span = step.h
+    step.span = step.over = step.h
     model.info.over = step.h
     for i in range(n_v):
         F[i] = 0.0

@@ -48,7 +48,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     rigid.kinematics(t, y, model)
     points.clear_forces(model.points)
     at = model.interval
-    at.t, at.tm, at.h, at.rub, at.factor, at.inertia = t, t, 0.0, step, factor, 1.0
+    at.t, at.tm, at.h, at.rub, at.factor, at.over, at.inertia = t, t, 0.0, step, factor, 1.0, 1.0
     at.span, at.chi, at.chi_v, at.ratio, at.soft = 0.0, 0.0, 0.0, 0.0, 1.0
     interval, calls = state_interval(at, y, a, la, r, powers, model.switches, r), model.force_calls
     for k in range(calls.size):

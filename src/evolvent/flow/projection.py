@@ -6,7 +6,7 @@ from numba import types, void
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.flow.between_steps import release_penalties
 from evolvent.flow.impulse import impulse, prepare
-from evolvent.kernels import ancf_beams, constraint_rows, joint, reduced, rigid, thread
+from evolvent.kernels import constraint_rows, joint, thread
 from evolvent.kernels.blocks import ROTATION, normalise
 from evolvent.kernels.linalg import banded_ldl_solve
 from evolvent.model import MODEL
@@ -56,34 +56,13 @@ def _held(t, s, r, model):
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL), used_for=constraint_rows.HELD)
 def project_joints(t, y, s, model):
     """Positions (two Newton iterations), then velocities, of a model with joints that are constraints."""
-    rows, points, bodies, joints = model.rows, model.points, model.bodies, model.joints
-    n, sides, F = rows.size, model.row_sides, model.F
+    rows, joints, n = model.rows, model.joints, model.rows.size
     for _ in range(2):
         prepare(t, y, s, model)
         for r in range(n):
             model.la[r] = joints[rows[r].index].gap if _held(t, s, r, model) else 0.0
         banded_ldl_solve(model.A, n, model.info.bandwidth, model.la)
-        ancf_beams.clear_held(model)
-        for k in range(sides.size):
-            if rows[sides[k].row].kind == constraint_rows.THREAD:
-                continue
-            la, b, i = model.la[sides[k].row], sides[k].body, sides[k].point
-            if b >= 0:
-                for c in range(6):
-                    bodies[b].a[c] += la * sides[k].Z[c]
-            elif sides[k].reduced >= 0:
-                place = model.reduced_bodies[sides[k].reduced].iq
-                reduced.move_modes(rows[sides[k].row].index, la, model, y, place)
-            else:
-                for c in range(3):
-                    if i >= 0:
-                        y[points[i].iq + c] += la * sides[k].J[c] / points[i].mass
-                    else:
-                        F[sides[k].at + c] += la * sides[k].J[c]
-        for b in range(bodies.size):
-            rigid.shift_body(y, bodies, b)
-        if model.beams.size > 0:
-            ancf_beams.move_held(model, True, y)
+        constraint_rows.move_sides(model, y)
     prepare(t, y, s, model)
     for r in range(n):
         if _held(t, s, r, model):

@@ -87,7 +87,7 @@ def rhs(t, y, s, model, dy):
 def set_state(t, rub, at):
     """Set the numbers of the interval of a state of an explicit method; rub: as of `kernels.contact.add_contacts`."""
     at.t, at.tm, at.h, at.span, at.rub, at.factor, at.inertia = t, t, 0.0, KEPT, rub, 1.0, 1.0
-    at.chi, at.chi_v, at.ratio, at.soft = 0.0, 0.0, 0.0, 1.0
+    at.over, at.chi, at.chi_v, at.ratio, at.soft = 1.0, 0.0, 0.0, 0.0, 1.0
 
 
 @inlined

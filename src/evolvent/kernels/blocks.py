@@ -16,9 +16,8 @@ from evolvent.kernels.rigid import normalise_quaternion
 from evolvent.model import MODEL
 
 POSITION, SLOPE, ROTATION, ANGLE, SCALAR, RATE = range(6)
-#: Families of the owners, in the order of the table; free spools stand behind the nodes of all threads.
-OWNERS = ("beams", "threads", "points", "bodies", "wheels", "thrusters", "reduced_bodies", "tapes")
-BEAM, THREAD, POINT, BODY, WHEEL, THRUSTER, REDUCED, TAPE = range(8)
+#: In place of the switch of coordinates: they always move, or are fixed to another part.
+MOVES, FIXED = -1, -2
 
 
 @indirect(void(VECTOR, VECTOR, types.boolean, MODEL, VECTOR))
@@ -82,25 +81,16 @@ def largest_turn(dq, angles, n_q, blocks):
 
 @inlined
 def is_idle(k, s, model):
-    """Whether block k is a thread's node that is on its spool, or fixed to another part."""
-    node, p = model.blocks[k].node, model.blocks[k].owner
-    return model.blocks[k].family == THREAD and (node >= s[p] or (node == 0 and model.threads[p].end >= 0))
+    """Whether block k is a node that has not left its spool, or is fixed to another part."""
+    switch = model.blocks[k].switch
+    return switch == FIXED or (switch >= 0 and model.blocks[k].node >= s[switch])
 
 
 def idle(model, s):
     """`is_idle` of all blocks: (n,) bool; not compiled."""
-    blocks, ends = model.blocks, np.append(model.threads["end"], -1)
-    p = np.where(blocks["family"] == THREAD, blocks["owner"], -1)
-    return (p >= 0) & (
-        (blocks["node"] >= np.append(s[: ends.size - 1], 0)[p]) | ((blocks["node"] == 0) & (ends[p] >= 0))
-    )
-
-
-def of_part(model, family, owners):
-    """Blocks of some records of a family, but for their spools; not compiled."""
-    blocks = model.blocks
-    own = (blocks["family"] == OWNERS.index(family)) & (blocks["node"] >= 0)
-    return blocks[own & np.isin(blocks["owner"], owners)]
+    switch, node = model.blocks["switch"], model.blocks["node"]
+    counts = np.append(s, 0)[np.where(switch >= 0, switch, len(s))]
+    return (switch == FIXED) | ((switch >= 0) & (node >= counts))
 
 
 def block_at(model, velocity):

@@ -11,7 +11,7 @@ from numba import types, void
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import ancf_beams, joint, reduced, thread as chain
 from evolvent.kernels.linalg import banded_ldl, banded_ldl_solve
-from evolvent.kernels.rigid import SPIN, add_wrench, centripetal, respond
+from evolvent.kernels.rigid import SPIN, add_wrench, centripetal, respond, shift_body
 from evolvent.kernels.rotations import turn
 from evolvent.kernels.sides import ON_BODY
 from evolvent.model import MODEL, having
@@ -225,3 +225,30 @@ def solve_rows(s, model, dy):
                     F[at + c] += force * J[c]
     if model.beams.size > 0:
         ancf_beams.move_held(model, False, dy)
+
+
+@inlined
+def move_sides(model, y):
+    """Move all sides of joints by the displacements that the multipliers la stand for, weighted by the masses."""
+    rows, sides, bodies, points, F = model.rows, model.row_sides, model.bodies, model.points, model.F
+    ancf_beams.clear_held(model)
+    for k in range(sides.size):
+        if rows[sides[k].row].kind == THREAD:
+            continue
+        la, b, i = model.la[sides[k].row], sides[k].body, sides[k].point
+        if b >= 0:
+            for c in range(6):
+                bodies[b].a[c] += la * sides[k].Z[c]
+        elif sides[k].reduced >= 0:
+            place = model.reduced_bodies[sides[k].reduced].iq
+            reduced.move_modes(rows[sides[k].row].index, la, model, y, place)
+        else:
+            for c in range(3):
+                if i >= 0:
+                    y[points[i].iq + c] += la * sides[k].J[c] / points[i].mass
+                else:
+                    F[sides[k].at + c] += la * sides[k].J[c]
+    for b in range(bodies.size):
+        shift_body(y, bodies, b)
+    if model.beams.size > 0:
+        ancf_beams.move_held(model, True, y)

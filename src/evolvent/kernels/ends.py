@@ -35,14 +35,16 @@ def of_coordinate(row: Any, records: Records) -> Iterator[End]:
     yield from of_side(int(row["on"]), int(row["other"]) if row["on"] == sides.ON_BODY else -1, int(row["iv"]))
 
 
-def of_coordinates(*names: str) -> Ends:
-    """Of records that act on coordinates of joints, by the fields with their indices."""
+class OfCoordinates:
+    """Ends of records that act on coordinates of joints; `fields` hold their indices."""
 
-    def ends(row: Any, records: Records) -> Iterator[End]:
-        for name in names:
+    def __init__(self, *fields: str) -> None:
+        self.fields = fields
+
+    def __call__(self, row: Any, records: Records) -> Iterator[End]:
+        """The bodies that the coordinates measure between."""
+        for name in self.fields:
             yield from of_coordinate(records("coordinates")[int(row[name])], records)
-
-    return ends
 
 
 def of_bodies(*names: str) -> Ends:

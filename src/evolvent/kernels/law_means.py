@@ -27,8 +27,14 @@ from evolvent.kernels.law_slopes import (
 )
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
+from evolvent.model.family import families
 
-USED_FOR = ("springs", "motors", "loads", "beam_loads", "fields", "custom_forces", "wheels", "threads")
+
+def USED_FOR(model):  # noqa: N802
+    """Whether a model has a family whose records may act as means."""
+    return any(family.masks_of_means() and family.records(model).size for family in families().values())
+
+
 #: Kinds of laws: of a spring (wheels and spools as well), of a motor, of a motor that follows a motion, of a force or
 #: torque, between points.
 SPRING, MOTOR, FOLLOWS, FORCE, BETWEEN = range(5)
@@ -50,13 +56,6 @@ _EXACT, _MOST, _SHORTEST, _SHORT = 1e-10, 400, 2.0**-40, 2.0**-20
 #: Longest piece while `info.checks` is set.
 FINE = 0.25
 _I = types.int64
-
-
-def has_laws(model):
-    """Whether a law of a user's acts on a model. Not compiled."""
-    rows = (model.springs, model.loads, model.beam_loads, model.fields, model.wheels)
-    others = ((model.threads, "motor_law"), (model.motors, "kind"), *((own, "law") for own in rows))
-    return model.custom_forces.size > 0 or any(bool((own[name] != 0).any()) for own, name in others)
 
 
 def room_size(n, m):

@@ -70,12 +70,12 @@ def add_point_weight(gravity, n_q, points, P):
 
 
 @inlined
-def add_point_residual(a, n_q, points, F):
-    """F += m a - f of all points; a : (nv,) float, accelerations."""
+def add_point_residual(dv, over, n_q, points, F):
+    """F += m dv/over - f of all points; dv : (nv,) float, changes of velocities in the time `over`, s."""
     for i in range(points.size):
         at = points[i].iv - n_q
         for c in range(3):
-            F[at + c] += points[i].mass * a[at + c] - points[i].f[c]
+            F[at + c] += points[i].mass * dv[at + c] / over - points[i].f[c]
 
 
 @inlined

@@ -17,7 +17,11 @@ from typing import Any
 import numpy as np
 
 from evolvent.base import plugins
+from evolvent.base.errors import InputError
 from evolvent.compiled import lookups
+from evolvent.model.layout import Accounts, Switches
+from evolvent.model.questions import AdjointSupport, Bound, Coordinates, Felt, Law, Records as Records
+from evolvent.model.shares import Rule, Shares
 
 Array = np.ndarray
 
@@ -39,13 +43,13 @@ CLEARED, BETWEEN, NEARER, SUMMED = range(4)
 WORK = "work since the first sample, of the power interpolated between the samples times the load's course in time"
 #: What a record acts on: ("bodies", index), ("reduced_bodies", index), ("vectors", index).
 End = tuple[str, int]
-#: Records of a family by its name.
-Records = Callable[[str], Any]
 #: An answer that is a compiled function, which walks over a model's families call (`evolvent.kernels.calls`).
 Call = Any
 #: What questions begin with that are answered as those without it where they have no answer: of a step of implicit
 #: methods, of a state of explicit ones.
 _PREFIXES = ("step_", "explicit_")
+#: For all records of a family, or a function of the records to a mask of those for which it is so.
+Some = bool | Callable[[Array], Array]
 
 
 def record(integers: str, floats: str = "", scratch: str = "", **shapes: tuple[int, ...]) -> np.dtype:
@@ -68,6 +72,11 @@ def where(field: str, value: Any) -> Callable[[Array], Array]:
 def has_parameters(found: Array, others: int) -> Array:
     """Whether loads have more than `others` parameters: (n,) bool."""
     return np.asarray(found["last"] - found["first"] > others)
+
+
+def some(answer: Some, found: Array) -> bool:
+    """Whether an answer is so for any of the records."""
+    return bool(np.any(answer(found))) if callable(answer) else answer and found.size > 0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -155,6 +164,46 @@ class Family:
     kept : fields that a run keeps at its samples, and how: `BETWEEN` (values at both ends of a step lie on a straight
         line), `CLEARED` (the same, of what `kinematics` clears), `NEARER` (of the nearer end), or `SUMMED` (since the
         start); keeps : function of `Records` to whether they are kept; keep : what fills them after forces
+    owner : function of `Records` and the index of a record to the family and the index of that whose part wrote it
+    several : whether a part writes several records, named by the first of them
+    consists : function of a record and its index to the bodies that it consists of, which have its name
+    local : whether results of its records at a sample follow from the states at it and at the first one, without
+        reactions
+    changes : str, fields that a part writes and solvers alone read: a variant with other values of them and of
+        parameters takes a copy of the model. None where more follows: then it is assembled whole
+    reads_inertia : whether its parts or checks read the mass or inertia of others; None: as that to which it belongs
+    smooth : whether what it does to a motion changes continuously with a key, so that derivatives of a run go through
+        it: for all of its records, or a function of them to a mask
+    shares : shares of its parts in margins; None where their forces are not evaluated along a coordinate
+    category : str, in margins, of the force of a part whose family has one share and says no more of it
+    observe : function of a view of a run (`results.observe.View`), the name of a part and its results
+        (`results.observe.Observed`), which may be changed; before it these are the fields of the record in `results`
+    place : function of the builder and a reference (`assembly.references.Named`) to the point of a part that it names
+        (`assembly.references.Location`), for families on whose parts there are points
+    accounts, switches : what its records have in the state (`model.layout`)
+    by_causes : whether the accounts of explicit methods tell apart what dissipates energy in a model with its records
+    rubs : function of its records to those with friction that slips under explicit methods; None for none
+    events : function of its records to how many events of solvers they have; None for none
+    times : fields that hold times at which a record starts or ceases to act, on which solvers land
+    totals : numbers of its records that are fields of the model's `info`, functions of the records by the field
+    offsets : fields that hold indices of velocities in the state, -1 for none, which parts count from the first one
+    initial : fields of the record with what its scratch fields are at the start, by these
+    scratch : function of `Records` and the builder to arrays of the model that its records need, whether there are some
+        or none; None for none
+    check : function of the builder that refuses what its parts cannot be together with others; None for none
+    laws : users' laws that records call
+    means : function of its records to those that act over a step of energy-momentum as means of what is no user's law
+        (`kernels.law_means`); None for none
+    of_step : whether forces belong to a step, and follow from what the step before has left, not from a state alone
+    stiff : whether a record resists a change of shape, but by a law
+    adjoint : why the adjoint supports it; None of one that it does not support
+    coordinates : of its records
+    felt : how its records answer the stiffness and damping that they feel, for the bound of explicit steps
+    bound : function of the model after `kinematics`, the state, and blocks of stiffness and damping that are felt, by
+        family (2, n, size, size), to bounds of the fastest modes of its own; it adds to the blocks what its records
+        make others feel. Where `stiff` records have none, the fastest mode is found by differences of accelerations
+    uneven : function of a steady turn (`solvers.steady_turn.Turn`) and of the records with an end on what does not
+        turn, of all without `ends`, to those that are not the same at every angle about its axis; None for all of them
     """
 
     name: str
@@ -169,7 +218,15 @@ class Family:
     within: bool = False
     outside: Callable[[Array], Array] | None = None
     isolated: bool | Callable[[Array, Records], bool] | None = None
-
+    owner: Callable[[Records, int], tuple[str, int]] | None = None
+    several: bool = False
+    consists: Callable[[Any, int], range] | None = None
+    local: bool = False
+    changes: str | None = None
+    reads_inertia: bool | None = None
+    smooth: bool | Callable[[Array], Array] = False
+    shares: Shares | None = None
+    category: str = ""
     by_rates: bool | Callable[[Any], bool] | None = None
     force: Call = None
     step_force: Call = None
@@ -206,6 +263,28 @@ class Family:
     forget: Callable[[Any], None] | None = None
     kept: Mapping[str, int] = dataclasses.field(default_factory=dict)
     keeps: Callable[[Records], bool] | None = None
+    observe: Callable[[Any, str, Any], None] | None = None
+    place: Callable[[Any, Any], Any] | None = None
+    accounts: tuple[Accounts, ...] = ()
+    switches: tuple[Switches, ...] = ()
+    by_causes: bool = False
+    rubs: Callable[[Array], Array] | None = None
+    events: Callable[[Array], int] | None = None
+    times: tuple[str, ...] = ()
+    totals: Mapping[str, Callable[[Array], int]] = dataclasses.field(default_factory=dict)
+    offsets: tuple[str, ...] = ("iv",)
+    initial: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    scratch: Callable[[Records, Any], Mapping[str, Array]] | None = None
+    check: Callable[[Any], None] | None = None
+    laws: tuple[Law, ...] = ()
+    means: Callable[[Array], Array] | None = None
+    of_step: Some = True
+    stiff: Some = True
+    adjoint: AdjointSupport | None = None
+    coordinates: tuple[Coordinates, ...] = ()
+    felt: Felt | None = None
+    bound: Callable[[Any, Array, Mapping[str, Array]], Iterator[Bound]] | None = None
+    uneven: Callable[[Any, list[int]], Iterable[int]] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
@@ -221,26 +300,55 @@ class Family:
             return self.force is not None
         return self.by_rates(model) if callable(self.by_rates) else self.by_rates
 
+    @property
+    def in_margins(self) -> Shares | None:
+        """Its shares in margins; None where parts of it are refused."""
+        return Shares((Rule(self.category),)) if self.shares is None and self.category else self.shares
+
+    def called(self, row: Array) -> str:
+        """What messages call a record, given as one of (1,)."""
+        found = next((kind.name for kind in self.kinds if kind.mask(row)[0]), "")
+        return found or f"one of the {self.name.replace('_', ' ')}"
+
+    def masks_of_means(self) -> list[Callable[[Array], Array]]:
+        """Functions of its records to masks of those that act as means over a step of energy-momentum."""
+        return [law.which for law in self.laws if law.is_force] + ([] if self.means is None else [self.means])
+
     def records(self, model: Any) -> Array:
         """Its records in a model."""
         found: Array = getattr(model, self.name)
         return found
 
 
-def _modules() -> Iterator[Any]:
-    """Modules that declare families: those of the package, then those of other distributions."""
-    package = importlib.import_module(PACKAGE)
-    for found in sorted(module.name for module in pkgutil.iter_modules(package.__path__)):
-        yield importlib.import_module(f"{PACKAGE}.{found}")
+@functools.cache
+def _modules_and_failures() -> tuple[list[Any], dict[str, str]]:
+    """Modules that declare families: those of the package, then those of other distributions; and why others do not."""
+    package, wrong = importlib.import_module(PACKAGE), dict[str, str]()
+    found = [importlib.import_module(f"{PACKAGE}.{one.name}") for one in pkgutil.iter_modules(package.__path__)]
+    found.sort(key=lambda module: str(module.__name__))
     for entry in plugins.entry_points(GROUP):
-        yield plugins.load(entry, f"the families of the entry point {entry.name!r}")
+        try:
+            found.append(plugins.load(entry, f"the families of the entry point {entry.name!r}"))
+        except InputError as error:
+            wrong[entry.name] = str(error)
+    return found, wrong
+
+
+def modules() -> list[Any]:
+    """Modules that declare families: those of the package, then those of other distributions that can be loaded."""
+    return _modules_and_failures()[0]
+
+
+def unusable() -> Mapping[str, str]:
+    """Sentences on modules of other distributions that cannot be loaded, by the name of the entry point."""
+    return _modules_and_failures()[1]
 
 
 def _declared() -> Iterator[Family]:
     """Families of the package by their order, then those of other distributions."""
     for is_own in (True, False):
         found: dict[str, Family] = {}
-        for module in _modules():
+        for module in modules():
             if module.__name__.startswith(f"{PACKAGE}.") == is_own:
                 found |= {value.name: value for value in vars(module).values() if isinstance(value, Family)}
         yield from sorted(found.values(), key=lambda family: (family.order, family.name))
@@ -248,14 +356,13 @@ def _declared() -> Iterator[Family]:
 
 @functools.cache
 def families() -> dict[str, Family]:
-    """All families, by name and in their order; families of other distributions come last.
-
-    Raises
-    ------
-    InputError
-        If a module of another distribution cannot be loaded.
-    """
+    """All families, by name and in their order; families of other distributions come last."""
     return {family.name: family for family in _declared()}
+
+
+def whole() -> Iterator[Family]:
+    """Families of records that belong to no other family's."""
+    return (family for family in families().values() if not family.of)
 
 
 def acting() -> list[Family]:

@@ -9,20 +9,21 @@ from evolvent.compiled.pointer import Struct, array, on_stack, record
 #: Numbers of an interval.
 #:
 #: t, h, tm: start, length and middle, s; span: h, or `KEPT` of a state of explicit methods, whose frictions are among
-#: its accounts; chi, chi_v, ratio: filter of strains and of velocities, and r of the step
-#: before (`flow.energy_momentum`); soft: share of the contacts' stiffness; held: 1 where velocities are not filtered,
-#: else 0; of the step before chi_p, and what it filters of accelerations: the largest beside the size, and the root
-#: mean square by shares of inertia (1/s2). rub: s, length of the step of friction of contacts that ends at a state
-#: (`kernels.contact.add_contacts`); factor: of loads on beams and of gravity; inertia: factor of `dv`, 1 of
-#: accelerations, else 1/h. Of a tangent: c_mass and c_rate, derivatives of accelerations and of velocities, and scale
-#: of the constraints. Of the end of a step: share, 1 where the last forces are those of its end, 0.5 where they are
-#: means over it; again, 1 where forces change at once at an end that is booked already. sample: index among `times`
+#: its accounts; chi, chi_v, ratio: filter of strains and of velocities, and r of the step before
+#: (`flow.energy_momentum`); soft: share of the contacts' stiffness; held: 1 where velocities are not filtered, else
+#: 0; of the step before chi_p, and what it filters of accelerations: the largest beside the size, and the root mean
+#: square by shares of inertia (1/s2). rub: s, length of the step of friction of contacts that ends at a state
+#: (`kernels.contact.add_contacts`); factor: of loads on beams and of gravity; over: time in which `dv` changes
+#: velocities, h, or 1 of a state, whose `dv` are accelerations, and inertia: 1/over. Of a tangent: c_mass and c_rate,
+#: derivatives of accelerations and of velocities, and scale of the constraints. Of the
+#: end of a step: share, 1 where the last forces are those of its end, 0.5 where they are means over it; again, 1 where
+#: forces change at once at an end that is booked already. sample: index among `times`
 NUMBERS = np.dtype(
     [
         (name, np.float64)
         for name in (
             "t", "h", "span", "tm", "chi", "chi_v", "ratio", "soft", "held", "chi_p", "largest", "rms", "rub", "factor",
-            "inertia", "c_mass", "c_rate", "scale", "share", "again", "sample",
+            "over", "inertia", "c_mass", "c_rate", "scale", "share", "again", "sample",
         )
     ]
 )  # fmt: skip

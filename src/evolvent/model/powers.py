@@ -3,7 +3,7 @@
 #: What forces add to `Interval.powers`: dissipated powers (W), power of loads at markers (W), energies of coordinates,
 #: penalties (J), power of motors and of what turns driven bodies, that of spools, and what contacts take at a state.
 #: The end of a step leaves works and losses in their places (J), and what friction takes.
-MASS_DAMPING, STIFFNESS_DAMPING, SPRINGS, JOINTS, MARKER_LOADS, COUPLED_ENERGY, DRIVEN, SPOOLS, CONTACTS, FRICTION = (
+MASS_DAMPING, STIFFNESS_DAMPING, SPRINGS, JOINTS, MARKER_LOADS, COUPLED_ENERGY, DRIVEN, SPOOLS, CONTACTS, RUBBED = (
     range(10)
 )
 N_POWERS = 10

@@ -41,9 +41,9 @@ OWN_RECORDS: dict[str, np.dtype] = {
         "step compliance over",
         gravity=_3,
     ),
-    # coordinates by kind (`kernels.blocks`), in the order of their owners; count: number of velocities; family, owner:
-    # whose; node: number of a beam's, thread's or rod's node; inertia: of the velocities, diagonal of the mass matrix
-    "blocks": _record("kind iq iv count family owner node", "inertia", inertia=_3),
+    # coordinates by kind (`kernels.blocks`, `questions.Block`), in the order of `questions.Coordinates`; count: number
+    # of velocities; family: code of the owner's (`model.blocks`)
+    "blocks": _record("kind iq iv count family owner node switch", "inertia", inertia=_3),
     "markers": _record("kind index", "local", local=_3),
     # sides of a row: first, last; each is a body, or a vector of a point mass or of a beam's node, at the index `at`
     # among the velocities (of a spinning body as well), with the mass that a force on it alone moves; -1 for none. Of a

@@ -1,101 +1,43 @@
-"""What a user composes: each part is a frozen section of keys that writes itself into the model's arrays."""
+"""What a user composes: each part is a frozen section of keys that writes itself into the model's arrays.
 
-from evolvent.parts.attitude import AttitudeController, ReactionWheel, Thruster
-from evolvent.parts.beam import Beam
-from evolvent.parts.beam_load import DistributedTorque, LineLoad, SlopeLoad
-from evolvent.parts.bearing import Bearing
-from evolvent.parts.body_contact import BodyContact
-from evolvent.parts.curve import Parabola
-from evolvent.parts.custom_force import CustomForce
-from evolvent.parts.drive import ConstantDrive, ExpressionDrive, FreeSpool, LawDrive, RampDrive, TableDrive
-from evolvent.parts.event import Event
-from evolvent.parts.feedback import FeedbackDrive, Limits, Sensor
-from evolvent.parts.field import AccelerationField, Orbit
-from evolvent.parts.gear import Gear
-from evolvent.parts.guide import Guide
-from evolvent.parts.joint import Joint, PrescribedMotion, PrescribedRotation
-from evolvent.parts.link import Link
-from evolvent.parts.load import Force, LawLoad, PanelRadiation, RadiationPressure, Torque, UniformLoad
-from evolvent.parts.magnetic import MagneticTorque
-from evolvent.parts.motor import Motor
-from evolvent.parts.point import Point
-from evolvent.parts.profile import Profile
-from evolvent.parts.reduced_body import ReducedBody
-from evolvent.parts.reel import Reel
-from evolvent.parts.resistance import Adhesion, Harness, TapeSpringHinge
-from evolvent.parts.rigid_body import RigidBody
-from evolvent.parts.rod import Rod
-from evolvent.parts.rotational_spring import RotationalSpring
-from evolvent.parts.self_contact import SelfContact
-from evolvent.parts.shapes import Box, Capsule, Cylinder, Plane, Sphere
-from evolvent.parts.spring import Spring
-from evolvent.parts.surface_contact import CapsuleContact, CylinderContact, PlaneContact, SphereContact
-from evolvent.parts.synchronization import Synchronization
-from evolvent.parts.thermal_load import ThermalLoad
-from evolvent.parts.thread import Thread
-from evolvent.parts.translational_spring import TranslationalSpring
+The names of this package are those of its modules: parts that a case file may name by their kind, and the sections
+that parts take, such as shapes and drives, which stand in the `__all__` of their module.
+"""
 
-__all__ = [
-    "AccelerationField",
-    "Adhesion",
-    "AttitudeController",
-    "Beam",
-    "Bearing",
-    "BodyContact",
-    "Box",
-    "Capsule",
-    "CapsuleContact",
-    "ConstantDrive",
-    "CustomForce",
-    "Cylinder",
-    "CylinderContact",
-    "DistributedTorque",
-    "Event",
-    "ExpressionDrive",
-    "FeedbackDrive",
-    "Force",
-    "FreeSpool",
-    "Gear",
-    "Guide",
-    "Harness",
-    "Joint",
-    "LawDrive",
-    "LawLoad",
-    "Limits",
-    "LineLoad",
-    "Link",
-    "MagneticTorque",
-    "Motor",
-    "Orbit",
-    "PanelRadiation",
-    "Parabola",
-    "Plane",
-    "PlaneContact",
-    "Point",
-    "PrescribedMotion",
-    "PrescribedRotation",
-    "Profile",
-    "RadiationPressure",
-    "RampDrive",
-    "ReactionWheel",
-    "ReducedBody",
-    "Reel",
-    "RigidBody",
-    "Rod",
-    "RotationalSpring",
-    "SelfContact",
-    "Sensor",
-    "SlopeLoad",
-    "Sphere",
-    "SphereContact",
-    "Spring",
-    "Synchronization",
-    "TableDrive",
-    "TapeSpringHinge",
-    "ThermalLoad",
-    "Thread",
-    "Thruster",
-    "Torque",
-    "TranslationalSpring",
-    "UniformLoad",
-]
+from __future__ import annotations
+
+import functools
+import importlib
+import pkgutil
+from collections.abc import Mapping
+from typing import Any
+
+from evolvent.base.schema import Section
+from evolvent.parts.base import Part, kind_of
+
+
+@functools.cache
+def _sections() -> Mapping[str, type]:
+    """Classes by their names, in the order of these; the modules are loaded when the first is asked for."""
+    found: dict[str, type] = {}
+    for module in pkgutil.iter_modules(__path__):
+        own = vars(importlib.import_module(f"{__name__}.{module.name}"))
+        composed = own.get("__all__", ())
+        for name, value in own.items():
+            if not isinstance(value, type) or value.__module__ != own["__name__"] or not issubclass(value, Section):
+                continue
+            if kind_of(value) or (name in composed and not issubclass(value, Part)):
+                found[name] = value
+    return dict(sorted(found.items()))
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__all__":
+        return [*_sections()]
+    if not name.startswith("_") and name in _sections():
+        return _sections()[name]
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return [*_sections()]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Literal, Self, get_origin
 
 import numpy as np
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -18,7 +18,7 @@ from evolvent.base.schema import Annotation, Section, marks
 from evolvent.elements.dense import norm
 from evolvent.parts.applies import Applies
 
-__all__ = ["Arrays", "Part", "PointReference", "Reference", "check_name", "split_reference", "unit"]
+__all__ = ["Arrays", "Part", "PointReference", "Reference", "check_name", "kind_of", "split_reference", "unit"]
 
 
 class Part(Section):
@@ -76,6 +76,12 @@ class Part(Section):
                 for name in mark.names(getattr(self, key)):
                     if name != "ground":
                         yield name
+
+
+def kind_of(found: Any) -> str:
+    """The name in case files of a class of parts; nothing of what is none, or only the base of some."""
+    field = found.model_fields.get("kind") if isinstance(found, type) and issubclass(found, Part) else None
+    return field.default if field is not None and get_origin(field.annotation) is Literal else ""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -11,6 +11,8 @@ from evolvent.base.errors import InputError
 from evolvent.base.schema import OneOf, Section
 from evolvent.elements import rods
 
+__all__ = ["Parabola"]
+
 Array = np.ndarray
 #: Newton's iterations for the place on a parabola at an arc length; five are enough for round-off.
 _ITERATIONS = 50

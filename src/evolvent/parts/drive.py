@@ -30,6 +30,8 @@ from evolvent.parts.expression import (
 from evolvent.parts.feedback import FeedbackDrive
 from evolvent.parts.profile import TorqueProfile, kind_hint, write_profile
 
+__all__ = ["ConstantDrive", "ExpressionDrive", "FreeSpool", "LawDrive", "RampDrive", "TableDrive"]
+
 #: Kinds that only spools have.
 OF_SPOOLS = ("free", "feedback")
 #: Coordinate and its rate: rad and rad/s of a spool or a body, m and m/s along a line.

@@ -19,6 +19,8 @@ from evolvent.kernels import drive as kernels
 from evolvent.parts.drive_kind import DriveKind, DriveRow, check_start
 from evolvent.parts.expression import VARIABLES, Constants, FeedbackLaw, refuse_unused
 
+__all__ = ["FeedbackDrive", "Limits", "Sensor"]
+
 #: End of the name of the rate of a measured quantity.
 RATE = "_rate"
 #: Most measured quantities.

@@ -19,6 +19,8 @@ from evolvent.base.schema import Section
 from evolvent.kernels import profile as kernels
 from evolvent.parts.expression import Constants, TimeExpression, refuse_unused
 
+__all__ = ["Profile"]
+
 V = TypeVar("V")
 
 

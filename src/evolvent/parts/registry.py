@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import GetJsonSchemaHandler, ValidationError
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
+from evolvent import parts
 from evolvent.assembly.references import check_name
 from evolvent.base import plugins
 from evolvent.base.errors import InputError, nearest
 from evolvent.base.schema import Annotation, error_priority, sentence, shown
+from evolvent.model import family
 from evolvent.parts import repetition
-from evolvent.parts.base import Part
+from evolvent.parts.base import Part, kind_of
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -28,8 +30,10 @@ GROUP = "evolvent.parts"
 def kinds() -> Mapping[str, type[Part]]:
     """Every kind of part that a case file may name: "rigid-body" -> RigidBody, and so on.
 
-    A package outside adds one by an entry point of the group ``evolvent.parts``, whose object is a subclass of
-    `parts.base.Part` with a field ``kind`` of its own. Those that cannot be used are left out, see `unusable`.
+    Built in are those of the modules of `evolvent.parts`. A package outside adds one by an entry point of the group
+    ``evolvent.parts``, whose object is a subclass of `parts.base.Part` with a field ``kind`` of its own, or beside the
+    family of its records, in a module of the group ``evolvent.families``. Those that cannot be used are left out, see
+    `unusable`.
     """
     return _kinds_and_failures()[0]
 
@@ -49,24 +53,27 @@ def not_known(kind: Any) -> str:
 @functools.cache
 def _kinds_and_failures() -> tuple[Mapping[str, type[Part]], Mapping[str, str]]:
     """Kinds of parts that can be used, and why others cannot."""
-    from evolvent import parts
+    wrong = dict(family.unusable())
+    built_in = (getattr(parts, name) for name in parts.__all__)
+    found: dict[str, type[Part]] = {kind: part for part in built_in if (kind := kind_of(part))}
 
-    wrong: dict[str, str] = {}
-    found: dict[str, type[Part]] = {}
-    for name in parts.__all__:
-        part = getattr(parts, name)
-        if isinstance(part, type) and issubclass(part, Part):
-            found[part.model_fields["kind"].default] = part
+    def add(kind: str, part: type[Part], name: str, by: str) -> None:
+        if kind in found:
+            wrong[name] = f"{by} adds a part of kind {kind!r}, which is already known"
+        else:
+            found[kind] = part
+
+    for module in family.modules():
+        for part in vars(module).values():
+            if kind_of(part) and part.__module__ == module.__name__:
+                add(kind_of(part), part, kind_of(part), f"the module {module.__name__!r}")
     for entry in plugins.entry_points(GROUP):
         try:
             kind, part = _load(entry)
         except InputError as error:
             wrong[entry.name] = str(error)
             continue
-        if kind in found:
-            wrong[entry.name] = f"the plug-in {_called(entry)} adds a part of kind {kind!r}, which is already known"
-        else:
-            found[kind] = part
+        add(kind, part, entry.name, f"the plug-in {_called(entry)}")
     return MappingProxyType(found), MappingProxyType(wrong)
 
 
@@ -78,13 +85,13 @@ def _called(entry: EntryPoint) -> str:
 def _load(entry: EntryPoint) -> tuple[str, type[Part]]:
     """Kind and class of a package's part."""
     part = plugins.load(entry, f"the plug-in {_called(entry)}")
-    field = part.model_fields.get("kind") if isinstance(part, type) and issubclass(part, Part) else None
-    if field is None or not isinstance(field.default, str):
+    kind = kind_of(part)
+    if not kind:
         raise InputError(
             f"the plug-in {_called(entry)} is {shown(part)}; it must be a subclass of evolvent.parts.base.Part with a "
             f"field 'kind', such as kind: Literal['hoop'] = 'hoop'"
         )
-    return field.default, part
+    return kind, part
 
 
 def read_parts(values: Any, key: str = "parts") -> dict[str, Part]:

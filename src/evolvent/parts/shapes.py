@@ -11,6 +11,8 @@ from evolvent.base import units
 from evolvent.base.schema import OneOf, Section
 from evolvent.parts.base import unit
 
+__all__ = ["Box", "Capsule", "Cylinder", "Plane", "Sphere"]
+
 SIDE = units.Quantity(what="a length", unit="m", example="0.5 m", above=0.0)
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, THREAD
+from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, ROTATION
 from evolvent.results.observe.view import View
 
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ def tracked_velocities(solution: Solution) -> Array:
     rates: list[Array] = []
     if model.threads.size:
         speeds.append(solution.observations.velocity)
-    for block in model.blocks[model.blocks["family"] != THREAD]:
+    for block in model.blocks[model.blocks["switch"] == MOVES]:
         at = int(block["iv"])
         if block["kind"] == POSITION:
             speeds.append(view.coordinates(at)[:, None])

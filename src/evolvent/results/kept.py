@@ -17,6 +17,7 @@ import xarray as xr
 
 from evolvent.base import units
 from evolvent.base.errors import InputError, nearest
+from evolvent.model.family import families
 from evolvent.parts.base import Part
 from evolvent.results import variables
 from evolvent.results.observe import observe_part
@@ -49,11 +50,6 @@ _AT = re.compile(r"at\((?P<time>[^()]*)\)")
 ENDINGS = (*REDUCTIONS, "at(2.5 s)")
 #: Part of a run by which a time may lie outside of it, by round-off.
 _ROUND_OFF = 1e-9
-#: Families whose variables at a sample follow from the states at it and at the first one, without reactions.
-_LOCAL = {
-    "bodies", "points", "springs", "coordinates", "motors", "synchronizations", "resistances", "drivetrains", "wheels",
-    "thrusters", "controllers", "beams",
-}  # fmt: skip
 #: Variables of joints that follow from the reactions at a sample.
 _REACTIONS = {"force", "moment", "torque", "tension"}
 
@@ -263,7 +259,10 @@ def _is_balance(assembly: Assembly, name: str) -> bool:
 
 
 def _is_local(assembly: Assembly, part: str) -> bool:
-    return _is_of_family(assembly, part) and part not in assembly.joint_parts and assembly.names[part][0] in _LOCAL
+    if not _is_of_family(assembly, part) or part in assembly.joint_parts:
+        return False
+    family = families().get(assembly.names[part][0])
+    return family is not None and family.local
 
 
 def _is_of_family(assembly: Assembly, part: str) -> bool:

@@ -20,9 +20,9 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual
 from evolvent.kernels.blocks import displace
-from evolvent.kernels.coordinate_laws import BY_LAW
 from evolvent.kernels.sparse import INNER
-from evolvent.model.family import families
+from evolvent.model.family import some, whole
+from evolvent.model.questions import AdjointSupport
 from evolvent.solvers import implicit_loop, run as runs, tape as tapes, tape_energy
 from evolvent.solvers.adjoint_events import Jump, Jumps, Parameter, carried, difference, state_of
 from evolvent.solvers.implicit_method import METHODS
@@ -43,20 +43,6 @@ NEWTON = 1e-12
 #: States that are tried for the equations that a parameter changes; difference of the changes to both sides beside
 #: them, and round-off of the equations, below which they are as large: one side is then evaluated alone.
 TRIALS, EVEN, ROUND_OFF = 3, 1e-8, 1e-15
-#: Families that are supported: their tangents are exact, and nothing in their records goes on from step to step.
-SUPPORTED = (
-    "bodies", "points", "springs", "links", "guides", "beams", "joints", "coordinates", "loads", "beam_loads",
-    "synchronizations", "rods", "events", "body_contacts", "motors", "reduced_bodies", "wheels", "thrusters", "fields",
-)  # fmt: skip
-
-
-#: Families whose strains or gaps are filtered over two steps by energy-momentum.
-FILTERED = {
-    "beams": "strains of beams", "rods": "strains of rods", "reduced_bodies": "strains of reduced bodies",
-    "body_contacts": "gaps of body_contacts",
-}  # fmt: skip
-#: Families that may depend on time.
-TIMED_FAMILIES = ("loads", "beam_loads", "motors", "wheels", "thrusters", "fields")
 
 
 def check(plan: Any) -> None:
@@ -67,28 +53,25 @@ def check(plan: Any) -> None:
     InputError
     """
     model, options = plan.assembly.model, plan.options
-    for name in (family.name for family in families().values() if not family.of):
-        if name not in SUPPORTED and getattr(model, name).size:
-            raise InputError(f"the adjoint does not support {name}, which the system has; take mode 'forward'")
-    if model.tapes.size:
-        raise InputError("the adjoint does not support rods whose section is a tape; take mode 'forward'")
-    if np.any(model.coordinates["friction"] > 0.0):
-        raise InputError("joints have friction, which the adjoint does not support; take mode 'forward'")
-    if np.any(model.motors["kind"] == BY_LAW):
-        raise InputError("motors have a law, which the adjoint does not support; take mode 'forward'")
-    for field, what in (("friction", "friction"), ("viscous", "viscous friction")):
-        if np.any(model.body_contacts[field] != 0):
-            raise InputError(
-                f"contacts between bodies have {what}, which the adjoint does not support; take mode 'forward'"
-            )
+    supported: list[tuple[AdjointSupport, Array]] = []
+    for family in whole():
+        found = family.records(model)
+        if family.adjoint is not None:
+            supported.append((family.adjoint, found))
+        elif found.size:
+            raise InputError(f"the adjoint does not support {family.name}, which the system has; take mode 'forward'")
+    for support, found in supported:
+        for what, mask in support.refused.items():
+            if np.any(mask(found)):
+                raise InputError(f"{what}, which the adjoint does not support; take mode 'forward'")
     if options.midpoint and model.beams.size and model.body_contacts.size:
         raise InputError(
             f"the adjoint does not support beams beside body_contacts under {plan.method}; take mode 'forward'"
         )
     if options.midpoint and options.chi > 0.0:
-        filtered = next((what for name, what in FILTERED.items() if getattr(model, name).size), None)
-        if filtered is not None or options.tolerance > 0.0:
-            what = "adaptive steps" if filtered is None else f"the filtered {filtered}"
+        filtered = next((support.filtered for support, found in supported if support.filtered and found.size), "")
+        if filtered or options.tolerance > 0.0:
+            what = f"the filtered {filtered}" if filtered else "adaptive steps"
             raise InputError(
                 f"the adjoint does not support {what} of {plan.method}; take `spectral_radius` 1, or mode 'forward'"
             )
@@ -96,14 +79,7 @@ def check(plan: Any) -> None:
 
 def depends_on_time(model: Any) -> bool:
     """Whether forces or constraints are functions of time, of the families that are supported."""
-    moved = [
-        model.bodies["path"],
-        model.bodies["rate"],
-        model.joints["path"],
-        model.joints["law"],
-        model.springs["law"],
-    ]
-    return any(getattr(model, name).size for name in TIMED_FAMILIES) or any(bool(np.any(field)) for field in moved)
+    return any(some(family.adjoint.timed, family.records(model)) for family in whole() if family.adjoint is not None)
 
 
 def _stops(base: Assembly, patch: Patch, times: Array) -> Array:

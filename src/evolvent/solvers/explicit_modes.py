@@ -10,12 +10,14 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
 
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.blocks import owner_of
 from evolvent.assembly.families import owner
 from evolvent.flow.impulse import jump, prepare
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import contact_laws, coordinate
 from evolvent.kernels.ancf_beams import beam_rates
-from evolvent.kernels.blocks import ANGLE, OWNERS, POSITION, ROTATION, SLOPE, TAPE, block_at
+from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, ROTATION, SCALAR, SLOPE, block_at
+from evolvent.model.family import families
 
 #: Up to so many velocities the eigenvalues are those of the whole matrix.
 _DENSE = 120
@@ -40,9 +42,8 @@ def fastest_explicit_mode(assembly: Assembly) -> tuple[float, float, str, float]
     accelerations = _accelerations(assembly)
     touching = _contact_products(assembly)
     moves = np.ones(n_v)
-    for row in model.threads:
-        at = row["iv"] - n_q
-        moves[at : at + 3 * row["n"]] = 0.0
+    for block in model.blocks[model.blocks["switch"] != MOVES]:
+        moves[block["iv"] - n_q :][: block["count"]] = 0.0
     zero = np.zeros(n_v)
 
     def stiff(x: np.ndarray) -> np.ndarray:
@@ -98,7 +99,7 @@ def _accelerations(assembly: Assembly) -> Callable[[np.ndarray, np.ndarray], np.
         iq, iv, size = int(block["iq"]), int(block["iv"]) - n_q, int(block["count"])
         if block["kind"] == ROTATION:
             turning.append((iq, iv))
-        elif block["kind"] in (POSITION, SLOPE, ANGLE) or block["family"] == TAPE:
+        elif block["kind"] in (POSITION, SLOPE, ANGLE) or (block["kind"] == SCALAR and _has_no_bound(block)):
             place[iv : iv + size] = np.arange(iq, iq + size)
     moved = np.flatnonzero(place >= 0)
 
@@ -115,6 +116,11 @@ def _accelerations(assembly: Assembly) -> Callable[[np.ndarray, np.ndarray], np.
         return dy[n_q : n_q + n_v].copy()
 
     return accelerations
+
+
+def _has_no_bound(block: np.record) -> bool:
+    """Whether no bound is known of the modes of what a block belongs to."""
+    return families()[owner_of(block)[0]].bound is None
 
 
 def _contact_products(assembly: Assembly) -> Callable[[int, np.ndarray], np.ndarray]:
@@ -154,5 +160,4 @@ def _contact_products(assembly: Assembly) -> Callable[[int, np.ndarray], np.ndar
 
 def _location(assembly: Assembly, velocity: int) -> str:
     """Name of the part that a velocity belongs to."""
-    own = block_at(assembly.model, velocity)
-    return owner(assembly, OWNERS[own["family"]], int(own["owner"]))
+    return owner(assembly, *owner_of(block_at(assembly.model, velocity)))

@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from evolvent import model as mdl
+from evolvent.assembly.blocks import owner_of
 from evolvent.assembly.ends import ends_of
 from evolvent.kernels import joint
 from evolvent.kernels.ancf_beams import NODE_VECTORS
-from evolvent.kernels.blocks import ANGLE, BODY, REDUCED, WHEEL
+from evolvent.kernels.blocks import ANGLE
 from evolvent.kernels.drive import FREE
 from evolvent.model.family import families
 from evolvent.solvers.ordering import Pattern
@@ -103,21 +104,20 @@ def pattern_of(model: mdl.Model, *, layers: bool = False) -> Pattern:
 def _add_coordinates(graph: _Graph) -> None:
     """A block for each node of beams and threads, each point and each body that moves."""
     model = graph.model
-    for (family, owner, node), rows in itertools.groupby(
-        model.blocks, key=lambda b: (b["family"], b["owner"], b["node"])
-    ):
+    for (_, _, node), rows in itertools.groupby(model.blocks, key=lambda b: (b["family"], b["owner"], b["node"])):
         own = list(rows)
+        name, owner = owner_of(own[0])
         at = graph.add(int(own[0]["iv"]), sum(int(row["count"]) for row in own))
         if node > 0:
             graph.couple(at - 1, at)
-        if family == BODY:
+        if name == "bodies":
             graph.body[owner] = at
         if own[0]["kind"] == ANGLE:
             graph.fixed.add(at)
-        if family == REDUCED:
+        if name == "reduced_bodies":
             graph.stiff.add(at)
-        if family == WHEEL:
-            graph.couple(at, graph.body[model.wheels["body"][owner]])
+        if families()[name].within:
+            graph.couple(at, *(graph.end(*end) for end in graph.ends(name, graph.records(name)[owner])))
 
 
 def _spool(graph: _Graph, thread: Any) -> int:

@@ -13,7 +13,6 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.kernels import rigid, thread
-from evolvent.kernels.law_means import has_laws
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.parts.checks import number, positive
 from evolvent.solvers import balance as eb, reactions
@@ -33,7 +32,7 @@ from evolvent.solvers.implicit_setup import (
     workspace,
 )
 from evolvent.solvers.implicit_state import OPTIONS, Workspace
-from evolvent.solvers.laws import refusing_laws, try_laws
+from evolvent.solvers.laws import has_means, refusing_laws, try_laws
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.step_error import LEAST_NEWTON, LEFT_SHARE, rate_tolerance
 
@@ -170,7 +169,7 @@ def plan(
         floor=floor,
         mass=mass,
         span=span,
-        laws=int(conserves and has_laws(mine.model)),
+        laws=int(conserves and has_means(mine.model)),
         **of.flags,
         **of.constants(rho),
     )

@@ -10,6 +10,7 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.blocks import is_of
 from evolvent.assembly.checks import redundant_part
 from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
@@ -17,7 +18,7 @@ from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import measure_constraints
 from evolvent.kernels import joint, rigid
 from evolvent.kernels.beam_loads import FIELD
-from evolvent.kernels.blocks import ANGLE, BEAM, POSITION, REDUCED, SCALAR, THREAD, indices
+from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, SCALAR, indices
 from evolvent.kernels.drive import FREE, drive
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.model.family import EXPLICIT, SOLVERS, forget_steps
@@ -82,13 +83,13 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     """
     model, blocks, n_q = assembly.model, assembly.model.blocks, int(assembly.model.info.nq)
     weight = np.ones(int(model.info.nv))
-    beams, inertia = blocks["family"] == BEAM, blocks["inertia"][:, 0]
+    beams, inertia = is_of(blocks, "beams"), blocks["inertia"][:, 0]
     positions = blocks["kind"] == POSITION
-    placed = assembly.y[indices(blocks[positions & (blocks["family"] != THREAD)], "iq")]
+    placed = assembly.y[indices(blocks[positions & (blocks["switch"] == MOVES)], "iq")]
     lengths = [(n * l0, 0.0, 0.0) for n, l0 in zip(model.threads["n"], model.threads["segment"], strict=True)]
     length = _extent(np.concatenate([model.bodies["x"], placed, np.reshape(lengths, (-1, 3))]))
     weight[indices(blocks[positions], "iv") - n_q] = length
-    weight[blocks["iv"][blocks["family"] == REDUCED] - n_q] = length
+    weight[blocks["iv"][is_of(blocks, "reduced_bodies")] - n_q] = length
     for tape in model.tapes:
         own = model.tape_nodes["iv"][tape["first_node"] :][: tape["nodes"]]
         weight[own - n_q] = tape["transverse"]

@@ -16,20 +16,20 @@ from evolvent.assembly.families import owner
 from evolvent.base.errors import EvolventError, InputError
 from evolvent.compiled import laws
 from evolvent.flow.impulse import prepare
-from evolvent.kernels import coordinate, coordinate_laws, drive, loads, springs
-from evolvent.kernels.blocks import POSITION, THREAD
+from evolvent.model import Model
+from evolvent.model.family import families
+from evolvent.model.questions import EVENT, Law, Moment
 
 Array = np.ndarray
-#: A time (s) and the states y and s at which a run was then.
-Moment = tuple[float, Array, Array]
 
 
 class _Use(NamedTuple):
-    """A row of the model that calls a user's law."""
+    """A record of the model that calls a user's law."""
 
     family: str
     number: int
     row: Any
+    law: Law
 
 
 def try_laws(assembly: Assembly, start: float, end: float) -> None:
@@ -45,7 +45,7 @@ def try_laws(assembly: Assembly, start: float, end: float) -> None:
     y, s = assembly.y.copy(), assembly.s.copy()
     placed = False
     for use in _uses(assembly):
-        if _is_of_time(use):
+        if use.law.is_of_time:
             for time in (start, end):
                 _try(assembly, use, time, (time,))
             continue
@@ -55,8 +55,14 @@ def try_laws(assembly: Assembly, start: float, end: float) -> None:
             placed = True
         for arguments in _arguments(assembly, use, (start, y, s), everywhere=False):
             _try(assembly, use, start, arguments)
-            if use.family == "custom_forces":
+            if use.law.stated:
                 _note_stated(assembly, use, arguments, end - start)
+
+
+def has_means(model: Model) -> bool:
+    """Whether forces act on a model over a step of energy-momentum as means of laws (`kernels.law_means`)."""
+    rows = ((mask, family.records(model)) for family in families().values() for mask in family.masks_of_means())
+    return any(bool(np.any(mask(found))) for mask, found in rows)
 
 
 def largest_works(assembly: Assembly, time: float) -> float:
@@ -66,7 +72,7 @@ def largest_works(assembly: Assembly, time: float) -> float:
     """
     y, s, found = assembly.y.copy(), assembly.s.copy(), 0.0
     assembly = dataclasses.replace(assembly, model=assembly.model.copy())  # the state of which is that at the start
-    uses = [use for use in _uses(assembly) if use.family != "events" and not _is_of_time(use)]
+    uses = [use for use in _uses(assembly) if use.law.is_force]
     if not uses:
         return 0.0
     needs.load(assembly.model, prepare)
@@ -132,7 +138,7 @@ def broken_law(assembly: Assembly, moments: Iterable[Moment]) -> str:
             law, described = _law(assembly, use)
             try:
                 laws.try_law(
-                    law, *arguments, described=described, parameters=_parameters(assembly, use), kind=_kind(use)
+                    law, *arguments, described=described, parameters=_parameters(assembly, use), kind=use.law.kind
                 )
             except InputError as found:
                 return f"; at t = {time:.6g} s {owner(assembly, use.family, use.number)!r}: {found}"
@@ -154,26 +160,12 @@ def large_law(assembly: Assembly, moments: Iterable[Moment]) -> str:
             with contextlib.suppress(InputError):
                 given = laws.try_law(law, *arguments, described=described, parameters=_parameters(assembly, use))
                 size = max(map(abs, given))
-                if size > largest and use.family != "events":
+                if size > largest and use.law.kind != EVENT:
                     name = owner(assembly, use.family, use.number)
                     largest, found = size, f"; at t = {time:.6g} s the law of {name!r} has the value {size:.2g}"
     except (ArithmeticError, ValueError, IndexError):  # as in `broken_law`
         pass
     return found
-
-
-def _kind(use: _Use) -> str:
-    """Kind of the law that a row calls, of `laws.RETURNS`."""
-    if _is_of_time(use):
-        return "drive"
-    return _KINDS[use.family]
-
-
-#: Kinds of the laws of families, but for drives.
-_KINDS = {
-    "springs": "spring", "spools": "spring", "wheels": "spring", "loads": "force", "beam_loads": "force",
-    "fields": "force", "events": "event", "custom_forces": "element", "motors": "motor",
-}  # fmt: skip
 
 
 def what_may_jump(assembly: Assembly) -> str:
@@ -186,8 +178,8 @@ def what_may_jump(assembly: Assembly) -> str:
 
 def states_energy(assembly: Assembly) -> str:
     """A half sentence on laws between points, whose energy may not be that of their forces; '' where there is none."""
-    stated = np.flatnonzero(assembly.model.custom_forces["stated"])
-    names = [repr(owner(assembly, "custom_forces", int(k))) for k in stated[:3]]
+    stated = [use for use in _uses(assembly) if use.law.stated and use.row[use.law.stated]]
+    names = [repr(owner(assembly, use.family, use.number)) for use in stated[:3]]
     return f", or the energy that {' or '.join(names)} states is not that of its forces" if names else ""
 
 
@@ -210,7 +202,7 @@ def _note_stated(assembly: Assembly, use: _Use, arguments: tuple[Any, ...], span
         with contextlib.suppress(Exception):  # outside the range of the law
             energy, power = law(time, place, v, parameters, *_room(use))
             if energy != 0.0 or power != 0.0:
-                assembly.model.custom_forces["stated"][use.number] = 1.0
+                getattr(assembly.model, use.family)[use.law.stated][use.number] = 1.0
 
 
 def _users(assembly: Assembly, law: Any) -> str:
@@ -221,108 +213,20 @@ def _users(assembly: Assembly, law: Any) -> str:
 
 
 def _uses(assembly: Assembly) -> Iterator[_Use]:
-    """Every row that calls a user's law, drives first."""
-    model = assembly.model
-    for family, rows in (("threads", model.threads), ("joints", model.joints)):
-        for k, row in enumerate(rows):
-            if row["law"] != 0 and row["drive"] == drive.LAW:
-                yield _Use(family, k, row)
-    for k, row in enumerate(model.bodies):
-        if row["path_law"] != 0:
-            yield _Use("bodies", k, row)
-    for k, row in enumerate(model.controllers):
-        if row["law"] != 0 and row["path"] == drive.LAW:
-            yield _Use("controllers", k, row)
-    for family, rows in (
-        ("springs", model.springs),
-        ("loads", model.loads),
-        ("wheels", model.wheels),
-        ("events", model.events),
-        ("beam_loads", model.beam_loads),
-    ):
-        for k, row in enumerate(rows):
-            if row["law"] != 0:
-                yield _Use(family, k, row)
-    for k, row in enumerate(model.fields):
-        if row["law"] != 0:
-            yield _Use("fields", k, row)
-    for k, row in enumerate(model.threads):
-        if row["motor_law"] != 0:
-            law = {"law": row["motor_law"], "first": row["motor_first"], "last": row["motor_last"]}
-            yield _Use("spools", k, {**law, "spool_q": row["spool_q"], "spool_v": row["spool_v"]})
-    for k, row in enumerate(model.custom_forces):
-        yield _Use("custom_forces", k, row)
-    for k, row in enumerate(model.motors):
-        follows = row["kind"] == coordinate_laws.BY_MOTION
-        if row["kind"] == coordinate_laws.BY_LAW or (follows and row["drive"] == drive.LAW):
-            yield _Use("motors", k, row)
-
-
-def _is_of_time(use: _Use) -> bool:
-    """Whether a row's law is one of time alone: a drive."""
-    if use.family == "motors":
-        return bool(use.row["kind"] == coordinate_laws.BY_MOTION)
-    return use.family in ("threads", "joints", "bodies", "controllers")
+    """Records that call users' laws: drives first, then laws that take what the last forces have left."""
+    found = []
+    for family in families().values():
+        for law in family.laws:
+            rows = family.records(assembly.model)
+            found += [_Use(family.name, k, rows[k], law) for k in np.flatnonzero(law.which(rows)).tolist()]
+    yield from sorted(found, key=lambda use: (not use.law.is_of_time, not use.law.as_left))
 
 
 def _arguments(assembly: Assembly, use: _Use, moment: Moment, *, everywhere: bool) -> Iterator[tuple[Any, ...]]:
-    """Arguments (but for the parameters) with which a row calls its law; of a load at every node, or at its reel."""
-    model, (time, y, _) = assembly.model, moment
-    if _is_of_time(use):
-        yield (time,)
-    elif use.family == "springs":
-        length, *_, rate = springs.spring_ends(y, 0.0, use.number, model)[2]
-        yield length - float(use.row["length"]), rate, time
-    elif use.family == "spools":
-        yield float(y[use.row["spool_q"]]), float(y[use.row["spool_v"]]), time
-    elif use.family == "loads" and use.row["kind"] >= loads.AT_MARKER:
-        marker = model.markers[use.row["target"]]
-        found = springs.marker_kinematics(y, model.markers, model.points, model.bodies, use.row["target"])
-        is_torque = use.row["kind"] == loads.TORQUE
-        body = model.bodies[marker["index"]]
-        x, v = np.array(found[:3]), np.array(found[3:])
-        if is_torque:
-            v = body["w"].copy()
-        if use.row["attitude"] != 0:
-            x = np.concatenate([x, body["R"].ravel()])
-        yield x, v, time
-    elif use.family == "beam_loads":
-        iq, iv = (int(use.row[key]) for key in ("iq", "iv"))
-        if iq < 0:
-            beam = model.beams[use.row["beam"]]
-            iq, iv = int(beam["iq"]), int(beam["iv"])
-        yield y[iq : iq + 3].copy(), y[iv : iv + 3].copy(), time
-    elif use.family == "wheels":
-        yield float(y[use.row["iq"]]), float(y[use.row["iv"]]), time
-    elif use.family == "loads":
-        thread = model.threads[use.row["target"]]
-        if everywhere:  # where the last evaluation of the forces has put them
-            for node in model.nodes[int(thread["node"]) : int(thread["node"] + thread["n"])]:
-                yield node["x"].copy(), node["v"].copy(), time
-        yield thread["Q"][:3].copy(), thread["Q"][3:].copy(), time
-    elif use.family == "motors":
-        coordinates, k = model.coordinates, int(use.row["coordinate"])
-        coordinate.measure_coordinate(y, moment[2], coordinates, model.bodies, k)
-        yield time, float(coordinates["angle"][k]), float(coordinates["rate"][k])
-    elif use.family == "fields":
-        for x, v in _masses(model, y):
-            yield x, v, time
-            if not everywhere:
-                break
-    elif use.family == "custom_forces":
-        own = range(int(use.row["first_marker"]), int(use.row["first_marker"] + use.row["points"]))
-        states = [springs.marker_kinematics(y, model.markers, model.points, model.bodies, m) for m in own]
-        yield time, *(np.array(states)[:, part].ravel() for part in (slice(3), slice(3, 6)))
-    else:
-        yield time, y
-
-
-def _masses(model: Any, y: Array) -> Iterator[tuple[Array, Array]]:
-    """Positions and velocities, (3,) each, of points, free bodies, nodes of beams and threads; after `kinematics`."""
-    for block in model.blocks[(model.blocks["kind"] == POSITION) & (model.blocks["family"] != THREAD)]:
-        yield y[block["iq"] :][:3].copy(), y[block["iv"] :][:3].copy()
-    for thread in model.threads:
-        yield thread["Q"][:3].copy(), thread["Q"][3:].copy()
+    """Arguments (but for the parameters) with which a record calls its law."""
+    if use.law.arguments is None:
+        return iter([moment[:1]])
+    return use.law.arguments(assembly.model, use.number, moment, everywhere)
 
 
 def _calls(assembly: Assembly, moments: Iterable[Moment]) -> Iterator[tuple[_Use, tuple[Any, ...], float]]:
@@ -333,7 +237,7 @@ def _calls(assembly: Assembly, moments: Iterable[Moment]) -> Iterator[tuple[_Use
         placed = False
         for use in _uses(assembly):
             parameters = _parameters(assembly, use)
-            if use.family != "loads" and not placed and not _is_of_time(use):
+            if not placed and not use.law.as_left and not use.law.is_of_time:
                 with contextlib.suppress(Exception):  # a drive that raises is found by itself
                     prepare(time, y.copy(), s.copy(), assembly.model)
                 placed = True
@@ -346,7 +250,7 @@ def _law(assembly: Assembly, use: _Use) -> tuple[Any, str]:
     first, last = _range(use)
     if last > first and first in assembly.expressions:
         return assembly.expressions[first]
-    return assembly.laws[int(use.row["path_law" if use.family == "bodies" else "law"])], ""
+    return assembly.laws[int(use.row[use.law.field])], ""
 
 
 def _parameters(assembly: Assembly, use: _Use) -> Array:
@@ -358,12 +262,7 @@ def _parameters(assembly: Assembly, use: _Use) -> Array:
 
 def _range(use: _Use) -> tuple[int, int]:
     """Where the parameters of a row's law stand."""
-    before = ""
-    if use.family == "bodies":
-        before = "path_"
-    elif use.family == "loads" and use.row["kind"] != loads.LAW:
-        before = "law_"
-    return int(use.row[before + "first"]), int(use.row[before + "last"])
+    return int(use.row[use.law.before + "first"]), int(use.row[use.law.before + "last"])
 
 
 def _try(assembly: Assembly, use: _Use, time: float, arguments: tuple[Any, ...]) -> None:
@@ -371,7 +270,7 @@ def _try(assembly: Assembly, use: _Use, time: float, arguments: tuple[Any, ...])
     parameters, room = _parameters(assembly, use), _room(use)
     try:
         law, described = _law(assembly, use)
-        laws.try_law(law, *arguments, parameters, *room, described=described, parameters=parameters, kind=_kind(use))
+        laws.try_law(law, *arguments, parameters, *room, described=described, parameters=parameters, kind=use.law.kind)
         if room and not np.all(np.isfinite(room[0])):
             raise InputError(f"{laws.describe_law(law)} writes {room[0].tolist()} to f; forces must be finite numbers")
     except InputError as error:
@@ -380,4 +279,4 @@ def _try(assembly: Assembly, use: _Use, time: float, arguments: tuple[Any, ...])
 
 def _room(use: _Use) -> tuple[Array, ...]:
     """Room for the forces that a law between points writes; nothing for other laws."""
-    return (np.zeros(3 * int(use.row["points"])),) if use.family == "custom_forces" else ()
+    return (np.zeros(use.law.room(use.row)),) if use.law.room is not None else ()

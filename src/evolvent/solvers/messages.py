@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.blocks import owner_of
 from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
 from evolvent.kernels import contact_laws
-from evolvent.kernels.blocks import BEAM, BODY, OWNERS, POSITION, THREAD, block_at, indices
+from evolvent.kernels.blocks import POSITION, block_at, indices
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.solvers import balance as eb, explicit_events, ordering
 from evolvent.solvers.implicit_state import GAINED, NO_CONVERGENCE, NOT_FINITE, REDUNDANT, SINGULAR
@@ -173,15 +174,11 @@ def _location(assembly: Assembly, values: Array) -> str:
     if k >= n_v:
         return repr(owner(assembly, "joints", k - n_v))
     block = block_at(model, k)
-    name, node = repr(owner(assembly, OWNERS[block["family"]], int(block["owner"]))), int(block["node"])
-    if block["family"] == BEAM:
-        return f"{name}, node {node} of {model.beams['nodes'][block['owner']] - 1}"
-    if block["family"] == THREAD and node >= 0:
-        return f"{name}, node {node} of {model.threads['n'][block['owner']] - 1}"
-    for row in model.rods:
-        if block["family"] == BODY and 0 <= block["owner"] - row["first_body"] <= row["elements"]:
-            return f"{name}, node {node} of {row['elements']}"
-    return name
+    part = owner(assembly, *owner_of(block))
+    alike = model.blocks[(model.blocks["family"] == block["family"]) & (model.blocks["node"] >= 0)]
+    nodes = [*dict.fromkeys((int(b["owner"]), int(b["node"])) for b in alike if owner(assembly, *owner_of(b)) == part)]
+    at = int(block["owner"]), int(block["node"])
+    return f"{part!r}, node {nodes.index(at)} of {len(nodes) - 1}" if len(nodes) > 1 and at in nodes else repr(part)
 
 
 def _touching(assembly: Assembly) -> str:

@@ -18,6 +18,7 @@ from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.compiled.jit import INTEGERS, MATRIX, indirect
 from evolvent.kernels.sparse import SPARSE, SparseBlocks
+from evolvent.model.family import some, whole
 from evolvent.solvers.alpha_start import forces_at
 from evolvent.solvers.implicit_state import DONE, WORKSPACE
 
@@ -29,42 +30,23 @@ _INSIDE = 1e-9
 
 
 def applies(model: mdl.Model, options: Any) -> bool:
-    """Whether reactions are evaluated at the samples: of adaptive steps of generalized-alpha, no contacts, no threads.
+    """Whether reactions are evaluated at the samples: of adaptive steps of generalized-alpha, by forces of a state.
 
     Multipliers of fixed steps are of second order. Forces of contacts and of joints' friction belong to a step, and
     springs of threads are not resolved by one.
     """
-    if (
-        np.any(model.coordinates["friction"] > 0.0)
-        or model.resistances.size
-        or model.drivetrains.size
-        or options.midpoint
-    ):
+    if options.midpoint or not (options.tolerance > 0.0 and is_held(model)):
         return False
-    if model.bearings.size:
-        return False
-    return bool(options.tolerance > 0.0) and is_held(model) and _without_contacts(model) and not model.threads.size
-
-
-#: Families that resist no change of shape, but by laws and penalties.
-WITHOUT_STIFFNESS = frozenset(
-    (
-        "info", "blocks", "bodies", "points", "markers", "links", "guides", "nodes", "events", "fields",
-        "field_points", "rows", "row_sides", "row_pairs", "joints", "gear_coordinates", "wheels", "thrusters", "loads",
-        "beam_loads", "reduced_bodies",
-    )
-)  # fmt: skip
-
-
-def _without_contacts(model: mdl.Model) -> bool:
-    return not model.contact_surfaces.size and not model.body_contacts.size
+    return not any(some(family.of_step, family.records(model)) for family in whole())
 
 
 def has_stiffness(model: mdl.Model) -> bool:
     """Whether anything but constraints resists a change of shape."""
-    lawful = [getattr(model, name)["law"] != 0 for name in ("loads", "beam_loads", "wheels", "fields")]
-    stiff = [getattr(model, name).size for name in mdl.RECORDS if name not in WITHOUT_STIFFNESS]
-    return any(stiff) or any(bool(np.any(one)) for one in [*lawful, model.joints["stiffness"] > 0.0])
+    for family in whole():
+        found = family.records(model)
+        if some(family.stiff, found) or any(np.any(law.which(found)) for law in family.laws if law.is_force):
+            return True
+    return False
 
 
 def is_held(model: mdl.Model) -> bool:

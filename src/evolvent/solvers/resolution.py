@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.assembly.blocks import owner_of
 from evolvent.assembly.families import owner
-from evolvent.kernels.blocks import OWNERS, block_at, displace
+from evolvent.kernels.blocks import block_at, displace
 from evolvent.solvers import equilibrium as eq
 from evolvent.solvers.positions import moving, rigid_motions
 from evolvent.solvers.static_work import Work
@@ -44,7 +45,7 @@ class Naming:
     def where(self, shape: Array) -> str:
         """Name of the part to which the largest entry of a shape (nv,) belongs."""
         block = block_at(self.assembly.model, int(np.argmax(np.abs(shape))))
-        return repr(owner(self.assembly, OWNERS[block["family"]], int(block["owner"])))
+        return repr(owner(self.assembly, *owner_of(block)))
 
     def _elastic(self) -> Iterator[tuple[str, slice, Array]]:
         """Beams and rods: names, coordinates, and rigid motions of these (n, 6)."""

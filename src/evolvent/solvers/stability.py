@@ -7,12 +7,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.flow.impulse import prepare
-from evolvent.kernels import contact_tangent, points, reduced, rigid, springs, thread
+from evolvent.model.family import asked
 from evolvent.solvers.explicit_methods import Method
 
 
@@ -39,29 +38,22 @@ def fastest_mode(assembly: Assembly) -> Mode:
     model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
     needs.load(model, prepare)
     prepare(0.0, y, s, model)
-    body = np.zeros((2, model.bodies.size, 6, 6))
-    point = np.zeros((2, model.points.size, 3, 3))
-    springs.add_spring_bound(y, model, body, point)
-    contact_tangent.add_body_contact_bound(model, body)
-    names = {found: name for name, found in assembly.names.items()}
+    own = asked("felt")
+    felt = {name: np.zeros((2, getattr(model, name).size, one.size, one.size)) for name, one in own.items()}
     best = [(0.0, 0.0, "nothing")]
-    for p in range(model.threads.size):
-        best += [(*bound, names["threads", p]) for bound in thread.add_thread_bound(model, p, body, point)]
-    _add_actuator_bound(model, body)
-    best += [(*bound, names["wheels", i]) for i, bound in enumerate(_wheel_bounds(model))]
-    best += [(*reduced.mode_bounds(model, b), names["reduced_bodies", b]) for b in range(model.reduced_bodies.size)]
-    for i in (int(k) for k in np.flatnonzero(model.points["mass"] > 0.0)):
-        best.append(_largest(points.point_bound(model.points, i, point[:, i]), names["points", i]))
-    for i in (int(k) for k in np.flatnonzero(model.bodies["motion"] != rigid.DRIVEN)):
-        best.append(_largest(rigid.body_bound(model.bodies, i, body[:, i]), owner(assembly, "bodies", i)))
+    for name, bound in asked("bound").items():
+        best += [(square, rate, owner(assembly, name, k)) for k, square, rate in bound(model, y, felt)]
+    for name, one in own.items():
+        for k in np.flatnonzero(one.which(getattr(model, name))).tolist():
+            best.append(_largest(one.answer(model, k, felt[name][:, k]), owner(assembly, name, k)))
     largest = 0.0
     if needs.has_explicit_forces(model):
         from evolvent.solvers.explicit_modes import (
             fastest_explicit_mode,  # SciPy's sparse matrices take a moment to load
         )
 
-        square, own, place, largest = fastest_explicit_mode(assembly)
-        best.append((square, own, place))
+        square, damping, place, largest = fastest_explicit_mode(assembly)
+        best.append((square, damping, place))
     squared, damping, where = max(best, key=lambda bound: (bound[0], -bound[1]))
     return Mode(math.sqrt(squared), damping, where, max(largest, *(bound[1] for bound in best)))
 
@@ -134,29 +126,3 @@ def energy_change(method: Method) -> tuple[int, float]:
     square = np.convolve(turned, turned.conj()).real
     powers = np.flatnonzero(np.abs(square[1:]) > 1e-12)
     return int(powers[0]), float(abs(square[1 + powers[0]]))
-
-
-def _add_actuator_bound(model: mdl.Model, body: np.ndarray) -> None:
-    """Add the gains of controllers, and friction of wheels, to what bodies feel.
-
-    Parameters
-    ----------
-    body : (2, nb, 6, 6) float, stiffness and damping felt by bodies
-    """
-    for row in model.controllers:
-        b = int(row["body"])
-        R = np.array(model.bodies["R"][b])
-        for what, gains in enumerate((row["proportional"], row["derivative"])):
-            body[what, b, 3:, 3:] += R @ np.diag(gains) @ R.T
-
-
-def _wheel_bounds(model: mdl.Model) -> list[tuple[float, float]]:
-    """(0, damping rate in 1/s) of every wheel; a rotor on a light body counts with the body's share."""
-    found: list[tuple[float, float]] = []
-    for row in model.wheels:
-        slope = row["viscous"] + (row["friction"] / row["slip"] if row["friction"] > 0.0 else 0.0)
-        n, b = np.array(row["axis"]), int(row["body"])
-        J = np.array(model.bodies["inertia"][b])
-        left = 1.0 / float(n @ np.linalg.solve(J, n)) - row["inertia"] if np.linalg.det(J) > 0.0 else row["inertia"]
-        found.append((0.0, float(slope * (1.0 / row["inertia"] + 1.0 / left))))
-    return found

@@ -13,16 +13,17 @@ from scipy.sparse.linalg import splu
 from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.blocks import of_part
 from evolvent.assembly.families import bodies_of, has_symmetric_stiffness
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.kept_fields import write_forces
 from evolvent.kernels import attitude, contact, rigid, sparse_lu
-from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SLOPE, idle, indices, of_part
+from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SCALAR, SLOPE, idle, indices
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.kernels.springs import ON_BODY
-from evolvent.model.family import forget_steps
+from evolvent.model.family import families, forget_steps
 from evolvent.model.powers import N_POWERS
 from evolvent.solvers import equilibrium as eq, ordering, redundancy
 from evolvent.solvers.implicit_setup import matrix_of, sizes
@@ -423,16 +424,10 @@ def _moments(model: mdl.Model) -> Array:
 
 def _blocks_of(model: mdl.Model, family: str, index: int) -> tuple[Array, Array]:
     """Blocks of the nodes of a part that moves, or its own, and those of its inner coordinates."""
-    none = model.blocks[:0]
-    if family == "reduced_bodies":
-        return of_part(model, "bodies", bodies_of(model, family, index)), of_part(model, family, [index])
-    if family == "rods":
-        tape = int(model.rods["tape"][index])
-        inner = of_part(model, "tapes", [tape - 1]) if tape > 0 else none
-        return of_part(model, "bodies", bodies_of(model, family, index)), inner
-    if family in ("beams", "threads", "points", "bodies"):
-        return of_part(model, family, [index]), none
-    return none, none
+    own, bodies = of_part(model, family, [index]), bodies_of(model, family, index)
+    if len(bodies) and family != "bodies":
+        return of_part(model, "bodies", bodies), own
+    return own[own["kind"] < SCALAR], own[:0]
 
 
 def velocities_of(model: mdl.Model, family: str, index: int) -> Array:
@@ -450,10 +445,8 @@ def velocity_slice(model: mdl.Model, family: str, index: int) -> slice | None:
 
 def spare_of(model: mdl.Model) -> int:
     """Pivots that statics may defer: without masses a beam or a body may be held by its joints only."""
-    bodies = int(np.sum(model.bodies["motion"] != rigid.DRIVEN))
-    points, wheels = int(np.sum(model.points["mass"] > 0.0)), model.wheels.size
-    points += int(np.sum(model.threads["n"]))
-    return min(6 * (model.beams.size + bodies) + 3 * points + wheels, MOST_DEFERRED)
+    loose = (own.loose(family.records(model)) for family in families().values() for own in family.coordinates)
+    return min(sum(loose), MOST_DEFERRED)
 
 
 def sparse_of(matrix: SparseBlocks) -> sparse.csr_matrix:

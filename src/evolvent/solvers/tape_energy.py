@@ -24,11 +24,12 @@ from __future__ import annotations
 import numpy as np
 from numba import types, void
 
+from evolvent.assembly.blocks import is_of
 from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, at_address
 from evolvent.flow.energy_momentum import measure, residual, tangent
 from evolvent.kernels import sparse, sparse_lu
-from evolvent.kernels.blocks import ANGLE, POINT, ROTATION, displace
+from evolvent.kernels.blocks import ANGLE, ROTATION, displace
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -309,7 +310,7 @@ def colours_of(model, matrix):
     for b, others in enumerate(beside):
         for j in own[b]:
             rows[j] = np.sort(np.concatenate([own[k] for k in sorted(others)]))
-    exact = bool(np.all(model.blocks["family"] == POINT)) and n_u == n_v
+    exact = bool(np.all(is_of(model.blocks, "points"))) and n_u == n_v
     taken: list = []
     members: list = []
     coordinates = 0

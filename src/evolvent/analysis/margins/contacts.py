@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evolvent.analysis.margins.shares import CONTACT_FAMILIES, NORMAL
-from evolvent.assembly import families
+from evolvent.assembly.families import records
 from evolvent.base.errors import InputError
+from evolvent.model.shares import NORMAL
 
 if TYPE_CHECKING:
     from evolvent.analysis.margins.mechanism import Direction, Mechanism, Position
@@ -24,32 +24,21 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 
-#: Damping of bristles with which friction is at its limit at any rate, N s/m.
-_SLIPS = 1e30
 #: Part of a normal force along motions that nothing holds, beside all of it, that is round-off.
 _HELD = 1e-9
 #: Halvings of the way between two stations, to where a contact first touches.
 _HALVINGS = 10
 
 
-def pressing(rows: Array, *, rubs: bool = False) -> Array:
-    """Records of contacts with their elastic normal force alone, or with friction that slips at any rate."""
-    found = rows.copy()
-    found["damping"] = found["bristle_stiffness"] = 0.0
-    found["bristle_damping"] = _SLIPS
-    if not rubs:
-        found["friction"] = 0.0
-    return found
-
-
 def force(mechanism: Mechanism, share: Share, at: Position, direction: Direction) -> Array:
     """Generalised forces of a contact's share on the left of the equations, with those of the bare model: (nv,)."""
-    n_q, n_v = mechanism.n_q, mechanism.n_v
-    own = families.records(mechanism.whole, share.family)[list(share.rows)]
-    pressed = mechanism.once(f"{share.part}.{NORMAL}", **{share.family: pressing(own)})
+    n_q, n_v, contact = mechanism.n_q, mechanism.n_v, share.evaluated.contact
+    assert contact is not None
+    own = records(mechanism.whole, share.family)[list(share.rows)]
+    pressed = mechanism.once(f"{share.part}.{NORMAL}", **{share.family: contact.pressing(own, False)})
     if share.aspect == NORMAL:
         return mechanism.left(at.t, at.y, pressed)[:n_v]
-    rubbed, y = mechanism.once(share.label, **{share.family: pressing(own, rubs=True)}), at.y.copy()
+    rubbed, y = mechanism.once(share.label, **{share.family: contact.pressing(own, True)}), at.y.copy()
     y[n_q : n_q + n_v] = direction.v
     # within a step of an explicit method (whose length does not count) bristles are dampers
     both = [mechanism.left(at.t, y, model, step=math.inf)[:n_v] for model in (rubbed, pressed)]
@@ -62,7 +51,7 @@ def touching(
     """Shares of the contacts that touch at a position, and their normal forces (nv,), by the name of the contact."""
     found = {}
     for share in shares:
-        if share.family in CONTACT_FAMILIES and share.aspect == NORMAL:
+        if share.evaluated.contact is not None and share.aspect == NORMAL:
             own = force(mechanism, share, at, direction) - at.zero
             if np.any(own):
                 found[share.part] = share, own
@@ -85,10 +74,11 @@ def refuse_undetermined(
         With the name of the contact and the reason.
     """
     for name, (share, own) in found.items():
-        why = ""
-        if share.family == "contact_surfaces" and mechanism.whole.contact_surfaces["under"][share.rows[0]] >= 0:
-            why = "turns of a beam press on one another as they were wound, which no coordinate says"
-        elif rows and mechanism.elastic is None and _is_free(mechanism, own, rows, at):
+        contact = share.evaluated.contact
+        assert contact is not None
+        row = records(mechanism.whole, share.family)[share.rows[0]]
+        why = "" if contact.undetermined is None else contact.undetermined(row)
+        if not why and rows and mechanism.elastic is None and _is_free(mechanism, own, rows, at):
             why = "its depth follows from a motion that no joint and no held coordinate determines; hold that part"
         if why:
             k = rows[0] if rows else 0

@@ -27,12 +27,12 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from evolvent import model as mdl
-from evolvent.analysis.margins import contacts
-from evolvent.analysis.margins.shares import CONTACT_FAMILIES, OWN
+from evolvent.analysis.margins.shares import is_held, of_family
 from evolvent.base.errors import InputError
 from evolvent.flow.implicit import energies, tangent
 from evolvent.kernels.blocks import displace
 from evolvent.kernels.sparse import clear
+from evolvent.model.family import families
 from evolvent.solvers import equilibrium
 from evolvent.solvers.implicit_setup import matrix_of, sizes
 from evolvent.solvers.static_work import spare_of, sparse_of
@@ -42,8 +42,6 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 
-#: Families that the equilibrium leaves out: held coordinates take their torques.
-_HELD = ("motors", "drivetrains", "synchronizations", "resistances", "bearings")
 #: Rank of constraints; eigenvalue of S below which a motion is free; least stiffness of a scale beside the median.
 _RANK, _FREE, _SOFTEST = 1e-10, 1e-13, 1e-6
 #: Largest move of an iteration beside the size of the system; iterations; gap of constraints and correction at the end,
@@ -110,22 +108,22 @@ class Elastic:
 
     def __init__(self, mechanism: Mechanism) -> None:
         whole, self._mechanism = mechanism.whole, mechanism
-        still = whole.coordinates.copy()
-        for field in OWN:
-            still[field] = 0.0
-        still["applied"], still["stiffness"] = 0.0, 1.0
+        still = mechanism.bare.coordinates.copy()
+        still["stiffness"] = 1.0
+        changes, pushing = {"coordinates": still}, dict[str, Array]()
+        for family in families().values():
+            own = of_family(family.name)
+            if is_held(family):
+                changes[family.name] = mdl.zeros(family.name, 0)
+            elif own.contact is not None:
+                changes[family.name] = own.contact.pressing(family.records(whole), False)
+            if own.elastic is not None and own.elastic.pushing is not None:
+                pushing |= own.elastic.pushing(whole)
         #: The model with all forces but friction and those of held coordinates, whose springs stand for the torques
         #: that hold them.
-        self.model = whole._replace(
-            coordinates=still, **{name: mdl.zeros(name, 0) for name in _HELD},
-            **{name: contacts.pressing(getattr(whole, name)) for name in CONTACT_FAMILIES},
-        )  # fmt: skip
+        self.model = whole._replace(**changes)
         #: The same with threads that push as well, which show how they go taut; None without any that go slack.
-        self._pushing = None
-        if np.any(whole.threads["slack"]):
-            threads = whole.threads.copy()
-            threads["slack"] = 0
-            self._pushing = self.model._replace(threads=threads)
+        self._pushing = self.model._replace(**pushing) if pushing else None
         self._matrix = matrix_of(self.model, spare=spare_of(self.model))
         self._weight, _ = sizes(mechanism.assembly)
         self._last: tuple[Position, list[int], Any, Stiffness] | None = None

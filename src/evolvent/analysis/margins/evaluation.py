@@ -16,6 +16,7 @@ from evolvent.analysis.margins.results import MarginResults
 from evolvent.analysis.margins.shares import Share
 from evolvent.analysis.margins.tables import Table
 from evolvent.base.errors import InputError, nearest
+from evolvent.model.shares import ACCELERATION
 from evolvent.solvers.laws import refusing_laws
 from evolvent.solvers.limits import limitations
 
@@ -100,17 +101,15 @@ class AtRest:
         if self.mechanism is None:
             return []
         touched = {name for table in self.tables for name in table.touches}
-        own = [share.part for share in self.shares if share.family in shares.CONTACT_FAMILIES]
+        own = [share.part for share in self.shares if share.evaluated.contact is not None]
         found = [f"{name!r} does not touch on any travel" for name in dict.fromkeys(own) if name not in touched]
-        wheels = [name for name, (family, _) in self.assembly.names.items() if family == "wheels"]
-        if wheels:
-            found.append(
-                f"the momentum of {', '.join(map(repr, wheels))} does no work at rest, and no motor turns it: no share"
-            )
+        remarks: dict[str, list[str]] = {}
+        for name, (family, _) in self.assembly.names.items():
+            remarks.setdefault(shares.of_family(family).remark, []).append(repr(name))
+        found += [remark.format(names=", ".join(names)) for remark, names in remarks.items() if remark]
         if self.opened:
             found.append(f"the tables at rest leave out what is to be released: {self.opened}")
-        families = {share.family for share in self.shares}
-        if families & set(shares.ELASTIC_FAMILIES):
+        if any(share.evaluated.elastic is not None for share in self.shares):
             found.append(
                 "elastic parts stand in equilibrium at each station; their damping is in no share, and they count by "
                 "the factor of springs where the table has none of their own"
@@ -223,7 +222,7 @@ def _given(table: Table) -> set[str]:
     """Categories that a part gives along a table."""
     active = np.any(table.values != 0.0, axis=1)
     found = {share.category for share, acts in zip(table.shares, active, strict=True) if acts}
-    return found | ({factors.ACCELERATION} if table.coordinate.acceleration > 0.0 else set())
+    return found | ({ACCELERATION} if table.coordinate.acceleration > 0.0 else set())
 
 
 def with_keys(section: Mapping[str, Any], changes: Mapping[str, Any]) -> Margin:

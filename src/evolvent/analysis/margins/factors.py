@@ -15,13 +15,10 @@ from pydantic import Field
 from evolvent.base import safe_open, units
 from evolvent.base.errors import InputError, nearest
 from evolvent.base.schema import Section
+from evolvent.model.shares import ELASTIC, SPRING
 
 Array = np.ndarray
 
-SPRING, FRICTION, INERTIA, ACCELERATION = "spring", "friction", "inertia", "acceleration"
-ELASTIC = "elastic parts"
-LOAD, MOTOR, DAMPING = "load", "motor", "damping"
-HARNESS, ADHESION, MOTOR_LOSSES = "harness", "adhesion", "motor losses"
 Category = Literal[
     "motor", "spring", "elastic parts", "inertia", "friction", "hysteresis", "harness", "motor losses", "adhesion",
     "load", "acceleration", "damping",

@@ -22,29 +22,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import model as mdl
-from evolvent.analysis.margins import contacts, resistances
+from evolvent.analysis.margins import contacts
 from evolvent.analysis.margins.shares import (
-    CONTACT_FAMILIES,
-    EDDY,
-    ELASTIC_FAMILIES,
     GRAVITY,
-    MAGNETIC,
-    OF_LINES,
-    OWN,
     SPIN,
     Share,
     coordinate_names,
+    has_elastic_parts,
+    measured,
+    unforced,
 )
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import Struct
 from evolvent.flow.implicit import residual
-from evolvent.kernels import axial, coordinate_laws
+from evolvent.kernels import axial
 from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
 from evolvent.model.family import forget_steps
 from evolvent.model.powers import N_POWERS
+from evolvent.model.shares import Elastic as ElasticShares
 from evolvent.solvers import equilibrium
 from evolvent.solvers.still_threads import at_time
 
@@ -60,8 +57,6 @@ _RANK, _OFF = 1e-10, 1e-7
 _ROUND_OFF = 1e-12
 #: Largest move between two positions, rad and m; iterations to a position, and what it may be off.
 _MOVE, _ITERATIONS, _REACHED = 0.2, 30, 1e-13
-#: Deflections of a bristle, beside that at which friction slips, from which it is pulled along.
-_SLIPPING = 2.0
 #: Stations of coordinates that were found last, and how many coordinates are kept.
 _STATIONS: dict[Any, list[tuple[Position, Direction, Array]]] = {}
 _MOST_KEPT = 32
@@ -137,48 +132,38 @@ class Mechanism:
         model.switches[:] = assembly.s
         forget_steps(model)
         self.names = coordinate_names(assembly)
-        forces = (
-            "springs", "loads", "fields", "motors", "drivetrains", "synchronizations", "resistances", "custom_forces",
-            "bearings", "beam_loads", "thermal_loads", "rods", "rod_elements", "contact_surfaces", "body_contacts",
-        )  # fmt: skip
         #: Rows of coordinates by which bearings measure alone, and which have no margin of their own.
-        self.measured = frozenset(model.bearings["coordinate"].tolist())
+        self.measured = measured(model)
         self.whole, self.synchronizations = model, model.synchronizations
-        still = model.coordinates.copy()
-        for field in OWN:
-            still[field] = 0.0
-        still["applied"] = 0.0
-        weightless, threads, thrusters = model.info.copy(), model.threads.copy(), model.thrusters.copy()
-        thrusters["force"], thrusters["profile"] = 0.0, -1
+        weightless = model.info.copy()
         weightless["gravity"] = 0.0
-        for field in ("stiffness", "damping"):
-            threads[field] = 0.0
-        modes = model.modes.copy()
-        modes["stiffness"] = modes["damping"] = 0.0
-        H, h = np.zeros_like(model.H), np.zeros_like(model.h)
-        forms = model.elements["form"][model.elements["stretch"] != 0]  # whose first rows are no stiffness
-        H[forms, :3], h[forms] = model.H[forms, :3], model.h[forms]
         #: The model without any force but those of constraints.
-        self.bare = model._replace(
-            coordinates=still, bristles=model.bristles.copy(), info=weightless, threads=threads,
-            thrusters=thrusters, modes=modes, H=H, h=h,
-            **{name: mdl.zeros(name, 0) for name in forces},
-        )  # fmt: skip
+        self.bare = model._replace(info=weightless, **unforced(model))
+        still = self.bare.coordinates
         #: The same with one coordinate, whose spring has a torque or force of 1 where `rest` is the value less 1.
         self.with_torque = [self.bare._replace(coordinates=still[k : k + 1].copy()) for k in range(still.size)]
         for one in self.with_torque:
             one.coordinates["stiffness"] = 1.0
         self._models: dict[str, Any] = {}
         #: Equilibria of elastic parts, None without any.
-        self.elastic = _elastic(self) if _has_elastic_parts(model) else None
+        self.elastic = _elastic(self) if has_elastic_parts(model) else None
         self._digest = _digest(self.bare if self.elastic is None else self.elastic.model, self.synchronizations, spin)
         self.powers = np.zeros(N_POWERS)
         self.none = np.zeros(self.n_v), np.zeros(self.n_j)
 
     # ------------------------------------------------------------------------------------------------ the engine
 
-    def _with(self, share: Share, records: Array) -> Any:
-        """The bare model with records of a share: made once, later its records are overwritten."""
+    def with_share(self, share: Share, at: Position | None = None, direction: Direction | None = None) -> Any:
+        """The bare model with records of a share, which are of the present position where that is given.
+
+        It is made once, later its records are overwritten.
+        """
+        records, own = getattr(self.whole, share.family)[list(share.rows)], share.evaluated
+        for field in own.fields:
+            if field not in share.fields:
+                records[field] = 0
+        if own.prepare is not None:
+            own.prepare(self, share, at, direction, records)
         model = self._models.get(share.label)
         if model is None:
             model = self._models[share.label] = self.bare._replace(**{share.family: records})
@@ -250,71 +235,43 @@ class Mechanism:
         InputError
             For such a motor without a limit.
         """
-        if still and share.family == "motors":
-            (row,) = (self.whole.motors[k] for k in share.rows)
-            if row["kind"] == coordinate_laws.BY_MOTION:
-                if not math.isfinite(row["limit"]):
-                    raise InputError(
-                        f"{share.part!r} follows a motion, and its torque at rest is its limit; give "
-                        f"{share.part}.limit, the torque or force that it has at the worst"
-                    )
-                return float(row["limit"]) * abs(float(direction.rates[int(row["coordinate"])]))
-        if share.family == "drivetrains":
-            return -self._motor_loss(share, at, direction, still=still)
-        if share.family == "resistances":
-            resistances.set_curve(self, share, at, still=still)
-            held = resistances.before_breaking(self, share, at, direction)
-            if held > 0.0:
-                return -held
-        parts = (at.zero - self._force(share, at, direction)) * direction.v
+        power = share.evaluated.power
+        known = None if power is None else power(self, share, at, direction, still)
+        if known is not None:
+            return float(known)
+        parts = (at.zero - self._force(share, at, direction, still)) * direction.v
         found = float(parts.sum())
         return found if abs(found) > _ROUND_OFF * float(np.abs(parts).sum()) else 0.0
 
     def force(self, share: Share, at: Position, direction: Direction, *, still: bool) -> Array:
         """Generalised forces of a share on the left of the equations, (nv,); `still` as of `power`."""
-        if still and share.family == "motors":
-            (row,) = (self.whole.motors[k] for k in share.rows)
-            if row["kind"] == coordinate_laws.BY_MOTION:
-                k = int(row["coordinate"])
-                return np.asarray(-math.copysign(float(row["limit"]), float(direction.rates[k])) * at.J[k])
-        if share.family == "resistances":
-            resistances.set_curve(self, share, at, still=still)
-        return np.asarray(self._force(share, at, direction) - at.zero)
+        return np.asarray(self._force(share, at, direction, still) - at.zero)
 
-    def _force(self, share: Share, at: Position, direction: Direction) -> Array:
+    def _force(self, share: Share, at: Position, direction: Direction, still: bool) -> Array:
         """Generalised forces of a share, on the left of the equations, with those of the bare model."""
-        t, y = at.t, at.y
+        t, y, own = at.t, at.y, share.evaluated
         if share.label == GRAVITY:
             return self.left(t, y, self.once(GRAVITY, info=self.whole.info), factor=1.0)[: self.n_v]
-        if share.family in ELASTIC_FAMILIES:
-            return self._elastic_force(share, at)
-        if share.family in CONTACT_FAMILIES:
-            return contacts.force(self, share, at, direction)
-        if share.family == "beam_loads":
-            own = self.whole.beam_loads[list(share.rows)]
-            weight = self.left(t, y, self.bare, factor=1.0) - self.left(t, y, self.bare)
-            return (self.left(t, y, self._with(share, own), factor=1.0) - weight)[: self.n_v]
         if share.label == SPIN:
             a = np.zeros(self.n_v)
             equilibrium.turning(1.0, self.spin, y, self.whole, a)
             return self.left(t, y, self.bare, a=a)[: self.n_v]
-        if share.family == "coordinates":
-            own = self._coordinate(share, at, direction)
-        else:
-            own = getattr(self.whole, share.family)[list(share.rows)]
-        if share.family == "resistances":
-            return resistances.force(self, share, at, direction, self._with(share, own))
-        if share.family == "fields":
-            own["scale"] = 1.0
-        for field in OF_LINES.get(share.family, ()):
-            if field not in share.fields:
-                own[field] = 0
-        model = self._with(share, own)
+        known = None if own.force is None else own.force(self, share, at, direction, still)
+        if known is not None:
+            return np.asarray(known)
+        if own.elastic is not None:
+            return self._elastic_force(share, own.elastic, at)
+        if own.contact is not None:
+            return contacts.force(self, share, at, direction)
+        model = self.with_share(share, at, direction)
+        if own.standing:
+            weight = self.left(t, y, self.bare, factor=1.0) - self.left(t, y, self.bare)
+            return (self.left(t, y, model, factor=1.0) - weight)[: self.n_v]
         if share.rates is None:
             return self.left(t, y, model)[: self.n_v]
-        still = y.copy()
-        still[self.n_q : self.n_q + self.n_v] = 0.0
-        first, then = (y, still) if share.rates else (still, still)
+        slow = y.copy()
+        slow[self.n_q : self.n_q + self.n_v] = 0.0
+        first, then = (y, slow) if share.rates else (slow, slow)
         without = model if share.rates else self.bare
         return at.zero + (self._force_of(t, first, model) - self._force_of(t, then, without))
 
@@ -328,66 +285,20 @@ class Mechanism:
             self._models[label] = self.bare._replace(**changes)
         return self._models[label]
 
-    def _elastic_force(self, share: Share, at: Position) -> Array:
+    def _elastic_force(self, share: Share, elastic: ElasticShares, at: Position) -> Array:
         """Generalised forces by which an elastic part resists its strains, as of `_force`; without its damping."""
         whole, (k,) = self.whole, share.rows
-        if share.family == "threads":
-            threads = self.bare.threads.copy()
-            threads["stiffness"][k] = whole.threads["stiffness"][k]
-            model = self.once(share.label, threads=threads)
-        elif share.family == "reduced_bodies":
-            model = self.once(share.family, modes=whole.modes)
-        elif share.family == "rods":
-            names = ("rods", "rod_elements", "thermal_loads")
-            model = self.once(share.family, **{name: getattr(whole, name) for name in names})
-        else:
-            names = ("H", "h", "thermal_loads")
-            model = self.once(share.family, **{name: getattr(whole, name) for name in names})
+        model = self.once(share.label if elastic.alone else share.family, **elastic.stiff(whole, self.bare, k))
         y = at.y.copy()
         y[self.n_q : self.n_q + self.n_v] = 0.0
         force = (self.left(at.t, y, model, factor=1.0) - self.left(at.t, y, self.bare, factor=1.0))[: self.n_v]
-        if share.family != "threads":  # whose force is that of the one with a stiffness, also on what it ends at
+        if not elastic.alone:  # else it is that of the one with a stiffness, also on what it ends at
             from evolvent.solvers.static_work import velocities_of
 
             own = velocities_of(whole, share.family, k)
             force, every = np.zeros(self.n_v), force
             force[own] = every[own]
         return np.asarray(at.zero + force)
-
-    def _coordinate(self, share: Share, at: Position, direction: Direction) -> Array:
-        """A coordinate's record with the fields of a share alone; friction slips against the direction."""
-        (k,) = share.rows
-        own = self.whole.coordinates[k : k + 1].copy()
-        for field in OWN:
-            if field not in share.fields:
-                own[field] = 0.0
-        if "friction" in share.fields:
-            x, rate = float(at.x[k]), float(direction.rates[k])
-            own["relax"] = own["slips"] = own["bristle0"] = 0.0
-            if abs(rate) <= _OFF:  # it does not move
-                own["friction"] = 0.0
-            else:
-                own["anchor"] = x - math.copysign(_SLIPPING * float(own["friction"][0] / own["stick"][0]), rate)
-        return own
-
-    def _motor_loss(self, share: Share, at: Position, direction: Direction, *, still: bool) -> float:
-        """Power that a motor loses before its joint: N m or N; the detent with its amplitude, wherever the rotor is."""
-        (row,) = (self.whole.drivetrains[k] for k in share.rows)
-        k, n = int(row["coordinate"]), float(row["ratio"])
-        rate, hysteresis = abs(float(direction.rates[k])), n * float(row["hysteresis"])
-        if share.aspect == EDDY:
-            own = float(at.J[k] @ at.y[self.n_q : self.n_q + self.n_v])
-            return float(n * n * row["eddy"] * own * direction.rates[k])
-        if share.aspect == MAGNETIC:
-            return (hysteresis + n * float(row["detent"])) * rate
-        motor = dataclasses.replace(share, label=share.part, family="motors", rows=(int(row["motor"]),))
-        driving = self.power(motor, at, direction, still=still)
-        over = driving - hysteresis * rate
-        if over > 0.0:
-            return float((1.0 - row["forward"]) * over)
-        if row["backward"] == 0.0:
-            return float(row["holds"]) * rate
-        return float((1.0 / row["backward"] - 1.0) * -over)
 
     # ------------------------------------------------------------------------------------------------ directions
 
@@ -547,13 +458,6 @@ def _elastic(mechanism: Mechanism) -> Elastic:
     from evolvent.analysis.margins.elastic import Elastic
 
     return Elastic(mechanism)
-
-
-def _has_elastic_parts(model: Any) -> bool:
-    """Whether parts follow the coordinates by their stiffness: elastic parts, and points on springs."""
-    held = model.springs.size + model.custom_forces.size
-    points = bool(np.any(model.points["mass"] > 0.0)) and held > 0
-    return bool(model.elements.size + model.rods.size + model.threads.size + model.reduced_bodies.size) or points
 
 
 def _digest(model: Any, ties: Array, spin: Array) -> str:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evolvent.analysis.margins import factors as of
 from evolvent.analysis.margins.factors import Standard
 from evolvent.analysis.margins.keys import Margin, MarginLine
 from evolvent.analysis.margins.lines import MarginCoordinate, specified_acceleration
@@ -20,6 +19,7 @@ from evolvent.analysis.margins.tables import Table
 from evolvent.base.errors import InputError
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.profile import profile
+from evolvent.model.shares import DAMPING, FRICTION, INERTIA, MOTOR
 from evolvent.results.observe import observe
 
 if TYPE_CHECKING:
@@ -94,8 +94,8 @@ def along_run(
         )
     angle, rate, t, n = angle[on], rate[on], solution.t[on], int(on.sum())
     shares = [
-        _share(f"{name}.tension", name, of.INERTIA, keys, known),
-        _share(f"{name}.motor", name, of.MOTOR, keys, known),
+        _share(f"{name}.tension", name, INERTIA, keys, known),
+        _share(f"{name}.motor", name, MOTOR, keys, known),
     ]
     values = [sense * own["torque"][on]]
     if thread["drive"] == FREE_SPOOL:
@@ -104,13 +104,13 @@ def along_run(
         if thread["motor_profile"] >= 0:
             constant += [profile(float(one), int(thread["motor_profile"]), assembly.model) for one in t]
         if thread["motor_law"] != 0 and np.any(constant != 0.0):  # one may drive, and the other brake
-            shares.append(_share(f"{name}.law", name, of.MOTOR, keys, known))
+            shares.append(_share(f"{name}.law", name, MOTOR, keys, known))
             values += [sense * constant, sense * (motor - constant)]
         else:
             values.append(sense * motor)
         for aspect, category, torque in (
-            ("friction", of.FRICTION, np.full(n, float(thread["spool_friction"]))),
-            ("damping", of.DAMPING, float(thread["spool_viscous"]) * np.abs(rate)),
+            ("friction", FRICTION, np.full(n, float(thread["spool_friction"]))),
+            ("damping", DAMPING, float(thread["spool_viscous"]) * np.abs(rate)),
         ):
             if np.any(torque != 0.0):
                 shares.append(_share(f"{name}.{aspect}", name, category, keys, known))

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import __version__
-from evolvent.analysis.margins.factors import CATEGORIES, DAMPING, Standard
+from evolvent.analysis.margins.factors import CATEGORIES, Standard
 from evolvent.analysis.margins.keys import Margin
 from evolvent.analysis.margins.tables import Table
 from evolvent.base import files
 from evolvent.base.errors import InputError, nearest
+from evolvent.model.shares import DAMPING
 from evolvent.results.figures import Figure, Line, Panel, stacked
 
 if TYPE_CHECKING:

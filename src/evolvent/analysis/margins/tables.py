@@ -12,15 +12,14 @@ from evolvent.analysis.margins import bearings, contacts, factors as of
 from evolvent.analysis.margins.factors import Standard
 from evolvent.analysis.margins.lines import MarginCoordinate
 from evolvent.analysis.margins.mechanism import Direction, Mechanism, Position
-from evolvent.analysis.margins.shares import CONTACT_FAMILIES, ELASTIC_FAMILIES, NORMAL, Share
+from evolvent.analysis.margins.shares import Share
+from evolvent.model.shares import ACCELERATION, FRICTION, SPRING
 
 if TYPE_CHECKING:
     from evolvent.solvers.solution import Solution
 
 Array = np.ndarray
 
-#: Families whose energy is that of `elastic.Elastic.energy`, beside the normal forces of contacts.
-HAVE_ENERGY = (*ELASTIC_FAMILIES, "springs", "custom_forces")
 #: Loss of elastic energy beside its range over the travel that is a snap.
 _SNAP = 0.05
 
@@ -69,7 +68,7 @@ class Table:
             key = share.category, share.evidence
             found[key] = found.get(key, 0.0) + np.maximum(-value, 0.0)
         if self.coordinate.acceleration > 0.0:
-            key = of.ACCELERATION, self.evidence
+            key = ACCELERATION, self.evidence
             found[key] = found.get(key, 0.0) + self.inertia * self.coordinate.acceleration
         return found
 
@@ -109,7 +108,7 @@ class Table:
 
         Below 0: what springs may lose.
         """
-        counts = self.standard.driving.get(of.SPRING, 0.0)
+        counts = self.standard.driving.get(SPRING, 0.0)
         if counts == 0.0:
             return np.nan
         return max(float((self.required(name) - self.available).max()) for name in self.standard.requirements) / counts
@@ -119,12 +118,12 @@ class Table:
 
         Below 0: what friction may grow by.
         """
-        friction = {key: value for key, value in self.resists().items() if key[0] == of.FRICTION}
+        friction = {key: value for key, value in self.resists().items() if key[0] == FRICTION}
         there = np.zeros(self.x.size) + sum(friction.values())
         words = [evidence for _, evidence in friction] or [self.evidence]
         lost = -np.inf
         for name, one in self.standard.requirements.items():
-            factor = min(one.factor(of.FRICTION, evidence) for evidence in words)
+            factor = min(one.factor(FRICTION, evidence) for evidence in words)
             deficit = self.required(name) - self.available
             if factor == 0.0:
                 lost = np.nan if np.any(deficit > 0.0) else lost
@@ -161,13 +160,8 @@ def along_travel(
         before = there
         energy[n] = 0.0 if mechanism.elastic is None else mechanism.elastic.energy(there)
         values[:, n], inertia[n] = _powers(mechanism, shares, direction, there, rows, None), direction.inertia
-    snaps = _snaps(xs, energy, values[[_has_energy(share) for share in shares]].sum(axis=0))
+    snaps = _snaps(xs, energy, values[[share.stores for share in shares]].sum(axis=0))
     return Table(coordinate, shares, xs, np.zeros(0), values, inertia, *known, snaps, touches)
-
-
-def _has_energy(share: Share) -> bool:
-    """Whether the energy of a share is among that of `elastic.Elastic.energy`."""
-    return share.family in HAVE_ENERGY or (share.family in CONTACT_FAMILIES and share.aspect == NORMAL)
 
 
 def _snaps(x: Array, energy: Array, given: Array) -> tuple[int, ...]:

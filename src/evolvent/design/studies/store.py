@@ -32,6 +32,7 @@ from evolvent.base import file_keys, files, locks, plugins, safe_open
 from evolvent.base.errors import InputError, reason_of
 from evolvent.design.studies import record
 from evolvent.design.studies.study import Study
+from evolvent.model import family
 from evolvent.parts import registry
 
 RESULTS = "results.zarr"
@@ -63,7 +64,7 @@ def sources() -> str:
         name = path.relative_to(_PACKAGE).as_posix()
         if not name.startswith(_NOT_SOURCES):
             digest.update(name.encode() + b"\0" + path.read_bytes())
-    for group in (cases.GROUP, registry.GROUP):
+    for group in (cases.GROUP, registry.GROUP, family.GROUP):
         for point in plugins.entry_points(group):
             for label, path in plugins.files_of(point):
                 digest.update(label.encode() + b"\0" + file_keys.digest(str(path)).encode())
@@ -73,7 +74,7 @@ def sources() -> str:
 def versions() -> dict[str, str]:
     """Versions of what computes; also of packages that add systems and parts."""
     found = {"evolvent": evolvent.__version__, "python": platform.python_version()}
-    for group in (cases.GROUP, registry.GROUP):
+    for group in (cases.GROUP, registry.GROUP, family.GROUP):
         added = [point.dist for point in plugins.entry_points(group) if point.dist is not None]
         found |= {package.name: package.version for package in added}
     return found | {name: importlib.metadata.version(name) for name in ("numpy", "scipy", "numba")}

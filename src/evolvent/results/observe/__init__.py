@@ -1,65 +1,26 @@
-"""Observations: the named results of every part of a finished run, one function a family.
+"""Observations: the named results of every part of a finished run.
 
-`observe` reads them off a solution. A part may add its own by `evolvent.parts.base.Part.observe`.
+`observe` reads them off a solution. Those of a family are found by the function of a module of this package that is
+its `variables.observer`; without one they are the fields that the family calls results (`Family.results`), to which
+`Family.observe` may add. A part may add its own by `evolvent.parts.base.Part.observe`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import importlib
+import pkgutil
+from collections.abc import Iterable
 
-from evolvent.results.observe import (
-    attitude,
-    beams,
-    body_contact,
-    contact,
-    coordinates,
-    custom,
-    fields,
-    joints,
-    loads,
-    lumped,
-    reduced,
-    rods,
-    symbols,
-    thermal,
-    threads,
-)
-from evolvent.results.observe.variables import Observed, Variable
+from evolvent.model.family import families
+from evolvent.results.observe import symbols
+from evolvent.results.observe.variables import OBSERVERS, Observed, Variable
 from evolvent.results.observe.view import View
 from evolvent.solvers.solution import Solution
 
 __all__ = ["OBSERVERS", "Observed", "Variable", "View", "has_results", "observe", "observe_part"]
 
-#: Function of each family of named parts.
-OBSERVERS: dict[str, Callable[[View, str], Observed]] = {
-    "bodies": lumped.observe_body,
-    "points": lumped.observe_point,
-    "springs": lumped.observe_spring,
-    "links": joints.observe_link,
-    "guides": joints.observe_guide,
-    "joints": joints.observe_joint,
-    "coordinates": coordinates.observe_coordinate,
-    "motors": coordinates.observe_motor,
-    "synchronizations": coordinates.observe_synchronization,
-    "resistances": coordinates.observe_resistance,
-    "bearings": coordinates.observe_bearing,
-    "threads": threads.observe_thread,
-    "thread_ends": threads.observe_thread_end,
-    "reels": threads.observe_reel,
-    "wheels": attitude.observe_wheel,
-    "thrusters": attitude.observe_thruster,
-    "controllers": attitude.observe_controller,
-    "beams": beams.observe_beam,
-    "rods": rods.observe_rod,
-    "reduced_bodies": reduced.observe_reduced,
-    "contact_surfaces": contact.observe_contact,
-    "body_contacts": body_contact.observe_body_contact,
-    "custom_forces": custom.observe_custom,
-    "loads": loads.observe_load,
-    "fields": fields.observe_field,
-    "beam_loads": loads.observe_beam_load,
-    "thermal_loads": thermal.observe_thermal_load,
-}
+for _module in pkgutil.iter_modules(__path__):  # whose functions register themselves
+    importlib.import_module(f"{__name__}.{_module.name}")
 
 
 def observe(solution: Solution, parts: Iterable[str] | None = None) -> dict[str, Observed]:
@@ -81,7 +42,7 @@ def observe(solution: Solution, parts: Iterable[str] | None = None) -> dict[str,
         if name not in view.assembly.parts:  # the ground, or none
             continue
         own = observe_part(view, name)
-        if own.variables or view.assembly.names[name][0] in OBSERVERS:
+        if own.variables or _has_observer(view.assembly.names[name][0]):
             symbols.add_symbols(view, name, own)
             found[name] = own
     return found
@@ -91,12 +52,23 @@ def has_results(solution: Solution, name: str) -> bool:
     """Whether `observe` finds results of a part, without those of its family: of an event there are none."""
     if name not in solution.assembly.parts:  # the ground
         return False
-    return solution.assembly.names[name][0] in OBSERVERS or bool(observe_part(View.of(solution), name).variables)
+    return _has_observer(solution.assembly.names[name][0]) or bool(observe_part(View.of(solution), name).variables)
 
 
 def observe_part(view: View, name: str) -> Observed:
     """Named results of a part, by its family and its own; nothing of an event."""
-    function = OBSERVERS.get(view.assembly.names[name][0])
+    own, index = view.assembly.names[name]
+    function, family = OBSERVERS.get(own), families().get(own)
     found = Observed() if function is None else function(view, name)
+    if family is not None and function is None and family.results:
+        found.results(own, view.fields[own], index)
+    if family is not None and family.observe is not None:
+        family.observe(view, name, found)
     view.part(name).observe(view, name, found)
     return found
+
+
+def _has_observer(name: str) -> bool:
+    """Whether the parts of a family have results."""
+    family = families().get(name)
+    return name in OBSERVERS or (family is not None and (bool(family.results) or family.observe is not None))

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from evolvent.results.observe.variables import Observed
+from evolvent.results.observe.variables import Observed, observer
 from evolvent.results.observe.view import View
 
 
+@observer("wheels")
 def observe_wheel(view: View, name: str) -> Observed:
     """Angle, rate, torques, momentum and energy of a reaction wheel.
 
@@ -30,6 +31,7 @@ def observe_wheel(view: View, name: str) -> Observed:
     return found
 
 
+@observer("thrusters")
 def observe_thruster(view: View, name: str) -> Observed:
     """Force and impulse of a thruster."""
     found = Observed()
@@ -39,6 +41,7 @@ def observe_thruster(view: View, name: str) -> Observed:
     return found
 
 
+@observer("controllers")
 def observe_controller(view: View, name: str) -> Observed:
     """Errors of attitude and rate, and the commanded torque of a controller."""
     found = Observed()

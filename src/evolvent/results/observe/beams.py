@@ -9,7 +9,7 @@ import numpy as np
 from evolvent.elements.shapes import Arc, Circle, Tube
 from evolvent.kernels.beam_strains import POINTS
 from evolvent.model import RESULTS
-from evolvent.results.observe.variables import Observed, norm
+from evolvent.results.observe.variables import Observed, norm, observer
 from evolvent.results.observe.view import View
 
 Array = np.ndarray
@@ -19,6 +19,7 @@ _SECTION = "that the outer part exerts on the section that faces the tip, in the
 _BENT = 1e-3
 
 
+@observer("beams")
 def observe_beam(view: View, name: str) -> Observed:
     """Shape, deflection, strains, section forces and moments, energies and momenta of a beam.
 

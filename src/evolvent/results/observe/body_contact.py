@@ -9,10 +9,14 @@ import numpy as np
 from evolvent.kernels import body_gaps, surfaces
 from evolvent.model import RESULTS
 from evolvent.results.observe.shapes import capsule, disc
-from evolvent.results.observe.variables import Observed
+from evolvent.results.observe.variables import Observed, observer
 from evolvent.results.observe.view import View
 
+#: Family of the contacts of beams, whose words those of rods share.
+_OF_BEAMS = "contact_surfaces"
 
+
+@observer("body_contacts")
 def observe_body_contact(view: View, name: str) -> Observed:
     """Resultant force and moments of a contact between bodies, its impulse and energy, and the forces of its points."""
     found, on_rods = Observed(), hasattr(view.part(name), "beams")
@@ -31,8 +35,8 @@ def observe_body_contact(view: View, name: str) -> Observed:
         fields["rubbing"] = np.where(other[:, None], -fields["rubbing"], fields["rubbing"])
     total = {field: values.sum(axis=1) for field, values in fields.items()}
     if on_rods:
-        found.vector("force", total["on_a"][:, :3], *RESULTS["contact_surfaces"]["force"][1:])
-        found.vector("moment", -total["on_b"][:, 3:], *RESULTS["contact_surfaces"]["moment"][1:])
+        found.vector("force", total["on_a"][:, :3], *RESULTS[_OF_BEAMS]["force"][1:])
+        found.vector("moment", -total["on_b"][:, 3:], *RESULTS[_OF_BEAMS]["moment"][1:])
     else:
         found.vector(
             "force", total["on_a"][:, :3], "N", "resultant of the contact on its first body, `a`, inertial axes"
@@ -40,11 +44,11 @@ def observe_body_contact(view: View, name: str) -> Observed:
         text = "moment of the contact on its {} body, `{}`, about that one's origin, inertial axes"
         found.vector("moment", total["on_a"][:, 3:], "N m", text.format("first", "a"))
         found.vector("moment_b", total["on_b"][:, 3:], "N m", text.format("second", "b"))
-    found.scalar("normal_force", total["force"], *RESULTS["contact_surfaces"]["normal"][1:])
+    found.scalar("normal_force", total["force"], *RESULTS[_OF_BEAMS]["normal"][1:])
     for field in ("impulse", "energy"):
         key, *described = RESULTS["body_contacts"][field]
         found.scalar(key, total[field], *described)
-    found.scalar("points", np.sum(fields["force"] > 0.0, axis=1), *RESULTS["contact_surfaces"]["touching"][1:])
+    found.scalar("points", np.sum(fields["force"] > 0.0, axis=1), *RESULTS[_OF_BEAMS]["touching"][1:])
     for field in ("force", "on_a", "rubbing", "c", "gap1"):
         key, unit, text = RESULTS["body_contacts"][field]
         values = fields[field] if fields[field].ndim == 2 else fields[field][..., :3]

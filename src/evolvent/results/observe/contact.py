@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from evolvent.kernels import surfaces
 from evolvent.model import RESULTS
 from evolvent.results.observe.shapes import capsule, disc
-from evolvent.results.observe.variables import Observed
+from evolvent.results.observe.variables import Observed, observer
 from evolvent.results.observe.view import View
 
 Array = np.ndarray
@@ -19,6 +21,7 @@ NEAR = 2e-4
 _WHEN = ": of the sample, or the mean over its step"
 
 
+@observer("contact_surfaces")
 def observe_contact(view: View, name: str) -> Observed:
     """Resultant force and moment of a contact, its normal force, impulse and energy, and the forces of its points."""
     index = view.index(name)
@@ -32,11 +35,7 @@ def observe_contact(view: View, name: str) -> Observed:
     found.along(name_of, "contact_point", fields["force"][:, inside], unit, f"{text}{_WHEN}")
     name_of, *words = RESULTS["contact_points"]["apart"]
     found.along(name_of, "contact_point", fields["apart"][:, inside], *words)
-    points, beams, elements = model.contact_points[inside], model.beams, model.elements
-    owner = elements["beam"][points["element"]]
-    length, S = elements["length"][points["element"]], points["S"]
-    before = np.cumsum(elements["length"]) - elements["length"]  # of all elements of all beams
-    arc = before[points["element"]] - before[beams["first_element"][owner]] + S[:, 2] * length + S[:, 1] + S[:, 3]
+    arc, owner = _along_beams(model, inside)
     found.coordinate("arc", "contact_point", arc, "m", "length along the beam from its root")
     spans = [touching_span(arc[owner == beam], fields["apart"][:, inside][:, owner == beam]) for beam in set(owner)]
     text = "length from the first to the last place at which a beam touches; of several beams the sum"
@@ -61,6 +60,15 @@ def observe_contact(view: View, name: str) -> Observed:
         found.drawn.append({"surface": {"body": part.body, "solids": [solid]}})
     found.plots = ["normal_force", "points"]
     return found
+
+
+def _along_beams(model: Any, inside: slice) -> tuple[Array, Array]:
+    """Lengths along their beams from the root to contact points, m, and the indices of these beams: (n,) each."""
+    points, elements = model.contact_points[inside], model.elements
+    own, length, S = elements["beam"][points["element"]], elements["length"][points["element"]], points["S"]
+    before = np.cumsum(elements["length"]) - elements["length"]  # of all elements of all beams
+    root = before[model.beams["first_element"][own]]
+    return before[points["element"]] - root + S[:, 2] * length + S[:, 1] + S[:, 3], own
 
 
 def touching_span(arc: Array, gap: Array) -> tuple[Array, Array]:

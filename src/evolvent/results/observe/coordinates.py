@@ -18,7 +18,7 @@ from evolvent.model import (
     BY_LATCH,
     RESULTS,
 )
-from evolvent.results.observe.variables import Observed
+from evolvent.results.observe.variables import Observed, observer
 from evolvent.results.observe.view import View
 from evolvent.solvers.solution import first_latch
 
@@ -60,6 +60,7 @@ def _since(view: View, account: int) -> Array:
     return found
 
 
+@observer("coordinates")
 def observe_coordinate(view: View, name: str) -> Observed:
     """Angle or travel, rate, torque or force, energies and latch of a spring on the coordinate of a joint."""
     index, found = view.index(name), Observed()
@@ -108,6 +109,7 @@ def latch_time(view: View, index: int) -> float:
     return float(view.t[0]) if locked else math.nan
 
 
+@observer("motors")
 def observe_motor(view: View, name: str) -> Observed:
     """Torque or force, power and work of a motor, and the error of its coordinate against the reference."""
     index, found = view.index(name), Observed()
@@ -150,6 +152,7 @@ def _observe_drivetrain(view: View, motor: Any, index: int, row: Any, found: Obs
         found.scalar(name, _since(view, at + cause), "J", f"energy lost by {what}")
 
 
+@observer("synchronizations")
 def observe_synchronization(view: View, name: str) -> Observed:
     """Stretches and torques of the cable loops, their energy, and what they have dissipated."""
     model, found, first = view.model, Observed(), view.index(name)
@@ -165,6 +168,7 @@ def observe_synchronization(view: View, name: str) -> Observed:
     return found
 
 
+@observer("resistances")
 def observe_resistance(view: View, name: str) -> Observed:
     """Torque or force of a harness, a tape-spring hinge or an adhesion, its energy, and what it has taken."""
     index, found = view.index(name), Observed()
@@ -195,6 +199,7 @@ def _observe_losses(view: View, own: Any, found: Observed) -> None:
         found.scalar("release_time", last, "s", "time at which the adhesion has broken")
 
 
+@observer("bearings")
 def observe_bearing(view: View, name: str) -> Observed:
     """Friction of a bearing, its load by parts, and what it has taken."""
     index, found = view.index(name), Observed()

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.results.observe.variables import Observed
+from evolvent.results.observe.variables import Observed, observer
 from evolvent.results.observe.view import View
 
 
+@observer("custom_forces")
 def observe_custom(view: View, name: str) -> Observed:
     """Positions of the points, forces on them, energy and dissipated power of a custom force."""
     row, found = view.model.custom_forces[view.index(name)], Observed()

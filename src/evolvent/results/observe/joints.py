@@ -12,7 +12,7 @@ from evolvent.kernels import axial, coordinate, joint as kernels, rigid, sides
 from evolvent.kernels.constraint_rows import CENTRE
 from evolvent.model import RESULTS, zeros
 from evolvent.results.observe.gears import observe_gear
-from evolvent.results.observe.variables import Observed, dot, norm, unwrapped
+from evolvent.results.observe.variables import Observed, dot, norm, observer, unwrapped
 from evolvent.results.observe.view import View
 
 Array = np.ndarray
@@ -65,6 +65,7 @@ def _holds_directions(row: Any) -> bool:
     return bool(row["kind"] == kernels.DIRECTION or of_section)
 
 
+@observer("joints")
 def observe_joint(view: View, name: str) -> Observed:
     """Reaction force and moment, angle or travel of a joint or of a prescribed motion."""
     part, rows, found = view.part(name), rows_of(view, name), Observed()
@@ -207,6 +208,7 @@ def coordinate_at(view: View, row: Any) -> tuple[Array, Array]:
     return found[0], found[1]
 
 
+@observer("links")
 def observe_link(view: View, name: str) -> Observed:
     """Length and tension of a link or cord."""
     found, link, k = Observed(), view.model.links[view.index(name)], rows_of(view, name)[0]
@@ -228,6 +230,7 @@ def observe_link(view: View, name: str) -> Observed:
     return found
 
 
+@observer("guides")
 def observe_guide(view: View, name: str) -> Observed:
     """Reaction of a guide: a force along its direction, or a moment about the axis that it holds."""
     found, guide, k = Observed(), view.model.guides[view.index(name)], rows_of(view, name)[0]

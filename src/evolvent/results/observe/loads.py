@@ -9,12 +9,13 @@ import numpy as np
 from evolvent.kernels import beam_loads, loads as kernels
 from evolvent.model import RESULTS
 from evolvent.results.observe.threads import copies_drawn
-from evolvent.results.observe.variables import Observed
+from evolvent.results.observe.variables import Observed, observer
 from evolvent.results.observe.view import View
 
 Array = np.ndarray
 
 
+@observer("loads")
 def observe_load(view: View, name: str) -> Observed:
     """Force or torque at a marker, or the resultant of a load along a thread or a rod."""
     index = view.index(name)
@@ -40,6 +41,7 @@ def observe_thread_load(view: View, index: int) -> Observed:
     return found
 
 
+@observer("beam_loads")
 def observe_beam_load(view: View, name: str) -> Observed:
     """Force at a beam's node, resultant force of a line load, or torque of one spread over the mass."""
     row, index, what = view.model.beam_loads[view.index(name)], view.index(name), "force"

@@ -11,12 +11,13 @@ from evolvent.model import RESULTS
 from evolvent.results.motion import quaternions
 from evolvent.results.observe.joints import reactions
 from evolvent.results.observe.shapes import solids_of
-from evolvent.results.observe.variables import Observed, Variable, cross, dot, norm, turned_back
+from evolvent.results.observe.variables import Observed, Variable, cross, dot, norm, observer, turned_back
 from evolvent.results.observe.view import View
 
 Array = np.ndarray
 
 
+@observer("bodies")
 def observe_body(view: View, name: str) -> Observed:
     """Position, attitude, velocity and rate of a rigid body; momenta and energy of one that moves.
 
@@ -73,6 +74,7 @@ def attitude(view: View, row: Any) -> Array:
     return np.concatenate([scalar[:, None], vector], axis=1)
 
 
+@observer("points")
 def observe_point(view: View, name: str) -> Observed:
     """Position, velocity, momentum and energy of a point mass; the force that holds it, where it is fixed to a part."""
     index, found = view.index(name), Observed()
@@ -90,6 +92,7 @@ def observe_point(view: View, name: str) -> Observed:
     return found
 
 
+@observer("springs")
 def observe_spring(view: View, name: str) -> Observed:
     """What the record of a spring-damper holds, and its ends."""
     index, found = view.index(name), Observed()

@@ -8,7 +8,7 @@ from evolvent.assembly.families import bodies_of
 from evolvent.results.observe.joints import reactions
 from evolvent.results.observe.lumped import attitude
 from evolvent.results.observe.shapes import solids_of
-from evolvent.results.observe.variables import Observed, Variable, norm, turned_back
+from evolvent.results.observe.variables import Observed, Variable, norm, observer, turned_back
 from evolvent.results.observe.view import View
 
 Array = np.ndarray
@@ -16,6 +16,7 @@ Array = np.ndarray
 _ROWS = 6
 
 
+@observer("reduced_bodies")
 def observe_reduced(view: View, name: str) -> Observed:
     """Motion of the frame, displacements, rotations and loads of the interface nodes, modal coordinates, energies.
 

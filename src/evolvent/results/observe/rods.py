@@ -8,7 +8,7 @@ from evolvent.assembly.families import bodies_of
 from evolvent.model import RESULTS
 from evolvent.results.motion import quaternions
 from evolvent.results.observe.beams import add_nodes, draw_line
-from evolvent.results.observe.variables import Observed, Variable
+from evolvent.results.observe.variables import Observed, Variable, observer
 from evolvent.results.observe.view import View
 
 Array = np.ndarray
@@ -18,6 +18,7 @@ _SUMS = ("stored", "bent")
 _PAYOUT = ("out", "rate")
 
 
+@observer("rods")
 def observe_rod(view: View, name: str) -> Observed:
     """Shape, deflection, strains, section forces and moments, energies and momenta of a rod.
 
@@ -43,13 +44,9 @@ def observe_rod(view: View, name: str) -> Observed:
     found.results_along("rod_elements", fields, own, "element", (*_SUMS, "free"), "in the middle of each element")
     flat: list[str] = []
     if row["tape"] > 0:
-        tape = view.model.tapes[int(row["tape"]) - 1]
-        nodes = slice(int(tape["first_node"]), int(tape["first_node"] + tape["nodes"]))
-        called, unit, about = RESULTS["tape_nodes"]["value"]
-        found.along(called, "node", view.fields["tape_nodes"]["value"][:, nodes], unit, about)
+        flat = [_observe_flattening(view, int(row["tape"]) - 1, found)]
         turn = fields["curvature_z"][:, own] @ part.lengths
         found.scalar("fold_angle", turn, "rad", "turn of the tip about z against the root, of all folds together")
-        flat = [called]
     pays = bool(row["payout"])
     found.results("rods", view.fields["rods"], index, () if pays else _PAYOUT)
     if pays:
@@ -66,6 +63,15 @@ def observe_rod(view: View, name: str) -> Observed:
     found.plots_along = ["deflection", "axial_force", *moments, *flat]
     found.plots += ["fold_angle", *flat] if flat else []
     return found
+
+
+def _observe_flattening(view: View, tape: int, found: Observed) -> str:
+    """Curvatures across of the sections at the nodes of a tape; returns their name."""
+    row = view.model.tapes[tape]
+    nodes = slice(int(row["first_node"]), int(row["first_node"] + row["nodes"]))
+    called, unit, about = RESULTS["tape_nodes"]["value"]
+    found.along(called, "node", view.fields["tape_nodes"]["value"][:, nodes], unit, about)
+    return called
 
 
 def _twist_angles(R: Array) -> Array:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.results.observe.beams import add_sections, section_arc
-from evolvent.results.observe.variables import Observed
+from evolvent.results.observe.variables import Observed, observer
 from evolvent.results.observe.view import View
 
 
+@observer("thermal_loads")
 def observe_thermal_load(view: View, name: str) -> Observed:
     """Temperatures, free strains and curvatures, and the work done as they change."""
     found, index = Observed(), view.index(name)

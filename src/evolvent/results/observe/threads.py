@@ -9,12 +9,13 @@ import numpy as np
 from evolvent.assembly.references import FROM_TIP
 from evolvent.kernels.drive import FREE, drive
 from evolvent.model import RESULTS
-from evolvent.results.observe.variables import Observed, cross, norm, turned, turned_back
+from evolvent.results.observe.variables import Observed, cross, norm, observer, turned, turned_back
 from evolvent.results.observe.view import Pose, View
 
 Array = np.ndarray
 
 
+@observer("threads")
 def observe_thread(view: View, name: str) -> Observed:
     """Positions, tension, lag and deployed length of a thread; its nodes count from the tip.
 
@@ -62,6 +63,7 @@ def _add(view: View, found: Observed, index: int, fields: str) -> None:
             found.vector(name, values[:, :3], unit, text.format(copies=copies))
 
 
+@observer("thread_ends")
 def observe_thread_end(view: View, name: str) -> Observed:
     """Force of a spherical joint at the end of a thread on its point b."""
     found, index = Observed(), view.index(name)
@@ -152,6 +154,7 @@ def _leading(pose: Pose, row: np.record) -> Array:
     return found
 
 
+@observer("reels")
 def observe_reel(view: View, name: str) -> Observed:
     """Angle and rate of the spool, and the torque of its thread, of all reels that hold a thread."""
     found = Observed()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Collection, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable, Collection, Mapping
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -101,6 +101,21 @@ class Observed:
     def coordinate(self, name: str, dimension: str, values: Array, units: str, long_name: str) -> None:
         """Add a coordinate (n,) of a dimension of the part's own; of the dimension's name, it numbers its entries."""
         self.coordinates[name] = Variable((dimension,), np.asarray(values), units, long_name)
+
+
+#: Functions of a view of a run and the name of a part to its results, by the family of the part (`observer`).
+OBSERVERS: dict[str, Callable[[Any, str], Observed]] = {}
+Observer = TypeVar("Observer", bound=Callable[[Any, str], Observed])
+
+
+def observer(family: str) -> Callable[[Observer], Observer]:
+    """Decorator of the function that finds the results of the parts of a family."""
+
+    def register(function: Observer) -> Observer:
+        OBSERVERS[family] = function
+        return function
+
+    return register
 
 
 def norm(values: Array) -> Array:

@@ -51,14 +51,16 @@ class Side(NamedTuple):
     body: int
 
 
-#: Fields that are results, by family: name, bytes from the start of a record, and shape.
-_FIELDS = {
-    family: [
-        (field, int(RECORDS[family].fields[field][1]), RECORDS[family][field].shape)  # type: ignore[index]
-        for field in fields
-    ]
-    for family, fields in RESULTS.items()
-}
+@functools.cache
+def _results() -> dict[str, list[tuple[str, int, tuple[int, ...]]]]:
+    """Fields that are results, by family: name, bytes from the start of a record, and shape."""
+    return {
+        family: [
+            (field, int(RECORDS[family].fields[field][1]), RECORDS[family][field].shape)  # type: ignore[index]
+            for field in fields
+        ]
+        for family, fields in RESULTS.items()
+    }
 
 
 class Fields(dict[str, dict[str, Array]]):
@@ -78,7 +80,7 @@ class Fields(dict[str, dict[str, Array]]):
     def __missing__(self, family: str) -> dict[str, Array]:
         nt, places = len(self._values), self._layout.places.get(family)
         if places is None:
-            return {name: np.empty((nt, 0, *shape)) for name, _, shape in _FIELDS.get(family, ())}
+            return {name: np.empty((nt, 0, *shape)) for name, _, shape in _results().get(family, ())}
         found = {field: self._values[:, at : at + math.prod(shape)].reshape(nt, *shape) for field, at, shape in places}
         found = self[family] = found | self._kept().get(family, {})
         return found
@@ -107,7 +109,7 @@ def _layout(sizes: tuple[tuple[str, int], ...]) -> _Layout:
     owner, table, at = [], [], 0
     places: dict[str, list[tuple[str, int, tuple[int, ...]]]] = {}
     for k, (family, size) in enumerate(sizes):
-        for field, offset, shape in _FIELDS[family]:
+        for field, offset, shape in _results()[family]:
             numbers = math.prod(shape)
             owner.append(k)
             table.append((offset, RECORDS[family].itemsize, size, numbers))
@@ -182,7 +184,7 @@ class View:
         la = np.ascontiguousarray(self.solution.la) if self._joints else np.zeros((self.t.size, 0))
         model = self._model_apart()  # after reactions are evaluated
         needs.load(model, evaluate_samples)
-        rows = {family: families.records(model, family) for family in _FIELDS}
+        rows = {family: families.records(model, family) for family in _results()}
         layout = _layout(tuple((family, own.size) for family, own in rows.items() if own.size))
         table = layout.table.copy()
         firsts = np.array([address(rows[family]) for family in layout.families], dtype=np.int64)

@@ -1,0 +1,55 @@
+"""What records of a family have in the state: accounts at the end of its numbers, and switches."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+Array = np.ndarray
+#: Count of each record: one for all, or a function of the records to (n,) int.
+Counts = int | Callable[[Array], Array]
+
+
+def counted(counts: Counts, found: Array) -> Array:
+    """Count of each record: (n,) int."""
+    return np.full(found.size, counts) if isinstance(counts, int) else np.asarray(counts(found), dtype=np.int64)
+
+
+@dataclasses.dataclass(frozen=True)
+class Accounts:
+    """Numbers of records at the end of the state vector, record by record.
+
+    Attributes
+    ----------
+    counts : Counts
+    field : str, of the record, that gets the index of its first one in the state, -1 without any; '' for none
+    start : str, field of the record with the value at the start, of one account each; '' for 0
+    order : float, place among the accounts; None for the family's
+    """
+
+    counts: Counts
+    field: str = "account"
+    start: str = ""
+    order: float | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class Switches:
+    """Switches of records.
+
+    Attributes
+    ----------
+    counts : Counts
+    start : function of the records and the builder to what they are at the start, in the order of the switches; 0 if
+        left out
+    field : str, of the record, that gets the index of its first one, if it has any; '' for none
+    order : float, place among the switches; None for the family's
+    """
+
+    counts: Counts
+    start: Callable[[Array, Any], Any] | None = None
+    field: str = "switch"
+    order: float | None = None

@@ -1,0 +1,125 @@
+"""What a family says of margins: the shares of its parts in what drives and resists along a coordinate.
+
+Forces are on the left of the equations of motion, as residuals have them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+Array = np.ndarray
+
+#: Categories of what drives or resists.
+SPRING, FRICTION, INERTIA, ACCELERATION = "spring", "friction", "inertia", "acceleration"
+ELASTIC = "elastic parts"
+LOAD, MOTOR, DAMPING = "load", "motor", "damping"
+HARNESS, ADHESION, MOTOR_LOSSES = "harness", "adhesion", "motor losses"
+#: Shares of a contact.
+NORMAL, RUBS = "normal", "friction"
+#: Function of the mechanism, the share, the position, the direction, and whether the mechanism is at rest.
+Evaluated = Callable[[Any, Any, Any, Any, bool], Any]
+
+
+class Rule(NamedTuple):
+    """A share of each part of a family.
+
+    Attributes
+    ----------
+    category : str
+    aspect : str, name of the share after that of the part, '' for the part as a whole
+    fields : fields that a record keeps of all those that the family's rules name; the others are 0. There is no share
+        of a part where they are 0
+    which : function of the first record of a part to whether it has the share; None for all
+    rates : bool, of the forces of velocities alone, or (False) of those without any; None for both
+    stored : bool, whether it stores the energy that it takes, in what held coordinates do not determine; None: springs
+        and elastic parts do
+    """
+
+    category: str
+    aspect: str = ""
+    fields: tuple[str, ...] = ()
+    which: Callable[[Any], bool] | None = None
+    rates: bool | None = None
+    stored: bool | None = None
+
+    @property
+    def stores(self) -> bool:
+        """Whether it stores the energy that it takes."""
+        return self.category in (SPRING, ELASTIC) if self.stored is None else self.stored
+
+
+class Elastic(NamedTuple):
+    """How parts follow the coordinates by their stiffness.
+
+    Attributes
+    ----------
+    stiff : function of the model, that without forces, and the index of a record to the arrays of the latter with which
+        the part resists its strains
+    alone : bool, whether they are of that record alone, else of all
+    pushing : function of the model to the arrays with which what goes slack pushes as well; none where nothing does
+    """
+
+    stiff: Callable[[Any, Any, int], Mapping[str, Array]]
+    alone: bool = False
+    pushing: Callable[[Any], Mapping[str, Array]] | None = None
+
+
+class Contact(NamedTuple):
+    """How contacts press and rub.
+
+    Attributes
+    ----------
+    pressing : function of records, and whether friction slips at any rate, to records with the elastic normal force
+    undetermined : function of a record to why its force does not follow from the coordinates, '' where it does
+    """
+
+    pressing: Callable[[Array, bool], Array]
+    undetermined: Callable[[Any], str] | None = None
+
+
+class Shares(NamedTuple):
+    """Shares of the parts of a family, and how they are evaluated.
+
+    What stores energy helps or resists, what takes it always resists: they are shares of their own, or one would cancel
+    the other before the factors.
+
+    Attributes
+    ----------
+    rules : of its shares; none where it makes no force of its own along a motion that the constraints allow
+    place : float, place of its shares among those of other families
+    unforced : function of the model to its arrays without the family's forces; None: without its records, and those
+        that belong to them and act between parts, where it has shares
+    prepare : called with the mechanism, a share, the position, the direction, and a copy of its records with the fields
+        of the share alone
+    force : as `Evaluated`, generalised forces (nv,) with those of the model without forces, or None where they are
+        those of its records
+    power : as `Evaluated`, virtual power (N m or N, above 0 where it drives), or None where it is that of its force
+    standing : bool, whether its forces are those of an equilibrium (with a load factor)
+    elastic : Elastic, of elastic parts, one record each; contact : Contact
+    measured : str, field with the index of a coordinate that a record measures alone, which has no margin
+    refused : function of a record, its part, and whether everything turns steadily, to why it has no place in the
+        tables, '' of one that has
+    remark : str, sentence on its parts in tables, with their {names}
+    """
+
+    rules: tuple[Rule, ...] = ()
+    place: float = math.inf
+    unforced: Callable[[Any], Mapping[str, Array]] | None = None
+    prepare: Callable[[Any, Any, Any, Any, Array], None] | None = None
+    force: Evaluated | None = None
+    power: Evaluated | None = None
+    standing: bool = False
+    elastic: Elastic | None = None
+    contact: Contact | None = None
+    measured: str = ""
+    refused: Callable[[Any, Any, bool], str] | None = None
+    remark: str = ""
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """All fields that its rules name."""
+        return tuple(dict.fromkeys(field for rule in self.rules for field in rule.fields))
