@@ -9,7 +9,7 @@ import sys
 
 os.environ.setdefault("MPLBACKEND", "Agg")
 # packages that a user has added change what is listed; tests of plug-ins ask for them
-os.environ["EVOLVENT_PLUGINS"] = "none"
+os.environ["EVOLVENT_PLUGINS"] = os.environ.get("EVOLVENT_TEST_PLUGINS", "none")
 # the matrices are small: threads of the linear algebra only get into each other's way
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 

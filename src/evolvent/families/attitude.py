@@ -171,7 +171,7 @@ WHEELS = Family(
         "command motor drag coriolis motor0 drag0 angle rate rubs spin momentum kinetic",
         axis=_3, momentum=_3,
     ),
-    order=265,
+    order=390,
     results={
         "angle": ("angle", "rad", "angle of the wheel relative to its body"),
         "rate": ("rate", "rad s-1", "rate of the wheel relative to its body"),

@@ -173,6 +173,17 @@ def turn_axis(bodies, index, motion, c):
     return 1.0 * (c == 3), 1.0 * (c == 4), 1.0 * (c == 5)
 
 
+@inlined
+def turn_columns(model, index, J):
+    """Write the inertial axes about which the unknowns of a body turn it as columns J : (3, 3); first one and number."""
+    body = model.bodies[index]
+    count = 0 if body.motion == rigid.DRIVEN else 1 if body.motion == rigid.SPIN else 3
+    for c in range(count):
+        x, y, z = turn_axis(model.bodies, index, body.motion, c + 3)
+        J[0, c], J[1, c], J[2, c] = turn(body.R, x, y, z)
+    return body.iv - model.info.nq + (3 if count == 3 else 0), count
+
+
 @indirect(void(SPARSE, MODEL, _I, MATRIX, MATRIX, types.UniTuple(REAL, 3), _I, REAL))
 def add_relative(matrix, model, index, J, K, f, row, share):
     """Couple a vector of coordinates at `row` with a body on whose axes alone the force f on its vector depends.
