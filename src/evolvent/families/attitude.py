@@ -161,6 +161,16 @@ def _controllers_bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Itera
     return iter(())
 
 
+@calls.turning
+def turning_wheels(factor, spin, y, model, a):
+    """Minus that of the body about the axis, after bodies: a steady turn asks for no torque there."""
+    n_q, wheels, bodies = model.info.nq, model.wheels, model.bodies
+    for k in range(wheels.size):
+        if bodies[wheels[k].body].motion == rigid.FREE:
+            at, n = bodies[wheels[k].body].iv - n_q + 3, wheels[k].axis
+            a[wheels[k].iv - n_q] = -(n[0] * a[at] + n[1] * a[at + 1] + n[2] * a[at + 2])
+
+
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
 # or -1; actuators of a controller: their kind, and `count` numbers from `place` on, then how they share its torque
 WHEELS = Family(
@@ -213,6 +223,7 @@ WHEELS = Family(
     adjoint=AdjointSupport("its torque follows from the state and time, with all derivatives"),
     coordinates=(Coordinates(_angles, 60, len),),
     bound=_wheels_bound,
+    turning=turning_wheels,
 )  # fmt: skip
 
 THRUSTERS = Family(

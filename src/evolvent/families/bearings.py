@@ -73,6 +73,13 @@ def until_turn(y0, y, h, model):
     return part
 
 
+@calls.force
+def start(interval, model):
+    """What moves at a state slides already."""
+    if interval.step.share == 1.0:
+        bearing.start_bearings(bearing.AGAIN if interval.step.again != 0.0 else bearing.FIRST, model)
+
+
 # friction by the reactions of a joint, whose rows are first to last, on a coordinate of its own
 # (`kernels.bearing`); account: of what it has dissipated. by_force, by_moment, by_axis: derivatives of the load by
 # the force and the moment on the second body, and by the axis; slips: the sense in which it slides, noted: friction
@@ -116,4 +123,5 @@ BEARINGS = Family(
     kept=dict.fromkeys(("rubs", "limit", "radial_force", "axial_force", "tilting", "stored"), BETWEEN),
     smooth=True,
     shares=Shares((Rule(FRICTION),), place=7, measured="coordinate"),
+    start=start,
 )  # fmt: skip

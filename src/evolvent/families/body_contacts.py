@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.families.contact_surfaces import RULES, is_conservative, pressing, slides_freely
 from evolvent.kernels import body_gaps, calls, contact, contact_laws, contact_tangent, turning
 from evolvent.kernels.ends import of_bodies
-from evolvent.model.family import BETWEEN, SUMMED, Family, Kind, record
+from evolvent.model.family import BETWEEN, SUMMED, Family, Kind, has_friction, record
 from evolvent.model.powers import CONTACTS, RUBBED
 from evolvent.model.questions import AdjointSupport, Bound
 from evolvent.model.shares import Contact, Shares
@@ -214,4 +214,5 @@ BODY_CONTACTS = Family(
         },
     ),
     bound=_bound,
+    rubs=has_friction,
 )  # fmt: skip

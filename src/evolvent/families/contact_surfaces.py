@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.kernels import calls, contact, contact_laws, contact_tangent, surfaces, turning
 from evolvent.model import IMPULSE, N_ACCOUNTS
-from evolvent.model.family import BETWEEN, NEARER, SUMMED, End, Family, Kind, Records, record, where
+from evolvent.model.family import BETWEEN, NEARER, SUMMED, End, Family, Kind, Records, has_friction, record, where
 from evolvent.model.powers import CONTACTS, RUBBED
 from evolvent.model.shares import FRICTION, NORMAL, RUBS, SPRING, Contact, Rule, Shares
 
@@ -256,6 +256,7 @@ CONTACT_SURFACES = Family(
     reads_inertia=False,
     smooth=lambda found: found["under"] < 0,
     shares=Shares(RULES, place=8, contact=Contact(pressing, _is_undetermined)),
+    rubs=has_friction,
 )  # fmt: skip
 
 
@@ -271,7 +272,7 @@ def keep_friction(model):
 
 def _any_rubs(records: Records) -> bool:
     """Whether a contact point of beams has friction."""
-    return bool(np.any(records("contact_surfaces")["friction"] > 0.0))
+    return bool(np.any(has_friction(records("contact_surfaces"))))
 
 
 # a contact point is S . (four vectors of its element). Of the step's start: gap (m), distance `offset` from the

@@ -11,8 +11,9 @@ import numpy as np
 from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent, turning
 from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate
+from evolvent.kernels.joint_friction import RELAX
 from evolvent.model import FRICTION_FORCE, KEPT
-from evolvent.model.family import Family, Kind, record
+from evolvent.model.family import Family, Kind, has_friction, record
 from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, JOINTS, RUBBED
 from evolvent.model.questions import AdjointSupport
 from evolvent.model.shares import DAMPING, FRICTION, SPRING, Rule, Shares
@@ -177,6 +178,14 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
             yield k
 
 
+@calls.force
+def start(interval, model):
+    """Damping of the frictions' bristles."""
+    if interval.step.share == 1.0 and interval.step.again == 0.0:
+        for k in range(model.coordinates.size):
+            model.coordinates[k].relax = RELAX
+
+
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
 # beam's slope (on 1, at iq, iv) or `local` of the body `other` (on 0); kind 1: travel along the body's `axis` from
 # its point `zero` to a second point. switch: the first of two switches, the angle in quarter turns, rounded, and 1
@@ -258,4 +267,6 @@ COORDINATES = Family(
         refused={"joints have friction": lambda found: found["friction"] > 0.0},
     ),
     uneven=_uneven,
+    rubs=has_friction,
+    start=start,
 )  # fmt: skip

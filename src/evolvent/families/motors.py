@@ -15,6 +15,7 @@ from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.coordinate_laws import BY_LAW, BY_MOTION, BY_PROFILE
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import OfCoordinates
+from evolvent.kernels.joint_friction import RELAX
 from evolvent.model import FRICTION_FORCE
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.powers import RUBBED
@@ -226,6 +227,14 @@ def friction_power(model):
     return power
 
 
+@calls.force
+def start(interval, model):
+    """Damping of the frictions' bristles."""
+    if interval.step.share == 1.0 and interval.step.again == 0.0:
+        for k in range(model.drivetrains.size):
+            model.drivetrains[k].relax = RELAX
+
+
 # what motors lose before their joints (`kernels.drivetrain`), with friction as of joint coordinates; forward,
 # backward: efficiencies, holds: of a gear that locks itself
 DRIVETRAINS = Family(
@@ -262,4 +271,5 @@ DRIVETRAINS = Family(
     shares=Shares(
         (Rule(MOTOR_LOSSES, _MAGNETIC), Rule(FRICTION, _GEAR), Rule(DAMPING, _EDDY)), place=5, power=_loss
     ),
+    start=start,
 )  # fmt: skip

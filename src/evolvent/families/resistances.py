@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, resistance, turning
+from evolvent.kernels import calls, coordinate, resistance, turning
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model import zeros
 from evolvent.model.family import EVERY, EXPLICIT, Family, Kind, record, where
@@ -41,19 +41,6 @@ def end_friction(y, model):
 def coupled_energy(t, model):
     """Energy of all resistances."""
     return resistance.resistance_energy(model.switches, model)
-
-
-@calls.until_turn
-def until_turn(y0, y, h, model):
-    """Where a bristle turns back."""
-    rows, bristles, coordinates, part = model.resistances, model.bristles, model.coordinates, turning.NO_TURN
-    for k in range(rows.size):
-        c = rows[k].coordinate
-        a, b = coordinates[c].start_rate, coordinates[c].end_rate
-        for i in range(rows[k].first, rows[k].last):
-            kind, start = bristles[i].kind, y[bristles[i].account]
-            part = min(part, turning.until_turn_of(kind, bristles[i].stick, bristles[i].limit, start, a, b, h))
-    return part
 
 
 @calls.power
@@ -125,6 +112,13 @@ def _power(mechanism: Any, share: Any, at: Any, direction: Any, still: bool) -> 
     return -held if held > 0.0 else None
 
 
+@calls.force
+def start(interval, model):
+    """Bristles, which are among the accounts of a state."""
+    if interval.step.again == 0.0:
+        coordinate.begin_resistances(interval.step.t, interval.y1, interval.s, model)
+
+
 # resistances on coordinates that depend on the path (`kernels.resistance`): curves from `curve` on, bristles from
 # first to last; start: number of the first curve, switch: index of that of the present one; account: of what is
 # lost. time: s, of the last change of the curve, changes: how many there were
@@ -164,7 +158,6 @@ RESISTANCES = Family(
     end_step=end_step,
     end_friction=end_friction,
     coupled_energy=coupled_energy,
-    until_turn=until_turn,
     friction_power=friction_power,
     local=True,
     reads_inertia=False,
@@ -180,6 +173,7 @@ RESISTANCES = Family(
         force=_force,
         power=_power,
     ),
+    start=start,
 )  # fmt: skip
 
 # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the
@@ -190,6 +184,19 @@ CURVES = Family(
     order=240,
     of="resistances",
 )  # fmt: skip
+
+
+@calls.until_turn
+def until_turn(y0, y, h, model):
+    """Where a bristle turns back."""
+    rows, bristles, coordinates, part = model.resistances, model.bristles, model.coordinates, turning.NO_TURN
+    for k in range(rows.size):
+        c = rows[k].coordinate
+        a, b = coordinates[c].start_rate, coordinates[c].end_rate
+        for i in range(rows[k].first, rows[k].last):
+            kind, start = bristles[i].kind, y[bristles[i].account]
+            part = min(part, turning.until_turn_of(kind, bristles[i].stick, bristles[i].limit, start, a, b, h))
+    return part
 
 
 @calls.contact_set
@@ -208,4 +215,5 @@ BRISTLES = Family(
     order=250,
     of="resistances",
     contact_set=contact_set,
+    until_turn=until_turn,
 )  # fmt: skip

@@ -202,6 +202,14 @@ def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
             yield p, square, rate
 
 
+@calls.turning
+def turning(factor, spin, y, model, a):
+    """Drift of the nodes on moving meshes."""
+    for k in range(model.threads.size):
+        if model.threads[k].kind == thread.MOVING:
+            thread.note_drift(factor, spin, k, model)
+
+
 # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
 # it does not; line_energy: J/m, W there; tip: the point mass that the first node is, or -1. Of a step: rest lengths
 # at the spool, rates of the spool and squares of the end's speed at both ends; sums: of `kernels.thread.energy`;
@@ -331,6 +339,7 @@ THREADS = Family(
         Coordinates(_spools, 30, lambda found: 0),
     ),
     bound=_bound,
+    turning=turning,
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step

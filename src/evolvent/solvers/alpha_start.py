@@ -7,10 +7,9 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, VECTOR, indirect
 from evolvent.flow import step_end
 from evolvent.flow.implicit import residual
-from evolvent.kernels import bearing, joint, rigid, sparse_lu, thread
+from evolvent.kernels import joint, rigid, sparse_lu, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import ROTATION, displace
-from evolvent.kernels.joint_friction import RELAX
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -86,11 +85,6 @@ def forces_at(t, state, model, matrix, work, A, la):
 @indirect(_I(MODEL, SPARSE, WORKSPACE))
 def begin(model, matrix, work):
     """Start from the state work.y at the loop's time; returns a status."""
-    for k in range(model.coordinates.size):
-        model.coordinates[k].relax = RELAX
-    for k in range(model.drivetrains.size):
-        model.drivetrains[k].relax = RELAX
-    bearing.start_bearings(bearing.FIRST, model)
     status = start_accelerations(model, matrix, work)
     if status != DONE:
         return status
@@ -103,7 +97,7 @@ def restart(after, model, matrix, work):
     """Start again from the state work.y, with the loads and joints just `after` it; returns a status."""
     t = work.loop.time
     work.loop.time = after
-    bearing.start_bearings(bearing.AGAIN, model)
+    step_end.start_run(after, 1.0, 1.0, work.y, model, work.booked)
     status = start_accelerations(model, matrix, work)
     work.loop.time = t
     if status == DONE:
