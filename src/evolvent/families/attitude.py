@@ -87,6 +87,31 @@ def explicit_end(interval, model):
     attitude.actuator_rates(interval.ym, model, interval.rates)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Wheels, thrusters and controllers."""
+    attitude.evaluate_actuators(interval.step.t, interval.ym, model)
+
+
+@calls.force
+def end_step(interval, model):
+    """Impulses of thrusters; work of friction in wheels, and of their motors."""
+    step = interval.step
+    lost, driven = attitude.end_actuator_step(step.h, 0.5 / step.share, interval.dq, interval.y1, model)
+    interval.powers[SPRINGS] += lost
+    interval.powers[DRIVEN] += driven
+
+
+@calls.until_turn
+def until_turn(y0, y, h, model):
+    """Where a wheel turns back, whose friction is that of a stiff damper below the rate `slip`."""
+    wheels, part = model.wheels, turning.NO_TURN
+    for k in range(wheels.size):
+        if wheels[k].friction > 0.0:
+            part = min(part, turning.until_reversal(y0[wheels[k].iv], y[wheels[k].iv], wheels[k].slip))
+    return part
+
+
 def _wheel_refused(row: Any, part: Any, spins: bool) -> str:
     turns = row["torque"] != 0.0 or row["profile"] >= 0 or row["law"] != 0
     rubs = part.rate != 0.0 and (row["viscous"] != 0.0 or row["friction"] != 0.0)
@@ -169,6 +194,16 @@ def _sizes(model: Any, _: float) -> Iterator[tuple[Any, Any]]:
         yield int(wheel["iv"]), max(1.0, float(about / wheel["inertia"]))
 
 
+@calls.turning
+def turning_wheels(factor, spin, y, model, a):
+    """Minus that of the body about the axis, after bodies: a steady turn asks for no torque there."""
+    n_q, wheels, bodies = model.info.nq, model.wheels, model.bodies
+    for k in range(wheels.size):
+        if bodies[wheels[k].body].motion == rigid.FREE:
+            at, n = bodies[wheels[k].body].iv - n_q + 3, wheels[k].axis
+            a[wheels[k].iv - n_q] = -(n[0] * a[at] + n[1] * a[at + 1] + n[2] * a[at + 2])
+
+
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
 # or -1; actuators of a controller: their kind, and `count` numbers from `place` on, then how they share its torque
 WHEELS = Family(
@@ -222,6 +257,7 @@ WHEELS = Family(
     end_step=end_step,
     until_turn=until_turn,
     sizes=_sizes,
+    turning=turning_wheels,
 )  # fmt: skip
 
 THRUSTERS = Family(

@@ -39,6 +39,13 @@ def tangent(interval, model, matrix):
     beam_loads.add_field_tangents(interval.ym, model, matrix)
 
 
+@calls.force
+def evaluate(interval, model):
+    """All loads on beams."""
+    step = interval.step
+    beam_loads.evaluate_beam_loads(int(step.sample), interval.times, interval.ym, step.factor, model)
+
+
 def _at_vector(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
     row, (time, y, _s) = model.beam_loads[k], moment
     at = row if row["iq"] >= 0 else model.beams[row["beam"]]

@@ -22,6 +22,17 @@ Array = np.ndarray
 _3, _33 = (3,), (3, 3)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Strains, forces, energies, momenta and nodes of all beams, with their free strains."""
+    step = interval.step
+    if model.thermal_loads.size > 0:
+        thermal.heat_beams(step.t, step.factor, model)
+    beam_strains.evaluate_beams(interval.ym, model)
+    beam_strains.evaluate_sums(interval.ym, model)
+    beam_strains.evaluate_nodes(int(step.sample), interval.ym, model)
+
+
 def _unforced(model: Any) -> dict[str, Array]:
     H, h = np.zeros_like(model.H), np.zeros_like(model.h)
     forms = model.elements["form"][model.elements["stretch"] != 0]  # whose first rows are no stiffness

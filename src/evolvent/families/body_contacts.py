@@ -10,9 +10,9 @@ import numpy as np
 from evolvent.families.contact_surfaces import RULES, is_conservative, pressing, slides_freely
 from evolvent.kernels import body_gaps, calls, contact, contact_laws, contact_tangent, surfaces, turning
 from evolvent.kernels.ends import of_bodies
-from evolvent.model.family import BETWEEN, SUMMED, Family, Kind, record
+from evolvent.model.family import BETWEEN, SUMMED, Family, Kind, has_friction, record
 from evolvent.model.layout import Accounts
-from evolvent.model.powers import CONTACTS, RUBBING
+from evolvent.model.powers import CONTACTS, RUBBED
 from evolvent.model.questions import AdjointSupport, Bound
 from evolvent.model.shares import Contact, Shares
 
@@ -76,7 +76,8 @@ def end_step(interval, model):
         return
     slip, damped = contact.end_bodies(model)
     if step.share == 1.0:  # else `Interval.contact` has them
-        interval.powers[RUBBING] += slip
+        interval.powers[RUBBED] += slip
+        interval.powers[RUBBED] += slip
         interval.powers[CONTACTS] += damped
     for k in range(rows.size):
         rows[k].impulse += step.h * rows[k].force
@@ -152,6 +153,11 @@ def _no_balance(model: Any, _: float, y: Array) -> Iterator[tuple[int, str]]:
                 f"equilibrium; use a greater `stiffness`, of boxes also a greater `rounding`"
             )
             yield k, why
+
+
+def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
+    contact_tangent.add_body_contact_bound(model, felt["bodies"])
+    return iter(())
 
 
 # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
@@ -251,4 +257,5 @@ BODY_CONTACTS = Family(
     presses=lambda model: model.body_contacts["force"] > 0.0,
     no_balance=_no_balance,
     accounts=(Accounts(lambda found: np.where(found["friction"] > 0.0, 3, 0), order=10),),
+    rubs=has_friction,
 )  # fmt: skip

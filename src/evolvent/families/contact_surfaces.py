@@ -9,9 +9,9 @@ import numpy as np
 
 from evolvent.kernels import calls, contact, contact_laws, contact_tangent, surfaces, turning
 from evolvent.model import IMPULSE, N_ACCOUNTS
-from evolvent.model.family import BETWEEN, NEARER, SUMMED, End, Family, Kind, Records, record, where
+from evolvent.model.family import BETWEEN, NEARER, SUMMED, End, Family, Kind, Records, has_friction, record, where
 from evolvent.model.layout import Accounts
-from evolvent.model.powers import CONTACTS, RUBBING
+from evolvent.model.powers import CONTACTS, RUBBED
 from evolvent.model.shares import FRICTION, NORMAL, RUBS, SPRING, Contact, Rule, Shares
 
 Array = np.ndarray
@@ -131,7 +131,8 @@ def end_step(interval, model):
         return
     slip, damped = contact.end_points(interval.y1, model)
     if step.share == 1.0:  # else `Interval.contact` has them
-        interval.powers[RUBBING] += slip
+        interval.powers[RUBBED] += slip
+        interval.powers[RUBBED] += slip
         interval.powers[CONTACTS] += damped
     for k in range(rows.size):
         rows[k].impulse += step.h * rows[k].normal
@@ -181,6 +182,12 @@ def _forget(model: Any) -> None:
     contact.clear_history(points)
     points["rest"], points["rest1"], points["carrier"] = 0.0, 0.0, -1
     model.contact_surfaces["impulse"] = 0.0
+
+
+#: Damping of bristles with which friction is at its limit at any rate, N s/m.
+_SLIPS = 1e30
+#: Shares of contacts.
+RULES = (Rule(SPRING, NORMAL), Rule(FRICTION, RUBS, ("friction",)))
 
 
 def _at_rest(model: Any) -> None:
@@ -284,6 +291,10 @@ CONTACT_SURFACES = Family(
         Accounts(1, field="", order=0),  # impulse of the normal forces
         Accounts(lambda found: np.where(found["friction"] > 0.0, 3 * (found["last"] - found["first"]), 0), order=9),
     ),
+    reads_inertia=False,
+    smooth=lambda found: found["under"] < 0,
+    shares=Shares(RULES, place=8, contact=Contact(pressing, _is_undetermined)),
+    rubs=has_friction,
 )  # fmt: skip
 
 
@@ -299,7 +310,7 @@ def keep_friction(model):
 
 def _any_rubs(records: Records) -> bool:
     """Whether a contact point of beams has friction."""
-    return bool(np.any(records("contact_surfaces")["friction"] > 0.0))
+    return bool(np.any(has_friction(records("contact_surfaces"))))
 
 
 # a contact point is S . (four vectors of its element). Of the step's start: gap (m), distance `offset` from the

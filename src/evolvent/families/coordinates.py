@@ -11,10 +11,11 @@ import numpy as np
 from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent, turning
 from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate
+from evolvent.kernels.joint_friction import RELAX
 from evolvent.model import COORDINATE_ACCOUNTS, FRICTION_FORCE, KEPT
-from evolvent.model.family import Family, Kind, record
+from evolvent.model.family import Family, Kind, has_friction, record
 from evolvent.model.layout import LATCHED, Accounts, Events, Switches
-from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, JOINTS, RUBBING
+from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, JOINTS, RUBBED
 from evolvent.model.questions import AdjointSupport
 from evolvent.model.records import BY_FRICTION
 from evolvent.model.shares import DAMPING, FRICTION, SPRING, Rule, Shares
@@ -121,7 +122,8 @@ def end_step(interval, model):
     """Accounts of all coordinates, anchors of their frictions, and what these have taken."""
     step = interval.step
     taken = coordinate_laws.end_coordinate_step(step.h, step.share, interval.y1, interval.s, model)
-    interval.powers[RUBBING] += taken
+    interval.powers[RUBBED] += taken
+    interval.powers[RUBBED] += taken
 
 
 @calls.end_friction
@@ -179,10 +181,32 @@ def friction_power(model):
     return power
 
 
+#: Rate of a coordinate, beside that of the direction, below which it does not move.
+_OFF = 1e-7
+#: Deflections of a bristle, beside that at which friction slips, from which it is pulled along.
+_SLIPPING = 2.0
+_RULES = (
+    Rule(SPRING, "stiffness", ("stiffness",), stored=False),
+    Rule(DAMPING, "damping", ("damping",)),
+    Rule(FRICTION, "friction", ("friction",)),
+    Rule(SPRING, "stop", ("stop",), stored=False),
+    Rule(SPRING, "latch", ("latch_stiffness",), stored=False),
+    Rule(DAMPING, "latch_damping", ("latch_damping",)),
+)
+
+
 def _turns_and_latch(found: Array, _: Any) -> Array:
     """Quarter turns of an angle, and whether the latch has locked: (2 n,) int."""
     turns = [round(float(row["angle"]) / axial.QUARTER) if row["kind"] == axial.ANGLE else 0 for row in found]
     return np.stack([turns, np.abs(found["angle"] - found["latch"]) <= coordinate.REACHED], axis=1).astype(int).ravel()
+
+
+@calls.force
+def start(interval, model):
+    """Damping of the frictions' bristles."""
+    if interval.step.share == 1.0 and interval.step.again == 0.0:
+        for k in range(model.coordinates.size):
+            model.coordinates[k].relax = RELAX
 
 
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
@@ -278,4 +302,7 @@ COORDINATES = Family(
             order=2,
         ),
     ),
+    uneven=_uneven,
+    rubs=has_friction,
+    start=start,
 )  # fmt: skip

@@ -98,6 +98,24 @@ def explicit_energy(interval, model, out):
             out[1] += joint.penalty_energy(model.joints, k)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Sides and forces of the joints whose multipliers are at hand."""
+    for k in range(interval.la.size):
+        joint.joint_geometry(interval.step.t, interval.ym, k, model)
+        joint.note_reaction(k, interval.la[k], model)
+
+
+@calls.stored
+def coupled_energy(t, model):
+    """Energy of all penalties."""
+    joints, found = model.joints, 0.0
+    for k in range(joints.size):
+        if joints[k].stiffness > 0.0 and joint.holds(t, joints, k):
+            found += 0.5 * joints[k].stiffness * joints[k].gap1 * joints[k].gap1
+    return found
+
+
 def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
     """Lengths that do not end on the axis, and rows of one part that together are not the same about it."""
     joints, groups = turn.model.joints, dict[tuple[Any, ...], list[int]]()

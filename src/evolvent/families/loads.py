@@ -52,6 +52,13 @@ def tangent(interval, model, matrix):
     loads.add_load_tangents(interval.step.tm, interval.ym, interval.step.c_rate, model, matrix)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Loads at markers."""
+    step = interval.step
+    loads.evaluate_loads(int(step.sample), interval.times, interval.ym, step.factor, model)
+
+
 def _at_marker(model: Any, row: Any, moment: Moment) -> Iterator[tuple[Any, ...]]:
     marker = model.markers[row["target"]]
     found = springs.marker_kinematics(moment[1], model.markers, model.points, model.bodies, row["target"])

@@ -52,6 +52,12 @@ def _nodes(row: Any) -> range:
     return range(int(row["first_body"]), int(row["first_body"] + row["nodes"]) + 1)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Energies and momenta of all reduced bodies."""
+    reduced.evaluate_reduced(interval.ym, model)
+
+
 def _unforced(model: Any) -> dict[str, Array]:
     found = model.modes.copy()
     found["stiffness"] = found["damping"] = 0.0

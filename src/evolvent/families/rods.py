@@ -109,6 +109,17 @@ def explicit_end(interval, model):
             interval.powers[MARKER_LOADS] += by_weight
 
 
+@calls.force
+def evaluate(interval, model):
+    """Strains, forces, energies, momenta and nodes of all rods, with their free strains."""
+    step = interval.step
+    if model.thermal_loads.size > 0:
+        thermal.heat_rods(step.t, step.t, step.factor, model)
+    rod.evaluate_rods(model, model.sums[1])
+    rod.evaluate_sums(interval.ym, model)
+    rod.evaluate_nodes(model)
+
+
 def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
     return {name: getattr(whole, name) for name in ("rods", "rod_elements", "thermal_loads")}
 

@@ -52,6 +52,12 @@ def energy(interval, model, out):
     out[1] += springs.evaluate_springs(interval.step.t, interval.ym, model)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Lengths, forces and energies of all springs."""
+    springs.evaluate_springs(interval.step.t, interval.ym, model)
+
+
 def _at_ends(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
     length, *_others, rate = springs.spring_ends(moment[1], 0.0, k, model)[2]
     yield length - float(model.springs["length"][k]), rate, moment[0]

@@ -69,6 +69,12 @@ SYNCHRONIZATIONS = Family(
     kinds=(
         Kind("a synchronization", symmetric=True),
     ),
+
+    apply=apply,
+    apply_tangent=apply_tangent,
+    explicit_force=explicit_force,
+    end_step=end_step,
+    coupled_energy=coupled_energy,
     ends=OfCoordinates("a", "b"),
     several=True,
     local=True,

@@ -125,6 +125,40 @@ def explicit_force(interval, model):
     powers[SPOOLS] += spools
 
 
+@calls.force
+def prepare_sample(interval, model):
+    """Tensions that are multipliers."""
+    thread.note_tensions(interval.la, model)
+
+
+@calls.force
+def evaluate_rates(interval, model):
+    """Motion, tensions, energies and momenta of all threads."""
+    for p in range(model.threads.size):
+        thread.note_results(interval.ym, interval.s, model, p)
+
+
+@calls.force
+def evaluate(interval, model):
+    """Loads on threads."""
+    step = interval.step
+    if model.loads.size > 0:
+        thread.evaluate_thread_loads(int(step.sample), interval.times, interval.s, step.factor, model)
+
+
+@calls.turning_tangent
+def turning_tangent(factor, spin, y, model, matrix):
+    """Derivatives of the forces by a steady turn."""
+    n_q, threads = model.info.nq, model.threads
+    for k in range(threads.size):
+        if threads[k].kind == thread.MOVING:
+            thread.add_turning_elements(factor, spin, k, model, matrix)
+            continue
+        for i in range(1 if threads[k].end >= 0 else 0, model.switches[k]):
+            mass = factor * model.nodes[threads[k].node + i].mass
+            points.add_centrifugal(mass, threads[k].iv + 3 * i - n_q, spin, matrix)
+
+
 def _unforced(model: Any) -> dict[str, Array]:
     found = model.threads.copy()
     found["stiffness"] = found["damping"] = 0.0
@@ -287,6 +321,14 @@ def _check_copies(builder: Any) -> None:
             )
 
 
+@calls.turning
+def turning(factor, spin, y, model, a):
+    """Drift of the nodes on moving meshes."""
+    for k in range(model.threads.size):
+        if model.threads[k].kind == thread.MOVING:
+            thread.note_drift(factor, spin, k, model)
+
+
 # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
 # it does not; line_energy: J/m, W there; tip: the point mass that the first node is, or -1. Of a step: rest lengths
 # at the spool, rates of the spool and squares of the end's speed at both ends; sums: of `kernels.thread.energy`;
@@ -438,6 +480,7 @@ THREADS = Family(
     place=_tip,
     rows=Rows(constraint_rows.THREAD, _rows),
     check=_check_copies,
+    turning=turning,
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step

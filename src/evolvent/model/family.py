@@ -77,6 +77,11 @@ def where(field: str, value: Any) -> Callable[[Array], Array]:
     return lambda found: np.asarray(found[field] == value)
 
 
+def has_friction(found: Array) -> Array:
+    """Which records have friction, (n,) bool, as `Family.rubs`."""
+    return np.asarray(found["friction"] > 0.0)
+
+
 def has_parameters(found: Array, others: int) -> Array:
     """Whether loads have more than `others` parameters: (n,) bool."""
     return np.asarray(found["last"] - found["first"] > others)
@@ -207,6 +212,7 @@ class Family:
         make others feel. Where `stiff` records have none, the fastest mode is found by differences of accelerations
     uneven : function of a steady turn (`solvers.steady_turn.Turn`) and of the records with an end on what does not
         turn, of all without `ends`, to those that are not the same at every angle about its axis; None for all of them
+    start : of a run by implicit steps, before its first forces
     end_step : of a step that has been taken: what the next one needs of it, and into `Interval.powers` the work and the
         losses that the family books itself (J, `evolvent.model.powers`)
     note_step : of records alone, what the next step of energy-momentum needs of the last one
@@ -215,10 +221,12 @@ class Family:
     apply : torques on coordinates at their last evaluation, (t, share, kept, y, s, model) as of
         `kernels.coordinate.add_applied`; returns energy (J), and the powers that it takes and gives (W);
         apply_tangent : its derivatives, between different coordinates or into `motor_slope` and `motor_damper` of each
-    until_turn : part of a step at which a friction turns back (`kernels.turning`), with measure_rates of the state at
-        its end, keep_rates at the start of the next, and friction_power, of all frictions at the last evaluation
+    until_turn : part of a step at which a friction turns back (`kernels.turning`), asked of families some records of
+        which rub, or without an answer to that; with measure_rates of the state at its end, keep_rates at the start of
+        the next, and friction_power, of all frictions at the last evaluation
     end_friction : under explicit methods, frictions at the end of a step into the accounts; returns what they take, J
-    turning_tangent : derivatives of the forces by the accelerations of a steady turn (`solvers.equilibrium`)
+    turning : accelerations of a steady turn, but those of vectors in `Model.blocks` (`solvers.equilibrium`), and
+        turning_tangent, derivatives of the forces by these accelerations
     evaluate : fields that are results, at a sample; by `force` where a family with results has no answer, False for
         none. Before that of all families prepare_sample, then evaluate_rates of what follows from the rates of explicit
         methods, which are evaluated for it; after it evaluate_last
@@ -313,6 +321,7 @@ class Family:
     felt: Felt | None = None
     bound: Callable[[Any, Array, Mapping[str, Array]], Iterator[Bound]] | None = None
     uneven: Callable[[Any, list[int]], Iterable[int]] | None = None
+    start: Call = None
     end_step: Call = None
     note_step: Call = None
     coupled_energy: Call = None
@@ -324,6 +333,7 @@ class Family:
     keep_rates: Call = None
     friction_power: Call = None
     end_friction: Call = None
+    turning: Call = None
     turning_tangent: Call = None
     prepare_sample: Call = None
     evaluate_rates: Call = None
@@ -481,7 +491,9 @@ def _slots(question: str, present: frozenset[str]) -> Array:
 def calls_of(model: Mapping[str, Any]) -> dict[str, Array]:
     """Tables of calls of a model, of the families of which it has records."""
     present = frozenset(name for name in families() if model[name].size)
-    return {f"{question}_calls": _slots(question, present).copy() for question in QUESTIONS}
+    rub = frozenset(name for name in present if (rubs := families()[name].rubs) is None or np.any(rubs(model[name])))
+    asked_of = dict.fromkeys(QUESTIONS, present) | {"until_turn": rub}
+    return {f"{question}_calls": _slots(question, of).copy() for question, of in asked_of.items()}
 
 
 def kept_of(model: Mapping[str, Any], places: Mapping[str, int]) -> Array:
