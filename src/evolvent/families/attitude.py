@@ -161,31 +161,6 @@ def _controllers_bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Itera
     return iter(())
 
 
-@calls.force
-def evaluate(interval, model):
-    """Wheels, thrusters and controllers."""
-    attitude.evaluate_actuators(interval.step.t, interval.ym, model)
-
-
-@calls.force
-def end_step(interval, model):
-    """Impulses of thrusters; work of friction in wheels, and of their motors."""
-    step = interval.step
-    lost, driven = attitude.end_actuator_step(step.h, 0.5 / step.share, interval.dq, interval.y1, model)
-    interval.powers[SPRINGS] += lost
-    interval.powers[DRIVEN] += driven
-
-
-@calls.until_turn
-def until_turn(y0, y, h, model):
-    """Where a wheel turns back, whose friction is that of a stiff damper below the rate `slip`."""
-    wheels, part = model.wheels, turning.NO_TURN
-    for k in range(wheels.size):
-        if wheels[k].friction > 0.0:
-            part = min(part, turning.until_reversal(y0[wheels[k].iv], y[wheels[k].iv], wheels[k].slip))
-    return part
-
-
 def _sizes(model: Any, _: float) -> Iterator[tuple[Any, Any]]:
     """The angle that turns the body by 1 rad."""
     for wheel in model.wheels:

@@ -65,13 +65,6 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
             yield k
 
 
-@calls.force
-def evaluate(interval, model):
-    """All loads on beams."""
-    step = interval.step
-    beam_loads.evaluate_beam_loads(int(step.sample), interval.times, interval.ym, step.factor, model)
-
-
 def _acts_on(model: Any, k: int, _: Array, time: float) -> tuple[str, int] | None:
     row = model.beam_loads[k]
     acts = row["value"] != 0.0 and row["start"] <= time < row["end"]

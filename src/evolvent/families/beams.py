@@ -61,17 +61,6 @@ def _vectors(records: Records, pools: Mapping[str, Any]) -> Iterator[Block]:
             yield Block(kind, beam["iq"] + 3 * i, beam["iv"] + 3 * i, b, mass, i // vectors)
 
 
-@calls.force
-def evaluate(interval, model):
-    """Strains, forces, energies, momenta and nodes of all beams, with their free strains."""
-    step = interval.step
-    if model.thermal_loads.size > 0:
-        thermal.heat_beams(step.t, step.factor, model)
-    beam_strains.evaluate_beams(interval.ym, model)
-    beam_strains.evaluate_sums(interval.ym, model)
-    beam_strains.evaluate_nodes(int(step.sample), interval.ym, model)
-
-
 def _bending(model: Any, y: Array) -> float:
     found = np.zeros(3)
     beam_energies(y, 0, model.elements.size, model, found)

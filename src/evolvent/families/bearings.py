@@ -203,7 +203,5 @@ BEARINGS = Family(
     kept=dict.fromkeys(("rubs", "limit", "radial_force", "axial_force", "tilting", "stored"), BETWEEN),
     shares=Shares((Rule(FRICTION),), place=7, together=_powers, measured="coordinate"),
     accounts=(Accounts(1, order=7),),
-    smooth=True,
-    shares=Shares((Rule(FRICTION),), place=7, measured="coordinate"),
     start=start,
 )  # fmt: skip

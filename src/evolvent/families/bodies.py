@@ -157,16 +157,6 @@ def _place(builder: Any, at: Any) -> Any:
     return builder.on_body(at.index, points[at.on] if isinstance(at.on, str) else (0.0, 0.0, 0.0), at.on is None)
 
 
-def _motions(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
-    for k, body in enumerate(records("bodies")):
-        q, v = body["iq"], body["iv"]
-        if body["motion"] == rigid.FREE:
-            yield Block(POSITION, q, v, k, body["mass"])
-            yield Block(ROTATION, q + 3, v + 3, k, np.diag(body["inertia"]))
-        elif body["motion"] == rigid.SPIN:
-            yield Block(ANGLE, q, v, k, body["spin_inertia"])
-
-
 @calls.turning
 def turning(factor, spin, y, model, a):
     """Accelerations of the rotations of all free bodies that turn with the frame.

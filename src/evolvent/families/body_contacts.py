@@ -155,11 +155,6 @@ def _no_balance(model: Any, _: float, y: Array) -> Iterator[tuple[int, str]]:
             yield k, why
 
 
-def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
-    contact_tangent.add_body_contact_bound(model, felt["bodies"])
-    return iter(())
-
-
 # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
 # one, a plane with the normal axis_b, or a box with the half lengths `sides` (`kernels.body_gaps`); radius: sum of
 # both; first: the first of its part; extent: m, of which a share is the depth of the explicit step's bound;
@@ -250,7 +245,6 @@ BODY_CONTACTS = Family(
     friction_power=friction_power,
     kept=dict.fromkeys(("on_a", "on_b", "rubbing", "c", "force", "gap1", "energy"), BETWEEN) | {"impulse": SUMMED},
     forget=_forget,
-    rubs=lambda found: found["friction"] > 0.0,
     static_friction=lambda found: found["friction"] > 0.0,
     at_rest=_at_rest,
     settle=lambda model, _: contact.end_bodies(model),

@@ -281,7 +281,6 @@ CONTACT_SURFACES = Family(
     friction_power=friction_power,
     kept=dict.fromkeys(("force", "moment", "normal", "energy"), BETWEEN) | {"touching": NEARER, "impulse": SUMMED},
     forget=_forget,
-    rubs=lambda found: found["friction"] > 0.0,
     static_friction=lambda found: found["friction"] > 0.0,
     at_rest=_at_rest,
     settle=lambda model, y: contact.end_points(y, model),
@@ -291,9 +290,6 @@ CONTACT_SURFACES = Family(
         Accounts(1, field="", order=0),  # impulse of the normal forces
         Accounts(lambda found: np.where(found["friction"] > 0.0, 3 * (found["last"] - found["first"]), 0), order=9),
     ),
-    reads_inertia=False,
-    smooth=lambda found: found["under"] < 0,
-    shares=Shares(RULES, place=8, contact=Contact(pressing, _is_undetermined)),
     rubs=has_friction,
 )  # fmt: skip
 

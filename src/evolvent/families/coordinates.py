@@ -294,7 +294,6 @@ COORDINATES = Family(
     rubbed=lambda found: iter([found["account"] + BY_FRICTION]),
     accounts=(Accounts(COORDINATE_ACCOUNTS, order=1),),
     switches=(Switches(2, _turns_and_latch, order=1),),
-    rubs=lambda found: found["friction"] > 0.0,
     events=(
         Events(
             lambda found: found.size if np.any(np.isfinite(found["latch"])) else 0,
@@ -302,7 +301,6 @@ COORDINATES = Family(
             order=2,
         ),
     ),
-    uneven=_uneven,
     rubs=has_friction,
     start=start,
 )  # fmt: skip

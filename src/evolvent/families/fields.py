@@ -94,23 +94,6 @@ def evaluate_last(interval, model):
         on[k].scale = factor
 
 
-def _at_full_scale(mechanism: Any, share: Any, at: Any, direction: Any, own: Array) -> None:
-    own["scale"] = 1.0
-
-
-def _at_masses(model: Any, k: int, moment: Moment, everywhere: bool) -> Iterator[tuple[Any, ...]]:
-    """At points, free bodies, nodes of beams, and where threads leave their spools; or at the first of these."""
-    time, y, _ = moment
-    for block in model.blocks[(model.blocks["kind"] == POSITION) & (model.blocks["switch"] == MOVES)]:
-        yield y[block["iq"] :][:3].copy(), y[block["iv"] :][:3].copy(), time
-        if not everywhere:
-            return
-    for row in model.threads:
-        yield row["Q"][:3].copy(), row["Q"][3:].copy(), time
-        if not everywhere:
-            return
-
-
 # accelerations of every mass: of an orbital frame K x - 2 w x v, or by a law; scale: statics' load factor
 FIELDS = Family(
     "fields",

@@ -179,24 +179,6 @@ def _are_even(turn: Any, rows: list[int]) -> bool:
     return even and off <= turn.ROUND_OFF * max(1.0, float(np.linalg.norm(arm)))
 
 
-@calls.force
-def evaluate(interval, model):
-    """Sides and forces of the joints whose multipliers are at hand."""
-    for k in range(interval.la.size):
-        joint.joint_geometry(interval.step.t, interval.ym, k, model)
-        joint.note_reaction(k, interval.la[k], model)
-
-
-@calls.stored
-def coupled_energy(t, model):
-    """Energy of all penalties."""
-    joints, found = model.joints, 0.0
-    for k in range(joints.size):
-        if joints[k].stiffness > 0.0 and joint.holds(t, joints, k):
-            found += 0.5 * joints[k].stiffness * joints[k].gap1 * joints[k].gap1
-    return found
-
-
 def _rows(found: Array, records: Records) -> Iterator[tuple[int, list[End]]]:
     """Rows of the joints that are no penalties, lengths first."""
     held = np.flatnonzero(found["stiffness"] == 0.0).tolist()

@@ -97,13 +97,6 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
             yield k
 
 
-@calls.force
-def evaluate(interval, model):
-    """Loads at markers."""
-    step = interval.step
-    loads.evaluate_loads(int(step.sample), interval.times, interval.ym, step.factor, model)
-
-
 def _acts_on(model: Any, k: int, parameters: Array, time: float) -> tuple[str, int] | None:
     """A body or point at whose marker a force or torque acts."""
     row = model.loads[k]

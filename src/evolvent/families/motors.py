@@ -115,37 +115,6 @@ def _at_coordinate(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tupl
     yield time, float(coordinates["angle"][at]), float(coordinates["rate"][at])
 
 
-@calls.apply
-def apply(t, share, kept, y, s, model):
-    """Torques of all motors; their power is given."""
-    coordinate_laws.add_motors(t, share, s, model)
-    return 0.0, 0.0, coordinate_laws.motor_power(model)
-
-
-@calls.tangent
-def apply_tangent(interval, model, matrix):
-    """Derivatives of `apply` into the records of coordinates."""
-    coordinate_laws.measure_motor_slopes(model)
-
-
-@calls.force
-def explicit_force(interval, model):
-    """Rates of the works of all motors."""
-    for k in range(model.motors.size):
-        interval.rates[model.motors[k].account] = model.motors[k].power
-
-
-@calls.force
-def end_step(interval, model):
-    """Works of all motors into their accounts."""
-    motors, step = model.motors, interval.step
-    now = (0.5 if step.share == 1.0 else 1.0) * step.h
-    then = step.h - now
-    for k in range(motors.size):
-        interval.y1[motors[k].account] += now * motors[k].power + then * motors[k].power0
-        motors[k].power0 = motors[k].power
-
-
 # motors on coordinates: by a profile (kind 0), a user's law (1), PD to a drive's motion (2), a voltage (3) or a
 # current (4), constant: N m/A or N/A, of the coordinate, resistance: ohm; slope, damper: derivatives; account:
 # of the work; event, switch, until, latest: when they are switched off, as of joints; on: 1 at the last
@@ -191,10 +160,6 @@ MOTORS = Family(
         "its torque follows from the state and time, with all derivatives",
         refused={"motors have a law": lambda found: found["kind"] == BY_LAW},
     ),
-    apply=apply,
-    apply_tangent=apply_tangent,
-    explicit_force=explicit_force,
-    end_step=end_step,
     evaluate=False,
     accounts=(Accounts(1, order=2),),
     times=("until",),
@@ -316,11 +281,5 @@ DRIVETRAINS = Family(
     rubbed=lambda found: iter([found["account"] + BY_HYSTERESIS, found["account"] + BY_GEAR]),
     accounts=(Accounts(DRIVETRAIN_ACCOUNTS, order=6),),
     rubs=lambda found: np.ones(found.size, dtype=bool),
-    owner=lambda records, k: ("motors", int(records("drivetrains")["motor"][k])),
-    local=True,
-    reads_inertia=False,
-    shares=Shares(
-        (Rule(MOTOR_LOSSES, _MAGNETIC), Rule(FRICTION, _GEAR), Rule(DAMPING, _EDDY)), place=5, power=_loss
-    ),
     start=start,
 )  # fmt: skip

@@ -73,12 +73,6 @@ def _place(builder: Any, at: Any) -> Any:
     return builder.on_coordinates("points", at.index, row["iq"], row["iv"])
 
 
-def _positions(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
-    for k, point in enumerate(records("points")):
-        if point["mass"] > 0.0:  # the others are nodes of beams
-            yield Block(POSITION, point["iq"], point["iv"], k, point["mass"])
-
-
 # without mass: a node of a beam, whose coordinates it has
 POINTS = Family(
     "points",

@@ -74,12 +74,6 @@ def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
     return ((k, *reduced.mode_bounds(model, k)) for k in range(model.reduced_bodies.size))
 
 
-@calls.force
-def evaluate(interval, model):
-    """Energies and momenta of all reduced bodies."""
-    reduced.evaluate_reduced(interval.ym, model)
-
-
 def _sizes(model: Any, length: float) -> Iterator[tuple[Any, Any]]:
     for row in model.reduced_bodies:
         yield np.arange(row["iv"], row["iv"] + row["modes"]), length

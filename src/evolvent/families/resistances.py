@@ -113,31 +113,6 @@ def _power(mechanism: Any, share: Any, at: Any, direction: Any, still: bool) -> 
     return -held if held > 0.0 else None
 
 
-@calls.apply
-def apply(t, share, kept, y, s, model):
-    """Torques of all resistances."""
-    return resistance.add_resistances(y, share, kept, s, model), 0.0, 0.0
-
-
-@calls.force
-def end_step(interval, model):
-    """Bristles at the end of a step, and what they have taken."""
-    share = interval.step.share if interval.step.h > 0.0 else 0.5
-    interval.powers[RUBBED] += resistance.end_resistances(interval.y1, 0, share, model)
-
-
-@calls.end_friction
-def end_friction(y, model):
-    """Bristles of all resistances."""
-    return resistance.end_resistances(y, 1, 0.5, model)
-
-
-@calls.stored
-def coupled_energy(t, model):
-    """Energy of all resistances."""
-    return resistance.resistance_energy(model.switches, model)
-
-
 @calls.until_turn
 def until_turn(y0, y, h, model):
     """Where a bristle turns back."""
@@ -149,16 +124,6 @@ def until_turn(y0, y, h, model):
             kind, start = bristles[i].kind, y[bristles[i].account]
             part = min(part, turning.until_turn_of(kind, bristles[i].stick, bristles[i].limit, start, a, b, h))
     return part
-
-
-@calls.power
-def friction_power(model):
-    """Power of all bristles."""
-    rows, power = model.resistances, 0.0
-    for k in range(rows.size):
-        for i in range(rows[k].first, rows[k].last):
-            power += model.bristles[i].force * model.coordinates[rows[k].coordinate].end_rate
-    return power
 
 
 def _no_balance(model: Any, _: float, y: Array) -> Iterator[tuple[int, str]]:
@@ -236,12 +201,7 @@ RESISTANCES = Family(
         force=_force,
         power=_power,
     ),
-    apply=apply,
-    end_step=end_step,
-    end_friction=end_friction,
-    coupled_energy=coupled_energy,
     until_turn=until_turn,
-    friction_power=friction_power,
     evaluate=False,
     rubbed=lambda found: iter([found["account"]]),
     no_balance=_no_balance,
@@ -258,19 +218,6 @@ CURVES = Family(
     order=240,
     of="resistances",
 )  # fmt: skip
-
-
-@calls.until_turn
-def until_turn(y0, y, h, model):
-    """Where a bristle turns back."""
-    rows, bristles, coordinates, part = model.resistances, model.bristles, model.coordinates, turning.NO_TURN
-    for k in range(rows.size):
-        c = rows[k].coordinate
-        a, b = coordinates[c].start_rate, coordinates[c].end_rate
-        for i in range(rows[k].first, rows[k].last):
-            kind, start = bristles[i].kind, y[bristles[i].account]
-            part = min(part, turning.until_turn_of(kind, bristles[i].stick, bristles[i].limit, start, a, b, h))
-    return part
 
 
 @calls.contact_set

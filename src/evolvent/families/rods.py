@@ -133,17 +133,6 @@ def _transverse(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
                 yield Block(SCALAR, node["iq"], node["iv"], k, node["mass"], i)
 
 
-@calls.force
-def evaluate(interval, model):
-    """Strains, forces, energies, momenta and nodes of all rods, with their free strains."""
-    step = interval.step
-    if model.thermal_loads.size > 0:
-        thermal.heat_rods(step.t, step.t, step.factor, model)
-    rod.evaluate_rods(model, model.sums[1])
-    rod.evaluate_sums(interval.ym, model)
-    rod.evaluate_nodes(model)
-
-
 def _sizes(model: Any, _: float) -> Iterator[tuple[Any, Any]]:
     """Of curvatures of a section that flattens: that without stress."""
     for tape in model.tapes:

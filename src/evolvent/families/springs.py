@@ -81,12 +81,6 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
             yield k
 
 
-@calls.force
-def evaluate(interval, model):
-    """Lengths, forces and energies of all springs."""
-    springs.evaluate_springs(interval.step.t, interval.ym, model)
-
-
 def _no_balance(model: Any, t: float, y: Array) -> Iterator[tuple[int, str]]:
     """Springs without a line but with a force."""
     for k, row in enumerate(model.springs):

@@ -90,11 +90,6 @@ SYNCHRONIZATIONS = Family(
     of_step=False,
     adjoint=AdjointSupport("its torque follows from the state, with all derivatives", timed=False),
     uneven=never,
-    apply=apply,
-    apply_tangent=apply_tangent,
-    explicit_force=explicit_force,
-    end_step=end_step,
-    coupled_energy=coupled_energy,
     evaluate=False,
     accounts=(Accounts(1, order=3),),
 )  # fmt: skip

@@ -212,40 +212,6 @@ def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
             yield p, square, rate
 
 
-@calls.force
-def prepare_sample(interval, model):
-    """Tensions that are multipliers."""
-    thread.note_tensions(interval.la, model)
-
-
-@calls.force
-def evaluate_rates(interval, model):
-    """Motion, tensions, energies and momenta of all threads."""
-    for p in range(model.threads.size):
-        thread.note_results(interval.ym, interval.s, model, p)
-
-
-@calls.force
-def evaluate(interval, model):
-    """Loads on threads."""
-    step = interval.step
-    if model.loads.size > 0:
-        thread.evaluate_thread_loads(int(step.sample), interval.times, interval.s, step.factor, model)
-
-
-@calls.turning_tangent
-def turning_tangent(factor, spin, y, model, matrix):
-    """Derivatives of the forces by a steady turn."""
-    n_q, threads = model.info.nq, model.threads
-    for k in range(threads.size):
-        if threads[k].kind == thread.MOVING:
-            thread.add_turning_elements(factor, spin, k, model, matrix)
-            continue
-        for i in range(1 if threads[k].end >= 0 else 0, model.switches[k]):
-            mass = factor * model.nodes[threads[k].node + i].mass
-            points.add_centrifugal(mass, threads[k].iv + 3 * i - n_q, spin, matrix)
-
-
 def _sizes(model: Any, length: float) -> Iterator[tuple[Any, Any]]:
     for row in model.threads[model.threads["drive"] == FREE]:
         yield int(row["spool_v"]), length / row["radius"]
