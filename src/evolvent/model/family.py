@@ -11,7 +11,7 @@ import dataclasses
 import functools
 import importlib
 import pkgutil
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -472,8 +472,7 @@ def asked(question: str) -> dict[str, Any]:
 QUESTIONS = tuple(field.name for field in dataclasses.fields(Family) if field.type == "Call")
 
 
-@functools.cache
-def _slots(question: str, present: frozenset[str]) -> Array:
+def _slots(question: str, present: Collection[str]) -> Array:
     """Slots of the answers of some families to a question, in their order, each once."""
     found = []
     for family in families().values():
@@ -488,12 +487,18 @@ def _slots(question: str, present: frozenset[str]) -> Array:
     return np.array([*dict.fromkeys(found)], dtype=np.int64)
 
 
-def calls_of(model: Mapping[str, Any]) -> dict[str, Array]:
-    """Tables of calls of a model, of the families of which it has records."""
-    present = frozenset(name for name in families() if model[name].size)
-    rub = frozenset(name for name in present if (rubs := families()[name].rubs) is None or np.any(rubs(model[name])))
+@functools.cache
+def _tables(present: tuple[str, ...], rub: tuple[str, ...]) -> dict[str, Array]:
+    """Tables of calls of models with records of some families, and with frictions of some."""
     asked_of = dict.fromkeys(QUESTIONS, present) | {"until_turn": rub}
-    return {f"{question}_calls": _slots(question, of).copy() for question, of in asked_of.items()}
+    return {f"{question}_calls": _slots(question, of) for question, of in asked_of.items()}
+
+
+def calls_of(model: Mapping[str, Any]) -> dict[str, Array]:
+    """Tables of calls of a model, of the families of which it has records; they are those of all models alike."""
+    present = tuple(name for name in families() if model[name].size)
+    masks = ((name, families()[name].rubs) for name in present)
+    return _tables(present, tuple(name for name, mask in masks if mask is None or np.any(mask(model[name]))))
 
 
 def kept_of(model: Mapping[str, Any], places: Mapping[str, int]) -> Array:
