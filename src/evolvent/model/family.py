@@ -12,6 +12,7 @@ import functools
 import importlib
 import pkgutil
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -438,11 +439,12 @@ def whole() -> Iterator[Family]:
     return (family for family in families().values() if not family.of)
 
 
-def acting() -> list[Family]:
+@functools.cache
+def acting() -> tuple[Family, ...]:
     """Families that act between parts, but those whose ends are those of another family."""
     every = families()
     found = [family for family in every.values() if family.ends is not None and not family.through]
-    return [family for family in found if not family.of or every[family.of].ends is None]
+    return tuple(family for family in found if not family.of or every[family.of].ends is None)
 
 
 def forget_steps(model: Any) -> None:
@@ -451,13 +453,15 @@ def forget_steps(model: Any) -> None:
         forget(model)
 
 
-def events() -> list[tuple[Family, Events]]:
+@functools.cache
+def events() -> tuple[tuple[Family, Events], ...]:
     """Events of all families, in the order of their numbers."""
     own = ((family, one) for family in families().values() for one in family.events)
-    return sorted(own, key=lambda found: found[0].order if found[1].order is None else found[1].order)
+    return tuple(sorted(own, key=lambda found: found[0].order if found[1].order is None else found[1].order))
 
 
-def asked(question: str) -> dict[str, Any]:
+@functools.cache
+def asked(question: str) -> Mapping[str, Any]:
     """Answers of the families that have one to a question, by name.
 
     Parameters
@@ -465,7 +469,7 @@ def asked(question: str) -> dict[str, Any]:
     question : str, attribute of `Family`
     """
     found = ((name, getattr(family, question)) for name, family in families().items())
-    return {name: answer for name, answer in found if answer is not None}
+    return MappingProxyType({name: answer for name, answer in found if answer is not None})
 
 
 #: Questions whose answers are compiled functions.
