@@ -179,6 +179,25 @@ def turning_wheels(factor, spin, y, model, a):
             a[wheels[k].iv - n_q] = -(n[0] * a[at] + n[1] * a[at + 1] + n[2] * a[at + 2])
 
 
+#: Torque on a wheel that is round-off, N m.
+STILL = 1e-12
+
+
+def _not_at_rest(model: Any) -> Iterator[tuple[int, str]]:
+    """Wheels that friction or a motor accelerates, but those that a controller commands."""
+    wheels, controllers, p = model.wheels, model.controllers, model.parameters
+    own = controllers[controllers["actuators"] == attitude.WHEELS]
+    commanded = {int(i) for row in own for i in p[row["place"] :][: row["count"]]}
+    for k in range(wheels.size):
+        torque = wheels["motor"][k] - wheels["drag"][k] if k not in commanded else 0.0
+        if abs(torque) > STILL:
+            why = (
+                f"has torques of motor and friction that add up to {torque:.6g} N m, which changes its rate: there is "
+                f"no equilibrium; take its `rate`, its friction or its torque away"
+            )
+            yield k, why
+
+
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
 # or -1; actuators of a controller: their kind, and `count` numbers from `place` on, then how they share its torque
 WHEELS = Family(
@@ -233,6 +252,7 @@ WHEELS = Family(
     until_turn=until_turn,
     sizes=_sizes,
     turning=turning_wheels,
+    not_at_rest=_not_at_rest,
 )  # fmt: skip
 
 THRUSTERS = Family(

@@ -155,6 +155,16 @@ def _no_balance(model: Any, _: float, y: Array) -> Iterator[tuple[int, str]]:
             yield k, why
 
 
+def _without_stiffness(model: Any) -> None:
+    model.body_contacts["stiffness"] = 0.0
+
+
+def _without_normal(found: Array) -> Array:
+    """With the centre or axis of one body on that of the other."""
+    alike = (found["surface"] != surfaces.PLANE) & (found["surface"] != body_gaps.BOX)
+    return np.asarray(alike & (found["gap"] < 0.0) & (found["distance0"] == 0.0))
+
+
 # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
 # one, a plane with the normal axis_b, or a box with the half lengths `sides` (`kernels.body_gaps`); radius: sum of
 # both; first: the first of its part; extent: m, of which a share is the depth of the explicit step's bound;
@@ -252,4 +262,6 @@ BODY_CONTACTS = Family(
     no_balance=_no_balance,
     accounts=(Accounts(lambda found: np.where(found["friction"] > 0.0, 3, 0), order=10),),
     rubs=has_friction,
+    stiffest=_without_stiffness,
+    without_normal=_without_normal,
 )  # fmt: skip

@@ -207,6 +207,10 @@ def _presses(model: Any) -> Array:
     return np.asarray((rows["normal"] > 0.0) | np.array(points, dtype=bool))
 
 
+def _without_stiffness(model: Any) -> None:
+    model.contact_surfaces["stiffness"] = 0.0
+
+
 # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
 # under: -1, or the beam on whose turns these lie, wound in the sense +-1 and ahead of them by the angle `shift`;
 # account: index in the state of the bristle of its first point under explicit methods, three numbers a point;
@@ -291,6 +295,8 @@ CONTACT_SURFACES = Family(
         Accounts(lambda found: np.where(found["friction"] > 0.0, 3 * (found["last"] - found["first"]), 0), order=9),
     ),
     rubs=has_friction,
+    stiffest=_without_stiffness,
+    jumps=lambda found: (found["law"] == contact_laws.PAPER) & (found["damping"] > 0.0),
 )  # fmt: skip
 
 

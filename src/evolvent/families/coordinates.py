@@ -209,6 +209,11 @@ def start(interval, model):
             model.coordinates[k].relax = RELAX
 
 
+def _stiffen(model: Any) -> None:
+    """Every stop is reached, every latch locked."""
+    model.coordinates["stiffness"], model.coordinates["damping"] = coordinate.coordinate_bound(model)
+
+
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
 # beam's slope (on 1, at iq, iv) or `local` of the body `other` (on 0); kind 1: travel along the body's `axis` from
 # its point `zero` to a second point. switch: the first of two switches, the angle in quarter turns, rounded, and 1
@@ -303,4 +308,5 @@ COORDINATES = Family(
     ),
     rubs=has_friction,
     start=start,
+    stiffest=_stiffen,
 )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -188,6 +188,11 @@ def _place(builder: Any, at: Any) -> Any:
     return builder.on_body(row["first_body"] + number, element["arm_b" if last else "arm_a"])
 
 
+def _paid_out(model: Any, rate: Callable[[Any], float]) -> float:
+    paid = model.rods[model.rods["payout"] != 0]
+    return float(sum(0.5 * row["density"] * row["length"] * rate(row) ** 2 for row in paid))
+
+
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
 # tape: 1 + tape of which the section flattens, or 0; payout: 1 where the length that is out follows a drive
 # (`kernels.rod_payout`): density and gyration, mass and inertia per length; out, rate, acceleration: of the length;
@@ -248,6 +253,7 @@ RODS = Family(
     place=_place,
     heat=_heat,
     by_causes=True,
+    paid_out=_paid_out,
 )  # fmt: skip
 
 

@@ -94,6 +94,18 @@ def _no_balance(model: Any, t: float, y: Array) -> Iterator[tuple[int, str]]:
             yield k, why
 
 
+def _passages(model: Any) -> Iterator[tuple[int, float, str]]:
+    """Springs that the motion has brought to length zero."""
+    for k in np.flatnonzero(np.isfinite(model.springs["passed"])).tolist():
+        t = float(model.springs["passed"][k])
+        force = abs(springs.force_without_line(t, k, model))
+        why = (
+            f"comes to length zero at t = {t:.6g} s, where its force of {force:.3g} N has no direction: it jumps to "
+            f"the other side if its ends pass through one another, and is missing while they stay together; {INSTEAD}"
+        )
+        yield k, t, why
+
+
 # slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; line, line0: vector
 # from a to b, of the last state and of the last step; passed: see `kernels.springs.note_lines`; the others are in
 # `RESULTS`, and lost: W, dissipated
@@ -147,4 +159,5 @@ SPRINGS = Family(
     uneven=_uneven,
     evaluate=evaluate,
     no_balance=_no_balance,
+    passages=_passages,
 )  # fmt: skip

@@ -295,6 +295,14 @@ def turning(factor, spin, y, model, a):
             thread.note_drift(factor, spin, k, model)
 
 
+def _paid_out(model: Any, rate: Callable[[Any], float]) -> float:
+    found = 0.0
+    for row in model.threads[model.threads["drive"] != FREE]:
+        total = model.nodes["mass"][row["node"] : row["node"] + row["n"]].sum()
+        found += 0.5 * row["copies"] * total * (row["radius"] * rate(row)) ** 2
+    return float(found)
+
+
 # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
 # it does not; line_energy: J/m, W there; tip: the point mass that the first node is, or -1. Of a step: rest lengths
 # at the spool, rates of the spool and squares of the end's speed at both ends; sums: of `kernels.thread.energy`;
@@ -447,6 +455,7 @@ THREADS = Family(
     rows=Rows(constraint_rows.THREAD, _rows),
     check=_check_copies,
     turning=turning,
+    paid_out=_paid_out,
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step

@@ -253,6 +253,15 @@ class Family:
     presses : function of the model to a mask of its contacts that touch
     no_balance : function of the model after its last forces, the time and the state to records that are in no
         equilibrium in spite of their forces, and why, as the end of a sentence
+    not_at_rest : function of the model after its first forces to records whose rate changes in statics, and why, as the
+        end of a sentence
+    stiffest : makes the records of a model as stiff as they can become, for the fastest mode by rates; what `bound`
+        counts, or `solvers.explicit_modes` adds, has no stiffness then
+    paid_out : function of the model, and of a function of a record to the largest rate of its drive in a run, to the
+        kinetic energy of what drives pay out, J
+    jumps : function of its records to contacts whose force jumps at the touch
+    passages : function of the model to records whose force has lost its direction in a run: time, s, and what happened
+    without_normal : function of its records to contacts without a normal at the start of a step
     """
 
     name: str
@@ -359,6 +368,12 @@ class Family:
     inner: Callable[[Array], int] | None = None
     presses: Callable[[Any], Array] | None = None
     no_balance: Callable[[Any, float, Array], Iterator[tuple[int, str]]] | None = None
+    not_at_rest: Callable[[Any], Iterator[tuple[int, str]]] | None = None
+    stiffest: Callable[[Any], None] | None = None
+    paid_out: Callable[[Any, Callable[[Any], float]], float] | None = None
+    jumps: Callable[[Array], Array] | None = None
+    passages: Callable[[Any], Iterator[tuple[int, float, str]]] | None = None
+    without_normal: Callable[[Array], Array] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
