@@ -14,7 +14,10 @@ import evolvent
 from evolvent.base.errors import InputError
 from evolvent.design import dispersions, studies
 from evolvent.design.dispersions import report
-from evolvent.design.studies import label, record, tasks
+from evolvent.design.evaluator import record
+from evolvent.design.evaluator.evaluator import Evaluator
+from evolvent.design.studies import label
+from evolvent.design.studies.runner import Points, runs_of
 
 #: A closed form stands in for the runs of this study.
 STUDY = {
@@ -228,9 +231,9 @@ def test_a_sample_that_the_case_refuses_is_a_failed_run(read):
     mass = read.axes[1]
     wrong = dataclasses.replace(mass, values=(-1.0, *mass.values[1:]))
     study = dataclasses.replace(read, axes=(read.axes[0], wrong, *read.axes[2:]))
-    found = record.decode(tasks.compute(tasks.task(study, [0])).content)
-    assert found.status == ("failed",)
-    assert found.reason[0].startswith("blade.tip_mass is -1.0; it must be")
+    (found,) = Evaluator(runs_of(study, ".")).of([Points(study)[0]])
+    assert found.status == "failed"
+    assert found.reason.startswith("blade.tip_mass is -1.0; it must be")
 
 
 @pytest.mark.parametrize(("case", "key", "name"), [

@@ -12,7 +12,7 @@ from evolvent import cases, parts
 from evolvent.base.errors import InputError, RunFailed
 from evolvent.design.optimization import report
 from evolvent.design.optimization.problem import read
-from evolvent.design.optimization.runs import Runs, quantile
+from evolvent.design.optimization.runs import Designs, quantile
 from evolvent.design.optimization.slopes import Slopes
 from evolvent.design.studies import draws
 
@@ -91,7 +91,7 @@ def test_derivatives_of_keys_that_vary_together_are_summed() -> None:
         minimize=["slide.latch_time"], subject_to=["slide.latch_rate >= 0.1 m/s"],
     )  # fmt: skip
     place = np.array([0.4])
-    with Runs(problem, 1, 100, None) as runs:
+    with Designs(problem, 1, 100, None) as runs:
         objective, values = Slopes(runs, "discrete").at(place, ())
         assert runs.count == 1 + 2 * 2
         _, differences = Slopes(runs, "differences").at(place, ())

@@ -96,11 +96,11 @@ def test_what_was_there_stays(whole_run: pathlib.Path, run_copy: pathlib.Path) -
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("size", [0, 300, 900, pytest.param(2000, marks=pytest.mark.release), 4000])
+@pytest.mark.parametrize("size", [0, 300, pytest.param(900, marks=pytest.mark.release), 4000, 12_000])
 def test_a_study_goes_on_once_there_is_room(size: int, whole_study: pathlib.Path, tmp_path: pathlib.Path) -> None:
     study = tmp_path / "study.yaml"
     study.write_text((whole_study / "study.yaml").read_text())
-    with full(size), pytest.raises(InputError, match=r"cannot write .*: file too large"):
+    with full(size), pytest.raises(InputError, match=r"cannot write .*: (file too large|disk I/O error)"):
         studies.sweep(study, output=tmp_path / "pay-out", workers=1)
     assert not [name for name in listed(tmp_path) if "part" in name or "zarr" in name]
     found = studies.sweep(study, output=tmp_path / "pay-out", workers=1)

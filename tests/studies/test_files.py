@@ -15,9 +15,12 @@ import evolvent as ev
 from evolvent import InputError, cases, parts
 from evolvent.base import file_keys, plugins, safe_open, schema
 from evolvent.design import calibration, studies
+from evolvent.design.evaluator import sources
+from evolvent.design.evaluator.evaluator import Evaluator
 from evolvent.design.optimization import problem
-from evolvent.design.optimization.runs import Runs
-from evolvent.design.studies import store, study, tasks
+from evolvent.design.optimization.runs import Designs
+from evolvent.design.studies import study
+from evolvent.design.studies.runner import Points, runs_of
 from evolvent.elements.reduced_files import read_model, write_model
 from evolvent.parts import registry
 
@@ -203,12 +206,12 @@ def test_a_kept_study_is_refused_with_the_file_that_changed():
 def test_a_file_that_changes_while_runs_read_it_is_refused():
     model(1.0)
     asked = study.read({"study": "s", "case": PANEL, "over": {"parts.b.damping_ratio": [0.0, 0.1]}})
-    task = tasks.task(asked, [0])
+    evaluator = Evaluator(runs_of(asked, "."))
     model(2.0)
     with pytest.raises(InputError, match=r"the file 'own\.npz' was changed while runs read it"):
-        tasks.compute(task)
+        evaluator.of([Points(asked)[0]])
     own = problem.read(dict(PANEL), vary={"parts.b.damping_ratio": "0 to 0.1"}, minimize=["b.position.x.max"])
-    files = Runs(own, 1, 10, None).files
+    files = Designs(own, 1, 10, None).runs.files
     model(3.0)
     with pytest.raises(InputError, match=r"own\.npz"):
         cases.check_files(files)
@@ -261,7 +264,7 @@ def test_sources_of_packages_outside_count(tmp_path, monkeypatch):
     entry = importlib.metadata.EntryPoint(name="p", value="outside_part.law:K", group=registry.GROUP)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(plugins, "entry_points", lambda group: [entry] if group == registry.GROUP else [])
-    before = store.sources.__wrapped__()
-    assert store.sources.__wrapped__() == before
+    before = sources.sources.__wrapped__()
+    assert sources.sources.__wrapped__() == before
     law.write_text("K = 2.0\n")
-    assert store.sources.__wrapped__() != before
+    assert sources.sources.__wrapped__() != before

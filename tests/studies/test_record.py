@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from evolvent.base.errors import EvolventError, InputError, RunFailed
-from evolvent.design.studies import record
+from evolvent.design.evaluator import record
 
 ATTRS = {
     "title": "t",

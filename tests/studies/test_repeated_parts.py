@@ -10,8 +10,7 @@ import pytest
 import evolvent
 from evolvent import InputError, cases
 from evolvent.design.calibration.fit import calibrate
-from evolvent.design.studies.axes import annotation
-from evolvent.design.studies.study import value_at
+from evolvent.design.studies.axes import annotation, value_at
 
 #: Bobs on springs in a row: x = 1 + 0.1 cos(sqrt(k) t).
 CASE = {

@@ -254,7 +254,7 @@ def test_bad_stages_are_refused_before_anything_runs(chain, change, sentence):
 @pytest.mark.slow
 def test_names_to_keep_are_checked_by_the_first_runs(chain):
     with pytest.raises(
-        InputError, match=r"stage 'deploy': keep holds 'tip_radiu.last', which no run has; did you mean"
+        InputError, match=r"keep holds 'deploy.tip_radiu.last', which no run has; did you mean 'deploy.tip_radius"
     ):
         studies.sweep(chain | {"keep": ["wind.tip_radius.last", "deploy.tip_radiu.last"]})
 

@@ -10,7 +10,8 @@ import pytest
 
 from evolvent import InputError, cases
 from evolvent.design import studies
-from evolvent.design.studies import draw, record
+from evolvent.design.evaluator import record
+from evolvent.design.studies import draw
 from evolvent.design.studies.axes import annotation
 from evolvent.results import kept
 from evolvent.systems.structure import StructureCase

@@ -1,10 +1,13 @@
 """Sweeps: the same bits however they are computed, failures kept, nothing lost at any end of the process."""
 
+import concurrent.futures
+import contextlib
 import os
 import pathlib
 import re
 import shutil
 import signal
+import sqlite3
 import subprocess
 import sys
 import time
@@ -15,13 +18,16 @@ import pytest
 import xarray as xr
 import yaml
 from click.testing import CliRunner
-from distributed.scheduler import KilledWorker
 
 import evolvent
 from evolvent.base.errors import InputError
 from evolvent.commands.sweep import sweep as command
 from evolvent.design import studies
-from evolvent.design.studies import draw, record, runner, store
+from evolvent.design.evaluator import evaluator as ev, pools
+from evolvent.design.evaluator.log import Log
+from evolvent.design.evaluator.task import compute
+from evolvent.design.studies import draw, store
+from evolvent.design.studies.runner import Points, runs_of
 from evolvent.systems import heliogyro
 
 MAIN = "from evolvent.commands.sweep import sweep; sweep()"
@@ -176,23 +182,50 @@ def test_folders_that_cannot_be_opened(study, tmp_path):
         studies.open(tmp_path / "s")
 
 
+def without_results(swept, folder):
+    """A copy of a finished study without its results."""
+    shutil.copytree(swept, folder)
+    shutil.rmtree(folder / "results.zarr")
+    return folder / "cases.sqlite"
+
+
+def changed(log, statement):
+    """A log that another program has changed."""
+    with contextlib.closing(sqlite3.connect(log)) as file, file:
+        file.execute(statement)
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("cut", [1, 40, 300])
-def test_a_torn_log_loses_only_its_last_record(study, reference, swept, tmp_path, cut):
-    study["batch"] = 2
-    shutil.copytree(swept, tmp_path / "s")
-    log = tmp_path / "s" / "cases.log"
-    whole = log.read_bytes()
-    log.write_bytes(whole[:-cut])
-    for path in sorted((tmp_path / "s" / "results.zarr").rglob("*"), reverse=True):
-        path.rmdir() if path.is_dir() else path.unlink()
-    (tmp_path / "s" / "results.zarr").rmdir()
+@pytest.mark.parametrize(
+    ("damage", "done"),
+    [
+        (lambda log: changed(log, "UPDATE evaluations SET content = zeroblob(1000) WHERE number = 2"), 4),
+        (lambda log: changed(log, "UPDATE evaluations SET keys = '[0, 3]' WHERE number = 2"), 4),
+        (
+            lambda log: changed(
+                log, "INSERT INTO evaluations SELECT 4, keys, content, digest FROM evaluations LIMIT 1"
+            ),
+            6,
+        ),
+        (lambda log: changed(log, "CREATE VIEW other AS SELECT * FROM evaluations"), 0),
+        (lambda log: log.write_bytes(log.read_bytes()[:5000]), None),
+        (lambda log: log.write_bytes(b"all is well" * 400), 0),
+    ],
+)
+def test_a_damaged_log_loses_only_what_is_damaged(study, reference, swept, tmp_path, damage, done):
+    log = without_results(swept, tmp_path / "s")
+    damage(log)
     reports, seen = [], []
+    study["batch"] = 2
     again = studies.sweep(study, output=tmp_path / "s", report=reports.append, progress=lambda *n: seen.append(n))
     xr.testing.assert_equal(again, reference)
-    assert seen == [(4, 6), (6, 6)]
+    assert done is None or seen[0] == (done, 6)
+    assert seen[-1] == (6, 6)
     assert len(reports) == 1
-    assert "cut off" in reports[0]
+    assert "cases.sqlite' is damaged or altered, and computed again" in reports[0]
+    (log.parent / "results.zarr").rename(tmp_path / "away")
+    studies.sweep(study, output=tmp_path / "s", report=reports.append)
+    assert len(reports) == 1  # the log is whole again
 
 
 # ------------------------------------------------------------------------------------------------ ends of processes
@@ -221,14 +254,22 @@ def wait_for(condition, seconds=180.0):
 
 def recorded(folder):
     """Cases of every record of a folder's log."""
-    with (folder / "cases.log").open("r+b") as log:
-        return [rows.cases for rows in store._read_log(log)[0]]
+    with contextlib.closing(Log(folder / "cases.sqlite")) as log:
+        return [tuple(keys) for keys, _ in log.found]
 
 
 def started(folder, records=3):
-    """Whether some cases are done."""
-    log = folder / "out" / "cases.log"
-    return lambda: log.exists() and log.read_bytes().count(b"evc1") >= records
+    """Whether some cases are done, found in a copy of the log, which the process that writes it has alone."""
+    out, copy = folder / "out", folder / "copy"
+
+    def is_so():
+        shutil.rmtree(copy, ignore_errors=True)
+        copy.mkdir()
+        for path in out.glob("cases.sqlite*"):
+            shutil.copy(path, copy)
+        return len(recorded(copy)) >= records
+
+    return is_so
 
 
 @pytest.mark.slow
@@ -295,51 +336,37 @@ def test_a_worker_that_dies_is_replaced(long_study, tmp_path):
     wait_for(lambda: not [p for p in set(children()) - before if "resource_tracker" not in " ".join(p.cmdline())], 20.0)
 
 
-class _Future:
-    """A future that has ended."""
+class _Deadly(pools.Pool):
+    """A pool whose workers die of one case."""
 
-    def __init__(self, result, error):
-        self.status = "error" if error else "finished"
-        self._result, self._error = result, error
-
-    def result(self):
-        return self._result
-
-    def exception(self):
-        return self._error
-
-    def add_done_callback(self, call):
-        call(self)
-
-
-class _Client:
-    """A client whose workers die of one case."""
-
-    status = "running"
+    workers = 2
 
     def __init__(self):
         self.batches = []
 
-    def nthreads(self):
-        return {"a": 1, "b": 1}
+    def submit(self, task):
+        self.batches.append(tuple(task.numbers))
+        future = concurrent.futures.Future()
+        if 2 in task.numbers:
+            future.set_exception(concurrent.futures.BrokenExecutor())
+        else:
+            future.set_result(compute(task))
+        return future
 
-    def submit(self, function, task, **options):
-        self.batches.append(task.indices)
-        if 2 in task.indices:
-            return _Future(None, KilledWorker("task", None, 1))
-        return _Future(function(task), None)
+    def close(self, *, at_once=False):
+        """Nothing is open."""
 
 
-def test_a_case_that_ends_its_process_is_given_up_alone(study, reference, tmp_path):
-    client = _Client()
+def test_a_case_that_ends_its_process_is_given_up_alone(study, reference):
     asked = studies.read(study | {"batch": 2})
-    with store.opened(tmp_path / "s", asked) as there:
-        runner._Spread(runner._Sweep(there, None, None), client).run()
-        rows = record.join(there.rows)
+    evaluator = ev.Evaluator(runs_of(asked, "."), batch=2, one_thread=True)
+    evaluator.pool = pool = _Deadly()
+    evaluator.of(Points(asked), numbered=True)
+    rows = evaluator.table()
     assert rows.cases == tuple(range(6))
     assert [c for c, s in zip(rows.cases, rows.status, strict=True) if s == "failed"] == [2]
     assert "died" in rows.reason[2]
-    assert client.batches.count((2,)) == 2
+    assert pool.batches.count((2,)) == 2
     assert rows.columns["body_rate_last"].values[3] == reference.body_rate_last.values.flat[3]
 
 
@@ -429,16 +456,14 @@ def test_figures(study, reference, tmp_path, monkeypatch):
 
 
 def test_a_long_sweep_is_forecast(study, monkeypatch):
-    from evolvent.design.studies import runner
-
-    monkeypatch.setattr(runner, "_MANY", 1)
-    monkeypatch.setattr(runner, "_TASK", 0.0)
-    monkeypatch.setattr(runner, "_LONG", 0.0)
+    monkeypatch.setattr(ev, "_MANY", 1)
+    monkeypatch.setattr(ev, "_TASK", 0.0)
+    monkeypatch.setattr(ev, "_LONG", 0.0)
     reports = []
     studies.sweep(study, report=reports.append)
     assert len(reports) == 1
     assert re.fullmatch(r"\d cases of about [\d.e-]+ s each: about [\d.e-]+ s on one core", reports[0])
-    assert [runner._duration(s) for s in (12.3, 89.0, 114.0, 7300.0)] == ["12 s", "89 s", "1.9 min", "2 h"]
+    assert [ev._duration(s) for s in (12.3, 89.0, 114.0, 7300.0)] == ["12 s", "89 s", "1.9 min", "2 h"]
 
 
 @pytest.mark.slow

@@ -13,7 +13,9 @@ import xarray as xr
 from evolvent import InputError, System, parts
 from evolvent.compiled import jit
 from evolvent.design import studies
-from evolvent.design.studies import tasks
+from evolvent.design.evaluator.evaluator import Evaluator
+from evolvent.design.evaluator.runs import CaseRuns
+from evolvent.design.studies.runner import Points, runs_of
 from evolvent.solvers import explicit, implicit_loop
 from margin_cases import zero
 
@@ -141,10 +143,10 @@ STUDY: dict[str, Any] = {
 
 def test_studies_of_variants_have_the_bits_of_cases_run_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
     study = STUDY | {"case": flap()}
-    assert tasks.are_variants(studies.read(study))
+    assert runs_of(studies.read(study), ".").share_a_structure
     threads = studies.sweep(study, workers=2)
     batches = studies.sweep(study | {"batch": 4}, workers=1)
-    monkeypatch.setattr(tasks, "_variants", lambda *arguments: None)
+    monkeypatch.setattr(CaseRuns, "_are_of_parts", lambda *arguments: False)
     one_by_one = studies.sweep(study, workers=1)
     xr.testing.assert_identical(threads, one_by_one)
     xr.testing.assert_equal(batches, one_by_one)
@@ -156,19 +158,19 @@ def test_a_study_counts_a_refused_variant_with_the_sentence_of_its_case(monkeypa
     broken = copy.copy(study.axes[0])
     object.__setattr__(broken, "values", (values[0], -1.0, values[2]))
     object.__setattr__(study, "axes", (broken, *study.axes[1:]))
-    found = tasks._outcomes(tasks.task(study, [0, 1, 2]), 2)
+    found = Evaluator(runs_of(study, "."), workers=2, batch=1).of(Points(study), numbered=True)
     assert [one.status for one in found] == ["success", "failed", "success"]
-    monkeypatch.setattr(tasks, "_variants", lambda *arguments: None)
-    assert found[1].reason == tasks._outcomes(tasks.task(study, [1]), 1)[0].reason
+    monkeypatch.setattr(CaseRuns, "_are_of_parts", lambda *arguments: False)
+    assert found[1].reason == Evaluator(runs_of(study, ".")).of([Points(study)[1]])[0].reason
     assert "parts.hinge" in found[1].reason
 
 
 def test_other_studies_go_their_own_way() -> None:
     by_time = {**STUDY, "case": flap(), "over": {"simulate.until": "5%"}}
-    assert not tasks.are_variants(studies.read(by_time))
-    assert not tasks.are_variants(studies.read({**STUDY, "case": flap(), "keep": []}))
+    assert not runs_of(studies.read(by_time), ".").share_a_structure
+    assert not runs_of(studies.read({**STUDY, "case": flap(), "keep": []}), ".").share_a_structure
     heliogyro = {"case": "heliogyro", "over": {"spool.rate": [3.0, 3.5]}, "keep": ["body_rate.last"]}
-    assert not tasks.are_variants(studies.read(heliogyro))
+    assert not runs_of(studies.read(heliogyro), ".").share_a_structure
 
 
 def test_time_loops_let_other_threads_run() -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import pathlib
+import sqlite3
 from typing import Any
 
 import numpy as np
@@ -102,21 +104,25 @@ def test_a_stopped_calibration_goes_on(tmp_path: pathlib.Path) -> None:
     assert third.evaluations == 0
 
 
-#: Contents that may stand in the place of a whole file of evaluations, and how many of its lines are then damaged.
-WHOLE = {
-    "empty": (b"", 0),
-    "no end": (b"[" * 100_000, 0),
-    "nested": (b"[" * 100_000 + b"\n", 1),
-    "no text": (b"\xff\xfe\x00\n" * 3, 3),
-    "words": (b"all is well\n\n", 2),
-    "other values": (b'[1, 2]\n["a", [1.0], "x"]\nnull\n{}\n[[], {}, []]\n', 5),
-}
+def changed(kept: pathlib.Path, statement: str) -> None:
+    """Change the file as another program can."""
+    with contextlib.closing(sqlite3.connect(kept)) as file, file:
+        file.execute(statement)
 
 
-def scaled(line: str) -> str:
-    """An evaluation whose values are two percent larger."""
-    key, values, check = json.loads(line)
-    return json.dumps([key, [[1.02 * v for v in one] for one in values], check])
+#: How a file of evaluations may be damaged, and how many of its records are then left out.
+DAMAGES: dict[str, tuple[Any, int]] = {
+    "empty": (lambda kept: kept.write_bytes(b""), 0),
+    "words": (lambda kept: kept.write_bytes(b"all is well" * 1000), 1),
+    "no database": (lambda kept: kept.write_bytes(b"[" * 100_000), 1),
+    "another table": (lambda kept: changed(kept, "CREATE TABLE more (a)"), 1),
+    "a view": (lambda kept: changed(kept, "CREATE VIEW more AS SELECT * FROM evaluations"), 1),
+    "other values": (lambda kept: changed(kept, "UPDATE evaluations SET content = x'00' WHERE number < 4"), 3),
+    "numbers": (lambda kept: changed(kept, "UPDATE evaluations SET content = 7, digest = 'x' WHERE number = 1"), 1),
+    "key of another": (
+        lambda kept: changed(kept, "UPDATE evaluations SET keys = (SELECT keys FROM evaluations WHERE number = 2) "
+                                   "WHERE number = 1"), 1),
+}  # fmt: skip
 
 
 @pytest.mark.slow
@@ -127,24 +133,17 @@ def test_evaluations_that_were_altered_are_computed_again(tmp_path: pathlib.Path
     options: Any = {"fit": fit, "observe": ["spin_rate"], "folder": tmp_path / "kept", "references": False}
     options["report"] = said.append
     whole = calibration.calibrate("wire-booms", source, **options)
-    (kept,) = (tmp_path / "kept").glob("evaluations-*.jsonl")
-    lines = kept.read_text().splitlines()
+    (kept,) = (tmp_path / "kept").iterdir()
     again = calibration.calibrate("wire-booms", source, **options)
-    assert (again.evaluations, said) == (0, [])
-    altered = {
-        "scaled": ("\n".join([lines[0], scaled(lines[1]), scaled(lines[2]), *lines[3:], ""]).encode(), 2),
-        "cut": ("\n".join(lines).encode()[:-100], 0),
-        "cut inside": ("\n".join([lines[0][:-70], *lines[1:], ""]).encode(), 1),
-        "key of another": ("\n".join([lines[0].replace("0.", "1.", 1), *lines[1:], ""]).encode(), 1),
-    }
-    for name, (content, damaged) in (altered | WHOLE).items():
+    assert (again.evaluations, again.reused, said) == (0, whole.evaluations, [])
+    for name, (damage, damaged) in DAMAGES.items():
         said.clear()
-        kept.write_bytes(content)
+        damage(kept)
         again = calibration.calibrate("wire-booms", source, **options)
         np.testing.assert_array_equal(again.values, whole.values, err_msg=name)
         assert again.evaluations > 0, name
         assert again.evaluations + again.reused == whole.evaluations, name
-        many = "1 evaluation" if damaged == 1 else f"{damaged} evaluations"
+        many = "1 record" if damaged == 1 else f"{damaged} records"
         verb = "is" if damaged == 1 else "are"
         assert said == ([f"{many} in {str(kept)!r} {verb} damaged or altered, and computed again"] if damaged else [])
         assert calibration.calibrate("wire-booms", source, **options).evaluations == 0, name  # written again

@@ -7,7 +7,7 @@ import pytest
 
 import evolvent
 from evolvent import System, cases, parts, results
-from evolvent.design.studies import record
+from evolvent.design.evaluator import record
 from evolvent.results import fine_samples
 from evolvent.results.fine_samples import MARK, Times
 

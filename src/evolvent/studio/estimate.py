@@ -44,32 +44,30 @@ def estimated(text: str) -> dict[str, Any]:
         If the study cannot be read or its cases cannot be computed.
     """
     from evolvent import cases
-    from evolvent.base.errors import InputError
     from evolvent.design import studies
-    from evolvent.design.studies import record, tasks
+    from evolvent.design.evaluator.evaluator import Evaluator
+    from evolvent.design.studies.runner import Points, runs_of
     from evolvent.design.studies.study import corners
 
     study = studies.read(cases.parse_yaml(text, "the study"))
     reasons = []
 
-    def timed(index: int, folder: str) -> float:
-        began = time.perf_counter()
-        result = tasks.compute(tasks.task(study, [index], folder))
-        taken = time.perf_counter() - began
-        if result.refused:
-            raise InputError(result.refused)
-        (reason,) = record.decode(result.content).reason
-        if reason:
-            reasons.append(str(reason))
-        return taken
-
     with tempfile.TemporaryDirectory(prefix="evolvent-estimate-") as folder:
+        runs, points = runs_of(study, folder), Points(study)
+
+        def timed(index: int) -> float:
+            began = time.perf_counter()
+            (found,) = Evaluator(runs, one_thread=True).of([points[index]])
+            if found.reason:
+                reasons.append(found.reason)
+            return time.perf_counter() - began
+
         middle = study.count // 2
-        taken = [timed(middle, folder)]
+        taken = [timed(middle)]
         if taken[0] < _LONG and not study.stages:  # its time has the loading and compilation of functions in it
             reasons.clear()
             others = [index for index in corners(study) if index != middle][:3]
-            taken = [timed(index, folder) for index in (middle, *others)]
+            taken = [timed(index) for index in (middle, *others)]
     return {"seconds": sum(taken) / len(taken), "computed": len(taken), "reasons": reasons}
 
 

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
-import json
 import math
 import os
-import pathlib
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -15,16 +12,12 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.base import schema, units
-from evolvent.base.errors import EvolventError, InputError, RunFailed, nearest
+from evolvent.base.errors import InputError, RunFailed, nearest
 from evolvent.design.calibration import data, observed, uncertainty
-from evolvent.design.calibration.kept import Kept
-from evolvent.results.kept import split
-from evolvent.results.measurements import Measurements, Series
+from evolvent.design.calibration.residuals import Residuals, SeriesRuns
+from evolvent.results.measurements import Series
 
 Array = np.ndarray
-#: Relative change of a parameter by which derivatives are taken: of runs, whose errors of integration change with it,
-#: and of closed forms.
-STEP_OF_RUNS, STEP_OF_FORMULAS = 1e-3, 1e-5
 #: Smallest singular value of the scaled derivatives over the largest, below which the data cannot separate parameters:
 #: of runs, whose central differences have an error of some 1e-6, and of closed forms.
 LEAST_OF_RUNS, LEAST_OF_FORMULAS = 1e-4, 1e-7
@@ -33,8 +26,8 @@ LEAST_OF_RUNS, LEAST_OF_FORMULAS = 1e-4, 1e-7
 SHARE, LEAST_OFF, LEVELS = 0.1, 1e-6, 4
 #: What may be fitted.
 MODELS = ("auto", "runs", "closed-form")
-#: Parameters that may be fitted at most, and evaluations.
-MOST, MOST_EVALUATIONS = 40, 2000
+#: Parameters that may be fitted at most.
+MOST = 40
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -146,35 +139,61 @@ def calibrate(
     RunFailed
         Where the run with the values at the start fails.
     """
-    from scipy.optimize import least_squares
-
     measured = data.read(source, case, observe)
     content = cases.in_place(cases.content_of(case, {**measured.overrides, **(fixed or {})}))
     parameters = _bounded(_parameters(content, fit), bounds or {})
     content = cases.content_of(content, _plain_lists(content, parameters))
-    weights = _weights(measured.series, deviations)
-    closed_form = _is_closed_form(model, content)
-    run = _Model(content, measured, parameters, weights, closed_form, folder, progress, report)
-    start = np.array([p.start / p.scale for p in parameters])
-    low, high = (np.array([getattr(p, side) / p.scale for p in parameters]) for side in ("least", "most"))
-    if run.count <= len(parameters):
+    runs = SeriesRuns(
+        content=content, measured=measured, weights=_weights(measured.series, deviations),
+        closed_form=_is_closed_form(model, content), files=cases.files_of(content),
+    )  # fmt: skip
+    count = sum(one.values.size for one in measured.series)
+    if count <= len(parameters):
         raise InputError(
-            f"--fit names {len(parameters)} parameters, but {source!r} holds {run.count} values of them; more values "
+            f"--fit names {len(parameters)} parameters, but {source!r} holds {count} values of them; more values "
             f"than parameters are needed"
         )
-    run.residuals(start, first=True)
-    step = STEP_OF_FORMULAS if closed_form else STEP_OF_RUNS
+    with runs.kept_in(folder, report) as log:
+        run = Residuals(runs, parameters, log, progress)
+        found, errors, correlation, integration, note = _fitted(run, deviations is not None)
+        modelled = run.values(found.x)
+    best = run.overrides(found.x)
+    others = _references(content, best, source, fit, observe) if references else {}
+    return Calibration(
+        parameters=parameters, values=found.x * run.scales, errors=errors + integration, integration=integration,
+        accuracy=note or run.accuracy(), correlation=correlation, series=measured.series, modelled=modelled,
+        references=others, evaluations=run.evaluator.evaluations, reused=run.evaluator.reused,
+        residuals=np.concatenate([m - s.values for m, s in zip(modelled, measured.series, strict=True)]),
+        message=found.message, notes=(*measured.notes, *observed.offsets(measured.series, modelled)),
+        case=cases.content_of(content, best), source=source,
+        model="closed form" if runs.closed_form else "runs", derivatives=run.derived_by,
+    )  # fmt: skip
+
+
+def _fitted(run: Residuals, is_weighted: bool) -> tuple[Any, Array, Array, Array, str]:
+    """The least squares, standard errors, correlation, errors of integration, and why these are not known.
+
+    Parameters
+    ----------
+    is_weighted : bool, whether the standard deviations of the data are given
+    """
+    from scipy.optimize import least_squares
+
+    parameters, scales, closed_form = run.parameters, run.scales, run.runs.closed_form
+    start, low, high = (
+        np.array([getattr(p, side) / p.scale for p in parameters]) for side in ("start", "least", "most")
+    )
     least = LEAST_OF_FORMULAS if closed_form else LEAST_OF_RUNS
-    scales = np.array([p.scale for p in parameters])
+    run.at(start, first=True)
 
     def solved(x: Array) -> Any:
         found = least_squares(
-            run.residuals, x, jac=lambda x: run.derivatives(x, step, low, high), bounds=(low, high), x_scale="jac",
+            run.at, x, jac=lambda x: run.derivatives(x, low, high), bounds=(low, high), x_scale="jac",
             xtol=1e-9, ftol=1e-10, gtol=1e-12, max_nfev=100,
         )  # fmt: skip
         if found.status <= 0:
             raise RunFailed(f"the fit did not converge in {found.nfev} steps: {found.message}", None)
-        return found, *uncertainty.of_data(found.jac, found.fun, parameters, least, given=deviations is not None)
+        return found, *uncertainty.of_data(found.jac, found.fun, parameters, least, given=is_weighted)
 
     found, errors, correlation = solved(start)
     off, note = np.zeros(start.size), ""
@@ -185,19 +204,7 @@ def calibrate(
             break
         run.level += 1
         found, errors, correlation = solved(found.x)
-    integration = off * scales
-    best = run.overrides(found.x)
-    modelled = run.values(found.x)
-    others = _references(content, best, source, fit, observe) if references else {}
-    residuals = np.concatenate([m - s.values for m, s in zip(modelled, measured.series, strict=True)])
-    return Calibration(
-        parameters=parameters, values=found.x * scales, errors=errors + integration, integration=integration,
-        accuracy=note or run.accuracy(), correlation=correlation, series=measured.series, modelled=modelled,
-        references=others, residuals=residuals, evaluations=run.evaluations, reused=run.reused,
-        message=found.message, notes=(*measured.notes, *observed.offsets(measured.series, modelled)),
-        case=cases.content_of(content, best), source=source,
-        model="closed form" if closed_form else "runs", derivatives=run.derived_by,
-    )  # fmt: skip
+    return found, errors, correlation, off * scales, note
 
 
 # ------------------------------------------------------------------------------------------------ parameters
@@ -321,218 +328,6 @@ def _weights(series: Sequence[Series], deviations: Sequence[float] | None) -> li
             f"--std is {', '.join(f'{d:g}' for d in deviations)}; every standard deviation must be above 0"
         )
     return [1.0 / d for d in deviations]
-
-
-# ------------------------------------------------------------------------------------------------ the model
-
-
-class _Model:
-    """Residuals of a case as functions of scaled parameters; keeps what was computed."""
-
-    def __init__(self, content: Any, measured: Measurements, parameters: Any, weights: list[float],
-                 closed_form: bool, folder: Any, progress: Any, report: Any) -> None:  # fmt: skip
-        self.content, self.measured, self.parameters, self.weights = content, measured, parameters, weights
-        self.module, self.level = cases.system(content["system"]), 0
-        self.closed_form, self.progress = closed_form, progress
-        self.count = sum(s.values.size for s in measured.series)
-        self.evaluations = self.reused = 0
-        self.differences = "the case is no structure"  # why derivatives are differences; empty where they are not
-        if closed_form:
-            self.differences = "of the closed form"
-        elif content["system"] == "structure":
-            self.differences = ""
-        self.files = cases.files_of(content)
-        self._known: dict[str, list[list[float]]] = {}
-        self._stored: set[str] = set()
-        self._kept: Kept | None = None
-        if folder is not None:
-            self._open(pathlib.Path(folder), report)
-
-    def _open(self, folder: pathlib.Path, report: Any) -> None:
-        """Read the evaluations that a folder keeps; of another case, data or version there are none."""
-        from evolvent.design.studies.store import sources, versions
-
-        measured = [
-            (s.name, s.unit, s.values.tolist(), None if s.times is None else s.times(self.content).tolist())
-            for s in self.measured.series
-        ]
-        checked = cases.load(dict(self.content)).model_dump(mode="json")
-        rows = [dict(row) for row in self.measured.rows]
-        asked = json.dumps(
-            [self.content, checked, self.files, self.closed_form, sources(), versions(), measured, rows],
-            sort_keys=True, default=str,
-        )  # fmt: skip
-        self._kept = Kept(folder, asked, [s.values.size for s in self.measured.series])
-        if self._kept.damaged and report is not None:
-            report(self._kept.sentence())
-        self._known |= self._kept.found
-        self._stored = set(self._known)
-
-    def overrides(self, x: Array) -> dict[str, Any]:
-        """The fitted keys and their values, SI."""
-        return {p.key: float(v * p.scale) for p, v in zip(self.parameters, x, strict=True)}
-
-    def values(self, x: Array) -> tuple[Array, ...]:
-        """What the model gives for every series, in its unit."""
-        given = self.overrides(x)
-        key = json.dumps({**given, "level": self.level} if self.level else given, sort_keys=True)
-        if key in self._known:
-            self.reused += key in self._stored
-            self._stored.discard(key)
-            return tuple(np.array(v) for v in self._known[key])
-        if self.evaluations >= MOST_EVALUATIONS:
-            raise RunFailed(f"the fit took {MOST_EVALUATIONS} evaluations and did not converge", None)
-        found = self._evaluated(given)
-        cases.check_files(self.files)
-        self.evaluations += 1
-        self._known[key] = [v.tolist() for v in found]
-        if self._kept is not None:
-            self._kept.add(key, self._known[key])
-        return found
-
-    def _evaluated(self, given: Mapping[str, Any]) -> tuple[Array, ...]:
-        found: list[list[Array]] = [[] for _ in self.measured.series]
-        for row in self.measured.rows:
-            content = cases.content_of(self.content, {**row, **given})
-            for k, values in enumerate(self._run(content)):
-                found[k].append(values)
-        return tuple(np.concatenate(one) for one in found)
-
-    def _run(self, content: Any) -> list[Array]:
-        """Values of every series of one run."""
-        series, case = self.measured.series, cases.load(content)
-        if self.closed_form:
-            found = []
-            for one in series:
-                assert one.times is not None
-                formulas = self.module.closed_form(case, one.times(content))
-                if one.name not in formulas:
-                    raise InputError(f"the closed form has no variable {one.name!r}; {nearest(one.name, formulas)}")
-                values, unit = formulas[one.name]
-                found.append(values * observed.factor(unit, one))
-            return found
-        plan = self.module.finer(self.level).plan(case)
-        names = self._observed()
-        run = plan.observe(names) if plan.observe is not None else plan.run(None)
-        if run.attrs["status"] == "failed":
-            raise RunFailed(str(run.attrs["message"]), run)
-        if run.attrs["status"] == "interrupted":
-            raise KeyboardInterrupt
-        return [observed.values(run, one, content) for one in series]
-
-    def residuals(self, x: Array, *, first: bool = False) -> Array:
-        """Weighted differences; not a number, which shortens the step of the least squares, where a run fails."""
-        try:
-            found = self.values(x)
-        except EvolventError:
-            if first:
-                raise
-            return np.full(self.count, np.nan)
-        parts = [w * (v - s.values) for w, v, s in zip(self.weights, found, self.measured.series, strict=True)]
-        whole = np.concatenate(parts)
-        if self.progress is not None:
-            self.progress(self.evaluations + self.reused, float(np.sqrt(np.mean(whole**2))))
-        return whole
-
-    def off(self, found: Any) -> tuple[Array, str]:
-        """By how much finer integration would change the parameters of a fit, in their scales; and why it is not known.
-
-        Parameters
-        ----------
-        found : as of `scipy.optimize.least_squares`
-        """
-        self.level += 1
-        try:
-            values = self.values(found.x)
-        except EvolventError as error:
-            return np.zeros(found.x.size), f"the error of integration is not known: with finer integration {error}"
-        finally:
-            self.level -= 1
-        change = np.concatenate(
-            [w * (v - s.values) for w, v, s in zip(self.weights, values, self.measured.series, strict=True)]
-        )
-        return np.abs(uncertainty.shift(found.jac, change - found.fun)), ""
-
-    def accuracy(self) -> str:
-        """A sentence on the integration of the runs."""
-        if self.closed_form:
-            return ""
-        how = self.module.finer(self.level).integration(cases.load(dict(self.content)))
-        again = ", finer than the case says" if self.level else ""
-        return f"integration ({how}{again}): the errors include what a finer one changes"
-
-    def derivatives(self, x: Array, step: float, low: Array, high: Array) -> Array:
-        """Derivatives of the discrete solution, or where it has none central differences, one-sided at a bound."""
-        if not self.differences:
-            try:
-                return self._of_discrete_solution(x)
-            except EvolventError as error:
-                self.differences = str(error)
-        columns = []
-        for k in range(x.size):
-            ends = [x.copy(), x.copy()]
-            ends[0][k], ends[1][k] = max(x[k] - step, low[k]), min(x[k] + step, high[k])
-            before, after = (self.residuals(end) for end in ends)
-            column = (after - before) / (ends[1][k] - ends[0][k])
-            if not np.all(np.isfinite(column)):
-                raise RunFailed(
-                    f"the fit cannot take the derivative by {self.parameters[k].key}: a run near "
-                    f"{x[k] * self.parameters[k].scale:g} {self.parameters[k].unit} fails", None,
-                )  # fmt: skip
-            columns.append(column)
-        return np.stack(columns, axis=1)
-
-    @property
-    def derived_by(self) -> str:
-        """How derivatives were found."""
-        return f"central differences ({self.differences})" if self.differences else "those of the discrete solution"
-
-    def _of_discrete_solution(self, x: Array) -> Array:
-        """Derivatives of the weighted differences by `evolvent.analysis.sensitivity`.
-
-        Raises
-        ------
-        EvolventError
-            Where a run has none.
-        """
-        from evolvent import analysis
-        from evolvent.analysis.sensitivity import jacobian
-
-        keys, blocks = [p.key for p in self.parameters], []
-        for row in self.measured.rows:
-            content = cases.content_of(self.content, {**row, **self.overrides(x)})
-            system = self.module.finer(self.level).system(cases.load(content))
-            names = self._observed()
-
-            def series(solution: Any, content: Any = content, names: Any = names) -> Array:
-                run = analysis.observed(solution, names, system=content["system"], root={})
-                own = [
-                    observed.values(run, one, content) * w
-                    for one, w in zip(self.measured.series, self.weights, strict=True)
-                ]
-                return np.concatenate(own)
-
-            blocks.append(jacobian(system, series, keys, **system.settings)[1])
-        whole = self._in_order(blocks) * np.array([p.scale for p in self.parameters])
-        if not np.all(np.isfinite(whole)):
-            raise InputError("a derivative is not finite")
-        return whole
-
-    def _in_order(self, blocks: Sequence[Array]) -> Array:
-        """Rows of the runs' blocks in the order of the series."""
-        if len(blocks) == 1:
-            return blocks[0]
-        each = [one.values.size // len(blocks) for one in self.measured.series]
-        ends = np.cumsum([0, *each])
-        return np.concatenate([block[a:b] for a, b in itertools.pairwise(ends) for block in blocks])
-
-    def _observed(self) -> list[str]:
-        """Names of the variables that a run is observed by."""
-        names = [split(one.name)[0] if one.times is None else one.name for one in self.measured.series]
-        return names + [name.partition("[")[0] for name in names if name.endswith("]")]
-
-
-# ------------------------------------------------------------------------------------------------ uncertainty
 
 
 def _references(

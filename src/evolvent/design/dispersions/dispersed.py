@@ -16,8 +16,10 @@ from evolvent import cases
 from evolvent.base.errors import InputError
 from evolvent.base.units import unit_text
 from evolvent.design.dispersions import order, sensitivity
+from evolvent.design.evaluator.evaluator import Progress
+from evolvent.design.evaluator.pools import Report
 from evolvent.design.studies import draws, runner
-from evolvent.design.studies.study import Study, corners, read as read_study
+from evolvent.design.studies.study import Study, first_plan, read as read_study
 from evolvent.results import variables
 from evolvent.results.kept import ENDINGS, split, stored_name
 
@@ -169,8 +171,8 @@ def disperse(
     output: str | os.PathLike[str] | None = None,
     workers: int | None = 1,
     scheduler: str | None = None,
-    progress: runner.Progress | None = None,
-    report: runner.Report | None = None,
+    progress: Progress | None = None,
+    report: Report | None = None,
 ) -> Dispersion:
     """Run a study whose keys are drawn, and state bounds, quantiles and sensitivities of its results.
 
@@ -236,9 +238,10 @@ def check(study: Study) -> None:
             f"{', '.join(draws.DRAWN)}"
         )
     whole = [name for name in study.keep if not split(name)[1]]
-    run = _start_of(study) if whole and not study.stages else None
-    if run is None:
+    start = first_plan(study).start if whole and not study.stages else None
+    if start is None:
         return
+    run = start()
     for name in whole:
         try:
             values = variables.get(run, name)
@@ -249,18 +252,6 @@ def check(study: Study) -> None:
                 f"keep holds {name!r}, which has a value at every sample, but a dispersion needs one of each run; "
                 f"write '{name}.last', or another of .{', .'.join(ENDINGS)} in the place of .last"
             )
-
-
-def _start_of(study: Study) -> Any:
-    """Results at the start of the first case that can be planned; None where there is none."""
-    for index in corners(study):
-        try:
-            case = cases.load(study.content, study.overrides(index))
-            plan = cases.system(case.system).plan(case)
-        except InputError:
-            continue
-        return None if plan.start is None else plan.start()
-    return None
 
 
 def evaluate(dataset: xr.Dataset, *, coverage: float = 0.95, confidence: float = 0.95) -> Dispersion:

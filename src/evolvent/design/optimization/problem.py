@@ -16,8 +16,7 @@ from evolvent.analysis.margins.kept import AT_REST, IN_RUN, others_of
 from evolvent.base import schema, units
 from evolvent.base.errors import InputError
 from evolvent.design.studies import distributions, draws
-from evolvent.design.studies.axes import annotation, written
-from evolvent.design.studies.study import value_at
+from evolvent.design.studies.axes import annotation, value_at, written
 from evolvent.results import variables
 from evolvent.results.kept import check_names, split, unit_of
 

@@ -1,29 +1,24 @@
-"""Runs of a design problem: each design once, here or on several processes, and what they give."""
+"""Designs of a problem: each evaluated once, here or beside one another, and what they give."""
 
 from __future__ import annotations
 
-import concurrent.futures
 import dataclasses
 import math
-import multiprocessing
-import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from evolvent import cases
-from evolvent.assembly.variants import Variants
 from evolvent.base.errors import InputError
+from evolvent.design.evaluator.evaluator import Evaluator
+from evolvent.design.evaluator.record import Row
+from evolvent.design.evaluator.runs import CaseRuns, files_of
 from evolvent.design.optimization.problem import Problem, Progress, Requirement
-from evolvent.design.studies import record, runner, tasks
 from evolvent.results.kept import stored_name
 
 Array = np.ndarray
-#: Seconds of work from which other processes are started, and runs a variable that a search is expected to take.
-_SMALL, _EXPECTED = 15.0, 60
-#: The case, what is kept of its runs, and what they share, in a process that is one of several.
-_OWN: dict[str, Any] = {}
+#: Times that designs are expected to be evaluated in a search, for the worth of processes.
+_EXPECTED = 60
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -51,34 +46,36 @@ class OutOfRuns(Exception):
     """The number of runs that a search may take is used up."""
 
 
-class Runs:
-    """The runs of a problem.
+class Designs:
+    """The designs of a problem, a context at whose end its processes end.
 
     Parameters
     ----------
     problem : Problem
-    workers : int or None, processes; None takes all cores where the work is worth their start
+    workers : int or None, processes or threads; None takes all cores where the work is worth their start
     most : int, runs at most
     progress : called with the number of runs and the best objective so far
     """
 
     def __init__(self, problem: Problem, workers: int | None, most: int, progress: Progress | None) -> None:
-        self.problem, self.most, self._workers = problem, most, workers
+        self.problem, self.most, self.count = problem, most, 0
         self._progress: Callable[[int, float], None] = progress or (lambda runs, best: None)
-        self._pool: concurrent.futures.ProcessPoolExecutor | None = None
         self._known: dict[tuple[bytes, tuple[int, ...]], Result] = {}
-        self.files = _files_of(problem)
+        dispersed = problem.dispersed.keys if problem.dispersed is not None else ()
+        varied = [key.key for one in problem.variables for key in one.keys] + [spread.key for spread, _ in dispersed]
+        choices = [one.overrides(k) for one in problem.discrete for k in range(one.choices)]
+        files = files_of(problem.content, [{}, *choices])
+        self.runs = CaseRuns(content=problem.content, keep=problem.keep, files=files, varied=tuple(varied))
+        self._evaluator = Evaluator(self.runs, workers=workers, calls=_EXPECTED)
         self.designs: list[tuple[Array, tuple[int, ...], Result]] = []  # that gave a result
         self._sizes: tuple[float, Array] | None = None
         self.history: list[tuple[int, float, bool]] = []  # runs, objective, whether all requirements are met
-        self.count, self._cost, self._variants = 0, 0.0, Variants()
 
-    def __enter__(self) -> Runs:
+    def __enter__(self) -> Designs:
         return self
 
-    def __exit__(self, *error: object) -> None:
-        if self._pool is not None:
-            self._pool.shutdown(wait=not any(error), cancel_futures=True)
+    def __exit__(self, *error: Any) -> None:
+        self._evaluator.__exit__(*error)
 
     def of(self, places: Sequence[Array], chosen: tuple[int, ...]) -> list[Result]:
         """What designs give, in order.
@@ -96,7 +93,7 @@ class Runs:
         new_runs = sum(len(runs) for _, runs in each if not isinstance(runs, str))
         if self.count + new_runs > self.most:
             raise OutOfRuns
-        outcomes = iter(self._outcomes([one for _, runs in each if not isinstance(runs, str) for one in runs]))
+        outcomes = iter(self._evaluator.of([one for _, runs in each if not isinstance(runs, str) for one in runs]))
         for key, runs in each:
             if isinstance(runs, str):
                 self._known[key] = self._nothing(runs)
@@ -121,15 +118,13 @@ class Runs:
         several = [[{**run, **one} for run in self.problem.runs(place, chosen)] for one in changes]
         if self.count + sum(map(len, several)) > self.most:
             raise OutOfRuns
-        outcomes = iter(self._outcomes([run for own in several for run in own]))
+        outcomes = iter(self._evaluator.of([run for own in several for run in own]))
         self.count += sum(map(len, several))
         return [self._result([next(outcomes) for _ in own]) for own in several]
 
     def finer(self, place: Array, chosen: tuple[int, ...]) -> Result:
         """What a design gives with finer integration of its runs, which are not counted."""
-        keep, shared = self.problem.keep, Variants()
-        runs = self.problem.runs(place, chosen)
-        return self._result([tasks.outcome_of(self.problem.content, one, keep, shared, level=1.0) for one in runs])
+        return self._result(self._evaluator.of(self.problem.runs(place, chosen), level=1.0))
 
     def take(self, runs: int) -> None:
         """Count runs that are made elsewhere.
@@ -141,20 +136,6 @@ class Runs:
         if self.count + runs > self.most:
             raise OutOfRuns
         self.count += runs
-
-    def margins(self, place: Array, chosen: tuple[int, ...], names: Sequence[str]) -> dict[str, float]:
-        """Margins at rest of a design by name, without a run.
-
-        Raises
-        ------
-        InputError
-            Where the design has none.
-        """
-        overrides = self.problem.overrides(place, chosen)
-        found = tasks.outcome_of(self.problem.content, overrides, names, self._variants)
-        if found.status == "failed":
-            raise InputError(found.reason)
-        return {name: float(found.variables[stored_name(name)].values) for name in names}
 
     @property
     def sizes(self) -> tuple[float, Array]:
@@ -183,31 +164,7 @@ class Runs:
     def _nothing(self, reason: str) -> Result:
         return Result(math.nan, np.full(len(self.problem.requirements), math.nan), reason)
 
-    def _outcomes(self, runs: Sequence[Mapping[str, Any]]) -> list[record.Outcome]:
-        """What is kept of runs, in order."""
-        began, found = time.perf_counter(), []
-        if self._pool is None and self._is_worth_processes(len(runs)):
-            self._pool = concurrent.futures.ProcessPoolExecutor(
-                self._workers or runner.cores(), mp_context=multiprocessing.get_context("spawn"), initializer=_begin,
-                initargs=(self.problem.content, self.problem.keep),
-            )  # fmt: skip
-        if self._pool is not None and len(runs) > 1:
-            found = list(self._pool.map(_outcome, runs))
-        else:
-            own = self.problem.content, self.problem.keep
-            found = [tasks.outcome_of(own[0], one, own[1], self._variants) for one in runs]
-            self._cost = (time.perf_counter() - began) / max(len(runs), 1)
-        cases.check_files(self.files)
-        if self.count == 0:
-            record.check_kept(found)
-        return found
-
-    def _is_worth_processes(self, batch: int) -> bool:
-        if self._workers is not None:
-            return self._workers > 1 and batch > 1 and self.count > 0
-        return batch > 1 and runner.cores() > 1 and self._cost * _EXPECTED * batch > _SMALL
-
-    def _result(self, outcomes: Sequence[record.Outcome]) -> Result:
+    def _result(self, outcomes: Sequence[Row]) -> Result:
         """The result of a design from those of its runs: of a dispersion quantiles, with failed runs as worst."""
         failed = next((one.reason for one in outcomes if one.status == "failed"), "")
         rows = [self._row(one) for one in outcomes]
@@ -227,17 +184,9 @@ class Runs:
             return found
         return dataclasses.replace(found, reason=failed or self._lacking((objective, found.values)))
 
-    def _row(self, one: record.Outcome) -> tuple[float, Array]:
-        def value(name: str) -> float:
-            variable = one.variables.get(stored_name(name))
-            if variable is None:
-                return math.nan
-            if variable.ndim:
-                raise InputError(f"{name!r} has {variable.shape} values in a run; name one of them")
-            return float(variable.values)
-
-        terms = [value(name) for name in self.problem.objective_keep]
-        return sum(terms), np.array([value(r.keep) for r in self.problem.requirements])
+    def _row(self, one: Row) -> tuple[float, Array]:
+        terms = [value_of(one, name) for name in self.problem.objective_keep]
+        return sum(terms), np.array([value_of(one, r.keep) for r in self.problem.requirements])
 
     def _lacking(self, row: tuple[float, Array]) -> str:
         """Which results a run does not have."""
@@ -248,13 +197,14 @@ class Runs:
         return f"{', '.join(dict.fromkeys(names))} has no value in the run" if names else ""
 
 
-def _files_of(problem: Problem) -> dict[str, str]:
-    """Files that the runs of a problem read (`cases.files_of`)."""
-    found = cases.files_of(problem.content)
-    for one in problem.discrete:
-        for number in range(one.choices):
-            found |= cases.files_of(cases.content_of(problem.content, one.overrides(number)))
-    return found
+def value_of(one: Row, name: str) -> float:
+    """What a run has of a name; NaN where it has none."""
+    found = one.values(stored_name(name))
+    if found is None:
+        return math.nan
+    if found.ndim:
+        raise InputError(f"{name!r} has {found.shape} values in a run; name one of them")
+    return float(found)
 
 
 def size(*values: float) -> float:
@@ -276,13 +226,3 @@ def quantile(values: Sequence[float], share: float, *, upper: bool) -> float:
     ordered = np.sort(np.where(np.isfinite(signed), signed, math.inf))
     found = float(ordered[min(math.ceil(share * ordered.size - 1e-9), ordered.size) - 1])
     return (found if upper else -found) if math.isfinite(found) else math.nan
-
-
-def _begin(content: dict[str, Any], keep: tuple[str, ...]) -> None:
-    """Set what the runs of this process have in common."""
-    _OWN.update(content=content, keep=keep, variants=Variants())
-
-
-def _outcome(overrides: Mapping[str, Any]) -> record.Outcome:
-    """What is kept of the run of a design."""
-    return tasks.outcome_of(_OWN["content"], overrides, _OWN["keep"], _OWN["variants"])

@@ -14,7 +14,7 @@ from evolvent import cases
 from evolvent.analysis.system import System
 from evolvent.base.errors import InputError, RunFailed
 from evolvent.design.optimization.problem import Problem, Progress, read
-from evolvent.design.optimization.runs import OutOfRuns, Result, Runs, short
+from evolvent.design.optimization.runs import Designs, OutOfRuns, Result, short
 from evolvent.design.optimization.slopes import DIFFERENCES, WAYS, Slopes
 from evolvent.design.optimization.trade import Trade, trade
 
@@ -193,7 +193,7 @@ def optimize(
         minimize=_names(minimize), maximize=_names(maximize), subject_to=_names(subject_to), disperse=disperse,
         samples=samples, quantile=quantile, seed=seed,
     )  # fmt: skip
-    with Runs(problem, workers, most_runs, progress) as runs:
+    with Designs(problem, workers, most_runs, progress) as runs:
         return _Search(runs, optimizer, derivatives, starts, seed).design(tolerances)
 
 
@@ -209,7 +209,7 @@ def _names(given: Any) -> list[str]:
 class _Search:
     """The searches of one problem."""
 
-    def __init__(self, runs: Runs, optimizer: str, derivatives: str, starts: int, seed: int) -> None:
+    def __init__(self, runs: Designs, optimizer: str, derivatives: str, starts: int, seed: int) -> None:
         self.runs, self.problem, self.optimizer = runs, runs.problem, optimizer
         self.slopes = Slopes(runs, derivatives)
         self._starts, self._seed = starts, seed
@@ -295,7 +295,7 @@ class _Search:
 class _Scaled:
     """Objective and requirements of designs with one combination of choices, scaled to their sizes at the start."""
 
-    def __init__(self, runs: Runs, slopes: Slopes, chosen: tuple[int, ...]) -> None:
+    def __init__(self, runs: Designs, slopes: Slopes, chosen: tuple[int, ...]) -> None:
         self._runs, self._slopes, self._chosen = runs, slopes, chosen
         problem = runs.problem
         self._sense = -1.0 if problem.maximize else 1.0

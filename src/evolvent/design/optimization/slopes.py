@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
-from evolvent import cases
 from evolvent.analysis.margins.kept import AT_REST, others_of
 from evolvent.base.errors import EvolventError, InputError
-from evolvent.design.optimization.runs import Runs
+from evolvent.design.evaluator.differences import central
+from evolvent.design.evaluator.evaluator import Evaluator
+from evolvent.design.optimization.runs import Designs, value_of
 
 Array = np.ndarray
 #: Share of the way between the bounds by which a key changes for a difference: results of adaptive steps have errors
@@ -28,14 +31,15 @@ class Slopes:
 
     Parameters
     ----------
-    runs : Runs
+    runs : Designs
     way : one of `WAYS`
     """
 
-    def __init__(self, runs: Runs, way: str) -> None:
+    def __init__(self, runs: Designs, way: str) -> None:
         self._runs, self._problem = runs, runs.problem
         self._known: dict[tuple[bytes, tuple[int, ...]], tuple[Array, Array]] = {}
         self._margins = tuple(name for name in runs.problem.keep if not others_of([name]))
+        self._at_rest = Evaluator(dataclasses.replace(runs.runs, keep=self._margins))
         self._counts = {DISCRETE: 0, DIFFERENCES: 0}
         self._why, self._failed = "", 0
         if way == DIFFERENCES:
@@ -98,39 +102,33 @@ class Slopes:
             return {}
         keys = [key.key for one in variables for key in one.keys]
         self._runs.take(1 + 2 * len(keys))
-        case = cases.load(self._problem.content, self._problem.overrides(place, chosen))
-        system = cases.system(case.system).system(case)
-        table = system.sensitivity(names, keys, fine=False, check=False, progress=lambda t: None).derivative
+        by_key = self._runs.runs.derivatives(self._problem.overrides(place, chosen), keys)
+        ways = [(k, key.high - key.low) for k, one in enumerate(variables) for key in one.keys]
         found = np.zeros((len(names), place.size))
-        for k, one in enumerate(variables):
-            for key in one.keys:
-                found[:, k] += table.sel(key=key.key).values * (key.high - key.low)
+        for own, (k, way) in zip(by_key.T, ways, strict=True):
+            found[:, k] += own * way
         if not np.all(np.isfinite(found)):
             raise InputError("a derivative is not finite")
         return dict(zip(names, found, strict=True))
 
     def _of_margins(self, place: Array, chosen: tuple[int, ...]) -> dict[str, Array]:
         """Central differences of margins at rest, by name."""
-        found = {name: np.zeros(place.size) for name in self._margins}
-        for k, unit in enumerate(np.eye(place.size) if found else ()):
-            ends = [np.clip(place + side * STEP * unit, 0.0, 1.0) for side in (-1.0, 1.0)]
-            low, high = (self._runs.margins(end, chosen, self._margins) for end in ends)
-            for name in found:
-                found[name][k] = (high[name] - low[name]) / (ends[1][k] - ends[0][k])
-        return found
+
+        def values(places: list[Array]) -> list[Array]:
+            found = self._at_rest.of([self._problem.overrides(one, chosen) for one in places])
+            for one in found:
+                if one.status == "failed":
+                    raise InputError(one.reason)
+            return [np.array([value_of(one, name) for name in self._margins]) for one in found]
+
+        return dict(zip(self._margins, central(values, place, STEP, 0.0, 1.0), strict=True)) if self._margins else {}
 
     def _differences(self, place: Array, chosen: tuple[int, ...]) -> tuple[Array, Array]:
-        around = [np.clip(place + side * STEP * unit, 0.0, 1.0) for unit in np.eye(place.size) for side in (-1.0, 1.0)]
-        found = self._runs.of([place, *around], chosen)
+        """Central differences; 0 where neither side has a result."""
+
+        def values(places: list[Array]) -> list[Array]:
+            return [np.array([one.objective, *one.values]) for one in self._runs.of(places, chosen)]
+
+        found = np.nan_to_num(central(values, place, STEP, 0.0, 1.0))
         self._counts[DIFFERENCES] += 1
-        middle, others = found[0], found[1:]
-        objective = np.zeros(place.size)
-        values = np.zeros((middle.values.size, place.size))
-        for k in range(place.size):
-            low, high = others[2 * k], others[2 * k + 1]
-            a, b = (low, around[2 * k]) if low.sound else (middle, place)
-            c, d = (high, around[2 * k + 1]) if high.sound else (middle, place)
-            if d[k] > b[k]:
-                objective[k] = (c.objective - a.objective) / (d[k] - b[k])
-                values[:, k] = (c.values - a.values) / (d[k] - b[k])
-        return objective, values
+        return found[0], found[1:]

@@ -11,7 +11,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.design.optimization.problem import Problem, Spread, paths
-from evolvent.design.optimization.runs import Runs, short
+from evolvent.design.optimization.runs import Designs, short
 from evolvent.design.optimization.slopes import Slopes
 
 Array = np.ndarray
@@ -66,7 +66,7 @@ class Trade:
 
 
 def trade(
-    runs: Runs, slopes: Slopes, place: Array, chosen: tuple[int, ...], tolerances: Mapping[str, Any] | None
+    runs: Designs, slopes: Slopes, place: Array, chosen: tuple[int, ...], tolerances: Mapping[str, Any] | None
 ) -> Trade:
     """What governs a design that meets all requirements.
 
@@ -141,7 +141,7 @@ def _multipliers(
 
 
 def _changes(
-    runs: Runs, place: Array, chosen: tuple[int, ...], tolerances: Mapping[str, Any] | None
+    runs: Designs, place: Array, chosen: tuple[int, ...], tolerances: Mapping[str, Any] | None
 ) -> list[tuple[str, str, tuple[float, Array]]]:
     """Largest change of objective and values by every tolerance: (keys, text, (objective, values))."""
     problem = runs.problem

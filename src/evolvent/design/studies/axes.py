@@ -250,3 +250,34 @@ def _points(where: str, given: Mapping[str, Any], reader: Any) -> list[Any]:
 def _numeric(where: str, reader: Any) -> None:
     if reader is None:
         raise InputError(f"{where} takes words or lists, so it has no range; give a list of values")
+
+
+def value_at(case: Any, key: str) -> Any:
+    """Value of a dotted key of a checked case, as JSON can hold it."""
+    place, choice = case, None
+    for name in key.split("."):
+        if choice is not None and name in choice.kinds:
+            only = list(choice.kinds[name].model_fields)
+            place, choice = (getattr(place, only[0]) if key.endswith(f".{name}") and len(only) == 1 else place), None
+        elif isinstance(place, Mapping):
+            place, choice = place[schema.member(place, name)], None
+        elif isinstance(place, units.Turned) and name in place.given:
+            place, choice = place.given[name], None
+        elif isinstance(place, schema.Section):
+            field = type(place).model_fields[name]
+            place, choice = (
+                getattr(place, name),
+                next((m for m in schema.marks(field) if isinstance(m, schema.OneOf)), None),
+            )
+        else:
+            place, choice = place[int(name)], None
+    return choice.write(place) if choice is not None and place is not None else _as_json(place)
+
+
+def _as_json(value: Any) -> Any:
+    """A value of a checked case as JSON can hold it."""
+    if isinstance(value, schema.Section):
+        return value.model_dump(mode="json")
+    if isinstance(value, Mapping):
+        return {name: _as_json(one) for name, one in value.items()}
+    return [_as_json(one) for one in value] if isinstance(value, tuple) else value

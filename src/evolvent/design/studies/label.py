@@ -3,16 +3,36 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from evolvent import __version__
+from evolvent.design.evaluator.record import Table
+from evolvent.design.evaluator.sources import sources, versions
 from evolvent.design.studies.axes import Axis
-from evolvent.design.studies.record import Table
-from evolvent.design.studies.store import sources, versions
 from evolvent.design.studies.study import Study
+
+
+def table(rows: Table, dims: Sequence[str], shape: Sequence[int]) -> xr.Dataset:
+    """What is kept of cases over the dimensions that they span."""
+
+    def over(values: np.ndarray, attrs: dict[str, Any], own: Sequence[str] = ()) -> xr.Variable:
+        return xr.Variable((*dims, *own), values.reshape(*shape, *values.shape[1:]), attrs)
+
+    found = xr.Dataset(
+        {
+            "status": over(np.array(rows.status), {"long_name": "how the run ended"}),
+            "reason": over(np.array(rows.reason), {"long_name": "why the run failed"}),
+        }
+    )
+    for name, column in rows.columns.items():
+        label = name if name not in found.variables and name not in dims else f"{name}_of_run"
+        found[label] = over(column.values, dict(column.attrs), column.dims)
+    common = {dim: one for dim, one in rows.coordinates.items() if one.common}
+    return found.assign_coords({dim: xr.Variable((dim,), one.values, dict(one.attrs)) for dim, one in common.items()})
 
 
 def dataset(study: Study, rows: Table) -> xr.Dataset:
@@ -22,9 +42,13 @@ def dataset(study: Study, rows: Table) -> xr.Dataset:
     ----------
     rows : Table, of all cases of the study
     """
-    found = xr.Dataset(
-        {"status": _variable(study, np.array(rows.status), {"long_name": "how the run ended"})},
-        attrs={
+    along = {}
+    for axis in study.axes:
+        attrs = {"units": axis.unit or "1", "long_name": axis.key, "description": axis.what}
+        along[axis.key] = xr.Variable((axis.key,) if study.sample == "grid" else ("case",), values(axis), attrs)
+    found = table(rows, study.dims, study.shape).assign_coords(along)
+    return found.assign_attrs(
+        {
             "title": f"evolvent study {study.name}",
             "source": f"evolvent {__version__}",
             "system": study.system,
@@ -38,24 +62,8 @@ def dataset(study: Study, rows: Table) -> xr.Dataset:
             "version": __version__,
             "versions": json.dumps(versions()),
             "sources": sources(),
-        },
+        }
     )
-    found["reason"] = _variable(study, np.array(rows.reason), {"long_name": "why the run failed"})
-    for name, column in rows.columns.items():
-        label = name if name not in found.variables and name not in study.dims else f"{name}_of_run"
-        found[label] = _variable(study, column.values, dict(column.attrs), column.dims)
-    for dim, along in rows.coordinates.items():
-        if along.common:
-            found = found.assign_coords({dim: xr.Variable((dim,), along.values, dict(along.attrs))})
-    for axis in study.axes:
-        dims = (axis.key,) if study.sample == "grid" else ("case",)
-        attrs = {"units": axis.unit or "1", "long_name": axis.key, "description": axis.what}
-        found = found.assign_coords({axis.key: xr.Variable(dims, values(axis), attrs)})
-    return found
-
-
-def _variable(study: Study, rows: np.ndarray, attrs: dict[str, Any], dims: tuple[str, ...] = ()) -> xr.Variable:
-    return xr.Variable((*study.dims, *dims), rows.reshape(*study.shape, *rows.shape[1:]), attrs)
 
 
 def values(axis: Axis) -> np.ndarray:

@@ -14,7 +14,9 @@ from evolvent import cases, results
 from evolvent.base import files
 from evolvent.base.errors import InputError, nearest
 from evolvent.base.schema import shown
-from evolvent.design.studies import record
+from evolvent.design.evaluator import record
+from evolvent.design.evaluator.runs import CaseRuns, uninterrupted
+from evolvent.design.evaluator.task import Check, Point, Runs, Task
 from evolvent.results import variables
 from evolvent.results.kept import check_names as check_kept_names
 
@@ -124,61 +126,60 @@ def check_names(keep: Sequence[str], stages: Sequence[Stage], run: xr.DataTree) 
 # ------------------------------------------------------------------------------------------------ running
 
 
-def chain(
-    content: Mapping[str, Any],
-    overrides: Mapping[str, Mapping[str, Any]],
-    *,
-    index: int,
-    start_key: str,
-    keep: Sequence[str],
-    folder: str,
-) -> tuple[record.Outcome, dict[str, record.Outcome], list[str]]:
-    """Run the stages of a case, or take their runs from the folder.
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class StageRuns(Runs):
+    """Runs of a case that follow one another; those in the folder are not run again.
 
-    Returns what is kept of the whole, what is kept of every stage, and sentences on runs that were computed again.
-
-    Parameters
+    Attributes
     ----------
-    overrides : mapping, stage -> what the case changes in it
+    content : mapping, the case
+    start_key : str, key of the case that takes the run before
+    keep : names of what is kept, each with the name of its stage
     folder : str, of the study
-
-    Raises
-    ------
-    KeyboardInterrupt
-        If the user ended a run, which is not kept.
     """
-    each: dict[str, record.Outcome] = {}
-    kept: dict[str, xr.Variable] = {}
-    along: dict[str, xr.Variable] = {}
-    notes: list[str] = []
-    before = ""
-    for name, changes in overrides.items():
-        path = pathlib.Path(folder) / FOLDER / f"{index:06d}-{name}.nc"
-        start = {start_key: before} if before else {}
-        own = own_keep(keep, name)
-        one = record.outcome(index, _run(content, {**changes, **start}, path, notes), own)
-        if keep and not own:
-            one = dataclasses.replace(one, variables={})
-        each[name] = one
-        kept |= {f"{name}_{key}": _named(values, name, key) for key, values in one.variables.items()}
-        along |= {
-            f"{name}_{dim}": xr.Variable((f"{name}_{dim}",), of.values, of.attrs) for dim, of in one.coordinates.items()
-        }
-        if one.status == "failed":
-            reason = f"stage {name!r}: {one.reason}"
-            found = record.Outcome(index=index, status="failed", reason=reason, variables=kept, coordinates=along)
-            return found, each, notes
-        before = str(path)
-    return record.Outcome(index=index, status=one.status, variables=kept, coordinates=along), each, notes
 
+    content: Mapping[str, Any]
+    start_key: str
+    keep: Sequence[str]
+    folder: str
 
-def check_kept(each: Sequence[Mapping[str, record.Outcome]]) -> None:
-    """Refuse names of `keep` that none of the first runs of a stage has."""
-    for name in {name: None for one in each for name in one}:
-        try:
-            record.check_kept([one[name] for one in each if name in one])
-        except InputError as error:
-            raise InputError(f"stage {name!r}: {error}") from None
+    def solver(self, point: Point) -> str:
+        """Name of the compiled solver of the first stage of a point."""
+        return CaseRuns(content=self.content, keep=()).solver(next(iter(point.values())))
+
+    def outcomes(self, task: Task, check: Check | None = None) -> list[record.Outcome]:
+        """What is kept of the stages at points, which are the keys of the case in every stage by its name."""
+        return [self._chain(number, point) for number, point in zip(task.numbers, task.points, strict=True)]
+
+    def _chain(self, number: int, point: Point) -> record.Outcome:
+        """What is kept of the stages of a case, up to one that fails.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            If the user ended a run, which is not kept.
+        """
+        found: dict[str, Any] = {"variables": {}, "coordinates": {}, "missing": (), "known": ()}
+        notes: list[str] = []
+        before = status = reason = ""
+        for name, changes in point.items():
+            path = pathlib.Path(self.folder) / FOLDER / f"{number:06d}-{name}.nc"
+            start = {self.start_key: before} if before else {}
+            own = own_keep(self.keep, name)
+            one = record.outcome(number, _run(self.content, {**changes, **start}, path, notes), own)
+            before, status = str(path), one.status
+            if own or not self.keep:
+                found["variables"] |= {f"{name}_{key}": _named(of, name, key) for key, of in one.variables.items()}
+            found["coordinates"] |= {
+                f"{name}_{dim}": xr.Variable((f"{name}_{dim}",), of.values, of.attrs)
+                for dim, of in one.coordinates.items()
+            }
+            for which in ("missing", "known"):
+                found[which] += tuple(f"{name}.{wanted}" for wanted in getattr(one, which))
+            if status == "failed":
+                reason = f"stage {name!r}: {one.reason}"
+                break
+        return record.Outcome(index=number, status=status, reason=reason, notes=tuple(notes), **found)
 
 
 def _run(
@@ -199,9 +200,7 @@ def _run(
                 same_files = cases.files_of_run(found) == cases.files_of_case(case)
                 if same_files and found.attrs["case"] == cases.to_yaml(case):
                     return found
-        run: xr.Dataset = cases.system(case.system).plan(case).run(None)
-        if run.attrs["status"] == "interrupted":
-            raise KeyboardInterrupt
+        run: xr.Dataset = uninterrupted(cases.system(case.system).plan(case).run(None))
         files.make_folder(path.parent)
         results.save(run, path)
         return results.open(path)  # what is kept is the same whether it was computed now or before

@@ -18,10 +18,11 @@ import numpy as np
 from evolvent import cases
 from evolvent.analysis.margins.kept import others_of
 from evolvent.analysis.system import System
-from evolvent.base import progress, safe_open, schema, units
+from evolvent.base import progress, safe_open, schema
 from evolvent.base.errors import InputError, nearest
-from evolvent.design.studies import catalogue, draws, inputs, measured, stages as st
-from evolvent.design.studies.axes import MOST_CASES, Axis, annotation, axes, whole_number
+from evolvent.design.evaluator.runs import files_of
+from evolvent.design.studies import catalogue, draws, measured, stages as st
+from evolvent.design.studies.axes import MOST_CASES, Axis, annotation, axes, value_at, whole_number
 from evolvent.results.kept import ENDINGS, check_names, is_reduction, stored_name
 
 SAMPLES = ("grid", "list", *draws.DRAWN)
@@ -242,9 +243,18 @@ def read(
     found = _checked(found, module)
     return dataclasses.replace(
         found,
-        files=inputs.files_of(found.content, found.fixed, found.axes, found.stages),
+        files=_files_of(found),
         tables=cases.files_of(as_written),
     )
+
+
+def _files_of(study: Study) -> dict[str, str]:
+    """Files that any of the cases reads -> SHA-256 of what they hold."""
+    changes: list[Mapping[str, Any]] = [stage.set for stage in study.stages]
+    for axis in study.axes:
+        words = {repr(one): one for one in axis.values if not isinstance(one, int | float | None)}
+        changes += [{axis.path: one} for one in words.values()]
+    return files_of(study.content, [{**study.fixed, **one} for one in ({}, *changes)])
 
 
 def is_study(name: str) -> bool:
@@ -387,21 +397,31 @@ def _checked(study: Study, module: Any) -> Study:
         if study.sample == "grid" and len(set(map(repr, axis.values))) < len(axis.values):
             raise InputError(f"over.{axis.key} holds a value twice; the points of a grid must differ")
     found = dataclasses.replace(study, axes=axes)
+    plan = first_plan(found, keep=() if found.stages else found.keep)
+    if plan.start is None:
+        _check_reductions(found.keep, [stage.name for stage in found.stages])
+    elif found.stages:
+        st.check_names(found.keep, found.stages, plan.start())
+    else:
+        check_names(others_of(found.keep), plan.start())
+    return found
+
+
+def first_plan(study: Study, keep: Sequence[str] = ()) -> cases.Plan:
+    """The plan of the first case at the ends of the varied keys that has one.
+
+    Raises
+    ------
+    InputError
+        If none has one.
+    """
     refused = None
-    for index in corners(found):
+    for index in corners(study):
         try:
-            case = cases.load(found.content, found.overrides(index))
-            plan = module.plan(case, keep=() if found.stages else found.keep)
+            case = cases.load(study.content, study.overrides(index))
+            return cases.system(case.system).plan(case, keep=keep)  # type: ignore[no-any-return]
         except InputError as error:
             refused = refused or error
-            continue
-        if plan.start is None:
-            _check_reductions(found.keep, [stage.name for stage in found.stages])
-        elif found.stages:
-            st.check_names(found.keep, found.stages, plan.start())
-        else:
-            check_names(others_of(found.keep), plan.start())
-        return found
     raise refused if refused is not None else InputError("the study has no cases")
 
 
@@ -457,34 +477,3 @@ def corners(study: Study, most: int = _CORNERS) -> list[int]:
             if all(isinstance(v, (int, float)) for v in axis.values):
                 found += [int(np.argmin(axis.values)), int(np.argmax(axis.values))]
     return list(dict.fromkeys(found))[:most]
-
-
-def value_at(case: Any, key: str) -> Any:
-    """Value of a dotted key of a checked case, as JSON can hold it."""
-    place, choice = case, None
-    for name in key.split("."):
-        if choice is not None and name in choice.kinds:
-            only = list(choice.kinds[name].model_fields)
-            place, choice = (getattr(place, only[0]) if key.endswith(f".{name}") and len(only) == 1 else place), None
-        elif isinstance(place, Mapping):
-            place, choice = place[schema.member(place, name)], None
-        elif isinstance(place, units.Turned) and name in place.given:
-            place, choice = place.given[name], None
-        elif isinstance(place, schema.Section):
-            field = type(place).model_fields[name]
-            place, choice = (
-                getattr(place, name),
-                next((m for m in schema.marks(field) if isinstance(m, schema.OneOf)), None),
-            )
-        else:
-            place, choice = place[int(name)], None
-    return choice.write(place) if choice is not None and place is not None else _as_json(place)
-
-
-def _as_json(value: Any) -> Any:
-    """A value of a checked case as JSON can hold it."""
-    if isinstance(value, schema.Section):
-        return value.model_dump(mode="json")
-    if isinstance(value, Mapping):
-        return {name: _as_json(one) for name, one in value.items()}
-    return [_as_json(one) for one in value] if isinstance(value, tuple) else value

@@ -6,8 +6,6 @@ The compiled time loops let other threads run; what is left to Python, a fifth t
 
 from __future__ import annotations
 
-import concurrent.futures
-import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -16,14 +14,14 @@ import xarray as xr
 
 from evolvent.analysis import simulation
 from evolvent.base.errors import InputError, nearest
-from evolvent.design.studies import accessor, record  # noqa: F401  (it registers found.ev)
-from evolvent.results.kept import Kept
+from evolvent.design.evaluator import pools
+from evolvent.design.evaluator.evaluator import Evaluator
+from evolvent.design.evaluator.runs import SystemRuns
+from evolvent.design.studies import accessor, label  # noqa: F401  (it registers found.ev)
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System
 
-#: Threads beyond which Python's share of short runs keeps others waiting; processes then serve better.
-MOST_THREADS = 4
 #: Arguments of `System.simulate` for the runs.
 _SETTINGS = ("until", "every", "fine", "method", "step", "tolerance", "spectral_radius")
 
@@ -49,8 +47,6 @@ def simulate_many(
     InputError
         As of `evolvent.System.simulate_many`.
     """
-    from evolvent.design.studies.runner import cores
-
     listed, names = _listed(values), tuple(_SETTINGS)
     for name in settings:
         if name not in names:
@@ -62,70 +58,13 @@ def simulate_many(
         raise InputError("keep is empty; name what is kept of every run, such as ['hub.rate.z.last']")
     if margins.need_run:
         system._run_settings(settings)  # refuses what concerns all variants
-    workers = min(cores(), MOST_THREADS) if workers is None else workers
-    found = runs(system, listed, margins.keep, workers=workers, given=settings, progress=progress)
-    outcomes = [record.outcome(k, one, margins.keep) for k, one in enumerate(found)]
-    record.check_kept(outcomes)
-    return _dataset(listed, record.table(outcomes))
-
-
-def runs(
-    system: System, values: Sequence[Mapping[str, Any]], keep: Sequence[str], *, workers: int = 1,
-    given: Mapping[str, Any] | None = None, progress: Callable[[int, int], None] | None = None,
-) -> list[Kept | Exception]:  # fmt: skip
-    """What is kept of the runs of variants, in order, or why there is none; the same bits for any number of workers.
-
-    Parameters
-    ----------
-    values : of each variant, as of `evolvent.System.with_values`
-    keep : names that the runs of the system have
-    workers : threads
-    given : arguments of `evolvent.System.simulate`
-    progress : called with the number of runs that have ended and of all
-
-    Raises
-    ------
-    KeyboardInterrupt
-        If the user ended the runs.
-    """
-    found: list[Any] = [None] * len(values)
-    stop, waiting = threading.Event(), iter(range(len(values)))
-
-    def check(_: float = 0.0) -> None:
-        if stop.is_set():
-            raise KeyboardInterrupt
-
-    def compute(k: int) -> int:
-        try:
-            found[k] = simulation.kept_of_variant(system, values[k], keep, check, given or {})
-        except Exception as error:  # noqa: BLE001  (whatever a run raises is the reason that is recorded)
-            found[k] = error
-        if isinstance(found[k], Kept) and found[k].attrs["status"] == "interrupted":
-            raise KeyboardInterrupt
-        return k
-
-    def report(done: int) -> None:
-        if progress is not None:
-            progress(done, len(values))
-
-    if workers == 1 or len(values) == 1:
-        for k in waiting:
-            compute(k)
-            report(k + 1)
-        return found
-    for k in waiting:  # what all share is found by the first run, and functions are compiled
-        report(compute(k) + 1)
-        break
-    with concurrent.futures.ThreadPoolExecutor(workers, thread_name_prefix="evolvent-variant") as pool:
-        try:
-            for done, one in enumerate(concurrent.futures.as_completed(pool.submit(compute, k) for k in waiting)):
-                one.result()
-                report(done + 2)
-        except BaseException:
-            stop.set()
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
-    return found
+    runs = SystemRuns(system=system, keep=margins.keep, settings=settings)
+    workers = min(pools.cores(), pools.MOST_THREADS) if workers is None else workers
+    with Evaluator(runs, workers=workers, batch=1, progress=progress) as evaluator:
+        evaluator.of(listed, numbered=True)
+    along = {key: _column([one.get(key) for one in listed]) for key in dict.fromkeys(k for one in listed for k in one)}
+    found = label.table(evaluator.table(), ("variant",), (len(listed),))
+    return found.assign_coords({key: ("variant", of) for key, of in along.items()})
 
 
 def _listed(values: Any) -> list[Mapping[str, Any]]:
@@ -145,23 +84,6 @@ def _listed(values: Any) -> list[Mapping[str, Any]]:
     if not listed or not all(isinstance(one, Mapping) for one in listed):
         raise InputError("the values must hold a mapping of keys for every variant, such as {'hinge.stiffness': 2.0}")
     return listed
-
-
-def _dataset(values: Sequence[Mapping[str, Any]], rows: record.Table) -> xr.Dataset:
-    """What is kept of all variants over ``variant``, with the values of their keys."""
-    over = ("variant",)
-    data = {
-        "status": xr.Variable(over, np.array(rows.status), {"long_name": "how the run ended"}),
-        "reason": xr.Variable(over, np.array(rows.reason), {"long_name": "why the run failed"}),
-    }
-    for name, column in rows.columns.items():
-        data[name] = xr.Variable((*over, *column.dims), column.values, dict(column.attrs))
-    keys = dict.fromkeys(key for one in values for key in one)
-    along = {key: xr.Variable(over, _column([one.get(key) for one in values])) for key in keys}
-    for dim, one in rows.coordinates.items():
-        if one.common:
-            along[dim] = xr.Variable((dim,), one.values, dict(one.attrs))
-    return xr.Dataset(data, along)
 
 
 def _column(values: Sequence[Any]) -> np.ndarray:

@@ -6,7 +6,7 @@ import dataclasses
 import io
 import json
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -33,6 +33,7 @@ class Outcome:
     coordinates : mapping, dimension -> its coordinate
     missing : tuple of str, wanted names that the run does not have
     known : tuple of str, names that it has, where some are missing
+    notes : tuple of str, sentences on what was computed again
     """
 
     index: int
@@ -42,6 +43,7 @@ class Outcome:
     coordinates: Mapping[str, xr.Variable] = dataclasses.field(default_factory=dict)
     missing: tuple[str, ...] = ()
     known: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def outcome(index: int, run: xr.Dataset | xr.DataTree | Kept | Exception, keep: Sequence[str]) -> Outcome:
@@ -151,6 +153,28 @@ class Table:
     reason: tuple[str, ...] = ()
     columns: Mapping[str, Column] = dataclasses.field(default_factory=dict)
     coordinates: Mapping[str, Coordinate] = dataclasses.field(default_factory=dict)
+
+
+class Row(NamedTuple):
+    """One case of a table."""
+
+    table: Table
+    place: int
+
+    @property
+    def status(self) -> str:
+        """How its run ended."""
+        return self.table.status[self.place]
+
+    @property
+    def reason(self) -> str:
+        """Why it failed; else empty."""
+        return self.table.reason[self.place]
+
+    def values(self, name: str) -> np.ndarray | None:
+        """Values of a variable; None where no case of the table has it."""
+        column = self.table.columns.get(name)
+        return None if column is None else np.asarray(column.values[self.place])
 
 
 def table(outcomes: Sequence[Outcome]) -> Table:
