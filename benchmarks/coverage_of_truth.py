@@ -27,8 +27,8 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests"))
 
 from evolvent.base.errors import InputError  # noqa: E402
-from evolvent.massprops import mass_properties  # noqa: E402
-from evolvent.massprops.signals import Signals  # noqa: E402
+from evolvent.base.signals import Signals  # noqa: E402
+from evolvent_massprops import mass_properties  # noqa: E402
 from massprops import motions  # noqa: E402
 
 Array = np.ndarray

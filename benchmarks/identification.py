@@ -27,7 +27,7 @@ import numpy as np
 import scipy
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.identification import (
+from evolvent_massprops.identification import (
     Modes,
     cramer_rao,
     esprit,

@@ -243,7 +243,7 @@ def renew(folder: pathlib.Path, *, whole: bool = False) -> list[str]:
 
 def state() -> list[str]:
     """Write the statement that saved results carry; a sentence where it has changed."""
-    from evolvent.laboratory import credibility
+    from evolvent_papers.laboratory import credibility
 
     credibility.checks.cache_clear()
     text = f"{credibility.statement()}\n"

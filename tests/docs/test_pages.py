@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from evolvent import cases
-from evolvent.commands import cli
+from evolvent.base import cli
 from evolvent.design import studies
 
 ROOT = pathlib.Path(__file__).parents[2]

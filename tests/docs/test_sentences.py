@@ -22,9 +22,9 @@ import pytest
 
 import evolvent
 from evolvent import cases, closed_forms
-from evolvent.massprops.inertia import Body, Stand, vertical_model
-from evolvent.papers import ledger, rib_runs
-from evolvent.systems.wrapped_rib.case_checks import bending_stiffness_ratio
+from evolvent_massprops.inertia import Body, Stand, vertical_model
+from evolvent_papers.papers import ledger, rib_runs
+from evolvent_papers.wrapped_rib.case_checks import bending_stiffness_ratio
 
 ROOT = pathlib.Path(__file__).parents[2]
 _NUMBER = re.compile(r"\{(<?)([^{}]+)\}")

@@ -22,7 +22,7 @@ from evolvent.base.errors import InputError
 from evolvent.commands.sweep import sweep as command
 from evolvent.design import studies
 from evolvent.design.studies import draw, record, runner, store
-from evolvent.systems import heliogyro
+from evolvent_papers import heliogyro
 
 MAIN = "from evolvent.commands.sweep import sweep; sweep()"
 

@@ -19,7 +19,9 @@ from evolvent.results.motion import turned
 try:
     from Basilisk.architecture import messaging, sysModel
 except ImportError as error:
-    raise InputError("the module of Basilisk needs the package `bsk`: pip install 'evolvent[basilisk]'") from error
+    raise InputError(
+        "the module of Basilisk needs the package `bsk`: pip install 'evolvent-cosim[basilisk]'"
+    ) from error
 
 #: Nanoseconds, the unit of Basilisk's clock.
 NANO = 1e-9

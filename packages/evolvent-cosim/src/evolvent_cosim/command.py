@@ -6,10 +6,9 @@ import os
 
 import click
 
-from evolvent.base import files
+from evolvent.base import files, options as shared
 from evolvent.base.console import echo, once
 from evolvent.base.errors import InputError
-from evolvent.commands import options as shared
 
 
 @click.command()
@@ -41,7 +40,7 @@ def fmu(case: str, assignments: tuple[str, ...], output: str | None, inputs: str
     files.check_writable(target)
     if os.path.exists(target) and os.path.exists(case) and os.path.samefile(case, target):
         raise InputError(f"-o {target!r} is the case file itself; name another, such as '{stem}.fmu'")
-    from evolvent.exports.fmu import contents, write
+    from evolvent_cosim.fmu import contents, write
 
     write.platform_of()  # before anything is compiled
     write.compiler()

@@ -67,7 +67,7 @@ def test_the_hub_moves_as_in_a_run(
     case: str, load: str, hub: str, torque: float, until: float, within: float
 ) -> None:  # fmt: skip
     """A flexible boom, and panels that spring open, to the first latch and through it."""
-    from evolvent.exports.basilisk import SpacecraftModule
+    from evolvent_cosim.basilisk import SpacecraftModule
 
     step, ends = 0.01, 2.0
     system, settings = slewed(case, load), {"method": "generalized-alpha", "step": 5e-4, "spectral_radius": 0.9}
@@ -83,7 +83,7 @@ def test_the_hub_moves_as_in_a_run(
 @needs_basilisk
 def test_a_blade_reels_out_under_a_command() -> None:
     """The sail of the thread paper on a hub that a message slows down."""
-    from evolvent.exports.basilisk import SpacecraftModule
+    from evolvent_cosim.basilisk import SpacecraftModule
 
     overrides = {"solver.method": "generalized-alpha"}
     module = SpacecraftModule(Stepper.of_case("heliogyro", overrides, inputs="body", until=20.0))
@@ -101,7 +101,7 @@ def test_a_blade_reels_out_under_a_command() -> None:
 
 @needs_basilisk
 def test_the_page_of_the_guide_runs() -> None:
-    page = (pathlib.Path(__file__).parents[2] / "docs" / "guide" / "basilisk.md").read_text(encoding="utf-8")
+    page = (pathlib.Path(__file__).parents[4] / "docs" / "guide" / "basilisk.md").read_text(encoding="utf-8")
     names: dict[str, Any] = {}
     exec(page.partition("```python\n")[2].partition("```")[0], names)
     turned = np.degrees(4.0 * np.arctan(names["module"].scStateOutMsg.read().sigma_BN[2]))
@@ -115,7 +115,7 @@ def test_a_turning_body_has_the_attitude_and_forces_of_its_messages() -> None:
     from Basilisk.architecture import messaging
     from Basilisk.utilities import RigidBodyKinematics, SimulationBaseClass, macros
 
-    from evolvent.exports.basilisk import SpacecraftModule
+    from evolvent_cosim.basilisk import SpacecraftModule
 
     system = System()
     axis, rate, mass = np.array([2.0, 1.0, 2.0]) / 3.0, 1.0, 2.0
@@ -145,7 +145,7 @@ def test_a_turning_body_has_the_attitude_and_forces_of_its_messages() -> None:
 
 @needs_basilisk
 def test_hinged_panels_move_as_those_of_basilisk() -> None:
-    path = pathlib.Path(__file__).parents[2] / "benchmarks" / "basilisk_panels.py"
+    path = pathlib.Path(__file__).parents[4] / "benchmarks" / "basilisk_panels.py"
     names = runpy.run_path(str(path))
     theirs, alone = names["theirs"](0.1)[0], names["reference"](0.1)
     ours = names["ours"](0.1, tolerance=1e-8)[0]
@@ -157,7 +157,7 @@ def test_hinged_panels_move_as_those_of_basilisk() -> None:
 
 @needs_basilisk
 def test_what_a_module_cannot_be_of_is_refused() -> None:
-    from evolvent.exports.basilisk import SpacecraftModule
+    from evolvent_cosim.basilisk import SpacecraftModule
 
     stepper = Stepper(slewed("boom-slew", "slew"), inputs="hub", until=1.0)
     with pytest.raises(InputError, match="hub is 'hup', which is not among the stepper's inputs; did you mean 'hub'"):
@@ -171,5 +171,5 @@ def test_without_basilisk_one_sentence_names_the_package() -> None:
     code = f"import sys; sys.modules['Basilisk'] = None; import runpy; runpy.run_path({str(FILE)!r})"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert found.stderr.strip().endswith(
-        "the module of Basilisk needs the package `bsk`: pip install 'evolvent[basilisk]'"
+        "the module of Basilisk needs the package `bsk`: pip install 'evolvent-cosim[basilisk]'"
     )

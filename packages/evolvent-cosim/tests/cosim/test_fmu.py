@@ -19,8 +19,8 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, Stepper
-from evolvent.exports.fmu import contents, write
-from evolvent.exports.fmu.description import base_units
+from evolvent_cosim.fmu import contents, write
+from evolvent_cosim.fmu.description import base_units
 
 fmpy = pytest.importorskip("fmpy")
 from fmpy import fmi3  # noqa: E402
@@ -144,7 +144,7 @@ def is_running(pid):
 
 
 def servers():
-    return [pid for pid in children() if b"evolvent.exports.fmu" in pathlib.Path(f"/proc/{pid}/cmdline").read_bytes()]
+    return [pid for pid in children() if b"evolvent_cosim.fmu" in pathlib.Path(f"/proc/{pid}/cmdline").read_bytes()]
 
 
 def until(condition, seconds=20.0):

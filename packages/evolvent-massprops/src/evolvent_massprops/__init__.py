@@ -1,6 +1,6 @@
 """What `evolvent identify` runs: recordings of a vibrating body and a description of its stand in, a certificate out.
 
->>> from evolvent.massprops import vibration, mass_properties
+>>> from evolvent_massprops import vibration, mass_properties
 >>> measured = mass_properties("knock.csv", "stand.yaml")  # doctest: +SKIP
 >>> measured["Ixx"], measured.std  # doctest: +SKIP
 """
@@ -11,10 +11,10 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from evolvent.massprops.certificate import write
-    from evolvent.massprops.description import json_schema, load
-    from evolvent.massprops.estimates import Evaluation, MassProperties
-    from evolvent.massprops.measurement import mass_properties, vibration
+    from evolvent_massprops.certificate import write
+    from evolvent_massprops.description import json_schema, load
+    from evolvent_massprops.estimates import Evaluation, MassProperties
+    from evolvent_massprops.measurement import mass_properties, vibration
 
 __all__ = ["Evaluation", "MassProperties", "json_schema", "load", "mass_properties", "vibration", "write"]
 
@@ -32,5 +32,5 @@ _LAZY = {
 
 def __getattr__(name: str) -> Any:
     if name in _LAZY:
-        return getattr(importlib.import_module(f"evolvent.massprops.{_LAZY[name]}"), name)
-    raise AttributeError(f"module 'evolvent.massprops' has no attribute {name!r}")
+        return getattr(importlib.import_module(f"evolvent_massprops.{_LAZY[name]}"), name)
+    raise AttributeError(f"module 'evolvent_massprops' has no attribute {name!r}")

@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.identification import identify
-from evolvent.massprops.inertia.mounted import turned, whole
-from evolvent.massprops.inertia.problem import mac, matching
-from evolvent.massprops.inertia.stand import Setup
-from evolvent.massprops.inertia.statics import Z, cross, guides, rotation_matrix, spring_state
-from evolvent.massprops.inertia.vibration import linearise
-from evolvent.massprops.modal import Modal, sensed
+from evolvent_massprops.identification import identify
+from evolvent_massprops.inertia.mounted import turned, whole
+from evolvent_massprops.inertia.problem import mac, matching
+from evolvent_massprops.inertia.stand import Setup
+from evolvent_massprops.inertia.statics import Z, cross, guides, rotation_matrix, spring_state
+from evolvent_massprops.inertia.vibration import linearise
+from evolvent_massprops.modal import Modal, sensed
 
 #: Steps in a period of the fastest mode, and at most in all.
 STEPS, MOST_STEPS = 16, 1200

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import scipy.stats
 
-from evolvent import __version__, cases
+from evolvent.base import __version__, texts
 from evolvent.base.errors import InputError
 from evolvent.base.files import write_file
-from evolvent.massprops import pictures
-from evolvent.massprops.description import OnSprings
-from evolvent.massprops.estimates import Evaluation, MassProperties
-from evolvent.massprops.rounding import rounded, shown
 from evolvent.view import pages
+from evolvent_massprops import pictures
+from evolvent_massprops.description import OnSprings
+from evolvent_massprops.estimates import Evaluation, MassProperties
+from evolvent_massprops.rounding import rounded, shown
 
 #: Quantities beside one another in a table of the budget.
 _WIDE = 3
@@ -307,4 +307,4 @@ def _numbers(found: MassProperties) -> str:
 def _description(found: MassProperties) -> str:
     """The description of the stand as YAML."""
     content = found.description.model_dump(mode="json", exclude_none=True)
-    return cases.dump(content)
+    return texts.dump(content)

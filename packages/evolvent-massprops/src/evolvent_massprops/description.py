@@ -9,15 +9,16 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, ValidationError, model_validator
 
-from evolvent import cases
-from evolvent.base import safe_open, schema, units
+from evolvent.base import packages, safe_open, schema, units
 from evolvent.base.errors import InputError, nearest
+from evolvent.base.overrides import copied, override
 from evolvent.base.schema import Section
-from evolvent.massprops import uncertain
-from evolvent.massprops.keys import ColumnKey, DirectionKey, PointKey, TextKey
-from evolvent.massprops.mounting_keys import Air, Mounting, SpringTare, refuse_massless
-from evolvent.massprops.spring_keys import PROPERTIES, Planned, SpringBody, Springs
-from evolvent.massprops.uncertain import Uncertain
+from evolvent.base.texts import parse_yaml
+from evolvent_massprops import uncertain
+from evolvent_massprops.keys import ColumnKey, DirectionKey, PointKey, TextKey
+from evolvent_massprops.mounting_keys import Air, Mounting, SpringTare, refuse_massless
+from evolvent_massprops.spring_keys import PROPERTIES, Planned, SpringBody, Springs
+from evolvent_massprops.uncertain import Uncertain
 
 #: Keys of which a recording may have its own, where all recordings go into one estimate.
 COMBINED = ("mounting", "tare", "air", "plan")
@@ -331,7 +332,7 @@ def load(stand: Any, overrides: Mapping[str, Any] | None = None) -> Description:
 
 def _override(content: dict[str, Any], key: str, value: Any) -> None:
     """Put a value in the place of a key; an excitation of a plan takes that of its force, and the force its."""
-    cases.override(content, key, cases.copied(value))
+    override(content, key, copied(value))
     plan, (head, *rest) = content.get("plan"), key.split(".")
     if head == "plan" and rest and isinstance(plan, dict):
         other = {"excitation": "force", "force": "excitation"}.get(rest[0])
@@ -341,6 +342,7 @@ def _override(content: dict[str, Any], key: str, value: Any) -> None:
 
 def _of_case(content: dict[str, Any], overrides: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """The description that a case makes, and those of the overrides that are its own keys and not the case's."""
+    cases = _cases("a stand that is given as a case")
     content = cases.with_system(content)
     definition = cases.system_of(content)
     own = {key: value for key, value in overrides.items() if key.split(".")[0] in definition.Case.model_fields}
@@ -363,10 +365,15 @@ def _of_case(content: dict[str, Any], overrides: dict[str, Any]) -> tuple[dict[s
 def _is_case(content: Mapping[str, Any], overrides: Mapping[str, Any]) -> bool:
     """Whether a case with changed keys can be used."""
     try:
-        cases.load(content, overrides)
+        _cases("a case").load(content, overrides)
     except InputError:
         return False
     return True
+
+
+def _cases(what: str) -> Any:
+    """The module of cases, whose package simulates them."""
+    return packages.module("evolvent.cases", what)
 
 
 def _is_key(key: str) -> bool:
@@ -396,7 +403,7 @@ def without_stand(columns: Sequence[str], overrides: Mapping[str, Any] | None = 
     if columns:
         content["signals"]["sensors"] = [{"column": name} for name in columns]
     for key, value in (overrides or {}).items():
-        cases.override(content, key, cases.copied(value))
+        override(content, key, copied(value))
     try:
         return Signalling.model_validate(content)
     except ValidationError as error:
@@ -447,16 +454,17 @@ def _content(stand: Any) -> dict[str, Any]:
     if isinstance(stand, _Description):
         return stand.model_dump(mode="json", exclude_none=True)
     if isinstance(stand, Mapping):
-        copied: dict[str, Any] = cases.copied(stand)
-        return copied
+        found: dict[str, Any] = copied(stand)
+        return found
     if not isinstance(stand, (str, os.PathLike)):
         raise InputError(f"a stand is a file or a mapping, not {type(stand).__name__}")
     name = os.fspath(stand)
     if not os.path.exists(name) and not re.search(r"[./\\]", name):
+        cases = _cases(f"there is no file {name!r}, and a case")
         if name not in cases.built_in():
             raise InputError(f"there is neither a file nor a case {name!r}; {nearest(name, cases.built_in())}")
         return cases.content_of(name)
-    content = cases.parse_yaml(safe_open.text(name), name)
+    content = parse_yaml(safe_open.text(name), name)
     if not isinstance(content, dict):
         what = "is empty" if content is None else "is no mapping of keys to values"
         raise InputError(f"{name!r} {what}; it must describe signals, stand and body")

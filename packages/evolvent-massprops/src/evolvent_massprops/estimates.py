@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.massprops.description import Description, OnSprings
-from evolvent.massprops.inertia import Candidate
-from evolvent.massprops.modal import Modal
-from evolvent.massprops.signals import Signals
+from evolvent.base.signals import Signals
+from evolvent_massprops.description import Description, OnSprings
+from evolvent_massprops.inertia import Candidate
+from evolvent_massprops.modal import Modal
 
 
 class Output(NamedTuple):

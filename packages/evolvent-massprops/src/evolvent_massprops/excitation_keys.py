@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Section
-from evolvent.massprops.inertia import Load, NormalModes, best_point, coordinates, displaced, least_energy
+from evolvent_massprops.inertia import Load, NormalModes, best_point, coordinates, displaced, least_energy
 
 SpringNumber = Annotated[int, units.Whole(least=1, most=10_000)]
 _STATE = ("displacement", "rotation", "velocity", "rate")

@@ -8,8 +8,8 @@ import numpy as np
 from pydantic_core import PydanticCustomError
 
 from evolvent.base.schema import Annotation
-from evolvent.massprops import uncertain
-from evolvent.massprops.uncertain import Uncertain
+from evolvent_massprops import uncertain
+from evolvent_massprops.uncertain import Uncertain
 
 DIRECTIONS = {"x": (1.0, 0.0, 0.0), "vertical": (0.0, 1.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 

@@ -10,21 +10,14 @@ from typing import Any
 import numpy as np
 import scipy.stats
 
-from evolvent.base import progress
+from evolvent.base import progress, signals as files
 from evolvent.base.errors import InputError
-from evolvent.massprops import modal, pendulum, signals as files, springs, springs_combined, springs_search
-from evolvent.massprops.description import (
-    Description,
-    OnSprings,
-    Signalling,
-    for_recording,
-    load,
-    without_stand,
-)
-from evolvent.massprops.estimates import Evaluation, MassProperties, Share
-from evolvent.massprops.identification.swing_model import LINEAR
-from evolvent.massprops.identification.swing_starts import Kind
-from evolvent.massprops.recordings import read
+from evolvent_massprops import modal, pendulum, springs, springs_combined, springs_search
+from evolvent_massprops.description import Description, OnSprings, Signalling, for_recording, load, without_stand
+from evolvent_massprops.estimates import Evaluation, MassProperties, Share
+from evolvent_massprops.identification.swing_model import LINEAR
+from evolvent_massprops.identification.swing_starts import Kind
+from evolvent_massprops.recordings import read
 
 
 def mass_properties(
@@ -126,7 +119,7 @@ def vibration(
 
     Returns
     -------
-    evolvent.massprops.modal.Modal
+    evolvent_massprops.modal.Modal
 
     Raises
     ------

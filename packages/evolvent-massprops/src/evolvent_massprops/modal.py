@@ -9,14 +9,14 @@ import numpy as np
 
 from evolvent.base import units
 from evolvent.base.errors import InputError
-from evolvent.massprops.description import Pendulum, Signalling
-from evolvent.massprops.identification import Modes, identify
-from evolvent.massprops.identification.clipping import clipped
-from evolvent.massprops.identification.noise_density import density
-from evolvent.massprops.identification.orders import WHITE, whiteness
-from evolvent.massprops.identification.signals import Signal, read_signal
-from evolvent.massprops.identification.swing_starts import Kind
-from evolvent.massprops.recordings import Reading
+from evolvent_massprops.description import Pendulum, Signalling
+from evolvent_massprops.identification import Modes, identify
+from evolvent_massprops.identification.clipping import clipped
+from evolvent_massprops.identification.noise_density import density
+from evolvent_massprops.identification.orders import WHITE, whiteness
+from evolvent_massprops.identification.signals import Signal, read_signal
+from evolvent_massprops.identification.swing_starts import Kind
+from evolvent_massprops.recordings import Reading
 
 #: A mode this near to half the sampling rate may be a faster one seen through too few samples.
 EDGE = 0.9
@@ -113,7 +113,7 @@ def find(reading: Reading, given: Signalling, swing: Kind | None = None) -> Moda
     Raises
     ------
     InputError
-        As of `evolvent.massprops.identification.identify`.
+        As of `evolvent_massprops.identification.identify`.
     """
     chosen = given.identification
     try:

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evolvent.massprops.identification import Modes
-from evolvent.massprops.times import read_times
-from evolvent.results.figures import Figure, Line, Panel, stacked
-from evolvent.view import show
+from evolvent.base.signals.times import read_times
+from evolvent.results.figures import Figure, Line, Panel, spectrum, stacked
+from evolvent_massprops.identification import Modes
 
 if TYPE_CHECKING:
-    from evolvent.massprops.planning import Plan
+    from evolvent_massprops.planning import Plan
 
 Array = np.ndarray
 #: Most sensors that are drawn.
@@ -27,7 +26,7 @@ def figures(modes: Modes, unit: str) -> list[Figure]:
 
     Parameters
     ----------
-    modes : evolvent.massprops.identification.Modes
+    modes : evolvent_massprops.identification.Modes
     unit : str, of the sensors
     """
     read = np.where(np.isfinite(modes.data), modes.data, modes.fitted)
@@ -70,7 +69,7 @@ def signals(time: Array, read: Array, fitted: Array | None, names: Sequence[str]
 def spectra(time: Array, read: Array, names: Sequence[str], frequency: Array, *, unit: str) -> Figure:
     """Amplitude spectra of signals (nt, c), with the identified frequencies (rad/s)."""
     lines = [Line(x=time, y=read[:, k], label=name, color=k) for k, name in enumerate(names[:MOST])]
-    return show.spectrum(lines, unit=unit, marks=frequency.tolist(), title="Spectra of the signals")
+    return spectrum(lines, unit=unit, marks=frequency.tolist(), title="Spectra of the signals")
 
 
 def amplitudes(

@@ -6,10 +6,10 @@ import itertools
 
 import numpy as np
 
-from evolvent.massprops.description import OnSprings
-from evolvent.massprops.inertia import mac
-from evolvent.massprops.inertia.vibration import NormalModes
-from evolvent.massprops.modal import Modal
+from evolvent_massprops.description import OnSprings
+from evolvent_massprops.inertia import mac
+from evolvent_massprops.inertia.vibration import NormalModes
+from evolvent_massprops.modal import Modal
 
 #: Velocity beside that of the strongest mode below which a mode may be no mode of the body: products of the others.
 FAINT = 1e-3

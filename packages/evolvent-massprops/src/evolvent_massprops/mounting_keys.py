@@ -14,12 +14,12 @@ from pydantic_core import PydanticCustomError
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.base.schema import OneOf, Section
-from evolvent.massprops import uncertain
-from evolvent.massprops.inertia import air
-from evolvent.massprops.inertia.stand import inertia_defect
-from evolvent.massprops.inertia.statics import rotation_matrix
-from evolvent.massprops.keys import Key
-from evolvent.massprops.uncertain import Uncertain
+from evolvent_massprops import uncertain
+from evolvent_massprops.inertia import air
+from evolvent_massprops.inertia.stand import inertia_defect
+from evolvent_massprops.inertia.statics import rotation_matrix
+from evolvent_massprops.keys import Key
+from evolvent_massprops.uncertain import Uncertain
 
 _TURN = re.compile(r"(.+?)\s+about\s+([xyz])")
 

@@ -9,15 +9,15 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.description import Bifilar, CompoundPendulum, OnPivot, Pendulum, TorsionWire, Trifilar
-from evolvent.massprops.estimates import Evaluation, Output, Share
-from evolvent.massprops.identification.swing_model import PENDULUM, Reach, Restoring
-from evolvent.massprops.identification.swing_starts import Kind
-from evolvent.massprops.identification.swings import Swing
-from evolvent.massprops.inertia import pendulums
-from evolvent.massprops.modal import Modal, refuse_rate, sensed
-from evolvent.massprops.rounding import shown
-from evolvent.massprops.uncertain import Uncertain
+from evolvent_massprops.description import Bifilar, CompoundPendulum, OnPivot, Pendulum, TorsionWire, Trifilar
+from evolvent_massprops.estimates import Evaluation, Output, Share
+from evolvent_massprops.identification.swing_model import PENDULUM, Reach, Restoring
+from evolvent_massprops.identification.swing_starts import Kind
+from evolvent_massprops.identification.swings import Swing
+from evolvent_massprops.inertia import pendulums
+from evolvent_massprops.modal import Modal, refuse_rate, sensed
+from evolvent_massprops.rounding import shown
+from evolvent_massprops.uncertain import Uncertain
 
 #: A mode within this share of the sway sqrt(g / H) is a sway.
 SWAY = 0.05

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.massprops.estimates import Evaluation, MassProperties
-from evolvent.massprops.identification.signals import power, read_signal
-from evolvent.massprops.modal import Modal
 from evolvent.results.figures import WIDTH, axis_label
 from evolvent.view import pages
 from evolvent.view.plots import content
 from evolvent.view.style import PALETTE, STYLE
+from evolvent_massprops.estimates import Evaluation, MassProperties
+from evolvent_massprops.identification.signals import power, read_signal
+from evolvent_massprops.modal import Modal
 
 _BLUE, _RED, _GREEN = PALETTE[1], PALETTE[2], PALETTE[3]
 #: Most shares that a bar shows.

@@ -11,11 +11,11 @@ import numpy as np
 
 from evolvent.base import units
 from evolvent.base.errors import InputError
+from evolvent.base.signals import Signals, timebase
+from evolvent.base.signals.times import check_rate, read_times
 from evolvent.base.tables import mark_of_missing
-from evolvent.massprops import description as schema
-from evolvent.massprops.signals import Signals, timebase
-from evolvent.massprops.times import check_rate, read_times
-from evolvent.massprops.uncertain import parts_of
+from evolvent_massprops import description as schema
+from evolvent_massprops.uncertain import parts_of
 
 #: Largest share of missing samples.
 MOST_MISSING = 0.5

@@ -10,16 +10,16 @@ from pydantic import Field, model_validator
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Section
-from evolvent.massprops import uncertain
-from evolvent.massprops.excitation_keys import Excitation
-from evolvent.massprops.mounting_keys import TurnsKey
-from evolvent.massprops.uncertain import Uncertain
+from evolvent_massprops import uncertain
+from evolvent_massprops.excitation_keys import Excitation
+from evolvent_massprops.mounting_keys import TurnsKey
+from evolvent_massprops.uncertain import Uncertain
 
-#: Names of a body's mass properties: here, and in `evolvent.massprops.inertia`.
+#: Names of a body's mass properties: here, and in `evolvent_massprops.inertia`.
 PROPERTIES = {"mass": "mass", "offset_x": "ex", "height": "h", "offset_z": "ez"} | {
     name: name for name in ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 }
-#: Keys of the stand that a recording may be asked for: here, and in `evolvent.massprops.inertia`.
+#: Keys of the stand that a recording may be asked for: here, and in `evolvent_massprops.inertia`.
 CALIBRATED = {"half_length": "a", "half_width": "b", "common_factor": "stiffness"}
 
 

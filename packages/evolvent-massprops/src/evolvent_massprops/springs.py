@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops import amplitude, mode_selection
-from evolvent.massprops.description import OnSprings
-from evolvent.massprops.estimates import Evaluation, Output
-from evolvent.massprops.inertia import Body, Candidate, Inertia, Stand, candidates, fit, linear_model, mac
-from evolvent.massprops.inertia.combined import Combined
-from evolvent.massprops.inertia.problem import Problem, assign, matching, undetermined
-from evolvent.massprops.keys import DIRECTIONS
-from evolvent.massprops.modal import Modal, refuse_fast, refuse_rate
-from evolvent.massprops.spring_keys import PROPERTIES
-from evolvent.massprops.springs_inputs import (
+from evolvent_massprops import amplitude, mode_selection
+from evolvent_massprops.description import OnSprings
+from evolvent_massprops.estimates import Evaluation, Output
+from evolvent_massprops.inertia import Body, Candidate, Inertia, Stand, candidates, fit, linear_model, mac
+from evolvent_massprops.inertia.combined import Combined
+from evolvent_massprops.inertia.problem import Problem, assign, matching, undetermined
+from evolvent_massprops.keys import DIRECTIONS
+from evolvent_massprops.modal import Modal, refuse_fast, refuse_rate
+from evolvent_massprops.spring_keys import PROPERTIES
+from evolvent_massprops.springs_inputs import (
     LABELS,
     Input,
     Task,
@@ -30,7 +30,7 @@ from evolvent.massprops.springs_inputs import (
     stand_factor,
     stand_of,
 )
-from evolvent.massprops.springs_uncertainty import amplitude_share, budget_of, monte_carlo
+from evolvent_massprops.springs_uncertainty import amplitude_share, budget_of, monte_carlo
 
 #: Agreement of measured and model shapes below which no certificate is written, and below which there is a warning.
 LEAST_MAC, GOOD_MAC = 0.8, 0.98
@@ -195,7 +195,7 @@ def fit_from(task: Task, body: Body) -> Inertia:
 
 
 def data_of(task: Task) -> dict[str, Any]:
-    """Unknowns and data of a task, as parameters of `evolvent.massprops.inertia.fit`."""
+    """Unknowns and data of a task, as parameters of `evolvent_massprops.inertia.fit`."""
     given, keys = task.given, task.keys
     unknown = [PROPERTIES.get(k, "stiffness") for k in keys]
     prior = {}
@@ -208,7 +208,7 @@ def data_of(task: Task) -> dict[str, Any]:
 
 
 def measured_of(task: Task) -> dict[str, Any]:
-    """The data of a task and its model, as parameters of `evolvent.massprops.inertia.fit`."""
+    """The data of a task and its model, as parameters of `evolvent_massprops.inertia.fit`."""
     given, modal, rows = task.given, task.modal, list(task.used)
     shapes: dict[str, Any] = {}
     if given.identification.shapes:

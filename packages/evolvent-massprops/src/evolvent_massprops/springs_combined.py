@@ -11,17 +11,17 @@ import numpy as np
 import scipy.stats
 
 from evolvent.base.errors import InputError
-from evolvent.massprops import amplitude, mode_selection
-from evolvent.massprops.description import NO_UNKNOWN, OnSprings
-from evolvent.massprops.estimates import Evaluation, Output, Share
-from evolvent.massprops.inertia.combined import NO_BODY, Combined
-from evolvent.massprops.inertia.least_squares import solve
-from evolvent.massprops.inertia.problem import BODY_NAMES, problem, undetermined, value_of
-from evolvent.massprops.modal import refuse_fast, refuse_rate
-from evolvent.massprops.mounting_keys import AIR_SHAPES
-from evolvent.massprops.spring_keys import CALIBRATED, PROPERTIES
-from evolvent.massprops.springs import compare, data_fitted, measured_of, refuse_flexible
-from evolvent.massprops.springs_inputs import (
+from evolvent_massprops import amplitude, mode_selection
+from evolvent_massprops.description import NO_UNKNOWN, OnSprings
+from evolvent_massprops.estimates import Evaluation, Output, Share
+from evolvent_massprops.inertia.combined import NO_BODY, Combined
+from evolvent_massprops.inertia.least_squares import solve
+from evolvent_massprops.inertia.problem import BODY_NAMES, problem, undetermined, value_of
+from evolvent_massprops.modal import refuse_fast, refuse_rate
+from evolvent_massprops.mounting_keys import AIR_SHAPES
+from evolvent_massprops.spring_keys import CALIBRATED, PROPERTIES
+from evolvent_massprops.springs import compare, data_fitted, measured_of, refuse_flexible
+from evolvent_massprops.springs_inputs import (
     LABELS,
     Input,
     Task,
@@ -35,7 +35,7 @@ from evolvent.massprops.springs_inputs import (
     stand_factor,
     stand_of,
 )
-from evolvent.massprops.springs_search import (
+from evolvent_massprops.springs_search import (
     Recording,
     best_of_searches,
     mountings,
@@ -44,7 +44,7 @@ from evolvent.massprops.springs_search import (
     refuse_tare,
     undetermined_near,
 )
-from evolvent.massprops.springs_uncertainty import Budget, amplitude_share, budget_of, monte_carlo, weighted
+from evolvent_massprops.springs_uncertainty import Budget, amplitude_share, budget_of, monte_carlo, weighted
 
 #: Probability of the chi-square below which the recordings contradict one another.
 UNLIKELY = 1e-3

@@ -8,14 +8,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.description import OnSprings
-from evolvent.massprops.inertia import Body, Stand
-from evolvent.massprops.inertia.stand import Mounting, inertia_defect
-from evolvent.massprops.keys import DIRECTIONS
-from evolvent.massprops.modal import Modal
-from evolvent.massprops.rounding import shown
-from evolvent.massprops.spring_keys import CALIBRATED, PROPERTIES
-from evolvent.massprops.uncertain import Uncertain
+from evolvent_massprops.description import OnSprings
+from evolvent_massprops.inertia import Body, Stand
+from evolvent_massprops.inertia.stand import Mounting, inertia_defect
+from evolvent_massprops.keys import DIRECTIONS
+from evolvent_massprops.modal import Modal
+from evolvent_massprops.rounding import shown
+from evolvent_massprops.spring_keys import CALIBRATED, PROPERTIES
+from evolvent_massprops.uncertain import Uncertain
 
 #: Name and unit of every quantity that may be asked for.
 LABELS = {
@@ -46,7 +46,7 @@ class Input(NamedTuple):
 
 
 class Asked(NamedTuple):
-    """An unknown: its key for the user, its name in `evolvent.massprops.inertia.problem.assign`, what is stated."""
+    """An unknown: its key for the user, its name in `evolvent_massprops.inertia.problem.assign`, what is stated."""
 
     key: str
     name: str

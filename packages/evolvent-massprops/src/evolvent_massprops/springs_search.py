@@ -9,14 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops import mounting_keys
-from evolvent.massprops.description import OnSprings
-from evolvent.massprops.inertia import Inertia
-from evolvent.massprops.inertia.combined import Combined
-from evolvent.massprops.inertia.least_squares import CENTRE_SHARE, PRODUCT_SHARE, solve
-from evolvent.massprops.inertia.problem import undetermined
-from evolvent.massprops.inertia.stand import inertia_defect
-from evolvent.massprops.modal import Modal
+from evolvent_massprops import mounting_keys
+from evolvent_massprops.description import OnSprings
+from evolvent_massprops.inertia import Inertia
+from evolvent_massprops.inertia.combined import Combined
+from evolvent_massprops.inertia.least_squares import CENTRE_SHARE, PRODUCT_SHARE, solve
+from evolvent_massprops.inertia.problem import undetermined
+from evolvent_massprops.inertia.stand import inertia_defect
+from evolvent_massprops.modal import Modal
 
 #: Factors on moments without a start at which searches may begin, and how many of the best do.
 FACTORS, SEARCHES = (0.3, 1.0, 3.0), 4

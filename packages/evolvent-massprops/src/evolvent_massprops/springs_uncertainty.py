@@ -10,11 +10,11 @@ import numpy as np
 
 from evolvent.base import progress
 from evolvent.base.errors import InputError
-from evolvent.massprops import amplitude
-from evolvent.massprops.estimates import Share
-from evolvent.massprops.inertia.combined import Combined
-from evolvent.massprops.inertia.problem import Problem, assign
-from evolvent.massprops.springs_inputs import Input, Task, label_of
+from evolvent_massprops import amplitude
+from evolvent_massprops.estimates import Share
+from evolvent_massprops.inertia.combined import Combined
+from evolvent_massprops.inertia.problem import Problem, assign
+from evolvent_massprops.springs_inputs import Input, Task, label_of
 
 #: A second-order part of the standard uncertainty above this gives a warning.
 BENT = 0.1

@@ -12,11 +12,38 @@ drag of air change there; between steps x is the quintic that has the places, ve
 ends. Where friction holds the body it rests.
 """
 
+import functools
 import math
+from collections.abc import Callable
+from typing import Any
 
-from numba import types
+from evolvent.base import packages
 
-from evolvent.compiled.jit import MATRIX, VECTOR, indirect, inlined
+if "evolvent" in packages.folders():
+    from numba import types
+
+    from evolvent.compiled.jit import MATRIX, VECTOR, indirect, inlined
+
+    MOTION, ENVELOPE = types.void(VECTOR, VECTOR, MATRIX), types.void(VECTOR, VECTOR, VECTOR)
+else:  # plain Python: the same digits, 30 times slower
+    MOTION = ENVELOPE = None
+
+    def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+        """Leave a function as it is."""
+        return function
+
+    def indirect(signature: Any) -> Callable[[Callable[..., None]], Callable[..., None]]:
+        """Have a function take lists, whose numbers Python reads faster than an array's."""
+
+        def decorate(function: Callable[..., None]) -> Callable[..., None]:
+            @functools.wraps(function)
+            def call(p: Any, time: Any, out: Any) -> None:
+                function(p.tolist(), time.tolist(), out)
+
+            return call
+
+        return decorate
+
 
 #: Places in `p`: frequency w0, rad/s; d, 1/s; mu; q; x(0); x'(0) / w0; sine, line, cube; P, S, e; 1 for an imaginary
 #: amplitude, else 0.
@@ -93,7 +120,7 @@ def _keep(p, out, k, x, v, a):
     out[k, 2] = a / (p[W] * p[W])
 
 
-@indirect(types.void(VECTOR, VECTOR, MATRIX))
+@indirect(MOTION)
 def motion(p, time, out):
     """x, x' / w0 and x'' / w0^2 of a swing at rising times, s.
 
@@ -103,7 +130,7 @@ def motion(p, time, out):
     time : (n,) s, from the start on
     out : (n, 3), written
     """
-    n, k = time.size, 0
+    n, k = len(time), 0
     x, v, t, h = p[START], p[RATE] * p[W], 0.0, 2.0 * math.pi / (STEPS * p[W])
     turns = p[DRY] != 0.0 or p[DRAG] != 0.0
     s = 1.0 if v > 0.0 or (v == 0.0 and x < 0.0) else -1.0
@@ -139,7 +166,7 @@ def motion(p, time, out):
         k += 1
 
 
-@indirect(types.void(VECTOR, VECTOR, VECTOR))
+@indirect(ENVELOPE)
 def envelope(rates, time, out):
     """b of b' = -(d b + D + Q b^2), b(0) = 1, at rising times, s; 0 from where it has come to 0.
 
@@ -149,7 +176,7 @@ def envelope(rates, time, out):
     time : (n,) s
     out : (n,), written
     """
-    n, k, b, t = time.size, 0, 1.0, 0.0
+    n, k, b, t = len(time), 0, 1.0, 0.0
     d, D, Q = rates[0], rates[1], rates[2]
     h = 0.02 / (abs(d) + abs(D) + abs(Q) + 1.0 / max(time[n - 1], 1e-300))
     while k < n:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from evolvent.massprops import pictures
+from evolvent_massprops import pictures
 
 
 @pytest.fixture

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import yaml
 
-from evolvent.massprops.inertia import Body, Stand, linear_model
+from evolvent_massprops.inertia import Body, Stand, linear_model
 
 A, B, K = 2.0, 0.8696, 740250.0
 RATE = 50.0
 BODY = Body(mass=15190.0, centre=(0.1, 0.0, 0.05), inertia=(3703.0, 43920.0, 43920.0))
-EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
+EXAMPLES = pathlib.Path(__file__).parents[4] / "examples"
 #: The example's offsets lie at this body's.
 SET = {"body.offset_x": "0.1 m +- 0.5 mm", "body.offset_z": "0.05 m +- 0.5 mm"}
 #: The same with the number of modes: to find that takes most of the time of an evaluation.

@@ -10,12 +10,12 @@ import pytest
 
 from book import Book
 from evolvent.base.errors import InputError
-from evolvent.massprops import mass_properties, planning
-from evolvent.massprops.inertia import Body, Stand, linear_model
-from evolvent.massprops.planning import calibration
-from evolvent.massprops.planning.expected import task_of
-from evolvent.massprops.planning.predictions import at, predicted
-from evolvent.massprops.signals import Signals
+from evolvent.base.signals import Signals
+from evolvent_massprops import mass_properties, planning
+from evolvent_massprops.inertia import Body, Stand, linear_model
+from evolvent_massprops.planning import calibration
+from evolvent_massprops.planning.expected import task_of
+from evolvent_massprops.planning.predictions import at, predicted
 from massprops import rig
 
 CHAPTER = "Inertia stand and identification"

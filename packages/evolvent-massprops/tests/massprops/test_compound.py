@@ -12,7 +12,7 @@ import yaml
 
 import evolvent
 from evolvent import InputError, parts
-from evolvent.massprops import mass_properties
+from evolvent_massprops import mass_properties
 from massprops import rig
 
 EXAMPLE = rig.EXAMPLES / "compound.yaml"

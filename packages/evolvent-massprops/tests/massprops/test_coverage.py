@@ -14,7 +14,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-ROOT = pathlib.Path(__file__).parents[2]
+ROOT = pathlib.Path(__file__).parents[4]
 
 
 @pytest.fixture(scope="module")
@@ -65,9 +65,9 @@ def test_hum_and_coloured_noise_are_no_modes_of_a_body_on_springs(counting: Modu
 
 def test_noise_density_counts_what_a_fit_has_taken() -> None:
     """White noise has the density 1 near a mode, within its scatter over 200 records."""
-    from evolvent.massprops.identification import varpro
-    from evolvent.massprops.identification.noise_density import density
-    from evolvent.massprops.identification.signals import read_signal
+    from evolvent_massprops.identification import varpro
+    from evolvent_massprops.identification.noise_density import density
+    from evolvent_massprops.identification.signals import read_signal
 
     t = np.arange(400) / 20.0
     found = []

@@ -7,7 +7,7 @@ import pytest
 import scipy.integrate
 import scipy.special
 
-from evolvent.massprops.inertia import Body, Stand, linear_model
+from evolvent_massprops.inertia import Body, Stand, linear_model
 from massprops import motions
 
 ONE = np.ones(1)

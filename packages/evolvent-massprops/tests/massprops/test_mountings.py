@@ -13,18 +13,18 @@ import yaml
 from click.testing import CliRunner
 
 from book import Book
+from evolvent.base.cli import commands
 from evolvent.base.errors import InputError
-from evolvent.commands.cli import commands
-from evolvent.massprops import mass_properties
-from evolvent.massprops.description import for_recording, load
-from evolvent.massprops.inertia import Body, Stand, air, linear_model
-from evolvent.massprops.inertia.combined import Combined
-from evolvent.massprops.inertia.problem import problem
-from evolvent.massprops.inertia.stand import Mounting
-from evolvent.massprops.signals import Signals
-from evolvent.massprops.springs_inputs import Input, Task
-from evolvent.massprops.springs_search import Recording, mountings
-from evolvent.massprops.springs_uncertainty import budget_of
+from evolvent.base.signals import Signals
+from evolvent_massprops import mass_properties
+from evolvent_massprops.description import for_recording, load
+from evolvent_massprops.inertia import Body, Stand, air, linear_model
+from evolvent_massprops.inertia.combined import Combined
+from evolvent_massprops.inertia.problem import problem
+from evolvent_massprops.inertia.stand import Mounting
+from evolvent_massprops.springs_inputs import Input, Task
+from evolvent_massprops.springs_search import Recording, mountings
+from evolvent_massprops.springs_uncertainty import budget_of
 
 Array = np.ndarray
 CHAPTER = "Inertia stand and identification"

@@ -13,13 +13,13 @@ import yaml
 from click.testing import CliRunner
 
 from evolvent import InputError
-from evolvent.commands.massprops import identify
-from evolvent.massprops import mass_properties
-from evolvent.massprops.inertia.pendulums import multifilar
+from evolvent_massprops import mass_properties
+from evolvent_massprops.commands.identify import identify
+from evolvent_massprops.inertia.pendulums import multifilar
 from massprops import rig
 
 TRIFILAR = rig.EXAMPLES / "trifilar.yaml"
-RECORDINGS = sorted((pathlib.Path(__file__).parents[3] / "shared" / "data" / "trifilar").glob("5s_*.csv"))
+RECORDINGS = sorted((pathlib.Path(__file__).parents[5] / "shared" / "data" / "trifilar").glob("5s_*.csv"))
 NEEDED = pytest.mark.skipif(len(RECORDINGS) != 11, reason="the recordings are not part of the repository")
 
 

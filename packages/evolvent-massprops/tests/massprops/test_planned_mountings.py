@@ -10,9 +10,9 @@ import pytest
 
 from book import Book
 from evolvent.base.errors import InputError
-from evolvent.massprops import mass_properties, planning
-from evolvent.massprops.planning.expected import reading_of, task_of, with_noise
-from evolvent.massprops.planning.predictions import predicted
+from evolvent_massprops import mass_properties, planning
+from evolvent_massprops.planning.expected import reading_of, task_of, with_noise
+from evolvent_massprops.planning.predictions import predicted
 from massprops import rig
 
 EXAMPLE = rig.EXAMPLES / "plan-mountings.yaml"

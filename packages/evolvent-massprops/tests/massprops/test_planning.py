@@ -12,11 +12,11 @@ import pytest
 from click.testing import CliRunner
 
 from book import Book
+from evolvent.base.cli import commands
 from evolvent.base.errors import InputError
-from evolvent.commands.cli import commands
-from evolvent.massprops import planning
-from evolvent.massprops.planning.expected import task_of
-from evolvent.massprops.planning.predictions import predicted
+from evolvent_massprops import planning
+from evolvent_massprops.planning.expected import task_of
+from evolvent_massprops.planning.predictions import predicted
 from massprops import rig
 
 EXAMPLE = rig.EXAMPLES / "plan.yaml"

@@ -12,11 +12,11 @@ import pytest
 from click.testing import CliRunner
 
 from evolvent import EvolventError, InputError
-from evolvent.commands import cli
-from evolvent.commands.massprops import identify
-from evolvent.massprops import description as schema, json_schema, load, mass_properties, recordings, signals, write
-from evolvent.massprops.inertia import Body, linear_model
-from evolvent.massprops.signals import Signals
+from evolvent.base import cli, signals
+from evolvent.base.signals import Signals
+from evolvent_massprops import description as schema, json_schema, load, mass_properties, recordings, write
+from evolvent_massprops.commands.identify import identify
+from evolvent_massprops.inertia import Body, linear_model
 from massprops import rig
 
 EXAMPLE = rig.EXAMPLES / "stand.yaml"

@@ -13,8 +13,8 @@ import evolvent
 import evolvent.results
 from book import Book
 from evolvent import InputError
-from evolvent.massprops import load, mass_properties
-from evolvent.massprops.inertia import Body, linear_model
+from evolvent_massprops import load, mass_properties
+from evolvent_massprops.inertia import Body, linear_model
 from massprops import rig
 
 EXAMPLE = rig.EXAMPLES / "stand.yaml"

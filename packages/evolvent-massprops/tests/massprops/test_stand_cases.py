@@ -12,10 +12,10 @@ from click.testing import CliRunner
 
 import evolvent
 from evolvent import cases
+from evolvent.base.cli import commands
 from evolvent.base.errors import InputError
-from evolvent.commands.cli import commands
-from evolvent.massprops import load, mass_properties, planning
-from evolvent.massprops.description import OnSprings
+from evolvent_massprops import load, mass_properties, planning
+from evolvent_massprops.description import OnSprings
 from massprops import rig
 
 OFFSET: dict[str, Any] = {"body.offset_x": "0.3 m", "body.offset_z": "0.1 m"}
@@ -61,7 +61,7 @@ def test_keys_of_the_case_and_of_the_description() -> None:
 
 def test_air_of_a_case_is_that_of_its_run() -> None:
     """The frequencies that a plan expects are those of the simulation, whose air hangs at the centre of mass."""
-    from evolvent.massprops.planning.expected import task_of
+    from evolvent_massprops.planning.expected import task_of
 
     keys = OFFSET | {"air": {"shapes": [{"disc": {"radius": "3 m", "factor": 2}}]}, "stand.support": "guided"}
     (one,) = task_of("inertia-stand", 1e-2, keys).recordings
@@ -73,7 +73,7 @@ def test_air_of_a_case_is_that_of_its_run() -> None:
 def test_identify_takes_the_case_of_the_run() -> None:
     run = evolvent.run("inertia-stand", OFFSET | {"sensors.noise": "0.05 mm"})
     names = tuple(f"sensor {k}" for k in (1, 2, 3, 4))
-    from evolvent.massprops.signals import Signals
+    from evolvent.base.signals import Signals
 
     signals = Signals.of(names, run.sensor_displacement.values, ("m",) * 4, 50.0, path="a", sha256="a")
     found = mass_properties(signals, "inertia-stand", OFFSET)

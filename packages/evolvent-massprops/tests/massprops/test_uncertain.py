@@ -8,8 +8,8 @@ import pytest
 from pydantic_core import PydanticCustomError
 
 from evolvent.base import units
-from evolvent.massprops.rounding import rounded, shown
-from evolvent.massprops.uncertain import Measured, Uncertain
+from evolvent_massprops.rounding import rounded, shown
+from evolvent_massprops.uncertain import Measured, Uncertain
 
 STIFFNESS = Measured(
     quantity=units.Quantity(what="a stiffness", unit="N/m", example="740 kN/m", above=0.0), unknown=True

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from evolvent import InputError
-from evolvent.massprops import mass_properties, vibration
-from evolvent.massprops.identification import identify
-from evolvent.massprops.identification.signals import exponentials, read_signal
-from evolvent.massprops.identification.subspace import interpolated
-from evolvent.massprops.identification.variable_projection import varpro, whiteness
-from evolvent.massprops.times import instead_of, read_times
+from evolvent.base.signals.times import instead_of, read_times
+from evolvent_massprops import mass_properties, vibration
+from evolvent_massprops.identification import identify
+from evolvent_massprops.identification.signals import exponentials, read_signal
+from evolvent_massprops.identification.subspace import interpolated
+from evolvent_massprops.identification.variable_projection import varpro, whiteness
 from massprops import rig
 from massprops.test_refusals import EXAMPLE, call
 

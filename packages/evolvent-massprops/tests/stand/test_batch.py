@@ -5,7 +5,8 @@ import pytest
 
 from evolvent import InputError, parts
 from evolvent.analysis.system import System
-from evolvent.solvers import batch, solve
+from evolvent.solvers import solve
+from evolvent_massprops import batch
 
 METHODS = ("modified-euler", "rk4", "dop853")
 

@@ -10,7 +10,7 @@ import pytest
 import evolvent
 from evolvent import cases
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia import (
+from evolvent_massprops.inertia import (
     Body,
     Load,
     Stand,

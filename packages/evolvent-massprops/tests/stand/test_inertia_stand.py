@@ -6,8 +6,8 @@ import pytest
 import evolvent
 from evolvent import cases
 from evolvent.results import variables
-from evolvent.solvers.batch import cases as batch_cases
-from evolvent.systems.inertia_stand import SYSTEM, identify
+from evolvent_massprops.batch import cases as batch_cases
+from evolvent_massprops.inertia_stand import SYSTEM, identify
 
 QUICK = {"sensors.duration": "4 s", "identification.order": 3}
 

@@ -6,7 +6,7 @@ import pytest
 from evolvent import cases
 from evolvent.design import studies
 from evolvent.design.studies import draw, read
-from evolvent.systems.inertia_stand import SYSTEM
+from evolvent_massprops.inertia_stand import SYSTEM
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.systems.heliogyro.case import WAYS
+from evolvent_papers.heliogyro.case import WAYS
 
 if TYPE_CHECKING:
     from evolvent.solvers import Solution

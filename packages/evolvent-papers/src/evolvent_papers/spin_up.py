@@ -11,9 +11,9 @@ import numpy as np
 
 from evolvent import cases, closed_forms
 from evolvent.base.errors import InputError, RunFailed
-from evolvent.design import links
 from evolvent.results.figures import Figure, Line, Panel, stacked
-from evolvent.systems.heliogyro import straight
+from evolvent_papers import links
+from evolvent_papers.heliogyro import straight
 
 Array = np.ndarray
 #: Relative width at which the bisection ends; times that its bracket is widened.
@@ -128,7 +128,7 @@ def hub_lag(case: Any, length: float, rate: float, torque: float, *, ramp: float
     """Lag of the thread at the spool after a torque has been applied, rad, (nt,); up to 90 degrees and one sample."""
     from evolvent.results.observe import View
     from evolvent.results.observe.threads import observe_thread
-    from evolvent.systems.heliogyro import derived
+    from evolvent_papers.heliogyro import derived
 
     given = {
         "body.rate": rate, "blade.length": length, "blade.separates": False,

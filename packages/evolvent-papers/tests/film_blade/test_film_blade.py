@@ -10,8 +10,8 @@ import pytest
 import evolvent as ev
 from evolvent import cases, closed_forms
 from evolvent.base.errors import InputError
-from evolvent.systems import film_blade
-from evolvent.systems.film_blade.show import study_figures
+from evolvent_papers import film_blade
+from evolvent_papers.film_blade.show import study_figures
 
 #: The last 0.8 m before 4 m.
 SHORT = {"payout.start": 3.2, "payout.length": 4.0}

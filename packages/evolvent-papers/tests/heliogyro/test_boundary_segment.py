@@ -14,7 +14,6 @@ from evolvent import InputError, System, cases, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.flow import energy_momentum as flow
 from evolvent.kernels.thread import boundary
-from evolvent.papers.thread_variants import Data, deploy
 from evolvent.parts.thread import Thread
 from evolvent.solvers import energy_momentum, solve
 from evolvent.solvers.energy_momentum import solve_energy
@@ -23,6 +22,7 @@ from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.implicit_setup import matrix_of
 from evolvent.solvers.observations import observe
 from evolvent.solvers.static_work import sparse_of
+from evolvent_papers.papers.thread_variants import Data, deploy
 from helpers import Array, Run, heliogyro, run, tangent_columns
 
 #: E A of the thread, N; its mass per length, kg/m.

@@ -15,12 +15,12 @@ from click.testing import CliRunner
 import evolvent
 from book import Book
 from evolvent import cases, closed_forms as cf
+from evolvent.base.cli import commands
 from evolvent.base.errors import InputError, RunFailed
-from evolvent.commands.cli import commands
-from evolvent.design import drives
-from evolvent.design.drives import motion, search
-from evolvent.design.drives.bounds import Bounds, task
-from evolvent.systems.heliogyro import derived
+from evolvent_papers import drives
+from evolvent_papers.drives import motion, search
+from evolvent_papers.drives.bounds import Bounds, task
+from evolvent_papers.heliogyro import derived
 
 #: A short blade of few nodes: 80 cm are paid out in 23 s.
 SHORT: dict[str, Any] = {"blade.length": 1.0, "blade.nodes": 3, "spool.start_length": 0.2}

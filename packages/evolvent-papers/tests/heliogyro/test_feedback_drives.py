@@ -13,7 +13,7 @@ import evolvent
 from evolvent import InputError, System, cases, parts
 from evolvent.analysis import feedback
 from evolvent.analysis.stepping import Stepper
-from evolvent.systems.heliogyro.structure import build
+from evolvent_papers.heliogyro.structure import build
 
 Array = np.ndarray
 RADIUS, LENGTH, OFFSET, SPIN = 0.01, 1.0, 0.2, 2.0

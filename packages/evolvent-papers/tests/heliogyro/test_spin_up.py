@@ -12,10 +12,10 @@ from click.testing import CliRunner
 import evolvent
 from book import Book
 from evolvent import cases, closed_forms as cf
+from evolvent.base.cli import commands
 from evolvent.base.errors import InputError
-from evolvent.commands.cli import commands
-from evolvent.design import links, spin_up
-from evolvent.systems.heliogyro import straight
+from evolvent_papers import links, spin_up
+from evolvent_papers.heliogyro import straight
 
 #: Blades that are one rigid link with a mass at its end, wholly out.
 LINK: dict[str, Any] = {

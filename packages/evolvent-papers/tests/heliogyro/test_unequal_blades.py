@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 import evolvent
 from evolvent import InputError, cases
 from evolvent.results.kept import REDUCTIONS
-from evolvent.systems.heliogyro import chart, free_body
-from evolvent.systems.heliogyro.free_figures import crossing
+from evolvent_papers.heliogyro import chart, free_body
+from evolvent_papers.heliogyro.free_figures import crossing
 
 NAME = "heliogyro-unequal"
 #: A body so heavy that its rate hardly falls, and thread that is out at the start: blades follow their closed form.

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from evolvent import laboratory
 from evolvent.base.errors import InputError
-from evolvent.laboratory import arm
+from evolvent_papers import laboratory
+from evolvent_papers.laboratory import arm
 
 ARM = arm.Arm(inertia=0.15, weight=2.9, viscous=0.03, dry=0.1)
 

@@ -15,15 +15,15 @@ from scipy.linalg import eigh
 from scipy.optimize import fsolve
 from scipy.spatial.transform import Rotation
 
-from evolvent import laboratory
 from evolvent.base.errors import InputError
-from evolvent.laboratory import book, composite_strips, rotating_beam, tables, wing_spar
-from evolvent.laboratory.clamped import Clamped, G
+from evolvent_papers import laboratory
+from evolvent_papers.laboratory import book, composite_strips, rotating_beam, tables, wing_spar
+from evolvent_papers.laboratory.clamped import Clamped, G
 
 Array = np.ndarray
 #: First lines of tables.
 BEAM, STRIP = "mode,sweep_deg,rpm_0_Hz,rpm_500_Hz,rpm_750_Hz\n", "beam,root_deg,displacement,weight_g,value_m\n"
-PAGES = pathlib.Path(__file__).parents[2] / "docs" / "laboratory"
+PAGES = pathlib.Path(__file__).parents[4] / "docs" / "laboratory"
 
 
 @pytest.fixture(scope="module")

@@ -9,10 +9,10 @@ import pathlib
 import numpy as np
 import pytest
 
-from evolvent import laboratory
 from evolvent.base.errors import InputError
-from evolvent.laboratory import book, tables
-from evolvent.laboratory.book import Band, Comparison, NoSettings, Set, Verdict
+from evolvent_papers import laboratory
+from evolvent_papers.laboratory import book, tables
+from evolvent_papers.laboratory.book import Band, Comparison, NoSettings, Set, Verdict
 
 
 def test_bands_and_verdicts() -> None:

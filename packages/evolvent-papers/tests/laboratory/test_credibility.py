@@ -10,9 +10,10 @@ import pytest
 
 import book
 import evolvent
-from evolvent import laboratory, parts
-from evolvent.laboratory import credibility
-from evolvent.laboratory.credibility import Compared
+from evolvent import parts
+from evolvent_papers import laboratory
+from evolvent_papers.laboratory import credibility
+from evolvent_papers.laboratory.credibility import Compared
 
 VERDICTS = sorted((credibility.DATA / "verdicts").glob("*.json"))
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from evolvent import laboratory
 from evolvent.base.errors import InputError
-from evolvent.laboratory import pendulum
+from evolvent_papers import laboratory
+from evolvent_papers.laboratory import pendulum
 
 
 def reference(model: pendulum.Pendulum, piece: pendulum.Piece) -> np.ndarray:
@@ -80,7 +80,7 @@ STATED = {
 #: Ranges of the Birge ratio on all processors: slopes of the predictions by the rates at the start, which dry friction
 #: and adaptive steps change by a tenth where the start moves by round-off.
 RATIOS = {"double-pendulum": (1.6, 2.1), "triple-pendulum": (2.2, 2.8)}
-PAGE = pathlib.Path(__file__).parents[2] / "docs" / "laboratory" / "pendulum.md"
+PAGE = pathlib.Path(__file__).parents[4] / "docs" / "laboratory" / "pendulum.md"
 
 
 @pytest.mark.slow

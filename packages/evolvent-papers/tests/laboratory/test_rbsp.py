@@ -7,9 +7,9 @@ import csv
 import numpy as np
 import pytest
 
-from evolvent import laboratory
-from evolvent.laboratory import rbsp
-from evolvent.systems.wire_booms import SYSTEM, log
+from evolvent_papers import laboratory
+from evolvent_papers.laboratory import rbsp
+from evolvent_papers.wire_booms import SYSTEM, log
 
 SHIPPED = SYSTEM.data_files["rbsp-a.csv"]
 

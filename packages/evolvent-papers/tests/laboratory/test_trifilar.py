@@ -7,11 +7,11 @@ import pathlib
 import numpy as np
 import pytest
 
-from evolvent import laboratory
 from evolvent.base.errors import InputError
-from evolvent.laboratory import trifilar
+from evolvent_papers import laboratory
+from evolvent_papers.laboratory import trifilar
 
-FOLDER = pathlib.Path(__file__).parents[2].parent / "shared" / "data" / "trifilar"
+FOLDER = pathlib.Path(__file__).parents[4].parent / "shared" / "data" / "trifilar"
 
 
 def record(path: pathlib.Path, moment: float, radius: float, seed: int) -> None:
@@ -41,7 +41,7 @@ def test_the_moment_of_made_recordings(tmp_path) -> None:
 
 def test_the_frequency_is_that_of_the_closed_form() -> None:
     """omega^2 I L = g M Rw^2, with `massprops.inertia.trifilar` as its inverse."""
-    from evolvent.massprops.inertia import trifilar as moment_of
+    from evolvent_massprops.inertia import trifilar as moment_of
 
     for radius in (0.0, 0.5):
         omega = trifilar.frequency(0.2, radius)

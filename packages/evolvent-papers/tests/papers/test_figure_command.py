@@ -7,11 +7,12 @@ import pytest
 from PIL import Image
 
 import evolvent
-from evolvent import papers, results
+from evolvent import results
 from evolvent.base.errors import InputError
-from evolvent.papers import rib, winding
-from evolvent.papers.winding import ALPHA, ENERGY, Model, Trial
 from evolvent.results.figures import Figure, Line, Panel
+from evolvent_papers import papers
+from evolvent_papers.papers import rib, winding
+from evolvent_papers.papers.winding import ALPHA, ENERGY, Model, Trial
 
 
 def test_list_names_every_entry(call):

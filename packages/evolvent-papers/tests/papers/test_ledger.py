@@ -5,10 +5,11 @@ import shlex
 
 import pytest
 
-from evolvent import cases, papers
+from evolvent import cases
 from evolvent.design import studies
-from evolvent.papers import ledger
-from evolvent.papers.ledger import Claim
+from evolvent_papers import papers
+from evolvent_papers.papers import ledger
+from evolvent_papers.papers.ledger import Claim
 
 ALL = ledger.every()
 QUICK = [one for one in ALL if one.measure and one.seconds <= ledger.QUICK]

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from evolvent import cases, papers
-from evolvent.papers import rib
-from evolvent.papers.rib_chain import Chain
-from evolvent.papers.winding import CHAIN, ENERGY, Model, Trial, run_all
+from evolvent import cases
+from evolvent_papers import papers
+from evolvent_papers.papers import rib
+from evolvent_papers.papers.rib_chain import Chain
+from evolvent_papers.papers.winding import CHAIN, ENERGY, Model, Trial, run_all
 
 CASE = cases.load("wrapped-rib", {"damping.alpha": 0.0})
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from evolvent import papers
-from evolvent.papers import Options, rib_figures, rib_runs
-from evolvent.papers.rib_captions import CAPTIONS, title
-from evolvent.papers.rib_schematics import straddling_distances
 from evolvent.view import plots
+from evolvent_papers import papers
+from evolvent_papers.papers import Options, rib_figures, rib_runs
+from evolvent_papers.papers.rib_captions import CAPTIONS, title
+from evolvent_papers.papers.rib_schematics import straddling_distances
 
 QUICK = Options(quick=True)
 

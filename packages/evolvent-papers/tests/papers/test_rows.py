@@ -8,9 +8,10 @@ import sys
 
 import pytest
 
-from evolvent import cases, papers
-from evolvent.papers import ledger
+from evolvent import cases
 from evolvent.parts import registry
+from evolvent_papers import papers
+from evolvent_papers.papers import ledger
 
 ALL = ledger.every()
 #: Kinds of parts and cases that existed when the rows that are open, or name what is absent, were looked at last.

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent import papers
-from evolvent.papers import Options, stand, stand_error, stand_prony, stand_pulls, stand_schematic
+from evolvent_papers import papers
+from evolvent_papers.papers import Options, stand, stand_error, stand_prony, stand_pulls, stand_schematic
 
 QUICK = Options(quick=True)
 
@@ -187,7 +187,7 @@ def test_every_entry_is_a_function():
 
     for one in papers.STAND.values():
         module, _, name = one.function.partition(".")
-        assert callable(getattr(importlib.import_module(f"evolvent.papers.{module}"), name))
+        assert callable(getattr(importlib.import_module(f"evolvent_papers.papers.{module}"), name))
 
 
 @pytest.mark.slow

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from evolvent import cases, papers
-from evolvent.papers import Options, thread, thread_runs, thread_schematics, thread_spool_node
+from evolvent import cases
+from evolvent_papers import papers
+from evolvent_papers.papers import Options, thread, thread_runs, thread_schematics, thread_spool_node
 
 QUICK = Options(quick=True)
 

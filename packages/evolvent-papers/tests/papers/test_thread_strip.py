@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from evolvent import papers
-from evolvent.papers import Options, thread_strip
+from evolvent_papers import papers
+from evolvent_papers.papers import Options, thread_strip
 
 
 @pytest.mark.slow

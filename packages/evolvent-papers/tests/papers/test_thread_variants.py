@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent.papers.thread_variants import SHARE, Data, Deployment, deploy, hold
+from evolvent_papers.papers.thread_variants import SHARE, Data, Deployment, deploy, hold
 
 SOFT = Data(stiffness=1e3)
 
@@ -84,7 +84,7 @@ def test_an_unstable_run_ends_with_its_last_finite_sample():
 
 def test_a_disturbance_grows_above_the_longest_stable_step_alone():
     """RK4 is stable up to 2 sqrt(2) over the largest frequency, near 2 sqrt(c/m) of many nodes."""
-    from evolvent.papers.thread_stability_measures import longest_step
+    from evolvent_papers.papers.thread_stability_measures import longest_step
 
     data = Data(stiffness=1e5, damping=0.0)
     limit = math.sqrt(8.0 * data.line_density * data.segment / (4.0 * data.stiffness))
@@ -95,7 +95,7 @@ def test_a_disturbance_grows_above_the_longest_stable_step_alone():
 
 def test_contact_stiffens_a_turn_by_its_own_frequency():
     """Contact much stiffer than the springs: the frequency is that of a node on it, sqrt(k/m)."""
-    from evolvent.papers.thread_stability_measures import RK4, _step_of_a_turn
+    from evolvent_papers.papers.thread_stability_measures import RK4, _step_of_a_turn
 
     mass = SOFT.line_density * 2.0 * math.pi * SOFT.radius / 12
     assert _step_of_a_turn(12, 1.0, 1e6) == pytest.approx(RK4 / math.sqrt(1e6 / mass), rel=1e-3)

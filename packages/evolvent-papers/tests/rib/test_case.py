@@ -13,9 +13,9 @@ from evolvent.base.errors import InputError
 from evolvent.elements import cable_stretch_form
 from evolvent.kernels.ancf import WORK
 from evolvent.kernels.cable import stretch_energy
-from evolvent.systems.wrapped_rib import SYSTEM
-from evolvent.systems.wrapped_rib.case import Case
-from evolvent.systems.wrapped_rib.case_checks import bending_stiffness_ratio, warnings
+from evolvent_papers.wrapped_rib import SYSTEM
+from evolvent_papers.wrapped_rib.case import Case
+from evolvent_papers.wrapped_rib.case_checks import bending_stiffness_ratio, warnings
 
 DRIVE = {"kind": "torque", "torque": "0.2 N m"}
 WIND = {"system": "wrapped-rib", "phase": "wind", "drive": DRIVE}

@@ -89,7 +89,7 @@ def test_curved_ribs_that_cannot_be_wound_are_refused(changes, words):
 
 def test_a_torque_that_is_too_small_is_reported():
     case = cases.load("wrapped-rib", CURVED | {"drive.torque": 1e-7, "solver.duration": 10.0})
-    from evolvent.systems.wrapped_rib import case_checks
+    from evolvent_papers.wrapped_rib import case_checks
 
     (warning,) = [text for text in case_checks.warnings(case) if "cannot wind" in text]
     assert "EI (1/R - k)/2 where its curvature k is largest" in warning
@@ -100,7 +100,7 @@ def test_a_torque_that_is_too_small_is_reported():
 
 @pytest.mark.slow
 def test_a_curved_rib_starts_wound_with_its_closed_energy(book):
-    from evolvent.systems.wrapped_rib import case_checks
+    from evolvent_papers.wrapped_rib import case_checks
 
     changes = CURVED | {"rib.young_modulus": 50e6, "rib.elements": 80, "hold.time": 0.01, "output.every": 0.01}
     run, case = evolvent.run("wrapped-rib-hold", changes), cases.load("wrapped-rib-hold", changes)

@@ -16,7 +16,7 @@ import evolvent
 from evolvent import cases, closed_forms
 from evolvent.base.errors import InputError
 from evolvent.closed_forms import Strip
-from evolvent.systems import wrapped_rib as system
+from evolvent_papers import wrapped_rib as system
 
 #: A rib of 50 GPa.
 STIFF = Strip(radius=0.6, length=12.0, line_density=0.0144, bending_stiffness=3.375e-3, axial_stiffness=450e3)

@@ -9,7 +9,7 @@ import evolvent
 from evolvent import cases, results
 from evolvent.base.errors import RunFailed
 from evolvent.results import variables
-from evolvent.systems import wrapped_rib as system
+from evolvent_papers import wrapped_rib as system
 from rib.reading import balance, work
 
 SHORT = {"rib.elements": 12, "rib.length": 4, "output.every": 0.02, "solver.duration": 4}

@@ -21,9 +21,9 @@ from evolvent.elements import (
     helix,
     helix_stiffness_ratio,
 )
-from evolvent.systems.wrapped_rib import structure
-from evolvent.systems.wrapped_rib.case_checks import warnings
-from evolvent.systems.wrapped_rib.initial_state import initial_state
+from evolvent_papers.wrapped_rib import structure
+from evolvent_papers.wrapped_rib.case_checks import warnings
+from evolvent_papers.wrapped_rib.initial_state import initial_state
 from rib.reading import balance, case_of, elastic, over_ribs, stored
 
 RADIUS, LENGTH = 0.6, 12.0

@@ -9,7 +9,7 @@ import pytest
 
 from evolvent import cases
 from evolvent.base.errors import InputError
-from evolvent.systems.wrapped_rib import SYSTEM
+from evolvent_papers.wrapped_rib import SYSTEM
 
 RADIUS, HEIGHT, DENSITY = 0.6, 3.0, 10.0
 FREE = {"hub.motion": "free"}

@@ -8,8 +8,8 @@ from evolvent import results
 from evolvent.design.studies import draw
 from evolvent.results.motion import product, turned
 from evolvent.results.observe.contact import mean_rate
-from evolvent.systems import wrapped_rib as system
 from evolvent.view import animation, plots
+from evolvent_papers import wrapped_rib as system
 from rib.synthetic import DEPLOY, HOLD, WIND, synthetic
 
 RUNS = {"wind": WIND, "hold": HOLD, "deploy": DEPLOY}

@@ -8,12 +8,12 @@ import pytest
 import evolvent
 from evolvent import cases, closed_forms, results
 from evolvent.base.errors import InputError, RunFailed
-from evolvent.papers import rib_measures
-from evolvent.systems import wrapped_rib as system
-from evolvent.systems.wrapped_rib.case_checks import bending_stiffness_ratio
-from evolvent.systems.wrapped_rib.initial_state import initial_state
-from evolvent.systems.wrapped_rib.show import comparable_string, curvature_of, tension_of
 from evolvent.view import plots
+from evolvent_papers import wrapped_rib as system
+from evolvent_papers.papers import rib_measures
+from evolvent_papers.wrapped_rib.case_checks import bending_stiffness_ratio
+from evolvent_papers.wrapped_rib.initial_state import initial_state
+from evolvent_papers.wrapped_rib.show import comparable_string, curvature_of, tension_of
 from rib.reading import balance, case_of, elastic, over_ribs, stored, work
 
 FREE = {"hub.motion": "free", "hub.mass": 20, "hub.inertia": 5}

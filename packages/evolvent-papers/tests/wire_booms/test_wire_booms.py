@@ -19,8 +19,8 @@ from book import Book
 from evolvent import cases
 from evolvent.base.errors import InputError
 from evolvent.design import calibration
-from evolvent.systems.wire_booms import SYSTEM, Case, closed_form, deployed, log, pendulum_rates
-from evolvent.systems.wire_booms.structure import angular_momenta, inertia, lengths_at, timeline
+from evolvent_papers.wire_booms import SYSTEM, Case, closed_form, deployed, log, pendulum_rates
+from evolvent_papers.wire_booms.structure import angular_momenta, inertia, lengths_at, timeline
 
 LOG = pathlib.Path(log.__file__).with_name("rbsp-a.csv")
 #: Half a metre of the pair 1-2 from 10.15 m, then a quarter of the other, at the speed of the flight.

@@ -9,10 +9,10 @@ from nicegui import ui
 
 from evolvent.base.errors import InputError
 from evolvent.parts.registry import kinds
-from evolvent.studio import form, kindgroups
-from evolvent.studio.assemblies import HingedPanel
-from evolvent.studio.context import Context
-from evolvent.studio.formview import FormView, first_error
+from evolvent_studio import form, kindgroups
+from evolvent_studio.assemblies import HingedPanel
+from evolvent_studio.context import Context
+from evolvent_studio.formview import FormView, first_error
 
 #: The entry that adds a panel with its hinge, and the name that its panel gets.
 PANEL, PANEL_NAME = "panel on a hinge", "panel"

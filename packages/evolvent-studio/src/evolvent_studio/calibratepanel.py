@@ -12,14 +12,14 @@ from typing import Any
 import yaml
 from nicegui import events, ui
 
+from evolvent.base import signals
 from evolvent.base.errors import EvolventError, InputError
-from evolvent.massprops import signals
-from evolvent.studio import form, reading, studydraft
-from evolvent.studio.context import Context
-from evolvent.studio.elements import upload
-from evolvent.studio.folder import LARGEST_RECORDING, LARGEST_SIGNALS
-from evolvent.studio.placing import source_file
-from evolvent.studio.state import view_of
+from evolvent_studio import form, reading, studydraft
+from evolvent_studio.context import Context
+from evolvent_studio.elements import upload
+from evolvent_studio.folder import LARGEST_RECORDING, LARGEST_SIGNALS
+from evolvent_studio.placing import source_file
+from evolvent_studio.state import view_of
 
 #: Endings of files of measured data.
 _ENDINGS = (".csv", ".tsv", ".txt")

@@ -13,15 +13,15 @@ from nicegui import events, ui
 from evolvent import cases
 from evolvent.base.errors import EvolventError, InputError
 from evolvent.base.schema import Section
-from evolvent.studio import parts
-from evolvent.studio.context import Context
-from evolvent.studio.elements import upload
-from evolvent.studio.folder import LARGEST
-from evolvent.studio.formview import FormView, errors_text, first_error
-from evolvent.studio.job import COMPUTED
-from evolvent.studio.partsview import PartsView
-from evolvent.studio.startview import StartView
-from evolvent.studio.state import Draft, view_of
+from evolvent_studio import parts
+from evolvent_studio.context import Context
+from evolvent_studio.elements import upload
+from evolvent_studio.folder import LARGEST
+from evolvent_studio.formview import FormView, errors_text, first_error
+from evolvent_studio.job import COMPUTED
+from evolvent_studio.partsview import PartsView
+from evolvent_studio.startview import StartView
+from evolvent_studio.state import Draft, view_of
 
 #: What the analyses beside a run find.
 _TIPS = {

@@ -7,7 +7,7 @@ from typing import Any
 
 from evolvent import cases
 from evolvent.base.errors import EvolventError
-from evolvent.studio.form import text_of
+from evolvent_studio.form import text_of
 
 #: Text of a key that only the first case has, and of a section that only the second one has.
 REMOVED, ADDED = "removed", "added"

@@ -18,7 +18,7 @@ def start(
 ) -> subprocess.Popen[str]:
     """Start a module of the studio in an empty folder, from which no module and no settings are picked up."""
     return subprocess.Popen(
-        [sys.executable, "-P", "-m", f"evolvent.studio.{module}", *arguments],
+        [sys.executable, "-P", "-m", f"evolvent_studio.{module}", *arguments],
         cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=stderr, text=True, encoding="utf-8",
         errors="replace", start_new_session=os.name != "nt",  # Ctrl-C at the studio's terminal is the studio's alone
     )  # fmt: skip

@@ -36,7 +36,7 @@ def studio(host: str, port: int, token: str | None, no_token: bool, no_browser: 
 
     It works in the current folder and opens no file outside it. The page needs the secret of the link that is printed.
     """
-    from evolvent.studio import gate
+    from evolvent_studio import gate
 
     if no_token and token is not None:
         raise InputError("--token and --no-token are both given; leave one of them out")
@@ -44,13 +44,13 @@ def studio(host: str, port: int, token: str | None, no_token: bool, no_browser: 
         token = secrets.token_urlsafe(24)
     gate.check(host, token)
     if importlib.util.find_spec("nicegui") is None:
-        raise InputError("the studio needs the package nicegui; install it with: pip install 'evolvent[studio]'")
+        raise InputError("the studio needs the package nicegui; install it with: pip install nicegui")
     root = os.getcwd()
     # nothing that the folder holds is picked up by Python or a library as its own: neither modules nor settings
     with tempfile.TemporaryDirectory(prefix="evolvent-studio-") as empty:
         os.chdir(empty)
         try:
-            from evolvent.studio import server
+            from evolvent_studio import server
 
             server.serve(root, host=host, port=port, token=token, browser=not no_browser)
         finally:

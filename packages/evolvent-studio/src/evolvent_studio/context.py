@@ -5,12 +5,12 @@ from __future__ import annotations
 import abc
 import pathlib
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 from nicegui import ui
 
 from evolvent.base.errors import EvolventError, reason_of
-from evolvent.studio.state import Studio, View
+from evolvent_studio.state import Studio, View
 
 
 class Context(abc.ABC):
@@ -129,3 +129,27 @@ class Context(abc.ABC):
             with ui.row():
                 ui.button("Download", on_click=lambda: ui.download.content(text, name)).props("flat no-caps")
                 ui.button("Close", on_click=dialog.close).props("flat no-caps")
+
+
+class Panel(abc.ABC):
+    """A panel of another package, and what is shown beside it.
+
+    Attributes
+    ----------
+    label : str, of its tab
+    about : str, what it is for, a sentence
+    """
+
+    label: ClassVar[str]
+    about: ClassVar[str]
+
+    @abc.abstractmethod
+    def __init__(self, page: Context) -> None: ...
+
+    @abc.abstractmethod
+    def draw(self) -> None:
+        """Show what is there now."""
+
+    @abc.abstractmethod
+    def draw_main(self) -> None:
+        """Draw the area beside the panel."""

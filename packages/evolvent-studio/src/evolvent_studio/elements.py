@@ -10,9 +10,9 @@ from typing import Any
 from nicegui import ui
 from nicegui.element import Element
 
-from evolvent.studio.charts import Chart
-from evolvent.studio.differences import whole
-from evolvent.studio.folder import LARGEST_SIGNALS
+from evolvent_studio.charts import Chart
+from evolvent_studio.differences import whole
+from evolvent_studio.folder import LARGEST_SIGNALS
 
 _STATIC = pathlib.Path(__file__).with_name("static")
 #: What NiceGUI ships of ECharts; charts import it, offline.

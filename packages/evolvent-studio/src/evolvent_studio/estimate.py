@@ -1,4 +1,4 @@
-"""The process that estimates the duration of a study: ``python -m evolvent.studio.estimate``.
+"""The process that estimates the duration of a study: ``python -m evolvent_studio.estimate``.
 
 It reads a study as YAML from stdin, computes a case in the middle of it and, where that is fast, cases at its ends, and
 writes one JSON object: the time of a case in s, the cases computed, and the reason where one failed.
@@ -12,7 +12,7 @@ import time
 from typing import Any
 
 from evolvent.base import startup
-from evolvent.studio import child
+from evolvent_studio import child
 
 #: Longest first case, s, after which no other one is computed.
 _LONG = 5.0

@@ -1,4 +1,4 @@
-"""The process that writes one download: ``python -m evolvent.studio.exporter KIND RUN FILE``.
+"""The process that writes one download: ``python -m evolvent_studio.exporter KIND RUN FILE``.
 
 Its progress goes to stdout, one JSON object a line; the end of stdin stops it.
 """
@@ -14,7 +14,7 @@ import zipfile
 from typing import Any
 
 from evolvent.base import startup
-from evolvent.studio import child
+from evolvent_studio import child
 
 #: Kinds of downloads that are written by a process of their own: ending of the file's name.
 KINDS = {

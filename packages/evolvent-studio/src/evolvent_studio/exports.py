@@ -13,8 +13,8 @@ import tempfile
 import threading
 
 from evolvent.base.errors import InputError
-from evolvent.studio import child
-from evolvent.studio.exporter import KINDS
+from evolvent_studio import child
+from evolvent_studio.exporter import KINDS
 
 #: Downloads whose files are kept until the studio ends; those before are removed.
 _KEPT = 6

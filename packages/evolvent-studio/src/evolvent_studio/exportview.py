@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from nicegui import ui
 
-from evolvent.studio.context import Context
-from evolvent.studio.exports import Export
+from evolvent_studio.context import Context
+from evolvent_studio.exports import Export
 
 #: Seconds between two looks at the process.
 _LOOK = 0.2

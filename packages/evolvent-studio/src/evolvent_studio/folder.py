@@ -23,9 +23,9 @@ from evolvent import cases
 from evolvent.base import safe_open
 from evolvent.base.errors import InputError, reason_of
 from evolvent.design.studies import store
-from evolvent.studio import placing, reading
-from evolvent.studio.listing import Listing, Written
-from evolvent.studio.places import CREATE, HAS_DIR_FD, NO_LINK, READ, Place, is_junction, is_link
+from evolvent_studio import placing, reading
+from evolvent_studio.listing import Listing, Written
+from evolvent_studio.places import CREATE, HAS_DIR_FD, NO_LINK, READ, Place, is_junction, is_link
 
 #: Folder inside the working folder that holds the queue, its runs, and what was dropped on the page.
 OWN = ".evolvent-studio"

@@ -9,8 +9,8 @@ from nicegui import ui
 
 from evolvent import cases
 from evolvent.base.schema import Section
-from evolvent.studio import form
-from evolvent.studio.form import Field, Group
+from evolvent_studio import form
+from evolvent_studio.form import Field, Group
 
 #: Seconds after the last key before what was typed is checked.
 _PAUSE = 0.15

@@ -14,8 +14,8 @@ from collections.abc import Awaitable, Callable, Iterator, MutableMapping
 from typing import Any
 
 from evolvent.base.errors import InputError
-from evolvent.studio.folder import LARGEST_SIGNALS
 from evolvent.view import pages
+from evolvent_studio.folder import LARGEST_SIGNALS
 
 #: Cookie that holds the token once it was given; the port follows, for cookies are those of all ports of a host.
 COOKIE = "evolvent-studio"

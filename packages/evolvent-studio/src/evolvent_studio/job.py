@@ -11,16 +11,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, Field, ValidationError
 
-from evolvent.studio.worker import (
-    CALIBRATION,
-    CERTIFICATE,
-    DISPERSION,
-    MARGINS,
-    MODES,
-    REPORT,
-    RUN,
-    STUDY,
-)
+from evolvent_studio.worker import CALIBRATION, CERTIFICATE, DISPERSION, MARGINS, MODES, REPORT, RUN, STUDY
 
 #: What a job is called that this installation has not queued, and why it does not start.
 NOT_STARTED, FOREIGN = "not started", "queued by another installation"

@@ -22,10 +22,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from evolvent.base.errors import InputError
-from evolvent.studio import child, signing
-from evolvent.studio.folder import LARGEST_RECORDING, OWN, Folder
-from evolvent.studio.job import FOREIGN, KEPT, LAST, REPORTS, RESULTS, RESUMED, Job, kept_job
-from evolvent.studio.worker import CASE, parsed
+from evolvent_studio import child, signing
+from evolvent_studio.folder import LARGEST_RECORDING, OWN, Folder
+from evolvent_studio.job import FOREIGN, KEPT, LAST, REPORTS, RESULTS, RESUMED, Job, kept_job
+from evolvent_studio.worker import CASE, parsed
 
 #: Seconds that a cancelled job has to keep what it computed.
 GRACE = 8.0

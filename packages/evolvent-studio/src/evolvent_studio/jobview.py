@@ -6,10 +6,10 @@ import datetime
 
 from nicegui import ui
 
-from evolvent.studio.changes import ADDED, REMOVED
-from evolvent.studio.context import Context
-from evolvent.studio.job import COMPUTED, RESUMED, Job
-from evolvent.studio.worker import AT_ONCE
+from evolvent_studio.changes import ADDED, REMOVED
+from evolvent_studio.context import Context
+from evolvent_studio.job import COMPUTED, RESUMED, Job
+from evolvent_studio.worker import AT_ONCE
 
 #: How a job ended, in a word.
 STATUS = {"stopped by event": "stopped", "success": "done", "interrupted": "cancelled"}

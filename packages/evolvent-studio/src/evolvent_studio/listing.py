@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from evolvent.base import file_keys
 from evolvent.base.errors import InputError
-from evolvent.studio import reading
+from evolvent_studio import reading
 
 #: Time that a list of the files waits for those that are read, s; at first, until the process is there that reads.
 _WAIT, _FIRST = 1.0, 30.0
@@ -51,7 +51,7 @@ class Listing:
     def known(self) -> dict[str, Written]:
         """What is known of the YAML files; each is read again only when it changed.
 
-        They are read by `evolvent.studio.reading`, one after the other. This waits for them for `_WAIT` seconds; others
+        They are read by `evolvent_studio.reading`, one after the other. This waits for them for `_WAIT` seconds; others
         follow while the studio goes on.
         """
         stamps: dict[str, tuple[int, ...]] = {}

@@ -6,10 +6,10 @@ import urllib.parse
 
 from nicegui import ui
 
-from evolvent.studio.context import Context
-from evolvent.studio.elements import MotionElement
-from evolvent.studio.job import Job
-from evolvent.studio.jobview import STATUS, draw_job
+from evolvent_studio.context import Context
+from evolvent_studio.elements import MotionElement
+from evolvent_studio.job import Job
+from evolvent_studio.jobview import STATUS, draw_job
 
 
 class ModesView:

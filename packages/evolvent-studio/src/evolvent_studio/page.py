@@ -6,17 +6,17 @@ import pathlib
 
 from nicegui import app, ui
 
-from evolvent.studio.calibratepanel import CalibratePanel
-from evolvent.studio.casepanel import CasePanel
-from evolvent.studio.context import Context
-from evolvent.studio.measureview import MeasurePanel
-from evolvent.studio.modesview import ModesView
-from evolvent.studio.reportview import ReportView
-from evolvent.studio.resultview import ResultView
-from evolvent.studio.runspanel import RunsPanel
-from evolvent.studio.state import FIRST, Studio, View, view_of
-from evolvent.studio.studyform import DISPERSIONS
-from evolvent.studio.studypanel import StudyPanel
+from evolvent_studio import added
+from evolvent_studio.calibratepanel import CalibratePanel
+from evolvent_studio.casepanel import CasePanel
+from evolvent_studio.context import Context, Panel
+from evolvent_studio.modesview import ModesView
+from evolvent_studio.reportview import ReportView
+from evolvent_studio.resultview import ResultView
+from evolvent_studio.runspanel import RunsPanel
+from evolvent_studio.state import FIRST, Studio, View, view_of
+from evolvent_studio.studyform import DISPERSIONS
+from evolvent_studio.studypanel import StudyPanel
 
 #: Seconds between looks at the queue.
 _LOOK = 0.3
@@ -26,7 +26,6 @@ _TABS = {
     "studies": "Studies",
     "disperse": "Dispersion",
     "calibrate": "Calibration",
-    "measure": "Identify",
 }
 #: A press on a button of a form leaves the focus in the field: else the field's help would vanish at once, the button
 #: move away from the pointer, and the click be lost.
@@ -88,7 +87,8 @@ class Page(Context):
     def _side(self) -> None:
         studio = self.studio
         with ui.tabs().props("dense align=justify no-caps indicator-color=primary").classes("w-full") as tabs:
-            for name, label in _TABS.items():
+            labels = _TABS | {name: panel.label for name, panel in added.panels().items()}
+            for name, label in labels.items():
                 ui.tab(name, label=label).props(f'data-testid="tab-{name}"').on("click", lambda: self._turn_to("panel"))
         self.tabs = tabs
         with ui.tab_panels(tabs, value=studio.tab, animated=False, keep_alive=True).classes("w-full"):
@@ -96,14 +96,16 @@ class Page(Context):
                 self.case = CasePanel(self)
             with ui.tab_panel("runs"):
                 self.runs = RunsPanel(self)
-            with ui.tab_panel("measure"):
-                self.measure = MeasurePanel(self)
             with ui.tab_panel("studies"):
                 self.studies = StudyPanel(self)
             with ui.tab_panel("disperse"):
                 self.dispersions = StudyPanel(self, DISPERSIONS)
             with ui.tab_panel("calibrate"):
                 self.calibrations = CalibratePanel(self)
+            self.added: dict[str, Panel] = {}
+            for name, panel in added.panels().items():
+                with ui.tab_panel(name):
+                    self.added[name] = panel(self)
         tabs.on_value_change(lambda e: self._turn(str(e.value)))
 
     def _turn_to(self, place: str) -> None:
@@ -121,8 +123,8 @@ class Page(Context):
         elif self.view.kind == "start" and self._before_start.kind:
             self._show(self._before_start)
         lists = {
-            "case": self.case.list, "runs": self.runs.list, "measure": self.measure.draw,
-            "disperse": self.dispersions.list, "calibrate": self.calibrations.list,
+            "case": self.case.list, "runs": self.runs.list, "disperse": self.dispersions.list,
+            "calibrate": self.calibrations.list, **{name: panel.draw for name, panel in self.added.items()},
         }  # fmt: skip
         lists.get(tab, self.studies.list)()
 
@@ -165,8 +167,8 @@ class Page(Context):
                     self.modes.draw(self.view.refs[0])
                 case "report":
                     self.report.draw(self.view.refs[0])
-                case "measure":
-                    self.measure.draw_main()
+                case kind if kind in self.added:
+                    self.added[kind].draw_main()
                 case "study":
                     self._panel_of(self.view.refs[0]).view.draw(self.view.refs[0])
                 case _:
@@ -187,9 +189,9 @@ class Page(Context):
             ui.label(
                 "Case: the values of a case, and of a structure its parts. "
                 "Runs: the queue, and runs saved in the folder; tick two or more to compare them. "
-                "Identify: modes and mass properties of a body from recorded signals. "
                 "Studies: many cases over keys that vary. Dispersion: keys drawn from distributions. "
                 "Calibration: keys fitted to measured data."
+                + "".join(f" {panel.label}: {panel.about}." for panel in self.added.values())
             ).classes("ev-what")
 
     def _example(self) -> None:

@@ -14,8 +14,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from evolvent.base.errors import InputError
-from evolvent.studio.folder import OWN, Folder
-from evolvent.studio.signing import Signer
+from evolvent_studio.folder import OWN, Folder
+from evolvent_studio.signing import Signer
 
 #: Folder of the files, one for each tab; so many of them are kept.
 _PLACE, _KEPT = "pages", 40

@@ -8,10 +8,10 @@ from typing import Any
 from nicegui import ui
 
 from evolvent.parts import repetition
-from evolvent.studio import form, parts
-from evolvent.studio.addview import AddView
-from evolvent.studio.context import Context
-from evolvent.studio.formview import FormView, errors_text
+from evolvent_studio import form, parts
+from evolvent_studio.addview import AddView
+from evolvent_studio.context import Context
+from evolvent_studio.formview import FormView, errors_text
 
 
 class PartsView:

@@ -1,6 +1,6 @@
 """What the studio reads of the working folder, in a process of its own with limits of time and memory.
 
-``python -P -m evolvent.studio.reading`` is that process. Each line on its stdin asks for one task, a JSON object; it
+``python -P -m evolvent_studio.reading`` is that process. Each line on its stdin asks for one task, a JSON object; it
 answers with lines of JSON: any number of notes, then what was found, or the reason why not. It ends with its stdin. A
 task that takes too much ends the process (by `RLIMIT_CPU` and `RLIMIT_AS` where the system has them, else by the
 clock); the next task starts another one.
@@ -22,7 +22,7 @@ from typing import Any
 
 from evolvent.base import startup
 from evolvent.base.errors import EvolventError, InputError
-from evolvent.studio import child
+from evolvent_studio import child
 
 #: Processor time of a task, s: a text, the start of a case; between its notes, and the time on the clock for each.
 TEXT, START, CLOCK = 3.0, 20.0, 5.0
@@ -137,7 +137,7 @@ def content(source: str, name: str) -> Any:
 
 
 def start(case: Any, note: Callable[[str], None]) -> bytes:
-    """The start of a case for the viewer, packed; see `evolvent.studio.preview.start_of`.
+    """The start of a case for the viewer, packed; see `evolvent_studio.preview.start_of`.
 
     Raises
     ------
@@ -213,7 +213,7 @@ def _facts(note: Callable[[str], None], *, source: str, name: str) -> Any:
 
 
 def _packed(note: Callable[[str], None], *, content: Any) -> str:
-    from evolvent.studio import preview
+    from evolvent_studio import preview
 
     return base64.b64encode(preview.start_of(content, note)).decode()
 

@@ -9,14 +9,14 @@ from typing import Any
 from nicegui import ui
 
 from evolvent.base.errors import InputError
-from evolvent.studio import reading
-from evolvent.studio.context import Context
-from evolvent.studio.elements import report_frame
-from evolvent.studio.folder import OWN
-from evolvent.studio.job import COMPUTED, Job
-from evolvent.studio.jobview import NAMES, STATUS, draw_job
-from evolvent.studio.state import View
-from evolvent.studio.worker import CALIBRATION, FITTED
+from evolvent_studio import reading
+from evolvent_studio.context import Context
+from evolvent_studio.elements import report_frame
+from evolvent_studio.folder import OWN
+from evolvent_studio.job import COMPUTED, Job
+from evolvent_studio.jobview import NAMES, STATUS, draw_job
+from evolvent_studio.state import View
+from evolvent_studio.worker import CALIBRATION, FITTED
 
 
 class ReportView:

@@ -13,15 +13,15 @@ from evolvent import cases
 from evolvent.base.errors import EvolventError
 from evolvent.results import variables
 from evolvent.results.happened import events_of
-from evolvent.studio import charts, exports, exportview
-from evolvent.studio.changes import flat, full, written
-from evolvent.studio.context import Context
-from evolvent.studio.differences import difference
-from evolvent.studio.elements import ChartElement, MotionElement, table
-from evolvent.studio.form import text_of
-from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, draw_job, since_text
-from evolvent.studio.state import Loaded
 from evolvent.view import show
+from evolvent_studio import charts, exports, exportview
+from evolvent_studio.changes import flat, full, written
+from evolvent_studio.context import Context
+from evolvent_studio.differences import difference
+from evolvent_studio.elements import ChartElement, MotionElement, table
+from evolvent_studio.form import text_of
+from evolvent_studio.jobview import STATUS, ask_title, changes_text, date_text, draw_job, since_text
+from evolvent_studio.state import Loaded
 
 if TYPE_CHECKING:
     from evolvent.results.figures import Figure

@@ -8,9 +8,9 @@ from fastapi import FastAPI
 from fastapi.responses import FileResponse, Response
 
 from evolvent.base.errors import EvolventError
-from evolvent.studio.state import Studio, plain
-from evolvent.studio.worker import DISPERSED, MODES
 from evolvent.view.animation import VIEWER
+from evolvent_studio.state import Studio, plain
+from evolvent_studio.worker import DISPERSED, MODES
 
 if TYPE_CHECKING:
     from collections.abc import Callable

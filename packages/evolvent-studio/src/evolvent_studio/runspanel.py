@@ -7,10 +7,10 @@ import shutil
 from nicegui import ui
 
 from evolvent.base.errors import EvolventError
-from evolvent.studio.context import Context
-from evolvent.studio.job import COMPUTED, RESUMED, Job
-from evolvent.studio.jobview import STATUS, ask_title, changes_text, date_text, progress_text, since_text
-from evolvent.studio.state import View, view_of
+from evolvent_studio.context import Context
+from evolvent_studio.job import COMPUTED, RESUMED, Job
+from evolvent_studio.jobview import STATUS, ask_title, changes_text, date_text, progress_text, since_text
+from evolvent_studio.state import View, view_of
 
 _KINDS = {"run": "", "equilibrium": "equilibrium", "modes": "modes", "margin": "margins", "sweep": "study",
           "disperse": "dispersion", "calibrate": "calibration", "identify": "identification"}  # fmt: skip

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 
-from evolvent.studio.jobview import duration
+from evolvent_studio.jobview import duration
 
 
 def names_key(sentence: str, row: str) -> bool:

@@ -14,10 +14,10 @@ from nicegui import app, background_tasks, ui
 from evolvent.base import safe_open
 from evolvent.base.console import echo
 from evolvent.base.errors import InputError
-from evolvent.studio import page, routes
-from evolvent.studio.folder import Folder
-from evolvent.studio.gate import Gate
-from evolvent.studio.state import Studio
+from evolvent_studio import page, routes
+from evolvent_studio.folder import Folder
+from evolvent_studio.gate import Gate
+from evolvent_studio.state import Studio
 
 #: The involute of a circle.
 _ICON = (

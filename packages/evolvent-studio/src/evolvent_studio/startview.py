@@ -9,9 +9,9 @@ from typing import Any, Protocol
 from nicegui import ui
 
 from evolvent.base.errors import EvolventError
-from evolvent.studio.context import Context
-from evolvent.studio.elements import MotionElement
-from evolvent.studio.state import Draft
+from evolvent_studio.context import Context
+from evolvent_studio.elements import MotionElement
+from evolvent_studio.state import Draft
 
 #: Seconds after the last change before the start is assembled.
 _PAUSE = 0.5

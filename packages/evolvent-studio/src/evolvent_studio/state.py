@@ -17,15 +17,15 @@ from evolvent import cases
 from evolvent.assembly import families
 from evolvent.base import file_keys
 from evolvent.base.errors import EvolventError, InputError
-from evolvent.studio import pages, reading, signing, studydraft
-from evolvent.studio.changes import changes
-from evolvent.studio.exports import Export, Exports
-from evolvent.studio.folder import OWN, Folder
-from evolvent.studio.job import COMPUTED, Job
-from evolvent.studio.jobs import Jobs
-from evolvent.studio.placing import source_file
-from evolvent.studio.studydraft import StudyDraft
-from evolvent.studio.worker import MODE
+from evolvent_studio import pages, reading, signing, studydraft
+from evolvent_studio.changes import changes
+from evolvent_studio.exports import Export, Exports
+from evolvent_studio.folder import OWN, Folder
+from evolvent_studio.job import COMPUTED, Job
+from evolvent_studio.jobs import Jobs
+from evolvent_studio.placing import source_file
+from evolvent_studio.studydraft import StudyDraft
+from evolvent_studio.worker import MODE
 
 if TYPE_CHECKING:
     from evolvent.results.figures import Figure, Number

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from evolvent.studio.charts import VIRIDIS, number
+from evolvent_studio.charts import VIRIDIS, number
 
 #: Where a point of a chart is: (series, index) -> dimension of the cases -> index.
 At = Callable[[int, int], dict[str, int]]

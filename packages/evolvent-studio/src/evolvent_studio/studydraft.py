@@ -15,9 +15,9 @@ from evolvent import cases
 from evolvent.base import schema
 from evolvent.base.errors import EvolventError, InputError
 from evolvent.design.studies import draws, measured
-from evolvent.studio import form, parts, reading
-from evolvent.studio.folder import Folder
-from evolvent.studio.placing import source_file
+from evolvent_studio import form, parts, reading
+from evolvent_studio.folder import Folder
+from evolvent_studio.placing import source_file
 
 if TYPE_CHECKING:
     from evolvent.design.studies import Study

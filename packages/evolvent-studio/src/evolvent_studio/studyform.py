@@ -10,9 +10,9 @@ from nicegui import ui
 
 from evolvent import cases
 from evolvent.base.errors import EvolventError, InputError
-from evolvent.studio import form, studydraft
-from evolvent.studio.context import Context
-from evolvent.studio.studydraft import StudyDraft
+from evolvent_studio import form, studydraft
+from evolvent_studio.context import Context
+from evolvent_studio.studydraft import StudyDraft
 
 _HELP = {
     "values": "values with units, separated by commas",

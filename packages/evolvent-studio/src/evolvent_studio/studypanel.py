@@ -14,12 +14,12 @@ from nicegui import ui
 
 from evolvent import cases
 from evolvent.base.errors import EvolventError, InputError
-from evolvent.studio import reading, studydraft
-from evolvent.studio.context import Context
-from evolvent.studio.sentences import as_sentence, cases_text, estimated_text, names_key
-from evolvent.studio.state import View, view_of
-from evolvent.studio.studyform import DISPERSIONS, STUDIES, Kind, StudyForm
-from evolvent.studio.studyview import StudyView
+from evolvent_studio import reading, studydraft
+from evolvent_studio.context import Context
+from evolvent_studio.sentences import as_sentence, cases_text, estimated_text, names_key
+from evolvent_studio.state import View, view_of
+from evolvent_studio.studyform import DISPERSIONS, STUDIES, Kind, StudyForm
+from evolvent_studio.studyview import StudyView
 
 #: Seconds after the last change before the study is checked.
 _PAUSE = 0.7
@@ -247,7 +247,7 @@ class StudyPanel:
         try:
             asked = await asyncio.to_thread(self._asked_study)
             self._process = await asyncio.create_subprocess_exec(
-                sys.executable, "-P", "-m", "evolvent.studio.estimate", cwd=tempfile.gettempdir(),
+                sys.executable, "-P", "-m", "evolvent_studio.estimate", cwd=tempfile.gettempdir(),
                 stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.DEVNULL,
             )  # fmt: skip
         except EvolventError as error:

@@ -14,12 +14,12 @@ from nicegui import ui
 
 from evolvent import cases
 from evolvent.base.errors import EvolventError
-from evolvent.studio import studycharts
-from evolvent.studio.charts import Chart
-from evolvent.studio.context import Context
-from evolvent.studio.elements import ChartElement
-from evolvent.studio.jobview import draw_job
-from evolvent.studio.state import View
+from evolvent_studio import studycharts
+from evolvent_studio.charts import Chart
+from evolvent_studio.context import Context
+from evolvent_studio.elements import ChartElement
+from evolvent_studio.jobview import draw_job
+from evolvent_studio.state import View
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,4 +1,4 @@
-"""The process that computes one job: ``python -m evolvent.studio.worker FOLDER``.
+"""The process that computes one job: ``python -m evolvent_studio.worker FOLDER``.
 
 The first line of stdin is the job, one JSON object: its kind, its case as YAML, and the files of its signals. Results
 are written to FOLDER, and its progress to stdout, one JSON object a line. Another line on stdin, or its end, stops the
@@ -17,7 +17,7 @@ from collections.abc import Callable
 from typing import Any
 
 from evolvent.base import startup
-from evolvent.studio import child
+from evolvent_studio import added, child
 
 #: Files of a job.
 CASE, RUN, STUDY, CERTIFICATE = "case.yaml", "run.nc", "study", "certificate.html"
@@ -39,10 +39,11 @@ def main(folder: str) -> int:
     report = _Report(send, at_once=job["kind"] in AT_ONCE)
     place = pathlib.Path(folder)
     try:
-        compute = {
+        known = {
             "run": _run, "equilibrium": _equilibrium, "modes": _modes, "margin": _margin, "sweep": _sweep,
-            "disperse": _disperse, "calibrate": _calibrate, "identify": _identify,
-        }[job["kind"]]  # fmt: skip
+            "disperse": _disperse, "calibrate": _calibrate,
+        }  # fmt: skip
+        compute = known.get(job["kind"]) or added.job(job["kind"])
         with (
             contextlib.nullcontext()
             if job["kind"] in ("sweep", "disperse")
@@ -246,36 +247,6 @@ def _calibrate(place: pathlib.Path, job: dict[str, Any], report: _Report) -> Non
     count = len(found.parameters)
     message = f"{count} parameter{'s' * (count > 1)} fitted, root mean square {found.rms:.3g} {found.series[0].unit}"
     report.send(status="success", message=message.strip())
-
-
-def _identify(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
-    import numpy as np
-
-    from evolvent.base import progress
-    from evolvent.massprops import certificate, description
-    from evolvent.massprops.measurement import mass_properties
-    from evolvent.massprops.rounding import rounded
-
-    report.reached(0.0, 1.0)
-    with progress.shown_by(report.stage):
-        found = mass_properties(job["signals"], description.load(parsed(job["case"], CASE)))
-    rows = []
-    for k, output in enumerate(found.outputs):
-        u, U = found.std[k], found.expanded[k]
-        known = found.has_uncertainties and np.isfinite(u) and u > 0.0
-        value = rounded(found.values[k], u) if known else f"{found.values[k]:.6g}"
-        rows.append([output.key, value, rounded(u, u) if known else "-", rounded(U, U) if known else "-", output.unit])
-    modes = found.evaluations[0].modal.modes
-    report.send(
-        rows=rows,
-        warnings=found.cautions,
-        notes=found.notes,
-        modes=[[float(modes.frequency[k]), float(modes.decay_rate[k])] for k in range(modes.order)],
-    )
-    with progress.shown_by(report.stage):
-        progress.report("drawing the certificate")
-        certificate.write(found, place / CERTIFICATE)
-    report.send(status="success", message="")
 
 
 if __name__ == "__main__":

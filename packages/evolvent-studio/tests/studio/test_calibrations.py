@@ -9,9 +9,9 @@ import pytest
 
 from evolvent import cases
 from evolvent.base.errors import InputError
-from evolvent.studio import calibratepanel, studydraft
-from evolvent.studio.folder import Folder
-from evolvent.studio.state import Studio
+from evolvent_studio import calibratepanel, studydraft
+from evolvent_studio.folder import Folder
+from evolvent_studio.state import Studio
 
 
 @pytest.fixture

@@ -16,10 +16,10 @@ import evolvent
 from evolvent import cases, results
 from evolvent.design import studies
 from evolvent.design.studies import draw
-from evolvent.massprops.inertia import Body, Stand, linear_model
+from evolvent_massprops.inertia import Body, Stand, linear_model
 from studio.serving import LONG, SHORT, WAIT, choose, frames, part, settle
 
-EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "stand.yaml"
+EXAMPLE = pathlib.Path(__file__).parents[4] / "examples" / "stand.yaml"
 #: Values that the cases of a study take together.
 LISTED = {"spool.rate": [4.0, 2.0, 3.0], "body.rate": [5.0, 7.0, 6.0]}
 

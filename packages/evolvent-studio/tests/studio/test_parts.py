@@ -19,14 +19,14 @@ from evolvent import cases, results
 from evolvent.base import schema
 from evolvent.base.errors import InputError
 from evolvent.design import studies
-from evolvent.massprops import description
 from evolvent.results.figures import Figure, Line, Panel
-from evolvent.studio import charts, form, gate, reading
-from evolvent.studio.differences import difference, whole
-from evolvent.studio.folder import Folder
-from evolvent.studio.jobs import Jobs
-from evolvent.studio.state import Studio
-from evolvent.studio.worker import CASE
+from evolvent_massprops import description
+from evolvent_studio import charts, form, gate, reading
+from evolvent_studio.differences import difference, whole
+from evolvent_studio.folder import Folder
+from evolvent_studio.jobs import Jobs
+from evolvent_studio.state import Studio
+from evolvent_studio.worker import CASE
 from studio.serving import LONG, SHORT, serving
 
 # ------------------------------------------------------------------------------------------------ form

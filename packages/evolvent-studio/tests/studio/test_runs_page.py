@@ -18,7 +18,7 @@ import pytest
 
 import evolvent
 from evolvent import cases, results
-from evolvent.studio import exporter, exports
+from evolvent_studio import exporter, exports
 from studio.serving import SHORT, WAIT, choose, part, serving
 
 #: The first picture of the page.
@@ -311,9 +311,9 @@ def test_the_preview_of_signals_has_a_time_axis(page):
 
 
 def test_what_a_browser_sends_as_a_tab_is_no_path(tmp_path):
-    from evolvent.studio import pages
-    from evolvent.studio.folder import Folder
-    from evolvent.studio.state import Studio
+    from evolvent_studio import pages
+    from evolvent_studio.folder import Folder
+    from evolvent_studio.state import Studio
 
     studio = Studio(Folder(tmp_path))
     try:
@@ -342,9 +342,9 @@ def test_what_a_browser_sends_as_a_tab_is_no_path(tmp_path):
 
 
 def test_a_run_is_compared_with_the_one_of_its_case_before(tmp_path):
-    from evolvent.studio.folder import Folder
-    from evolvent.studio.jobview import since_text
-    from evolvent.studio.state import Studio
+    from evolvent_studio.folder import Folder
+    from evolvent_studio.jobview import since_text
+    from evolvent_studio.state import Studio
 
     studio = Studio(Folder(tmp_path))
     studio.jobs.stop()  # what is submitted waits
@@ -357,7 +357,7 @@ def test_a_run_is_compared_with_the_one_of_its_case_before(tmp_path):
 
 
 def test_changes_are_keys_whose_values_differ_and_not_their_units():
-    from evolvent.studio.changes import changes
+    from evolvent_studio.changes import changes
 
     base = cases.content_of("boom-slew")
     same = cases.content_of("boom-slew", {"simulate.until": "20000 ms", "parts.boom.length": 3})

@@ -15,11 +15,11 @@ from evolvent.base import schema
 from evolvent.base.errors import InputError
 from evolvent.parts.registry import kinds
 from evolvent.results import variables
-from evolvent.studio import charts, form, kindgroups, parts, preview, reading
-from evolvent.studio.assemblies import HingedPanel
-from evolvent.studio.folder import Folder
-from evolvent.studio.state import NEW, Draft, Studio, View, view_of
 from evolvent.view import show
+from evolvent_studio import charts, form, kindgroups, parts, preview, reading
+from evolvent_studio.assemblies import HingedPanel
+from evolvent_studio.folder import Folder
+from evolvent_studio.state import NEW, Draft, Studio, View, view_of
 
 STRUCTURES = [name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"]
 HUB = {"kind": "rigid-body", "mass": "20 kg", "inertia": [1.2, 1.2, "2 kg m^2"], "points": {"left": [0.2, 0, "0 m"]}}

@@ -12,9 +12,9 @@ import xarray as xr
 from evolvent import cases
 from evolvent.base.errors import InputError
 from evolvent.design import studies
-from evolvent.studio import estimate, studycharts, studydraft
-from evolvent.studio.folder import Folder
-from evolvent.studio.studydraft import StudyDraft
+from evolvent_studio import estimate, studycharts, studydraft
+from evolvent_studio.folder import Folder
+from evolvent_studio.studydraft import StudyDraft
 from studio.serving import SHORT
 
 RATES = {"spool.rate": [2.0, "3 rad/s"], "blade.nodes": {"from": 5, "to": 7, "points": 3}}

@@ -18,8 +18,8 @@ from evolvent.base.errors import InputError
 from evolvent.base.file_keys import FileKey
 from evolvent.elements.reduced_files import SHIPPED
 from evolvent.parts import registry
-from evolvent.studio import preview
-from evolvent.studio.folder import Folder
+from evolvent_studio import preview
+from evolvent_studio.folder import Folder
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="links as POSIX has them")
 
@@ -181,7 +181,7 @@ def test_the_processes_of_the_studio_open_no_file_outside(root, monkeypatch) -> 
 @pytest.mark.slow
 def test_the_server_sets_the_folder_for_itself_and_its_processes(root) -> None:
     script = (
-        "import os, sys; from evolvent.studio import server; server.ui.run = lambda **_: print(os.environ["
+        "import os, sys; from evolvent_studio import server; server.ui.run = lambda **_: print(os.environ["
         f"{safe_open.ONLY_BELOW!r}]); server.serve(sys.argv[1], host='127.0.0.1', port=0, token=None, browser=False)"
     )
     done = subprocess.run([sys.executable, "-c", script, str(root)], capture_output=True, text=True, check=False)

@@ -20,12 +20,12 @@ import pytest
 
 from evolvent import cases
 from evolvent.base.errors import EvolventError, InputError
-from evolvent.commands.studio import studio as command
 from evolvent.design import studies
-from evolvent.studio import child
-from evolvent.studio.folder import Folder
-from evolvent.studio.jobs import Jobs
-from evolvent.studio.state import Studio
+from evolvent_studio import child
+from evolvent_studio.command import studio as command
+from evolvent_studio.folder import Folder
+from evolvent_studio.jobs import Jobs
+from evolvent_studio.state import Studio
 from studio.serving import SHORT
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="links, FIFOs and modes of files as POSIX has them")
@@ -65,7 +65,7 @@ def started(monkeypatch):
     found = []
 
     def start(command, **options):
-        if "evolvent.studio.worker" not in command:  # of what reads files
+        if "evolvent_studio.worker" not in command:  # of what reads files
             return subprocess.Popen(command, **options)
         found.append({"command": command, **options, "in it": os.listdir(options["cwd"])})
         raise OSError("this test starts no process")
@@ -550,8 +550,8 @@ def test_python_and_libraries_find_nothing_in_the_folder(root, started, monkeypa
     assert process["in it"] == []
     seen = {}
     server = types.SimpleNamespace()
-    monkeypatch.setitem(sys.modules, "evolvent.studio.server", server)
-    monkeypatch.setattr("evolvent.studio.server", server, raising=False)
+    monkeypatch.setitem(sys.modules, "evolvent_studio.server", server)
+    monkeypatch.setattr("evolvent_studio.server", server, raising=False)
 
     def serve(folder, **options):
         seen.update(folder=folder, cwd=os.getcwd(), listed=os.listdir())

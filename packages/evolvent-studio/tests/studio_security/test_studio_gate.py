@@ -13,7 +13,7 @@ import urllib.parse
 
 import pytest
 
-from evolvent.studio import gate
+from evolvent_studio import gate
 from studio.conftest import browser  # noqa: F401  (a fixture)
 from studio.serving import SHORT, WAIT, part, serving
 

@@ -10,8 +10,8 @@ import pytest
 
 from evolvent import cases
 from evolvent.base.errors import InputError
-from evolvent.studio import listing, preview, reading
-from evolvent.studio.folder import Folder
+from evolvent_studio import listing, preview, reading
+from evolvent_studio.folder import Folder
 
 pytestmark = pytest.mark.slow
 

@@ -6,7 +6,6 @@ import dataclasses
 import hashlib
 import io
 import os
-import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from types import MappingProxyType
@@ -14,12 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base import mat_file, safe_open, tables
+from evolvent.base import mat_file, packages, safe_open, tables
 from evolvent.base.errors import EvolventError, InputError, visible
+from evolvent.base.signals import hdf5, tdms, text, trees, uff
+from evolvent.base.signals.recording import Column, Signals, column
 from evolvent.base.tables import distinct
 from evolvent.base.units import head_and_unit, is_unit
-from evolvent.massprops.signals import hdf5, tdms, text, trees, uff
-from evolvent.massprops.signals.recording import Column, Signals, column
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 FORMATS = "CSV, TSV, TDMS, UFF 58, MAT, HDF5, WAV, and runs of evolvent"
@@ -61,7 +60,7 @@ def read(path: str | os.PathLike[str], variables: Iterable[str] = ()) -> Signals
         raise
     except ImportError as error:
         raise InputError(
-            f"cannot read {name!r}: {format_} files need the package {error.name!r}; pip install 'evolvent[signals]'"
+            f"cannot read {name!r}: {format_} files need the package {error.name!r}; pip install {error.name}"
         ) from None
     except Exception:  # noqa: BLE001  (the libraries raise many kinds of errors on a damaged file)
         raise InputError(f"cannot read {name!r}: it begins like a {format_} file, but is damaged") from None
@@ -189,50 +188,5 @@ def _hdf5(name: str, raw: bytes) -> Content:
 
 
 def _run(name: str, wanted: Iterable[str]) -> Content:
-    from evolvent import results
-    from evolvent.results import variables
-
-    run = results.regular(results.open(name))
-    columns = {"time": np.asarray(run["time"].values, dtype=float)}
-    units = {"time": "s"}
-    if "sensor_displacement" in run:
-        data = run["sensor_displacement"]
-        for k, sensor in enumerate(run["sensor"].values):
-            columns[f"sensor {sensor}"], units[f"sensor {sensor}"] = data.values[:, k], str(data.attrs["units"])
-    for one in wanted:
-        if one in columns:
-            continue
-        found = variables.get(run, one)
-        if found.dims != ("time",):
-            hint = f"{one}.{found['axis'].values[0]}" if "axis" in found.dims and "axis" in found.coords else ""
-            raise InputError(
-                f"{one!r} of {name!r} is no single number over time; name one of its components or entries"
-                + (f", such as {hint}" if hint else "")
-            )
-        columns[one] = np.asarray(found.values, dtype=float)
-        units[one] = _plain_unit(str(found.attrs.get("units", "")))
-    if len(columns) == 1:
-        raise InputError(
-            f"{name!r} is a run of {run.attrs['system']}, which has no sensors; name the variables that they read with "
-            f"--variables or in signals.sensors, such as {_example(run)}"
-        )
-    return Content([column(key, x, units[key], times="" if key == "time" else "time") for key, x in columns.items()])
-
-
-def _example(run: Any) -> str:
-    """A variable of a run that a sensor might read."""
-    from evolvent.results import variables
-
-    dims = {name: variables.get(run, name).dims for name in variables.names(run)}
-    known = [name for name, own in dims.items() if own in (("time",), ("time", "axis"))]
-    best = next((name for name in known if name.endswith("deflection")), known[-1])
-    return f"{best}.y" if "axis" in dims[best] else best
-
-
-def _plain_unit(unit: str) -> str:
-    """A unit as results hold it, "kg m2 s-1", in the form of case files, "kg*m^2/s"."""
-    above: list[str] = []
-    below: list[str] = []
-    for letters, sign, power in re.findall(r"([^\s\d-]+)(-?)(\d*)", unit):
-        (below if sign else above).append(letters + (f"^{power}" if power not in ("", "1") else ""))
-    return "/".join(["*".join(above) or "1", *below])
+    read: Any = packages.module("evolvent.results.sensors", f"{name!r} is a run of evolvent, which")
+    return Content([column(key, x, unit, times=times) for key, x, unit, times in read.columns(name, wanted)])

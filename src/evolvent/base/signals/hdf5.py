@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from evolvent.base import safe_open
-from evolvent.massprops.signals.statements import is_statement
-from evolvent.massprops.signals.trees import Path, Tree
+from evolvent.base.signals.statements import is_statement
+from evolvent.base.signals.trees import Path, Tree
 
 #: Levels of cells and structs that refer to others, at most, and texts of a data set that are read.
 _DEEPEST, _MOST = 32, 10_000

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.base.signals.recording import Column
+from evolvent.base.signals.statements import statement
+from evolvent.base.signals.timebase import is_named_time
 from evolvent.base.tables import distinct, words
-from evolvent.massprops.signals.recording import Column
-from evolvent.massprops.signals.statements import statement
-from evolvent.massprops.signals.timebase import is_named_time
 
 #: Properties that hold a channel's unit, and names that say nothing.
 _UNITS = ("unit_string", "NI_UnitDescription", "Unit", "unit", "units")

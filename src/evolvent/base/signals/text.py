@@ -8,8 +8,8 @@ import numpy as np
 
 from evolvent.base import tables
 from evolvent.base.errors import InputError
+from evolvent.base.signals.recording import Column
 from evolvent.base.tables.cells import is_missing, is_number
-from evolvent.massprops.signals.recording import Column
 
 
 def read(raw: bytes, name: str) -> tuple[list[Column], dict[str, str], list[str], tuple[str, ...]]:

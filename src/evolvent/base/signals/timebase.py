@@ -12,9 +12,9 @@ import numpy as np
 
 from evolvent.base import tables, units
 from evolvent.base.errors import InputError, counted
+from evolvent.base.signals.recording import Column, Signals
+from evolvent.base.signals.times import instead_of
 from evolvent.base.tables import words
-from evolvent.massprops.signals.recording import Column, Signals
-from evolvent.massprops.times import instead_of
 
 #: Names of columns that count samples or cycles.
 _COUNTERS = (

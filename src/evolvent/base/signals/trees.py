@@ -10,10 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from evolvent.base.signals.recording import Column, column
+from evolvent.base.signals.statements import statement
+from evolvent.base.signals.timebase import is_named_time
 from evolvent.base.tables import distinct, words
-from evolvent.massprops.signals.recording import Column, column
-from evolvent.massprops.signals.statements import statement
-from evolvent.massprops.signals.timebase import is_named_time
 
 Path = tuple[str, ...]
 

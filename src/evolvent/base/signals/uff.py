@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.base.errors import InputError, visible
+from evolvent.base.signals.recording import Column, column
 from evolvent.base.tables import NO_UNIT, distinct, words
-from evolvent.massprops.signals.recording import Column, column
 
 #: A line that begins or ends a data set.
 _END = re.compile(rb"^[ \t]*-1[ \t\r]*$", re.MULTILINE)

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from evolvent import __version__
 from evolvent.base import units
 from evolvent.base.errors import visible
-from evolvent.exports.fmu.contents import Contents, Variable
+from evolvent_cosim.fmu.contents import Contents, Variable
 
 _SI = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "radian": "rad"}
 _LOG = {

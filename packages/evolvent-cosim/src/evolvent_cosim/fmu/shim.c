@@ -1,7 +1,7 @@
 /*
  * Functions of FMI 3.0 for co-simulation, for POSIX systems. The model is in a process of its own: no Python in the host.
  *
- * One server process per loaded library runs `python -m evolvent.exports.fmu.worker RESOURCES`. Its standard input is a
+ * One server process per loaded library runs `python -m evolvent_cosim.fmu.worker RESOURCES`. Its standard input is a
  * socket; every message on it brings two descriptors, an instance's socket and the file for its output, and the server
  * forks a worker for that instance. A worker ends when its socket closes, and the server when its own does.
  *
@@ -221,7 +221,7 @@ static char **environment_of_worker(void) {
 
 static bool start_server(const Instance *self, const char *resources) {
     char python[4096];
-    char *arguments[] = {python, "-P", "-m", "evolvent.exports.fmu.worker", (char *)resources, NULL};
+    char *arguments[] = {python, "-P", "-m", "evolvent_cosim.fmu.worker", (char *)resources, NULL};
     char **environment = NULL;
     posix_spawn_file_actions_t files;
     posix_spawnattr_t attributes;

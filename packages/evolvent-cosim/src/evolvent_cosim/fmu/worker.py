@@ -1,4 +1,4 @@
-"""The server and the workers behind the functions of FMI: ``python -P -m evolvent.exports.fmu.worker RESOURCES``.
+"""The server and the workers behind the functions of FMI: ``python -P -m evolvent_cosim.fmu.worker RESOURCES``.
 
 `shim.c` starts one server per loaded library. For every instance it sends the server two descriptors, and the server
 forks a worker, so that Python and the compiled functions are loaded once. `shim.c` describes the messages too.

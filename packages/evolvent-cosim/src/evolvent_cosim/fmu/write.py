@@ -16,8 +16,8 @@ import tempfile
 import zipfile
 
 from evolvent.base.errors import EvolventError, InputError
-from evolvent.exports.fmu.contents import Contents
-from evolvent.exports.fmu.description import build_description, model_description
+from evolvent_cosim.fmu.contents import Contents
+from evolvent_cosim.fmu.description import build_description, model_description
 
 SHIM = pathlib.Path(__file__).with_name("shim.c")
 _MACHINES = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}

@@ -1,7 +1,7 @@
 """A body on ground springs, many at a time: compiled blocks of fixed steps, checked against the general engine."""
 
-from evolvent.solvers.batch.cases import BatchCase, plan, solve, suspended_of, warning_of
-from evolvent.solvers.batch.suspended import (
+from evolvent_massprops.batch.cases import BatchCase, plan, solve, suspended_of, warning_of
+from evolvent_massprops.batch.suspended import (
     METHODS,
     NAME,
     Scheme,

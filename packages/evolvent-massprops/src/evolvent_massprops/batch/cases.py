@@ -18,9 +18,9 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
 from evolvent.kernels import constraint_rows, rigid, springs
 from evolvent.solvers import balance as eb
-from evolvent.solvers.batch.rates import DISSIPATED, Q, V, W, X
-from evolvent.solvers.batch.suspended import Suspended, accurate_step, integrate, scheme, stability_limit, warm_up
 from evolvent.solvers.solution import Solution
+from evolvent_massprops.batch.rates import DISSIPATED, Q, V, W, X
+from evolvent_massprops.batch.suspended import Suspended, accurate_step, integrate, scheme, stability_limit, warm_up
 
 Array = np.ndarray
 #: Largest number of steps of a case: an hour.

@@ -1,4 +1,4 @@
-"""BatchedDefinition: a system whose cases `evolvent.solvers.batch` integrates, alone and many at a time."""
+"""BatchedDefinition: a system whose cases `evolvent_massprops.batch` integrates, alone and many at a time."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.base.errors import InputError, in_keys, naming_keys
-from evolvent.solvers import batch
+from evolvent_massprops import batch
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
@@ -19,7 +19,7 @@ class BatchedDefinition(SystemDefinition):
     """A system of one free body on ground springs; `batch_case` prepares those that the batch integrates."""
 
     def batch_case(self, case: Any, assembly: Assembly, times: np.ndarray) -> batch.BatchCase | None:
-        """A case, prepared for the batch (`evolvent.solvers.batch.plan`); None where the general engine takes it."""
+        """A case, prepared for the batch (`evolvent_massprops.batch.plan`); None where the general engine takes it."""
         raise NotImplementedError(f"{type(self).__name__} has no batch_case()")
 
     def prepare_run(

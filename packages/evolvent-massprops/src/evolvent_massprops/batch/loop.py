@@ -1,12 +1,12 @@
-"""Compiled loops over the steps of a block of bodies (see `evolvent.solvers.batch.rates`)."""
+"""Compiled loops over the steps of a block of bodies (see `evolvent_massprops.batch.rates`)."""
 
 import math
 
 from numba import types
 
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, entry, inlined, kernel
-from evolvent.solvers.batch import rates
-from evolvent.solvers.batch.rates import DISSIPATED, N_STATE, WIDTH, Q, V, W, X
+from evolvent_massprops.batch import rates
+from evolvent_massprops.batch.rates import DISSIPATED, N_STATE, WIDTH, Q, V, W, X
 
 _CUBE = types.float64[:, :, ::1]
 

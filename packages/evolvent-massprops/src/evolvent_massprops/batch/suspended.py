@@ -13,9 +13,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.compiled import codecache
-from evolvent.solvers.batch import rates
-from evolvent.solvers.batch.loop import advance_block
-from evolvent.solvers.batch.rates import DISSIPATED, N_SPRING, N_STATE, WIDTH
+from evolvent_massprops.batch import rates
+from evolvent_massprops.batch.loop import advance_block
+from evolvent_massprops.batch.rates import DISSIPATED, N_SPRING, N_STATE, WIDTH
 
 
 class Suspended(NamedTuple):

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from evolvent.base import files, progress
-from evolvent.base.console import echo, once, showing_progress
+from evolvent.base.console import echo, made_table, once, showing_progress
 from evolvent.base.errors import InputError, visible
+from evolvent.base.overrides import parse_assignments
 
 if TYPE_CHECKING:
-    from evolvent.massprops.estimates import MassProperties
-    from evolvent.massprops.modal import Modal
+    from evolvent_massprops.estimates import MassProperties
+    from evolvent_massprops.modal import Modal
 
 #: Rows of the budget that are shown.
 _MOST_ROWS = 6
@@ -52,11 +53,10 @@ def identify(
     evolvent identify slew.nc --variables boom.tip_deflection.y --set signals.start='2 s' --figures modes
     evolvent identify knock.csv --stand stand.yaml -o certificate.html
     """  # noqa: D301
-    from evolvent import cases
-    from evolvent.massprops import certificate, description
-    from evolvent.massprops.measurement import mass_properties, vibration
+    from evolvent_massprops import certificate, description
+    from evolvent_massprops.measurement import mass_properties, vibration
 
-    overrides = cases.parse_assignments(assignments)
+    overrides = parse_assignments(assignments)
     columns = [name.strip() for name in (variables or "").split(",") if name.strip()]
     if figures is not None:
         files.check_writable_folder(figures)
@@ -91,8 +91,8 @@ def identify(
 
 def _draw(folder: str | None, several: Sequence[Modal]) -> None:
     """Draw the modes of every recording; of several, each in its own folder, named as its file."""
-    from evolvent.massprops import mode_figures
     from evolvent.view import plots
+    from evolvent_massprops import mode_figures
 
     if folder is None:
         return
@@ -109,16 +109,6 @@ def _not_an_input(output: str, inputs: Mapping[str, str]) -> None:
             raise InputError(f"-o {output!r} is {what}; name another, such as 'certificate.html'")
 
 
-def made_table(title: str, *columns: str) -> Any:
-    """An empty table; the first column is at the left."""
-    from rich.table import Table
-
-    made = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False, header_style="dim")
-    for k, column in enumerate(columns):
-        made.add_column(column, justify="right" if k else "left", overflow="fold")
-    return made
-
-
 def _vibration(found: Modal) -> None:
     """Print the modes of one recording, with the largest amplitude of each and where it is, and warnings."""
     import math
@@ -126,7 +116,7 @@ def _vibration(found: Modal) -> None:
     from rich.console import Console
     from rich.text import Text
 
-    from evolvent.massprops.rounding import shown
+    from evolvent_massprops.rounding import shown
 
     console, m, reading = Console(highlight=False), found.modes, found.reading
     unit = "" if reading.unit == "dimensionless" else f" {reading.unit}"
@@ -156,7 +146,7 @@ def _table(found: MassProperties) -> None:
     from rich.console import Console
     from rich.text import Text
 
-    from evolvent.massprops.rounding import rounded, shown
+    from evolvent_massprops.rounding import rounded, shown
 
     console = Console(highlight=False)
 

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from evolvent.base import files
-from evolvent.base.console import echo, once, showing_progress
+from evolvent.base.console import echo, made_table, once, showing_progress
 from evolvent.base.errors import InputError
+from evolvent.base.overrides import parse_assignments
 
 if TYPE_CHECKING:
-    from evolvent.massprops.planning import Option, Plan
+    from evolvent_massprops.planning import Option, Plan
 
 #: Inputs that are shown, and quantities of which each has its column.
 _MOST_ROWS, _MOST_QUANTITIES = 6, 3
@@ -44,11 +45,10 @@ def plan(stand: str, uncertainty: str, runs: int | None, output: str | None, ass
     evolvent plan inertia-stand --uncertainty 0.1% --set body.offset_x='0.3 m'
     evolvent plan stand.yaml --uncertainty 0.2% --check 200 -o plan.png
     """  # noqa: D301
-    from evolvent import cases
-    from evolvent.massprops import planning
     from evolvent.view import plots
+    from evolvent_massprops import planning
 
-    overrides = cases.parse_assignments(assignments)
+    overrides = parse_assignments(assignments)
     wanted = _share(uncertainty)
     if output is not None:
         plots.format_of(output)
@@ -68,7 +68,7 @@ def plan(stand: str, uncertainty: str, runs: int | None, output: str | None, ass
             f"(each to {1.0 / math.sqrt(2.0 * runs):.0%})"
         )
     if drawn is not None and output is not None:
-        from evolvent.massprops.mode_figures import planned
+        from evolvent_massprops.mode_figures import planned
 
         echo(f"figure: {plots.save(planned(*drawn, found), output)}")
 
@@ -90,8 +90,6 @@ def _print(found: Plan) -> None:
     from rich.console import Console
     from rich.text import Text
 
-    from evolvent.commands.massprops import made_table
-
     console, best, several = Console(highlight=False), found.best, len(found.names) > 1
     record = f"{best.duration:.3g} s at {best.rate:.4g} Hz ({best.samples} samples)"
     verdict = f"release the pull at {best.label} and record {record}"
@@ -103,7 +101,7 @@ def _print(found: Plan) -> None:
     tables = [*([_recordings(found)] if several else []), _expected(found)]
     console.print(f"U (k = {found.factor:g}) over the value; in brackets what the noise alone gives")
     tables += [
-        _options(made_table, title, options)
+        _options(title, options)
         for title, options in (("pulls", found.pulls), ("rates", found.rates), ("sensors", found.sensors))
         if len(options) > 1
     ]
@@ -134,8 +132,6 @@ def _print(found: Plan) -> None:
 
 def _expected(found: Plan) -> Any:
     """Every quantity that is asked, with the uncertainties of the recommended plan."""
-    from evolvent.commands.massprops import made_table
-
     best = found.best
     table = made_table("what it gives", "", "expected", "U", "unit", "over the value", "by noise alone")
     for key, value, std, unit, share, noise in zip(
@@ -148,8 +144,6 @@ def _expected(found: Plan) -> Any:
 
 def _recordings(found: Plan) -> Any:
     """How the body is mounted and set swinging in each of several recordings."""
-    from evolvent.commands.massprops import made_table
-
     table = made_table("recordings", "", "rotation", "pull", "least energy J")
     for name, rotation, pull in zip(found.names, found.rotations, found.best.pulls, strict=True):
         table.add_row(name, rotation, pull.label, f"{pull.least:.3g}")
@@ -158,8 +152,7 @@ def _recordings(found: Plan) -> Any:
 
 def _modes(found: Plan) -> Any:
     """The modes of every recording as they will be identified."""
-    from evolvent.commands.massprops import made_table
-    from evolvent.massprops.rounding import shown
+    from evolvent_massprops.rounding import shown
 
     head = ("frequency rad/s", "decay rate 1/s", "damping ratio", "energy J", "amplitude mm")
     table = made_table("modes", "", *head)
@@ -176,8 +169,7 @@ def _modes(found: Plan) -> Any:
 
 def _needs(found: Plan) -> Any:
     """How well the stand has to be known, and other inputs that count."""
-    from evolvent.commands.massprops import made_table
-    from evolvent.massprops.spring_keys import CALIBRATED
+    from evolvent_massprops.spring_keys import CALIBRATED
 
     title = f"u that {100.0 * found.wanted:.3g} % needs, with the others as stated, and with all else exact"
     table = made_table(title, "", "value", "u stated", "part of U", "needed", "all else exact", "unit")
@@ -191,8 +183,7 @@ def _needs(found: Plan) -> Any:
 
 def _calibrations(found: Plan) -> Any:
     """What ways of calibrating the stand give."""
-    from evolvent.commands.massprops import made_table
-    from evolvent.massprops.spring_keys import CALIBRATED
+    from evolvent_massprops.spring_keys import CALIBRATED
 
     head = ("largest U", "u(a)/a", "u(b)/b", "u(k)/k", "")
     table = made_table("half-length a, half-width b and mean stiffness k, calibrated", "", *head)
@@ -206,8 +197,6 @@ def _calibrations(found: Plan) -> Any:
 
 def _mountings(title: str, head: str, rows: list[tuple[str, Option]]) -> Any:
     """The largest uncertainty with some recordings, or what they leave open."""
-    from evolvent.commands.massprops import made_table
-
     table = made_table(title, head, "largest U, over the value", "")
     for label, option in rows:
         text = option.reason.removeprefix("the data do not determine the unknowns: ")
@@ -217,7 +206,7 @@ def _mountings(title: str, head: str, rows: list[tuple[str, Option]]) -> Any:
     return table
 
 
-def _options(made_table: Any, title: str, options: tuple[Option, ...]) -> Any:
+def _options(title: str, options: tuple[Option, ...]) -> Any:
     """Options one below the other; of more than a few quantities that of the largest uncertainty."""
     keys = next((o.keys for o in options if o.keys), ())
     few = len(keys) <= _MOST_QUANTITIES

@@ -9,7 +9,7 @@ the noise of each sensor and the modes, and refuses signals that hold none. The 
 one (`prony`, `tls_prony`, `matrix_pencil`, `esprit`, `varpro`); all return the same `Modes`.
 
 >>> import numpy as np
->>> from evolvent.massprops.identification import identify
+>>> from evolvent_massprops.identification import identify
 >>> t = np.arange(500) / 50.0
 >>> x = 0.3 + 2.0 * np.exp(-0.1 * t) * np.cos(14.0 * t + 0.5) + 0.01 * np.random.default_rng(1).standard_normal(500)
 >>> modes = identify(x, rate=50.0)
@@ -17,13 +17,13 @@ one (`prony`, `tls_prony`, `matrix_pencil`, `esprit`, `varpro`); all return the 
 (1, 14.0)
 """
 
-from evolvent.massprops.identification.automatic import identify
-from evolvent.massprops.identification.bounds import cramer_rao
-from evolvent.massprops.identification.linear_prediction import prony, tls_prony
-from evolvent.massprops.identification.modes import Modes, ModeShapes, OrderCriteria, mode_variables
-from evolvent.massprops.identification.signals import recorded
-from evolvent.massprops.identification.subspace import esprit, matrix_pencil
-from evolvent.massprops.identification.variable_projection import frequencies_in, varpro
+from evolvent_massprops.identification.automatic import identify
+from evolvent_massprops.identification.bounds import cramer_rao
+from evolvent_massprops.identification.linear_prediction import prony, tls_prony
+from evolvent_massprops.identification.modes import Modes, ModeShapes, OrderCriteria, mode_variables
+from evolvent_massprops.identification.signals import recorded
+from evolvent_massprops.identification.subspace import esprit, matrix_pencil
+from evolvent_massprops.identification.variable_projection import frequencies_in, varpro
 
 __all__ = [
     "ModeShapes",

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError, nearest
-from evolvent.massprops.identification.decay_laws import DECAY
-from evolvent.massprops.identification.linear_prediction import prony, tls_prony
-from evolvent.massprops.identification.modes import Modes
-from evolvent.massprops.identification.orders import search
-from evolvent.massprops.identification.signals import Array, Sampling, Signal, read_signal, refuse_uneven
-from evolvent.massprops.identification.subspace import esprit, matrix_pencil
-from evolvent.massprops.identification.swing_starts import Kind
-from evolvent.massprops.identification.swings import refine
-from evolvent.massprops.identification.variable_projection import fit, varpro
+from evolvent_massprops.identification.decay_laws import DECAY
+from evolvent_massprops.identification.linear_prediction import prony, tls_prony
+from evolvent_massprops.identification.modes import Modes
+from evolvent_massprops.identification.orders import search
+from evolvent_massprops.identification.signals import Array, Sampling, Signal, read_signal, refuse_uneven
+from evolvent_massprops.identification.subspace import esprit, matrix_pencil
+from evolvent_massprops.identification.swing_starts import Kind
+from evolvent_massprops.identification.swings import refine
+from evolvent_massprops.identification.variable_projection import fit, varpro
 
 METHODS: dict[str, Callable[..., Modes]] = {
     "varpro": varpro,
@@ -80,7 +80,7 @@ def identify(
     Examples
     --------
     >>> import numpy as np
-    >>> from evolvent.massprops.identification import identify
+    >>> from evolvent_massprops.identification import identify
     >>> t = np.arange(600) / 50.0
     >>> x = np.exp(-0.1 * t) * np.cos(14.0 * t) + 0.01 * np.random.default_rng(1).standard_normal(600)
     >>> modes = identify({"corner": x}, rate=50.0)

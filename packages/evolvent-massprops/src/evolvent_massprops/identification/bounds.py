@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.identification.signals import DETREND, Array, Signal, basis
+from evolvent_massprops.identification.signals import DETREND, Array, Signal, basis
 
 
 def slope_factors(amplitudes: Array) -> Array:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.massprops.identification.modes import Modes
-from evolvent.massprops.identification.signals import Array, Signal
+from evolvent_massprops.identification.modes import Modes
+from evolvent_massprops.identification.signals import Array, Signal
 
 #: Modes of this share of a sensor's strongest are its motion; weaker ones may be harmonics that clipping makes.
 STRONG = 0.25

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.massprops.identification import swing_model as model
-from evolvent.massprops.identification.noise_density import density_near
-from evolvent.massprops.identification.orders import WHITE, whiteness
-from evolvent.massprops.identification.signals import Array, Signal
-from evolvent.massprops.identification.swing_model import Component, Found
+from evolvent_massprops.identification import swing_model as model
+from evolvent_massprops.identification.noise_density import density_near
+from evolvent_massprops.identification.orders import WHITE, whiteness
+from evolvent_massprops.identification.signals import Array, Signal
+from evolvent_massprops.identification.swing_model import Component, Found
 
 #: Laws of decay by name: which of viscous damping, dry friction and quadratic drag act.
 LAWS = {

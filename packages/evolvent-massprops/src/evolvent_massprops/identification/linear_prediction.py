@@ -8,9 +8,9 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.identification.modes import Modes, make_modes
-from evolvent.massprops.identification.signals import Array, Sampling, Signal, noise_and_highest_frequency
-from evolvent.massprops.identification.subspace import (
+from evolvent_massprops.identification.modes import Modes, make_modes
+from evolvent_massprops.identification.signals import Array, Sampling, Signal, noise_and_highest_frequency
+from evolvent_massprops.identification.subspace import (
     candidates,
     check_poles,
     choose_stride,

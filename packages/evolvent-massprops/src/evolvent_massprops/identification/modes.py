@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from evolvent.elements.dense import facing
-from evolvent.massprops.identification.signals import Array, Signal, basis, fit_linear, noise_of, split
+from evolvent_massprops.identification.signals import Array, Signal, basis, fit_linear, noise_of, split
 
 if TYPE_CHECKING:
-    from evolvent.massprops.identification.swings import Swing
+    from evolvent_massprops.identification.swings import Swing
 
 
 class OrderCriteria(NamedTuple):

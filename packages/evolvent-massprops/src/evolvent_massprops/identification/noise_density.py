@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.massprops.identification.modes import Modes
-from evolvent.massprops.identification.signals import Array, Signal, power
+from evolvent_massprops.identification.modes import Modes
+from evolvent_massprops.identification.signals import Array, Signal, power
 
 #: Lines of the residual's spectrum on each side of a mode that show the noise there.
 NEAR = 12

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.massprops.identification.modes import Modes, OrderCriteria
-from evolvent.massprops.identification.noise_density import faint
-from evolvent.massprops.identification.signals import (
+from evolvent_massprops.identification.modes import Modes, OrderCriteria
+from evolvent_massprops.identification.noise_density import faint
+from evolvent_massprops.identification.signals import (
     Array,
     Signal,
     fit_linear,
@@ -17,8 +17,8 @@ from evolvent.massprops.identification.signals import (
     information,
     noise_of,
 )
-from evolvent.massprops.identification.subspace import Starts, add_peaks
-from evolvent.massprops.identification.variable_projection import (
+from evolvent_massprops.identification.subspace import Starts, add_peaks
+from evolvent_massprops.identification.variable_projection import (
     WHITE,
     Fit,
     acceptable,

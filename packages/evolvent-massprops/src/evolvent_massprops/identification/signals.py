@@ -10,7 +10,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from evolvent.base.errors import InputError, nearest
-from evolvent.massprops.times import Times, cells, check_rate, read_times
+from evolvent.base.signals.times import Times, cells, check_rate, read_times
 
 Array = np.ndarray
 

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.identification.modes import Modes, make_modes, sort
-from evolvent.massprops.identification.signals import (
+from evolvent_massprops.identification.modes import Modes, make_modes, sort
+from evolvent_massprops.identification.signals import (
     Array,
     Sampling,
     Signal,

@@ -1,8 +1,8 @@
 """Modes and swings fitted to samples: the model, its least squares, its covariance.
 
 A **swing** is one mode whose decay need not be exponential: x'' + w0^2 G(x) = -2 d x' - mu sgn x' - q x'|x'|,
-integrated by `evolvent.kernels.swing`; or, where the waveform is said to be sinusoidal, b(t) cos(w0 t + phase) with the
-envelope b' = -(d b + D + Q b^2). All amplitudes at the sensors and all offsets are linear and are projected out.
+integrated by `evolvent_massprops.swing`; or, where the waveform is said to be sinusoidal, b(t) cos(w0 t + phase) with
+the envelope b' = -(d b + D + Q b^2). All amplitudes at the sensors and all offsets are linear and are projected out.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.kernels import swing as kernel
-from evolvent.massprops.identification.signals import Array, Signal, basis, exponentials, information, noise_of
+from evolvent_massprops import swing as kernel
+from evolvent_massprops.identification.signals import Array, Signal, basis, exponentials, information, noise_of
 
 #: Steps of Levenberg and Marquardt at most; converged where a step changes the weighted sum of squares by less.
 MOST_STEPS, TOLERANCE = 40, 1e-5

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.kernels import swing as kernel
-from evolvent.massprops.identification import swing_model as model
-from evolvent.massprops.identification.modes import Modes
-from evolvent.massprops.identification.signals import Array, Signal
-from evolvent.massprops.identification.swing_model import Component, Reach, Restoring
+from evolvent_massprops import swing as kernel
+from evolvent_massprops.identification import swing_model as model
+from evolvent_massprops.identification.modes import Modes
+from evolvent_massprops.identification.signals import Array, Signal
+from evolvent_massprops.identification.swing_model import Component, Reach, Restoring
 
 #: Root mean square, of the first amplitude, by which the envelope of a group may differ from that of a swing; agreement
 #: of the shapes of its modes.

@@ -14,21 +14,14 @@ from itertools import product
 
 import numpy as np
 
-from evolvent.massprops.identification import swing_model as model
-from evolvent.massprops.identification.decay_laws import (
-    DECISIVE,
-    LAWS,
-    Choice,
-    best_law,
-    density_at,
-    is_white,
-)
-from evolvent.massprops.identification.modes import Modes
-from evolvent.massprops.identification.orders import WHITE, search, whiteness
-from evolvent.massprops.identification.signals import Array, Signal, information
-from evolvent.massprops.identification.swing_model import Component, Found
-from evolvent.massprops.identification.swing_starts import Kind, start_of
-from evolvent.massprops.identification.variable_projection import colour, own_unknowns, remarks, unsupported
+from evolvent_massprops.identification import swing_model as model
+from evolvent_massprops.identification.decay_laws import DECISIVE, LAWS, Choice, best_law, density_at, is_white
+from evolvent_massprops.identification.modes import Modes
+from evolvent_massprops.identification.orders import WHITE, search, whiteness
+from evolvent_massprops.identification.signals import Array, Signal, information
+from evolvent_massprops.identification.swing_model import Component, Found
+from evolvent_massprops.identification.swing_starts import Kind, start_of
+from evolvent_massprops.identification.variable_projection import colour, own_unknowns, remarks, unsupported
 
 _WORDS = ("viscous damping", "dry friction", "quadratic drag")
 #: Share of a group's amplitude below which a mode may be a part of it, at odd harmonics, or nearer than these lines.

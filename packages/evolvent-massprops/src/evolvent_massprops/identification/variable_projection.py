@@ -8,10 +8,10 @@ from typing import Any, NamedTuple, Unpack
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.identification.bounds import Factor, covariance, slope_factors
-from evolvent.massprops.identification.modes import Modes, make_modes, sort
-from evolvent.massprops.identification.shared_noise import components, correlation, mixing, pair, refuse_copies, unmixed
-from evolvent.massprops.identification.signals import (
+from evolvent_massprops.identification.bounds import Factor, covariance, slope_factors
+from evolvent_massprops.identification.modes import Modes, make_modes, sort
+from evolvent_massprops.identification.shared_noise import components, correlation, mixing, pair, refuse_copies, unmixed
+from evolvent_massprops.identification.signals import (
     Array,
     Sampling,
     Signal,
@@ -22,7 +22,7 @@ from evolvent.massprops.identification.signals import (
     read_signal,
     split,
 )
-from evolvent.massprops.identification.subspace import Starts, add_peaks, in_band, visible
+from evolvent_massprops.identification.subspace import Starts, add_peaks, in_band, visible
 
 #: Steps at most. From ESPRIT's start 3 to 5 are usual.
 MOST_STEPS = 100

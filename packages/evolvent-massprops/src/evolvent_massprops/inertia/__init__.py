@@ -1,6 +1,6 @@
 """Inertia of a rigid body from how it vibrates on springs, or swings on wires."""
 
-from evolvent.massprops.inertia.initial_motion import (
+from evolvent_massprops.inertia.initial_motion import (
     Load,
     Start,
     best_point,
@@ -11,20 +11,14 @@ from evolvent.massprops.inertia.initial_motion import (
     released,
     struck,
 )
-from evolvent.massprops.inertia.inverse import fit, from_modes, from_shapes, from_six_modes, from_three_frequencies
-from evolvent.massprops.inertia.mode_partners import mode_energies, partners
-from evolvent.massprops.inertia.pendulums import (
-    bifilar,
-    compound,
-    multifilar,
-    torsion,
-    trifilar,
-)
-from evolvent.massprops.inertia.problem import mac
-from evolvent.massprops.inertia.stand import Body, Stand
-from evolvent.massprops.inertia.statics import Pose, energy, equilibrium, wrench
-from evolvent.massprops.inertia.three_frequencies import candidates
-from evolvent.massprops.inertia.uncertainty import (
+from evolvent_massprops.inertia.inverse import fit, from_modes, from_shapes, from_six_modes, from_three_frequencies
+from evolvent_massprops.inertia.mode_partners import mode_energies, partners
+from evolvent_massprops.inertia.pendulums import bifilar, compound, multifilar, torsion, trifilar
+from evolvent_massprops.inertia.problem import mac
+from evolvent_massprops.inertia.stand import Body, Stand
+from evolvent_massprops.inertia.statics import Pose, energy, equilibrium, wrench
+from evolvent_massprops.inertia.three_frequencies import candidates
+from evolvent_massprops.inertia.uncertainty import (
     Budget,
     Candidate,
     Inertia,
@@ -33,7 +27,7 @@ from evolvent.massprops.inertia.uncertainty import (
     propagate,
     with_budget,
 )
-from evolvent.massprops.inertia.vibration import (
+from evolvent_massprops.inertia.vibration import (
     LinearModel,
     NormalModes,
     linear_model,

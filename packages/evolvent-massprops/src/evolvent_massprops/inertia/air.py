@@ -6,7 +6,7 @@ import functools
 
 import numpy as np
 
-from evolvent.massprops.inertia.stand import array
+from evolvent_massprops.inertia.stand import array
 
 #: Panels along a side of a plate, coarse and fine, between which the result is extrapolated.
 PANELS = (8, 16)

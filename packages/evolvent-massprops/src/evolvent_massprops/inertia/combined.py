@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia.problem import BODY_NAMES, Problem, scale_of, value_of
-from evolvent.massprops.inertia.stand import Setup
+from evolvent_massprops.inertia.problem import BODY_NAMES, Problem, scale_of, value_of
+from evolvent_massprops.inertia.stand import Setup
 
 #: What is said where no recording has the body on the stand.
 NO_BODY = "mounting.body is false for all recordings; at least one must have the body on the stand"

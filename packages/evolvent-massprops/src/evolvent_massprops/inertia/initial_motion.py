@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia.stand import Body, Stand, array, setup
-from evolvent.massprops.inertia.statics import equilibrium_pose, rotation_matrix
-from evolvent.massprops.inertia.vibration import NormalModes, moving
+from evolvent_massprops.inertia.stand import Body, Stand, array, setup
+from evolvent_massprops.inertia.statics import equilibrium_pose, rotation_matrix
+from evolvent_massprops.inertia.vibration import NormalModes, moving
 
 #: Relative difference of energies below which points are equally good.
 ALIKE = 1e-9

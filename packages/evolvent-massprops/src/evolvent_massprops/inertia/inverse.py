@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError, nearest
-from evolvent.massprops.identification import Modes
-from evolvent.massprops.inertia.least_squares import finish, solve, starts
-from evolvent.massprops.inertia.linear_equations import refuse_mass, six_mode_properties, vertical_properties
-from evolvent.massprops.inertia.problem import BODY_NAMES, problem
-from evolvent.massprops.inertia.stand import Body, Stand
-from evolvent.massprops.inertia.statics import Pose
-from evolvent.massprops.inertia.three_frequencies import candidates
-from evolvent.massprops.inertia.uncertainty import Inertia
+from evolvent_massprops.identification import Modes
+from evolvent_massprops.inertia.least_squares import finish, solve, starts
+from evolvent_massprops.inertia.linear_equations import refuse_mass, six_mode_properties, vertical_properties
+from evolvent_massprops.inertia.problem import BODY_NAMES, problem
+from evolvent_massprops.inertia.stand import Body, Stand
+from evolvent_massprops.inertia.statics import Pose
+from evolvent_massprops.inertia.three_frequencies import candidates
+from evolvent_massprops.inertia.uncertainty import Inertia
 
 #: Methods of `from_modes`.
 WAYS = ("fit", "three-frequencies", "shapes", "six-modes")
@@ -33,7 +33,7 @@ def from_modes(
         What is known. "three-frequencies" and "fit" take mass, centre of mass, Iyy and the products as known, and of
         the stand the geometry and the ratios of the stiffnesses: the stiffness itself cancels. "shapes" and "six-modes"
         know the stiffness and find mass and centre of mass too. Moments that are to be found are not used.
-    modes : evolvent.massprops.identification.Modes, of displacements
+    modes : evolvent_massprops.identification.Modes, of displacements
     way : {"fit", "three-frequencies", "shapes", "six-modes"}
         `from_three_frequencies`, or the least squares that start from it ("fit": at the tilted equilibrium);
         `from_shapes`; `from_six_modes`.

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia.combined import Combined
-from evolvent.massprops.inertia.linear_equations import refuse_mass, six_mode_properties, vertical_properties
-from evolvent.massprops.inertia.problem import BODY_NAMES, Problem, undetermined, value_of
-from evolvent.massprops.inertia.stand import MOMENTS, Body, Stand, inertia_defect
-from evolvent.massprops.inertia.statics import Y
-from evolvent.massprops.inertia.three_frequencies import candidates
-from evolvent.massprops.inertia.uncertainty import Candidate, Inertia, with_budget
+from evolvent_massprops.inertia.combined import Combined
+from evolvent_massprops.inertia.linear_equations import refuse_mass, six_mode_properties, vertical_properties
+from evolvent_massprops.inertia.problem import BODY_NAMES, Problem, undetermined, value_of
+from evolvent_massprops.inertia.stand import MOMENTS, Body, Stand, inertia_defect
+from evolvent_massprops.inertia.statics import Y
+from evolvent_massprops.inertia.three_frequencies import candidates
+from evolvent_massprops.inertia.uncertainty import Candidate, Inertia, with_budget
 
 CENTRE_SHARE, PRODUCT_SHARE = 1e-2, 1e-3  # nudges off a symmetric start, of the unknown's scale
 

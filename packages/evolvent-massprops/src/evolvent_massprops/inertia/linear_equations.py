@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia.problem import BODY_NAMES, Problem, assign, scale_of, value_of
-from evolvent.massprops.inertia.stand import MOMENTS, Setup
-from evolvent.massprops.inertia.statics import Pose, Y, cross, equilibrium_pose, gradient, skew, spring_state, turning
-from evolvent.massprops.inertia.vibration import level, linearise
+from evolvent_massprops.inertia.problem import BODY_NAMES, Problem, assign, scale_of, value_of
+from evolvent_massprops.inertia.stand import MOMENTS, Setup
+from evolvent_massprops.inertia.statics import Pose, Y, cross, equilibrium_pose, gradient, skew, spring_state, turning
+from evolvent_massprops.inertia.vibration import level, linearise
 
 
 def regressor(phi: np.ndarray, R: np.ndarray) -> np.ndarray:

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.massprops.identification import Modes
-from evolvent.massprops.inertia.problem import mac
-from evolvent.massprops.inertia.stand import Stand
-from evolvent.massprops.inertia.vibration import NormalModes, spring_energies
+from evolvent_massprops.identification import Modes
+from evolvent_massprops.inertia.problem import mac
+from evolvent_massprops.inertia.stand import Stand
+from evolvent_massprops.inertia.vibration import NormalModes, spring_energies
 
 
 def partners(
@@ -57,7 +57,7 @@ def mode_energies(
     Parameters
     ----------
     stand, modes : Stand, NormalModes, of the model
-    found : evolvent.massprops.identification.Modes, of displacements, m
+    found : evolvent_massprops.identification.Modes, of displacements, m
     pairs : mapping, as of `partners`
     points, directions : (s, 3) float, m and level axes, of the sensors
 

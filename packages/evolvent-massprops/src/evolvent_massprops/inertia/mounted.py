@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.massprops.inertia.stand import CENTRE, MOMENTS, Mounting, Setup
-from evolvent.massprops.inertia.statics import rotation_matrix, skew
+from evolvent_massprops.inertia.stand import CENTRE, MOMENTS, Mounting, Setup
+from evolvent_massprops.inertia.statics import rotation_matrix, skew
 
 _NAME = re.compile(
     rf"tare([1-9]\d*)_(mass|{'|'.join((*CENTRE, *MOMENTS))})|position_([xyz])|turn_([xyz])|air_(density)|"

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia.stand import G0
-from evolvent.massprops.inertia.uncertainty import Budget, propagate
+from evolvent_massprops.inertia.stand import G0
+from evolvent_massprops.inertia.uncertainty import Budget, propagate
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(24)
 PHI = 0.25 * np.pi * (NODES + 1.0)

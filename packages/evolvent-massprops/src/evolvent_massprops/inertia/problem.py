@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError, nearest
-from evolvent.massprops.inertia import mounted
-from evolvent.massprops.inertia.stand import CENTRE, MOMENTS, Body, Mounting, Setup, Stand, array, setup
-from evolvent.massprops.inertia.vibration import NormalModes, level, linearise
+from evolvent_massprops.inertia import mounted
+from evolvent_massprops.inertia.stand import CENTRE, MOMENTS, Body, Mounting, Setup, Stand, array, setup
+from evolvent_massprops.inertia.vibration import NormalModes, level, linearise
 
 BODY_NAMES = ("mass", *CENTRE, *MOMENTS)
 STAND_NAMES = ("stiffness", "a", "b", "length", "lateral_stiffness", "gravity")
@@ -89,7 +89,7 @@ def assign(s: Setup, names: Sequence[str], values: np.ndarray) -> Setup:
         mass; ex, h, ez; Ixx, Iyy, Izz, Ixy, Ixz, Iyz; k1, k2, ... (stiffness of one spring); stiffness (mean of all,
         which keep their ratios); length (mean likewise; the unloaded springs stay unstretched); lateral_stiffness (of
         every spring); a, b (largest x and z of the attachments, the others and the ground points move along); gravity;
-        of a setup with a mounting the names of `evolvent.massprops.inertia.mounted.is_name`.
+        of a setup with a mounting the names of `evolvent_massprops.inertia.mounted.is_name`.
     values : (..., p) float, SI
     """
     values = np.asarray(values)
@@ -211,7 +211,7 @@ class Problem:
 
     @property
     def parts(self) -> tuple[tuple[Problem, list[int]], ...]:
-        """Itself, with the places of all unknowns: as of `evolvent.massprops.inertia.combined.Combined`."""
+        """Itself, with the places of all unknowns: as of `evolvent_massprops.inertia.combined.Combined`."""
         return ((self, list(range(len(self.unknown)))),)
 
     @property
@@ -364,7 +364,7 @@ def problem(
     mounting: Mounting | None = None,
     at_springs: Sequence[int] = (),
 ) -> Problem:
-    """A checked `Problem`; parameters as of `evolvent.massprops.inertia.fit`."""
+    """A checked `Problem`; parameters as of `evolvent_massprops.inertia.fit`."""
     s = setup(stand, body)._replace(mounting=mounting)
     if s.batch:
         raise InputError("stand and body have leading axes; one identification takes one stand and one body")

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia.stand import Body, Setup, Stand, array, setup
+from evolvent_massprops.inertia.stand import Body, Setup, Stand, array, setup
 
 Y, Z = np.eye(3)[1:]
 ONE = np.eye(3)

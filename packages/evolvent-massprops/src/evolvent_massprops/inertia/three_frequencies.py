@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia.problem import assign, mac
-from evolvent.massprops.inertia.stand import Body, Stand, array, setup
-from evolvent.massprops.inertia.uncertainty import Candidate
-from evolvent.massprops.inertia.vibration import level
+from evolvent_massprops.inertia.problem import assign, mac
+from evolvent_massprops.inertia.stand import Body, Stand, array, setup
+from evolvent_massprops.inertia.uncertainty import Candidate
+from evolvent_massprops.inertia.vibration import level
 
 
 def candidates(

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia.combined import Combined
-from evolvent.massprops.inertia.problem import BODY_NAMES, Problem, check_names, value_of
-from evolvent.massprops.inertia.stand import MOMENTS
+from evolvent_massprops.inertia.combined import Combined
+from evolvent_massprops.inertia.problem import BODY_NAMES, Problem, check_names, value_of
+from evolvent_massprops.inertia.stand import MOMENTS
 
 
 @dataclasses.dataclass(frozen=True)
@@ -194,7 +194,7 @@ def with_budget(inertia: Inertia, inputs: Mapping[str, float]) -> Inertia:
     ----------
     inertia : Inertia
     inputs : mapping of str to float
-        Standard deviation of known numbers: names as of `evolvent.massprops.inertia.problem.assign` (a, b, ex, ez, h,
+        Standard deviation of known numbers: names as of `evolvent_massprops.inertia.problem.assign` (a, b, ex, ez, h,
         k1, ..., mass, Ixz, gravity, ...). Data with a given covariance stand in the budget by themselves.
 
     Notes
@@ -204,7 +204,7 @@ def with_budget(inertia: Inertia, inputs: Mapping[str, float]) -> Inertia:
     """
     p = inertia.problem
     if inputs and isinstance(p, Combined):
-        raise InputError("several recordings in one estimate take the inputs of `evolvent.massprops`")
+        raise InputError("several recordings in one estimate take the inputs of `evolvent_massprops`")
     names, std = check_inputs(p, inputs)
     at = np.array([inertia.values[name] for name in p.unknown])
     scale = p.scale
@@ -248,7 +248,7 @@ def monte_carlo(inertia: Inertia, inputs: Mapping[str, float], *, samples: int =
     """
     p = inertia.problem
     if isinstance(p, Combined):
-        raise InputError("several recordings in one estimate take the Monte Carlo of `evolvent.massprops`")
+        raise InputError("several recordings in one estimate take the Monte Carlo of `evolvent_massprops`")
     names, std = check_inputs(p, inputs)
     if samples < 2:
         raise InputError(f"samples is {samples}; a distribution takes 2 or more")

@@ -9,9 +9,9 @@ import numpy as np
 
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import facing
-from evolvent.massprops.inertia.mounted import turned, whole
-from evolvent.massprops.inertia.stand import Body, Setup, Stand, array, setup
-from evolvent.massprops.inertia.statics import (
+from evolvent_massprops.inertia.mounted import turned, whole
+from evolvent_massprops.inertia.stand import Body, Setup, Stand, array, setup
+from evolvent_massprops.inertia.statics import (
     LEVEL,
     Pose,
     Z,

@@ -10,8 +10,8 @@ holds x and z of its centre of mass and its yaw, as the paper's limiters do. `st
 lateral stiffness fall over sideways, and are refused.
 
 Identification: the displacements at the sensors are read as a sum of damped cosines
-(`evolvent.massprops.identification`), and the moments of inertia follow from the frequencies
-(`evolvent.massprops.inertia`).
+(`evolvent_massprops.identification`), and the moments of inertia follow from the frequencies
+(`evolvent_massprops.inertia`).
 
 What the paper says, with verdicts and our numbers: `evolvent claims stand`.
 """
@@ -23,15 +23,15 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from evolvent.analysis.batched import BatchedDefinition
 from evolvent.base.errors import InputError
-from evolvent.solvers import batch
-from evolvent.systems.inertia_stand import show
-from evolvent.systems.inertia_stand.case import Case
-from evolvent.systems.inertia_stand.chart import study_figures
-from evolvent.systems.inertia_stand.derived import findings
-from evolvent.systems.inertia_stand.describe import description_of
-from evolvent.systems.inertia_stand.structure import build, setup_of
+from evolvent_massprops import batch
+from evolvent_massprops.batch.definition import BatchedDefinition
+from evolvent_massprops.inertia_stand import show
+from evolvent_massprops.inertia_stand.case import Case
+from evolvent_massprops.inertia_stand.chart import study_figures
+from evolvent_massprops.inertia_stand.derived import findings
+from evolvent_massprops.inertia_stand.describe import description_of
+from evolvent_massprops.inertia_stand.structure import build, setup_of
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly

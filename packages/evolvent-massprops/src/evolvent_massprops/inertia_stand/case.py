@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Section
-from evolvent.massprops.excitation_keys import Excitation
-from evolvent.massprops.mounting_keys import Air
+from evolvent_massprops.excitation_keys import Excitation
+from evolvent_massprops.mounting_keys import Air
 
 
 def _each(what: str, unit: str, example: str, each: str = "one per spring", **limits: Any) -> units.OneOrMore:
@@ -53,7 +53,7 @@ class Body(Section):
 
     @model_validator(mode="after")
     def _check(self) -> Body:
-        from evolvent.massprops.inertia.stand import inertia_defect
+        from evolvent_massprops.inertia.stand import inertia_defect
 
         if reason := inertia_defect(self.tensor):
             raise InputError(f"body.inertia with body.products is no inertia of a body: {reason}")

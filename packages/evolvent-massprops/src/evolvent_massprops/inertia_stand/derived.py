@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evolvent.massprops.excitation_keys import least_energies
-from evolvent.massprops.identification import recorded
-from evolvent.massprops.inertia import NormalModes, best_point, energy, partial_frequencies
-from evolvent.massprops.inertia.stand import MOMENTS
 from evolvent.results.motion import quaternions
 from evolvent.results.observe import View
 from evolvent.results.observe.view import Pose
-from evolvent.solvers import batch
-from evolvent.systems.inertia_stand.case import Case
-from evolvent.systems.inertia_stand.identify import distinct, identified
-from evolvent.systems.inertia_stand.structure import Setup, setup_of
+from evolvent_massprops import batch
+from evolvent_massprops.excitation_keys import least_energies
+from evolvent_massprops.identification import recorded
+from evolvent_massprops.inertia import NormalModes, best_point, energy, partial_frequencies
+from evolvent_massprops.inertia.stand import MOMENTS
+from evolvent_massprops.inertia_stand.case import Case
+from evolvent_massprops.inertia_stand.identify import distinct, identified
+from evolvent_massprops.inertia_stand.structure import Setup, setup_of
 
 if TYPE_CHECKING:
     from evolvent.analysis.definition import Variables

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia.stand import MOMENTS
-from evolvent.systems.inertia_stand.case import Case
+from evolvent_massprops.inertia.stand import MOMENTS
+from evolvent_massprops.inertia_stand.case import Case
 
 #: Standard deviation of the noise, m, that a plan takes where a case has none.
 NOISE = 1e-4
 
 
 def description_of(case: Case) -> dict[str, Any]:
-    """A description of a stand, as `evolvent.massprops.load` takes it, with what is expected and a plan.
+    """A description of a stand, as `evolvent_massprops.load` takes it, with what is expected and a plan.
 
     Raises
     ------

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from evolvent.base.errors import InputError, in_keys
-from evolvent.massprops.identification import Modes, frequencies_in, identify, mode_variables
-from evolvent.massprops.inertia import Inertia, from_modes, inertia_variables, mode_energies, partners
-from evolvent.solvers import batch
-from evolvent.systems.inertia_stand.case import Case
-from evolvent.systems.inertia_stand.structure import Setup, known_of
+from evolvent_massprops import batch
+from evolvent_massprops.identification import Modes, frequencies_in, identify, mode_variables
+from evolvent_massprops.inertia import Inertia, from_modes, inertia_variables, mode_energies, partners
+from evolvent_massprops.inertia_stand.case import Case
+from evolvent_massprops.inertia_stand.structure import Setup, known_of
 
 if TYPE_CHECKING:
     from evolvent.analysis.definition import Variables
@@ -29,7 +29,7 @@ SWING = 1e-5
 PLAIN = {
     name: f"{name} gives no standard deviations; use varpro" for name in ("esprit", "matrix-pencil", "tls-prony")
 } | {"prony": "noise biases the frequencies and decay rates of prony, which gives no standard deviations; use varpro"}
-#: Names in `evolvent.massprops.inertia.from_modes` -> keys of the case.
+#: Names in `evolvent_massprops.inertia.from_modes` -> keys of the case.
 _KEYS = {"way": "identification.way", "order": "identification.order"}
 
 

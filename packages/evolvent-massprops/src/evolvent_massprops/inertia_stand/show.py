@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.massprops import mode_figures
 from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of
-from evolvent.systems.inertia_stand.case import Case
 from evolvent.view import balance, show
+from evolvent_massprops import mode_figures
+from evolvent_massprops.inertia_stand.case import Case
 
 if TYPE_CHECKING:
     from evolvent.results.motion import Motion

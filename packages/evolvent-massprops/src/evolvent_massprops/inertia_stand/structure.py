@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from evolvent.massprops.excitation_keys import Excited, excitation_on
-from evolvent.massprops.inertia import Body, NormalModes, Pose, Stand, Start, displaced, excited, linear_model
 from evolvent.results.motion import quaternions
-from evolvent.systems.inertia_stand.case import Case
+from evolvent_massprops.excitation_keys import Excited, excitation_on
+from evolvent_massprops.inertia import Body, NormalModes, Pose, Stand, Start, displaced, excited, linear_model
+from evolvent_massprops.inertia_stand.case import Case
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System

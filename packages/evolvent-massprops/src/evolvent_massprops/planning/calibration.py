@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.description import OnSprings, load
-from evolvent.massprops.inertia.stand import MOMENTS
-from evolvent.massprops.planning.expected import Expected, Option, Task, expected
-from evolvent.massprops.planning.predictions import at, predicted, relative
-from evolvent.massprops.spring_keys import CALIBRATED
-from evolvent.massprops.springs_inputs import first_body
-from evolvent.massprops.springs_search import occupied
+from evolvent_massprops.description import OnSprings, load
+from evolvent_massprops.inertia.stand import MOMENTS
+from evolvent_massprops.planning.expected import Expected, Option, Task, expected
+from evolvent_massprops.planning.predictions import at, predicted, relative
+from evolvent_massprops.spring_keys import CALIBRATED
+from evolvent_massprops.springs_inputs import first_body
+from evolvent_massprops.springs_search import occupied
 
 Array = np.ndarray
 #: Relative deviation of the stand's exact numbers at which their influence is computed.

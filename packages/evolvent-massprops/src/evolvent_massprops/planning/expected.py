@@ -11,21 +11,21 @@ import numpy as np
 
 from evolvent.base import units
 from evolvent.base.errors import InputError
-from evolvent.massprops import modal
-from evolvent.massprops.description import OnSprings, for_recording, load
-from evolvent.massprops.identification import Modes
-from evolvent.massprops.identification.bounds import Factor, covariance
-from evolvent.massprops.identification.signals import basis, read_signal
-from evolvent.massprops.inertia import Stand
-from evolvent.massprops.inertia.combined import NO_BODY
-from evolvent.massprops.inertia.stand import setup
-from evolvent.massprops.inertia.vibration import NormalModes, linearise
-from evolvent.massprops.mode_selection import FAINT
-from evolvent.massprops.planning.pulls import Pull, pulls_of
-from evolvent.massprops.recordings import Reading, converted
-from evolvent.massprops.signals import Signals
-from evolvent.massprops.spring_keys import Planned
-from evolvent.massprops.springs_inputs import (
+from evolvent.base.signals import Signals
+from evolvent_massprops import modal
+from evolvent_massprops.description import OnSprings, for_recording, load
+from evolvent_massprops.identification import Modes
+from evolvent_massprops.identification.bounds import Factor, covariance
+from evolvent_massprops.identification.signals import basis, read_signal
+from evolvent_massprops.inertia import Stand
+from evolvent_massprops.inertia.combined import NO_BODY
+from evolvent_massprops.inertia.stand import setup
+from evolvent_massprops.inertia.vibration import NormalModes, linearise
+from evolvent_massprops.mode_selection import FAINT
+from evolvent_massprops.planning.pulls import Pull, pulls_of
+from evolvent_massprops.recordings import Reading, converted
+from evolvent_massprops.spring_keys import Planned
+from evolvent_massprops.springs_inputs import (
     LABELS,
     Task as SpringTask,
     asked,
@@ -34,7 +34,7 @@ from evolvent.massprops.springs_inputs import (
     sensors_of,
     stand_of,
 )
-from evolvent.massprops.springs_search import Recording, occupied
+from evolvent_massprops.springs_search import Recording, occupied
 
 Array = np.ndarray
 #: Relative difference of frequencies below which two modes are one in the signals.

@@ -10,11 +10,11 @@ import numpy as np
 
 from evolvent.base import progress
 from evolvent.base.errors import InputError
-from evolvent.massprops.description import OnSprings, load
-from evolvent.massprops.mounting_keys import Mounting
-from evolvent.massprops.planning.expected import Expected, Option, Task, expected
-from evolvent.massprops.planning.predictions import at
-from evolvent.massprops.springs_search import occupied
+from evolvent_massprops.description import OnSprings, load
+from evolvent_massprops.mounting_keys import Mounting
+from evolvent_massprops.planning.expected import Expected, Option, Task, expected
+from evolvent_massprops.planning.predictions import at
+from evolvent_massprops.springs_search import occupied
 
 #: Rotations that are tried where the description names none.
 ROTATIONS: tuple[Any, ...] = (

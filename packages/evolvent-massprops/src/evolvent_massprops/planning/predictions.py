@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.estimates import Share
-from evolvent.massprops.inertia.combined import Combined
-from evolvent.massprops.inertia.problem import undetermined
-from evolvent.massprops.planning.expected import (
+from evolvent_massprops.estimates import Share
+from evolvent_massprops.inertia.combined import Combined
+from evolvent_massprops.inertia.problem import undetermined
+from evolvent_massprops.planning.expected import (
     COINCIDING,
     Option,
     Task,
@@ -21,11 +21,11 @@ from evolvent.massprops.planning.expected import (
     recording_of,
     spring_task,
 )
-from evolvent.massprops.planning.pulls import Pull
-from evolvent.massprops.springs_combined import joined, own_labels, shared_inputs, spelled_by_user, unknowns, with_keys
-from evolvent.massprops.springs_inputs import Input, Task as SpringTask, stand_factor
-from evolvent.massprops.springs_search import Recording, mountings, open_sentence, undetermined_near
-from evolvent.massprops.springs_uncertainty import budget_of
+from evolvent_massprops.planning.pulls import Pull
+from evolvent_massprops.springs_combined import joined, own_labels, shared_inputs, spelled_by_user, unknowns, with_keys
+from evolvent_massprops.springs_inputs import Input, Task as SpringTask, stand_factor
+from evolvent_massprops.springs_search import Recording, mountings, open_sentence, undetermined_near
+from evolvent_massprops.springs_uncertainty import budget_of
 
 Array = np.ndarray
 

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.massprops.excitation_keys import excitation_on
-from evolvent.massprops.inertia import Load, NormalModes, best_point, coordinates, least_energy
-from evolvent.massprops.spring_keys import Planned
+from evolvent_massprops.excitation_keys import excitation_on
+from evolvent_massprops.inertia import Load, NormalModes, best_point, coordinates, least_energy
+from evolvent_massprops.spring_keys import Planned
 
 Array = np.ndarray
 #: Shares of the force of which the two parts of a pull at two springs have; a negative one pulls up.

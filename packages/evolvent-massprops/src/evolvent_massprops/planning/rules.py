@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.massprops.identification import Modes
-from evolvent.massprops.identification.signals import DETREND
-from evolvent.massprops.planning.expected import Expected, Option, lines, modal_of
-from evolvent.massprops.planning.pulls import Pull
+from evolvent_massprops.identification import Modes
+from evolvent_massprops.identification.signals import DETREND
+from evolvent_massprops.planning.expected import Expected, Option, lines, modal_of
+from evolvent_massprops.planning.pulls import Pull
 
 #: What is measured of (2.5), in `evolvent claims stand-rule-2-5`.
 PRONY = "is refuted for Prony's method, which is best at 2.5 samples a period and fails from 6 on"

@@ -3,7 +3,7 @@
 A plan evaluates recordings that have not been made. The linear model of the stand, with the body that is expected,
 gives the signals of a pull that is released; they are identified and evaluated as measured ones are, with the noise
 that the sensors are stated to have. The deviations of the modes are then the Cramér-Rao bound, and the budget of
-`evolvent.massprops.springs_uncertainty` adds what is known of stand and body, of one recording or of several in one
+`evolvent_massprops.springs_uncertainty` adds what is known of stand and body, of one recording or of several in one
 estimate.
 """
 
@@ -17,12 +17,12 @@ import numpy as np
 
 from evolvent.base import progress
 from evolvent.base.errors import InputError
-from evolvent.massprops import modal, springs
-from evolvent.massprops.identification.signals import DETREND
-from evolvent.massprops.inertia.least_squares import solve
-from evolvent.massprops.mounting_keys import Mounting
-from evolvent.massprops.planning.calibration import Calibration, Need, calibrations, needs
-from evolvent.massprops.planning.expected import (
+from evolvent_massprops import modal, springs
+from evolvent_massprops.identification.signals import DETREND
+from evolvent_massprops.inertia.least_squares import solve
+from evolvent_massprops.mounting_keys import Mounting
+from evolvent_massprops.planning.calibration import Calibration, Need, calibrations, needs
+from evolvent_massprops.planning.expected import (
     Expected,
     Lines,
     Option,
@@ -34,13 +34,13 @@ from evolvent.massprops.planning.expected import (
     with_noise,
     with_sensors,
 )
-from evolvent.massprops.planning.mountings import Further, MountingSet, further, in_words, sets
-from evolvent.massprops.planning.predictions import Mode, at, modes_of, over, posed, predicted, without_result
-from evolvent.massprops.planning.pulls import Pull
-from evolvent.massprops.planning.rules import Rule, rules
-from evolvent.massprops.springs_inputs import Task as SpringTask, label_of
-from evolvent.massprops.springs_search import occupied
-from evolvent.massprops.springs_uncertainty import amplitude_share, weighted
+from evolvent_massprops.planning.mountings import Further, MountingSet, further, in_words, sets
+from evolvent_massprops.planning.predictions import Mode, at, modes_of, over, posed, predicted, without_result
+from evolvent_massprops.planning.pulls import Pull
+from evolvent_massprops.planning.rules import Rule, rules
+from evolvent_massprops.springs_inputs import Task as SpringTask, label_of
+from evolvent_massprops.springs_search import occupied
+from evolvent_massprops.springs_uncertainty import amplitude_share, weighted
 
 Array = np.ndarray
 #: Samples per period of the fastest mode at which a plan looks, where no rate is given.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from book import Book
-from evolvent.massprops.identification import cramer_rao, varpro
+from evolvent_massprops.identification import cramer_rao, varpro
 from massprops.identification.setups import DURATION, stand
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from book import Book
-from evolvent.massprops.identification import (
+from evolvent_massprops.identification import (
     Modes,
     esprit,
     frequencies_in,
@@ -20,7 +20,7 @@ from evolvent.massprops.identification import (
     tls_prony,
     varpro,
 )
-from evolvent.massprops.identification.signals import exponentials
+from evolvent_massprops.identification.signals import exponentials
 from massprops.identification.setups import DURATION, SETUPS, Setup, stand, three_modes
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from book import Book
-from evolvent.massprops.identification import cramer_rao, identify, varpro
+from evolvent_massprops.identification import cramer_rao, identify, varpro
 from massprops.identification.setups import DURATION, SETUPS, three_modes
 
 TRIALS = 500

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.identification import (
+from evolvent_massprops.identification import (
     Modes,
     automatic,
     cramer_rao,
@@ -17,9 +17,9 @@ from evolvent.massprops.identification import (
     tls_prony,
     varpro,
 )
-from evolvent.massprops.identification.signals import read_signal
-from evolvent.massprops.identification.subspace import candidates
-from evolvent.massprops.identification.variable_projection import evaluate
+from evolvent_massprops.identification.signals import read_signal
+from evolvent_massprops.identification.subspace import candidates
+from evolvent_massprops.identification.variable_projection import evaluate
 
 RATE = 50.0
 

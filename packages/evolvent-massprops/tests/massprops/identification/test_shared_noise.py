@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.identification import identify, varpro
+from evolvent_massprops.identification import identify, varpro
 from massprops.identification.setups import DURATION, stand, three_modes
 
 

@@ -8,10 +8,10 @@ import scipy.integrate
 import scipy.special
 
 from evolvent import InputError
-from evolvent.kernels import swing as kernel
-from evolvent.massprops.identification import identify
-from evolvent.massprops.identification.swing_model import PENDULUM, Component, Reach
-from evolvent.massprops.identification.swing_starts import Kind
+from evolvent_massprops import swing as kernel
+from evolvent_massprops.identification import identify
+from evolvent_massprops.identification.swing_model import PENDULUM, Component, Reach
+from evolvent_massprops.identification.swing_starts import Kind
 
 W, RATE, COUNT = 2.0 * np.pi * 1.3, 50.0, 1000
 TIME = np.arange(COUNT) / RATE

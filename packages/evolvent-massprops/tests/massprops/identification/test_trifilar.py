@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from book import Book
-from evolvent.massprops.identification import identify
+from evolvent_massprops.identification import identify
 
-FOLDER = pathlib.Path(__file__).parents[2].parent / "shared" / "data" / "trifilar"
+FOLDER = pathlib.Path(__file__).parents[4].parent / "shared" / "data" / "trifilar"
 FILES = sorted(FOLDER.glob("5s_*.csv"))
 #: g m/s2, wire length m, attachment radius m, mass of the platform and of both nuts kg.
 G, L, RW, PLATFORM, NUTS = 9.80665, 0.995, 1.0, 0.848, 0.02094

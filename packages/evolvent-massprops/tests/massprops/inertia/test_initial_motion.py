@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.identification import identify
-from evolvent.massprops.inertia import (
+from evolvent_massprops.identification import identify
+from evolvent_massprops.inertia import (
     Body,
     Stand,
     displaced,

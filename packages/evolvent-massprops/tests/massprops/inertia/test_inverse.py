@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia import (
+from evolvent_massprops.inertia import (
     Body,
     Stand,
     candidates,
@@ -17,9 +17,9 @@ from evolvent.massprops.inertia import (
     linear_model,
     vertical_model,
 )
-from evolvent.massprops.inertia.linear_equations import properties, regressor
-from evolvent.massprops.inertia.problem import BODY_NAMES, assign, value_of
-from evolvent.massprops.inertia.stand import setup
+from evolvent_massprops.inertia.linear_equations import properties, regressor
+from evolvent_massprops.inertia.problem import BODY_NAMES, assign, value_of
+from evolvent_massprops.inertia.stand import setup
 
 TENSOR = np.array([[3703.0, 120.0, 400.0], [120.0, 43000.0, -300.0], [400.0, -300.0, 42000.0]])
 STAND = Stand.rectangle(2.0, 0.8696, stiffness=740250.0, length=0.5)
@@ -72,7 +72,7 @@ def test_every_candidate_gives_the_frequencies():
     for c in found:
         s = setup(STAND, BODY)
         s = assign(s, ("stiffness", "Ixx", "Izz"), np.array([c.stiffness, c.Ixx, c.Izz]))
-        from evolvent.massprops.inertia.vibration import level
+        from evolvent_massprops.inertia.vibration import level
 
         np.testing.assert_allclose(level(s).modes().natural_frequency, modes.natural_frequency, rtol=1e-9)
 
@@ -225,7 +225,7 @@ def test_six_modes_need_freedom_and_sensors():
 @settings(max_examples=30, deadline=None)
 @given(u=st.lists(st.floats(-1.0, 1.0), min_size=16, max_size=16))
 def test_regressor_is_linear_in_the_ten_numbers(u):
-    from evolvent.massprops.inertia.statics import rotation_matrix, skew
+    from evolvent_massprops.inertia.statics import rotation_matrix, skew
 
     c, R = np.array(u[:3]), rotation_matrix(np.array(u[3:6]))
     phi = np.array(u[6:12])

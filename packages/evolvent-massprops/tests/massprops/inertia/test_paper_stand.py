@@ -6,7 +6,7 @@ Provenance: data, energies and frequencies printed in the paper, or computed fro
 import numpy as np
 import pytest
 
-from evolvent.massprops.inertia import (
+from evolvent_massprops.inertia import (
     Body,
     Stand,
     equilibrium,

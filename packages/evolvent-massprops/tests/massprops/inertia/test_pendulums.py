@@ -5,14 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia import (
-    bifilar,
-    compound,
-    multifilar,
-    pendulums,
-    torsion,
-    trifilar,
-)
+from evolvent_massprops.inertia import bifilar, compound, multifilar, pendulums, torsion, trifilar
 
 G = 9.80665
 

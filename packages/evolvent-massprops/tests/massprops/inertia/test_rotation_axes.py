@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent.massprops.inertia import Body, Stand, linear_model, partial_frequencies, vertical_model
+from evolvent_massprops.inertia import Body, Stand, linear_model, partial_frequencies, vertical_model
 
 A, B, K, MASS, IXX, IZZ = 2.0, 0.8696, 740250.0, 15190.0, 3703.0, 43920.0
 

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia import Body, Stand, energy, equilibrium, linear_model, vertical_model, wrench
-from evolvent.massprops.inertia.statics import rotation_matrix
+from evolvent_massprops.inertia import Body, Stand, energy, equilibrium, linear_model, vertical_model, wrench
+from evolvent_massprops.inertia.statics import rotation_matrix
 
 TENSOR = np.array([[3703.0, 120.0, 400.0], [120.0, 43000.0, -300.0], [400.0, -300.0, 42000.0]])
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia import (
+from evolvent_massprops.inertia import (
     Body,
     Stand,
     fit,

@@ -13,9 +13,8 @@ import pytest
 import scipy.io
 
 from evolvent import InputError
-from evolvent.base import mat_file
-from evolvent.massprops import signals
-from evolvent.massprops.measurement import vibration
+from evolvent.base import mat_file, signals
+from evolvent_massprops.measurement import vibration
 
 RATE, SIZE = 20.0, 400
 TIME = np.arange(SIZE) / RATE

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from evolvent import InputError
-from evolvent.massprops import signals
-from evolvent.massprops.measurement import vibration
+from evolvent.base import signals
+from evolvent_massprops.measurement import vibration
 
 tdms = pytest.importorskip("nptdms")
 RATE, SIZE = 20.0, 400

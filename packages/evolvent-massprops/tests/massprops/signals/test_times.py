@@ -11,9 +11,9 @@ import pytest
 import scipy.io
 
 from evolvent import InputError
-from evolvent.massprops import signals
-from evolvent.massprops.measurement import vibration
-from evolvent.massprops.modal import Modal
+from evolvent.base import signals
+from evolvent_massprops.measurement import vibration
+from evolvent_massprops.modal import Modal
 
 RATE, SIZE = 20.0, 400
 TIME = np.arange(SIZE) / RATE
@@ -163,8 +163,8 @@ def test_names_units_and_start_of_labview(tmp_path: pathlib.Path) -> None:
 
 def test_the_notes_are_in_what_is_measured(tmp_path: pathlib.Path, call: Any) -> None:
     """On the terminal, in a certificate and in Python."""
-    from evolvent.massprops import certificate
-    from evolvent.massprops.measurement import mass_properties
+    from evolvent_massprops import certificate
+    from evolvent_massprops.measurement import mass_properties
 
     path = written(tmp_path / "a.csv", {"time": TIME, "x": DECAY})
     stand = {"stand": {"kind": "torsion", "stiffness": "0.35 N m/rad"}, "body": {}, "signals": {"unit": "mm"}}

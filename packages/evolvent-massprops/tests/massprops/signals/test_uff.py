@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from evolvent import InputError
-from evolvent.massprops import signals
-from evolvent.massprops.measurement import vibration
+from evolvent.base import signals
+from evolvent_massprops.measurement import vibration
 
 pyuff = pytest.importorskip("pyuff")
 #: pyuff leaves files open when it writes binary sets.

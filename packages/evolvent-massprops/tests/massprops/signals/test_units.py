@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from evolvent import InputError
-from evolvent.massprops import recordings, signals
-from evolvent.massprops.description import Signals
+from evolvent.base import signals
+from evolvent_massprops import recordings
+from evolvent_massprops.description import Signals
 
 G0 = 9.80665
 TIME = 0.01 * np.arange(200)

@@ -12,7 +12,7 @@ from evolvent.base.console import INTERRUPTED, echo, note, once, showing_progres
 from evolvent.base.errors import InputError
 
 if TYPE_CHECKING:
-    from evolvent.papers.ledger import Claim
+    from evolvent_papers.papers.ledger import Claim
 
 
 @click.command()
@@ -29,8 +29,8 @@ def claims(name: str | None, markdown: bool, every: bool, output: str | None) ->
     Without a name it counts the claims of every paper. The exit code is 1 where a number or a verdict no longer agrees
     with the stored one.
     """
-    from evolvent import papers
-    from evolvent.papers import ledger
+    from evolvent_papers import papers
+    from evolvent_papers.papers import ledger
 
     known = name in papers.CLAIMS_OF
     if markdown and (every or not known):
@@ -73,7 +73,7 @@ def _show(one: Claim) -> None:
 
 def _measure(found: Iterable[Claim], path: str | None) -> None:
     """Measure claims, print what is found, and keep it where a file is given; leave with 1 where anything differs."""
-    from evolvent.papers import ledger
+    from evolvent_papers.papers import ledger
 
     found = list(found)
     if path is not None:

@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from evolvent.base import files, progress
-from evolvent.base.console import echo, showing_progress
+from evolvent.base import files, options as shared, progress
+from evolvent.base.console import echo, made_table, showing_progress
 from evolvent.base.errors import InputError, RunFailed
-from evolvent.commands import options as shared
 
 if TYPE_CHECKING:
-    from evolvent.design.drives import Design
+    from evolvent_papers.drives import Design
 
 #: Options that are bounds, with what they bound.
 _BOUNDS = {
@@ -63,8 +62,8 @@ def design_drive(
     evolvent run drive.yaml
     """  # noqa: D301
     from evolvent import cases
-    from evolvent.design import drives
     from evolvent.view import plots
+    from evolvent_papers import drives
 
     bounds = _read(file, options)
     if figure is not None:
@@ -94,7 +93,7 @@ def _read(file: str | None, options: dict[str, str | None]) -> Any:
     """The bounds of a file and of the options; an option comes before the file."""
     from evolvent import cases
     from evolvent.base import safe_open
-    from evolvent.design.drives import Bounds
+    from evolvent_papers.drives import Bounds
 
     content: Any = {} if file is None else cases.parse_yaml(safe_open.text(file), file)
     if not isinstance(content, dict):
@@ -107,8 +106,7 @@ def _print(found: Design) -> None:
     """Print measures beside bounds, and the corners."""
     from rich.console import Console
 
-    from evolvent.commands.massprops import made_table
-    from evolvent.design.drives import report
+    from evolvent_papers.drives import report
 
     console = Console(highlight=False)
     last = ("worst corner",) if found.corners else ()

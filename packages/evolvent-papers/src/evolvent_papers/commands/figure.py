@@ -25,7 +25,7 @@ def figure(name: str, output: str | None, kind: str, quick: bool) -> None:
 
     It prints a Markdown table. A run that fails is a row of it. Ctrl-C ends the runs and keeps what was computed.
     """
-    from evolvent import papers
+    from evolvent_papers import papers
 
     if name == "list":
         for key, one in papers.ENTRIES.items():
@@ -61,7 +61,7 @@ def _claimed(path: str | None, kind: str) -> str | None:
 
 def _write(made: object, path: str) -> None:
     """Keep a table or figure in a file."""
-    from evolvent.papers import Made
+    from evolvent_papers.papers import Made
 
     assert isinstance(made, Made)
     if made.figure is not None:

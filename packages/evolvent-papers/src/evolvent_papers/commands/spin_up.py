@@ -8,11 +8,10 @@ from typing import Annotated, Any
 import click
 from pydantic import Field
 
-from evolvent.base import files, progress, units
-from evolvent.base.console import echo, showing_progress
+from evolvent.base import files, options as shared, progress, units
+from evolvent.base.console import echo, made_table, showing_progress
 from evolvent.base.errors import RunFailed
 from evolvent.base.schema import Section
-from evolvent.commands import options as shared
 
 
 class Options(Section):
@@ -45,8 +44,8 @@ def permissible_torque(
     evolvent permissible-torque heliogyro --lengths 1m,2m,5m,10m -o spin-up.png
     """  # noqa: D301
     from evolvent import cases
-    from evolvent.design import spin_up
     from evolvent.view import plots
+    from evolvent_papers import spin_up
 
     overrides = cases.parse_assignments(assignments)
     asked = None if lengths is None else tuple(one.strip() for one in lengths.split(","))
@@ -69,8 +68,6 @@ def permissible_torque(
 
 def _print(found: Any) -> None:
     from rich.console import Console
-
-    from evolvent.commands.massprops import made_table
 
     columns = ("length m", "spin rad/s", "thread N m", "rigid blade N m", "thread / rigid", "rigid, slow torque N m")
     table = made_table("permissible torque", *columns)

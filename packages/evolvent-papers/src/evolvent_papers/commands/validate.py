@@ -6,13 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from evolvent.base import files
+from evolvent.base import files, options as shared
 from evolvent.base.console import aligned, echo, say, showing_progress
 from evolvent.base.errors import InputError, RunFailed
-from evolvent.commands import options as shared
 
 if TYPE_CHECKING:
-    from evolvent.laboratory.book import Set, Verdict
+    from evolvent_papers.laboratory.book import Set, Verdict
 
 
 @click.command()
@@ -40,8 +39,9 @@ def validate(
     evolvent validate triple-pendulum --figure pendulum.png
     evolvent validate triple-pendulum --data recordings --set fitted=5
     """  # noqa: D301
-    from evolvent import cases, laboratory
-    from evolvent.laboratory import book
+    from evolvent import cases
+    from evolvent_papers import laboratory
+    from evolvent_papers.laboratory import book
 
     if name is None or every:
         if name is not None or data is not None or assignments or figure is not None:
@@ -70,7 +70,7 @@ def validate(
 
 def _list() -> None:
     """Print the names and titles of all sets."""
-    from evolvent import laboratory
+    from evolvent_papers import laboratory
 
     width = max(map(len, laboratory.SETS))
     for name in laboratory.SETS:
@@ -82,9 +82,9 @@ def _one(
     name: str, data: str | None, overrides: dict[str, Any], figure: str | None, *, quiet: bool
 ) -> dict[Set, Verdict | None]:
     """Predict and compare one set."""
-    from evolvent import laboratory
-    from evolvent.laboratory import book
     from evolvent.view import plots
+    from evolvent_papers import laboratory
+    from evolvent_papers.laboratory import book
 
     asked = laboratory.found(name)
     if figure is not None:
@@ -105,8 +105,8 @@ def _one(
 
 def _every(*, quiet: bool) -> dict[Set, Verdict | None]:
     """Predict and compare all sets whose measurements the package has."""
-    from evolvent import laboratory
-    from evolvent.laboratory import book
+    from evolvent_papers import laboratory
+    from evolvent_papers.laboratory import book
 
     sets = [laboratory.found(name) for name in laboratory.SETS]
     with showing_progress(quiet=quiet):

@@ -12,8 +12,8 @@ from evolvent import closed_forms
 from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Section, shown
-from evolvent.systems.heliogyro import straight
-from evolvent.systems.heliogyro.case import WAYS
+from evolvent_papers.heliogyro import straight
+from evolvent_papers.heliogyro.case import WAYS
 
 #: Peak lag over the steady one, and time over that of the constant rate, where no bounds are given.
 PEAK_SHARE, TIME_SHARE = 1.02, 1.1

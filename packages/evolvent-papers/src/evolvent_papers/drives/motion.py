@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.design import links
-from evolvent.design.drives.bounds import Task
+from evolvent_papers import links
+from evolvent_papers.drives.bounds import Task
 
 Array = np.ndarray
 #: Samples of a motion: evenly spread until the drive ends, close to each of its ends, and after it.

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.design.drives import motion as mo
-from evolvent.design.drives.search import Design
 from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent_papers.drives import motion as mo
+from evolvent_papers.drives.search import Design
 
 #: Words, unit and factor to it of each measure.
 WORDS = {

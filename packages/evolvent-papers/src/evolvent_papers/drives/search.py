@@ -10,8 +10,8 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.base.errors import RunFailed
-from evolvent.design.drives import motion as mo
-from evolvent.design.drives.bounds import Bounds, Task, task as task_of
+from evolvent_papers.drives import motion as mo
+from evolvent_papers.drives.bounds import Bounds, Task, task as task_of
 
 Array = np.ndarray
 #: Most nodes of the blade in the first round of the search.

@@ -17,10 +17,10 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 from evolvent.analysis.definition import SystemDefinition
-from evolvent.systems.film_blade import show
-from evolvent.systems.film_blade.case import BUCKLED, Case
-from evolvent.systems.film_blade.derived import derived
-from evolvent.systems.film_blade.structure import build
+from evolvent_papers.film_blade import show
+from evolvent_papers.film_blade.case import BUCKLED, Case
+from evolvent_papers.film_blade.derived import derived
+from evolvent_papers.film_blade.structure import build
 
 
 class FilmBlade(SystemDefinition):

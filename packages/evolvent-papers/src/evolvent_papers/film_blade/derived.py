@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent.closed_forms import payout_buckling, payout_buckling_modes, payout_slack
-from evolvent.systems.film_blade.case import BUCKLED, Case
+from evolvent_papers.film_blade.case import BUCKLED, Case
 
 if TYPE_CHECKING:
     from evolvent.solvers.solution import Solution

@@ -11,8 +11,8 @@ import numpy as np
 from evolvent import cases
 from evolvent.closed_forms import payout_buckling, payout_slack
 from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of
-from evolvent.systems.film_blade.case import Case
 from evolvent.view import show
+from evolvent_papers.film_blade.case import Case
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent.closed_forms import blade_moments, rotor_inertia
-from evolvent.systems.film_blade.case import Case
+from evolvent_papers.film_blade.case import Case
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System

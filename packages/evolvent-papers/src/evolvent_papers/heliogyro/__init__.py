@@ -60,10 +60,10 @@ from typing import Any
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError
-from evolvent.systems.heliogyro import derived as fields, show
-from evolvent.systems.heliogyro.case import Case
-from evolvent.systems.heliogyro.chart import study_figures
-from evolvent.systems.heliogyro.structure import build
+from evolvent_papers.heliogyro import derived as fields, show
+from evolvent_papers.heliogyro.case import Case
+from evolvent_papers.heliogyro.chart import study_figures
+from evolvent_papers.heliogyro.structure import build
 
 #: Options of generalized-alpha: step where none is given (s), tolerance and spectral radius.
 IMPLICIT = {"step": 2.5e-3, "tolerance": 1e-4, "spectral_radius": 0.3}
@@ -105,7 +105,7 @@ class Heliogyro(SystemDefinition):
             raise InputError(
                 "mesh errors are not found of modes of a closed loop; compare them with blade.nodes doubled"
             )
-        from evolvent.systems.heliogyro import feedback
+        from evolvent_papers.heliogyro import feedback
 
         return feedback.modes(case, count)
 

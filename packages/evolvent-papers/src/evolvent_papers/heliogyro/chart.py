@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent.results.figures import Figure, Line, Panel
-from evolvent.systems.heliogyro.free_figures import difference_figure
+from evolvent_papers.heliogyro.free_figures import difference_figure
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.systems.heliogyro import free_body
-from evolvent.systems.heliogyro.case import Case
-from evolvent.systems.heliogyro.straight import straight_inertia
+from evolvent_papers.heliogyro import free_body
+from evolvent_papers.heliogyro.case import Case
+from evolvent_papers.heliogyro.straight import straight_inertia
 
 if TYPE_CHECKING:
     from evolvent.solvers import Solution

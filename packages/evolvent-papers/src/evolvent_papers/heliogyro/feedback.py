@@ -11,9 +11,9 @@ import numpy as np
 from evolvent import cases, results
 from evolvent.base.errors import InputError
 from evolvent.results.figures import Figure, Line, Panel, stacked
-from evolvent.systems.heliogyro import straight
-from evolvent.systems.heliogyro.case import Case
-from evolvent.systems.heliogyro.structure import build
+from evolvent_papers.heliogyro import straight
+from evolvent_papers.heliogyro.case import Case
+from evolvent_papers.heliogyro.structure import build
 
 if TYPE_CHECKING:
     from evolvent.analysis.loop_modes import LoopModes
@@ -67,7 +67,8 @@ class LoopTable:
         """
         import xarray as xr
 
-        from evolvent.base import files, netcdf
+        from evolvent.base import files
+        from evolvent.results import netcdf
 
         poles = np.full((self.length.size, max(of.pole.size for of in self.modes)), np.nan, dtype=complex)
         for row, of in zip(poles, self.modes, strict=True):

@@ -8,8 +8,8 @@ import numpy as np
 
 from evolvent import closed_forms
 from evolvent.base.errors import InputError
-from evolvent.systems.heliogyro.case import Case
-from evolvent.systems.heliogyro.straight import rotor, straight_inertia
+from evolvent_papers.heliogyro.case import Case
+from evolvent_papers.heliogyro.straight import rotor, straight_inertia
 
 if TYPE_CHECKING:
     from evolvent.results.observe import View

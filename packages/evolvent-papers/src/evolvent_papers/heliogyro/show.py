@@ -12,10 +12,10 @@ from evolvent import cases, results
 from evolvent.base.units import unit_text
 from evolvent.results import display
 from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of, spline, stacked
-from evolvent.systems.heliogyro.case import Case
-from evolvent.systems.heliogyro.feedback import feedback_figure
-from evolvent.systems.heliogyro.free_figures import nutation_figure
 from evolvent.view import balance, show
+from evolvent_papers.heliogyro.case import Case
+from evolvent_papers.heliogyro.feedback import feedback_figure
+from evolvent_papers.heliogyro.free_figures import nutation_figure
 
 if TYPE_CHECKING:
     from evolvent.results.motion import Motion

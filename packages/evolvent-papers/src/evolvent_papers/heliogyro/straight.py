@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent import closed_forms
-from evolvent.systems.heliogyro.case import Case
+from evolvent_papers.heliogyro.case import Case
 
 Array = np.ndarray
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.systems.heliogyro.case import WAYS, Case
+from evolvent_papers.heliogyro.case import WAYS, Case
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System

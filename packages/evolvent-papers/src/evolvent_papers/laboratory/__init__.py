@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from evolvent.base.errors import InputError, nearest
 
 if TYPE_CHECKING:
-    from evolvent.laboratory.book import Set
+    from evolvent_papers.laboratory.book import Set
 
 #: Sets of measurements, and their modules.
 SETS = {
@@ -37,5 +37,5 @@ def found(name: str) -> Set:
     """
     if name not in SETS:
         raise InputError(f"no set of measurements is called {name!r}; {nearest(name, SETS)}")
-    of: Set = importlib.import_module(f"evolvent.laboratory.{SETS[name]}").SETS[name]
+    of: Set = importlib.import_module(f"evolvent_papers.laboratory.{SETS[name]}").SETS[name]
     return of

@@ -26,9 +26,9 @@ from evolvent import analysis, cases
 from evolvent.analysis.system import System
 from evolvent.base import progress
 from evolvent.base.errors import InputError, RunFailed
-from evolvent.laboratory import book, tables
-from evolvent.laboratory.book import Array, Band, Comparison, NoSettings, Set, Verdict, rms
 from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent_papers.laboratory import book, tables
+from evolvent_papers.laboratory.book import Array, Band, Comparison, NoSettings, Set, Verdict, rms
 
 SOURCE = (
     "public repository dfki-ric-underactuated-lab/torque_limited_simple_pendulum, folder results, commit ed17ea2; "

@@ -12,8 +12,8 @@ import numpy as np
 from evolvent.analysis.system import System
 from evolvent.base import units
 from evolvent.elements import SectionInertia, SectionStiffness
-from evolvent.laboratory.book import Array
 from evolvent.parts import Force, Joint, LineLoad, Rod
+from evolvent_papers.laboratory.book import Array
 
 #: Gravity, m/s2.
 G = 9.80665

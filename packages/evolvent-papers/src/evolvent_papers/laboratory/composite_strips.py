@@ -16,10 +16,10 @@ from pydantic import Field
 from evolvent.base import progress, units
 from evolvent.base.errors import InputError, nearest
 from evolvent.base.schema import Section
-from evolvent.laboratory import tables
-from evolvent.laboratory.book import Array, Band, Comparison, Set, Verdict
-from evolvent.laboratory.clamped import Clamped, Deviation, G
 from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent_papers.laboratory import tables
+from evolvent_papers.laboratory.book import Array, Band, Comparison, Set, Verdict
+from evolvent_papers.laboratory.clamped import Clamped, Deviation, G
 
 SOURCE = (
     "deflections measured by Minguet and Dugundji (doi 10.2514/3.25255), as digitized in the public repository "

@@ -15,7 +15,7 @@ import pathlib
 from collections import Counter
 from typing import Any
 
-from evolvent import laboratory
+from evolvent_papers import laboratory
 
 DATA = pathlib.Path(__file__).parent / "data"
 #: A set counts as validated where its goals are met and this share of its differences is within their bands.

@@ -25,10 +25,10 @@ from evolvent.analysis.system import System
 from evolvent.base import progress, units
 from evolvent.base.errors import InputError, RunFailed
 from evolvent.base.schema import Section
-from evolvent.laboratory import book, tables
-from evolvent.laboratory.book import Array, Band, Comparison, Set, Verdict, rms
 from evolvent.parts import Joint, RigidBody, RotationalSpring
 from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent_papers.laboratory import book, tables
+from evolvent_papers.laboratory.book import Array, Band, Comparison, Set, Verdict, rms
 
 SOURCE = (
     "public repository dynamicslab/MultiArm-Pendulum, folder ParameterEstimation, commit e99a7e1 (arXiv 2205.06231); "

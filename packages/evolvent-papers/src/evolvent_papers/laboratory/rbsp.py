@@ -21,11 +21,11 @@ import numpy as np
 from evolvent import cases
 from evolvent.base.errors import InputError
 from evolvent.design import calibration
-from evolvent.laboratory import book
-from evolvent.laboratory.book import Array, Band, Comparison, NoSettings, Set, Verdict, rms
 from evolvent.results.figures import Figure, Line, Panel
-from evolvent.systems.wire_booms import SYSTEM, closed_form, log
-from evolvent.systems.wire_booms.structure import timeline
+from evolvent_papers.laboratory import book
+from evolvent_papers.laboratory.book import Array, Band, Comparison, NoSettings, Set, Verdict, rms
+from evolvent_papers.wire_booms import SYSTEM, closed_form, log
+from evolvent_papers.wire_booms.structure import timeline
 
 SOURCE = (
     "comments of idl/general/missions/rbsp/efw/calibration_files/rbsp_efw_boom_deploy_history.pro in the public "

@@ -18,11 +18,11 @@ from evolvent.base import progress, units
 from evolvent.base.errors import InputError, RunFailed
 from evolvent.base.schema import Section
 from evolvent.elements import Material, Rectangle
-from evolvent.laboratory import tables
-from evolvent.laboratory.book import Array, Band, Comparison, Set, Verdict
-from evolvent.laboratory.clamped import Deviation
 from evolvent.parts import Joint, Rod
 from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent_papers.laboratory import tables
+from evolvent_papers.laboratory.book import Array, Band, Comparison, Set, Verdict
+from evolvent_papers.laboratory.clamped import Deviation
 
 SOURCE = (
     "natural frequencies measured by Epps and Chandra, as listed in the public repository byuflowlab/GXBeam.jl "

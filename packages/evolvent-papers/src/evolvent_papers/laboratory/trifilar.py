@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.laboratory.book import Array, Band, Comparison, NoSettings, Set, Verdict
 from evolvent.results.figures import Figure, Line, Panel
+from evolvent_papers.laboratory.book import Array, Band, Comparison, NoSettings, Set, Verdict
 
 SOURCE = "public repository morloy/trifilar-mass-prop, folder data/Inertia/5s; GPL-2; not shipped"
 NEEDS = (
@@ -77,7 +77,7 @@ def frequency(moment: float, radius: float) -> float:
 
 def run(settings: NoSettings, data: str | None) -> Verdict:
     """The moment of all recordings, and the frequencies of every other one."""
-    from evolvent.massprops import mass_properties
+    from evolvent_massprops import mass_properties
 
     assert data is not None
     radii = radii_of(data)

@@ -12,10 +12,10 @@ from pydantic import Field
 
 from evolvent.base import progress, units
 from evolvent.base.schema import Section
-from evolvent.laboratory import tables
-from evolvent.laboratory.book import Band, Comparison, Set, Verdict
-from evolvent.laboratory.clamped import Clamped, Deviation, G
 from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent_papers.laboratory import tables
+from evolvent_papers.laboratory.book import Band, Comparison, Set, Verdict
+from evolvent_papers.laboratory.clamped import Clamped, Deviation, G
 
 SOURCE = (
     "bending test of the Pazy wing (Technion): loads and deflections cited as numbers, no file of the source is used"

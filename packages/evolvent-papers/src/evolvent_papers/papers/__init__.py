@@ -1,7 +1,7 @@
 """The papers behind the systems: their tables and figures (`evolvent figure`) and their claims (`evolvent claims`).
 
 `ENTRIES` names the tables and figures; a function that makes one takes `Options` and returns a `Made`. The claims of a
-paper (`CLAIMS_OF`) are data, each a `evolvent.papers.ledger.Claim`.
+paper (`CLAIMS_OF`) are data, each a `evolvent_papers.papers.ledger.Claim`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
 from evolvent.base.errors import InputError, nearest
-from evolvent.papers.rib_captions import CAPTIONS
+from evolvent_papers.papers.rib_captions import CAPTIONS
 
 if TYPE_CHECKING:
     from evolvent.results.figures import Figure
@@ -68,7 +68,7 @@ class Entry:
     kind : what is kept in a file: a table as Markdown, a figure as a picture
     paper, title : str
     seconds : (2,) int, expected CPU time, in full and of the quick form
-    function : str, module of `evolvent.papers` and function that makes it, "rib.table_1"
+    function : str, module of `evolvent_papers.papers` and function that makes it, "rib.table_1"
     """
 
     kind: Literal["table", "figure"]
@@ -80,7 +80,7 @@ class Entry:
     def make(self, options: Options) -> Made:
         """Compute it."""
         module, _, name = self.function.partition(".")
-        made: Made = getattr(importlib.import_module(f"evolvent.papers.{module}"), name)(options)
+        made: Made = getattr(importlib.import_module(f"evolvent_papers.papers.{module}"), name)(options)
         return made
 
 

@@ -18,10 +18,11 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Any, Literal, get_args
 
-from evolvent import __version__, papers
+from evolvent import __version__
 from evolvent.assembly import expressions
 from evolvent.base import files
 from evolvent.base.errors import InputError, nearest
+from evolvent_papers import papers
 
 Verdict = Literal["holds", "in part", "refuted", "open"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
@@ -66,7 +67,7 @@ class Claim:
     source : how we know what the paper says
     paper : str, the paper's number; "" where it gives none
     ours : str, what we find, one or two sentences; "{key}" and "{key:.2f}" stand for measured values
-    measure : str, module and function of `evolvent.papers` that measures the values; "" where nothing is measured
+    measure : str, module and function of `evolvent_papers.papers` that measures the values; "" for none
     holds : tuple of str, comparisons of measured values; the claim holds where all are true
     in_part : tuple of str, the same for "in part", where it does not hold; where these are not true either it is
         refuted
@@ -149,7 +150,7 @@ class Claim:
         """Measure the values again."""
         module, _, function = self.measure.partition(".")
         began = time.process_time()
-        values = getattr(importlib.import_module(f"evolvent.papers.{module}"), function)()
+        values = getattr(importlib.import_module(f"evolvent_papers.papers.{module}"), function)()
         seconds = round(time.process_time() - began, 1)
         found = {key: float(f"{value:.6g}") for key, value in values.items()}
         return Measurement(found, datetime.datetime.now(tz=datetime.UTC).date().isoformat(), __version__, seconds)

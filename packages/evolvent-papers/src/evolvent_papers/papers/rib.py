@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.papers import Made, Options
-from evolvent.papers.rib_captions import title
-from evolvent.papers.rib_chain import LINKS, Chain
-from evolvent.papers.winding import (
+from evolvent.results.figures import Figure, Line, Panel
+from evolvent_papers.papers import Made, Options
+from evolvent_papers.papers.rib_captions import title
+from evolvent_papers.papers.rib_chain import LINKS, Chain
+from evolvent_papers.papers.winding import (
     ALPHA,
     CHAIN,
     ENERGY,
@@ -32,7 +33,6 @@ from evolvent.papers.winding import (
     run_all,
     written,
 )
-from evolvent.results.figures import Figure, Line, Panel
 
 #: What the paper sets for this comparison.
 FREE: Mapping[str, Any] = {"damping.alpha": 0.0}

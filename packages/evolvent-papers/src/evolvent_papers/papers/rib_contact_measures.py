@@ -34,7 +34,7 @@ def _unseen(run: Any) -> float:
 
 def detection() -> Values:
     """Gaps of contact points beside |r| - R, m, points wrongly found to touch, and the deepest unseen overlap, mm."""
-    from evolvent.papers.rib_runs import ALPHAS, winding
+    from evolvent_papers.papers.rib_runs import ALPHAS, winding
 
     run = winding(damping__alpha=0.2, solver__duration=ALPHAS[0.2])
     points = run.case.contact.points
@@ -49,7 +49,7 @@ def detection() -> Values:
 
 def more_points() -> Values:
     """Deepest overlap that no contact point sees, mm, with 1, 2, 4 and 8 points in each element."""
-    from evolvent.papers.rib_runs import winding
+    from evolvent_papers.papers.rib_runs import winding
 
     found = {}
     for points in (1, 2, 4, 8):
@@ -63,8 +63,8 @@ def stability() -> Values:
 
     `c` and the tenths of alpha: with contact. `free`: without, alpha = 0.2 1/s, where 80 s is the end.
     """
-    from evolvent.papers.rib_runs import ALPHAS, winding
-    from evolvent.papers.winding import ALPHA, Model, Trial
+    from evolvent_papers.papers.rib_runs import ALPHAS, winding
+    from evolvent_papers.papers.winding import ALPHA, Model, Trial
 
     run = winding(damping__alpha=0.2, solver__duration=ALPHAS[0.2])
     whip, touches = run.t[run.peak], run.points > 0.0

@@ -15,9 +15,9 @@ import numpy as np
 
 import evolvent
 from evolvent import cases, closed_forms
-from evolvent.papers import Made, Options
-from evolvent.papers.winding import markdown
 from evolvent.results.figures import Figure, Line, Panel
+from evolvent_papers.papers import Made, Options
+from evolvent_papers.papers.winding import markdown
 
 Array = np.ndarray
 Values = dict[str, float]

@@ -317,7 +317,7 @@ def stowage() -> Values:
 
 def search() -> Values:
     """Distance of the paper's nodes from the hub's surface when the middle of their element touches, m."""
-    from evolvent.papers.rib_schematics import straddling_distances
+    from evolvent_papers.papers.rib_schematics import straddling_distances
 
     return {"outside": straddling_distances(LENGTH)[0] - R}
 

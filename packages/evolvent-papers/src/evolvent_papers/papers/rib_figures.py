@@ -11,13 +11,13 @@ import numpy as np
 
 from evolvent import closed_forms
 from evolvent.elements import axis_shape
-from evolvent.papers import Made, Options
-from evolvent.papers.rib_captions import title
-from evolvent.papers.rib_runs import ALPHAS, Run, of_the_paper, runs
-from evolvent.papers.winding import markdown
 from evolvent.results.figures import Figure, Line, Panel, plain
-from evolvent.systems.wrapped_rib.show import comparable_string
 from evolvent.view.drawing import smooth
+from evolvent_papers.papers import Made, Options
+from evolvent_papers.papers.rib_captions import title
+from evolvent_papers.papers.rib_runs import ALPHAS, Run, of_the_paper, runs
+from evolvent_papers.papers.winding import markdown
+from evolvent_papers.wrapped_rib.show import comparable_string
 
 Array = np.ndarray
 #: Time before and after the whip that is drawn in detail, s, and about the paper's root damping.

@@ -15,7 +15,7 @@ FIRST = (1, 2, 3, 4)
 
 
 def _of_alpha(alpha: float) -> Any:
-    from evolvent.papers.rib_runs import ALPHAS, winding
+    from evolvent_papers.papers.rib_runs import ALPHAS, winding
 
     return winding(damping__alpha=alpha, solver__duration=ALPHAS[alpha])
 
@@ -32,7 +32,7 @@ def tip() -> Values:
 
 def _first_element() -> Any:
     """The winding with damping of the paper's element at the hub alone."""
-    from evolvent.papers.rib_runs import ALPHAS, winding
+    from evolvent_papers.papers.rib_runs import ALPHAS, winding
 
     return winding(damping__alpha=0.5, damping__elements=FIRST, solver__duration=ALPHAS[0.0])
 
@@ -48,7 +48,7 @@ def string() -> Values:
 
 def layers() -> Values:
     """Times of the fastest tip where turns lie on one another, and where contact is that with the hub alone, s."""
-    from evolvent.papers.rib_runs import winding
+    from evolvent_papers.papers.rib_runs import winding
 
     run, hub = winding(damping__alpha=0.2, solver__duration=68.0, contact__self=True), _of_alpha(0.2)
     return {"time": float(run.t[run.peak]), "hub": float(hub.t[hub.peak])}
@@ -97,7 +97,7 @@ def points() -> Values:
 
 def points_at_rest() -> Values:
     """Contact points of each element that touch at rest, by position, and what a cubic departs from an arc, um."""
-    from evolvent.papers.rib_figures import departure
+    from evolvent_papers.papers.rib_figures import departure
 
     run = _of_alpha(0.2)
     places = run.touching[-1].reshape(run.case.rib.elements, -1)
@@ -112,7 +112,7 @@ def points_at_rest() -> Values:
 
 def finer_points_at_rest() -> Values:
     """The same with 80 elements, of 320 points, and with 40 elements and a contact of 1e4 N/m."""
-    from evolvent.papers.rib_runs import ALPHAS, winding
+    from evolvent_papers.papers.rib_runs import ALPHAS, winding
 
     fine = winding(damping__alpha=0.2, solver__duration=ALPHAS[0.2], rib__elements=80)
     hard = winding(damping__alpha=0.2, solver__duration=ALPHAS[0.2], contact__stiffness=1e4)
@@ -127,7 +127,7 @@ def at_rest() -> Values:
 
 def root_damping() -> Values:
     """Winding without damping, with it in the paper's first element alone, and with dampers in the hinge."""
-    from evolvent.papers.rib_runs import ALPHAS, winding
+    from evolvent_papers.papers.rib_runs import ALPHAS, winding
 
     dampers = [
         winding(damping__alpha=0.0, solver__duration=ALPHAS[0.0], rib__root_damping=damping) for damping in (0.05, 1.0)
@@ -142,7 +142,7 @@ def root_damping() -> Values:
 
 def contact_stiffness() -> Values:
     """Time of the fastest tip with contacts of 1e2 and 1e4 N/m, s, alpha = 0.2 1/s."""
-    from evolvent.papers.rib_runs import winding
+    from evolvent_papers.papers.rib_runs import winding
 
     found = [winding(damping__alpha=0.2, solver__duration=70.0, contact__stiffness=K) for K in (1e2, 1e4)]
     return {name: float(run.t[run.peak]) for name, run in zip(("soft", "hard"), found, strict=True)}
@@ -150,7 +150,7 @@ def contact_stiffness() -> Values:
 
 def meshes() -> Values:
     """Time and size of the largest tip speed with 20 and 80 elements, alpha = 0.2 1/s."""
-    from evolvent.papers.rib_runs import winding
+    from evolvent_papers.papers.rib_runs import winding
 
     values: Values = {}
     for n in (20, 80):
@@ -189,7 +189,7 @@ def greater_torques() -> Values:
 
 
 def _paper(torque: float) -> Any:
-    from evolvent.papers.rib_runs import winding
+    from evolvent_papers.papers.rib_runs import winding
 
     return winding(
         "wrapped-rib-paper", solver__method="energy-momentum", solver__step="auto", drive__torque=torque,
@@ -200,9 +200,9 @@ def _paper(torque: float) -> Any:
 def couple() -> Values:
     """A couple of 1e-3 N m on the root in place of the field torque, over 60 s: most turns, angle of the root, rad."""
     from evolvent import cases, parts
-    from evolvent.papers.rib_runs import simulated
-    from evolvent.systems.wrapped_rib.initial_state import initial_state
-    from evolvent.systems.wrapped_rib.structure import build
+    from evolvent_papers.papers.rib_runs import simulated
+    from evolvent_papers.wrapped_rib.initial_state import initial_state
+    from evolvent_papers.wrapped_rib.structure import build
 
     case = cases.load("wrapped-rib", {"drive.torque": 1e-9, "solver.duration": 60.0})
     system = build(case, initial_state(case))
@@ -299,7 +299,7 @@ def helix() -> Values:
 
     `flat` is the height under a torque about the axis alone, m.
     """
-    from evolvent.papers.rib_runs import winding
+    from evolvent_papers.papers.rib_runs import winding
 
     run = winding(damping__alpha=0.2, solver__duration=150.0, rib__pitch=0.04)
     height, flat = (float(one.x[-1, -1, 0, 2] - one.x[-1, 0, 0, 2]) for one in (run, _of_alpha(0.2)))
@@ -311,7 +311,7 @@ def torques() -> Values:
 
     `least` is the torque whose work on the hub is that of bending, EI/2R, uN m.
     """
-    from evolvent.papers.rib_runs import winding
+    from evolvent_papers.papers.rib_runs import winding
 
     found: Values = {}
     for name, torque, end in (("1", 0.1, 130.0), ("2", TORQUE, 70.0), ("4", 0.4, 42.0)):
@@ -328,7 +328,7 @@ def modulus() -> Values:
     0.1 s before the whip. With 5 GPa round-off decides these.
     """
     from evolvent import closed_forms
-    from evolvent.papers.rib_runs import winding
+    from evolvent_papers.papers.rib_runs import winding
 
     found: Values = {}
     for name, E in (("5m", 5e6), ("5g", 5e9)):

@@ -14,8 +14,8 @@ from evolvent import analysis, cases
 from evolvent.results.fine_samples import Times
 from evolvent.results.observe import View
 from evolvent.results.observe.contact import touching_span
-from evolvent.systems.wrapped_rib.derived import FOLLOWED, touching_angle, wrap_angle
 from evolvent.view.drawing import smooth
+from evolvent_papers.wrapped_rib.derived import FOLLOWED, touching_angle, wrap_angle
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from evolvent.elements import axis_shape, nodal
-from evolvent.papers import Made, Options
-from evolvent.papers.rib_captions import title
-from evolvent.papers.winding import markdown
 from evolvent.results.figures import Figure, Line, Note, Panel
+from evolvent_papers.papers import Made, Options
+from evolvent_papers.papers.rib_captions import title
+from evolvent_papers.papers.winding import markdown
 
 Array = np.ndarray
 #: Directions of x, y and z on the sheet, of bodies in space.

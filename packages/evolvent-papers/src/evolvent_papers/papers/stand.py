@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from evolvent import cases
-from evolvent.massprops.inertia import Body, NormalModes, Stand, vertical_model
-from evolvent.papers import Made, Options
-from evolvent.papers.winding import markdown
 from evolvent.results.figures import Figure, Line, Map, Note, Panel
-from evolvent.systems.inertia_stand import chart
+from evolvent_massprops.inertia import Body, NormalModes, Stand, vertical_model
+from evolvent_massprops.inertia_stand import chart
+from evolvent_papers.papers import Made, Options
+from evolvent_papers.papers.winding import markdown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,7 +102,7 @@ def grid() -> Grid:
 
 def simulated(x: Any, z: Any, **changes: Any) -> list[Any]:
     """Runs of the built-in case at offsets, three modes identified; `changes` with "__" for the dots of keys."""
-    from evolvent.systems.inertia_stand import SYSTEM
+    from evolvent_massprops.inertia_stand import SYSTEM
 
     fixed = {"identification.order": 3, "identification.way": "none"}
     fixed |= {key.replace("__", "."): value for key, value in changes.items()}

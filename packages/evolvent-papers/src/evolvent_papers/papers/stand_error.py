@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.papers import Made, Options
-from evolvent.papers.winding import markdown
+from evolvent_papers.papers import Made, Options
+from evolvent_papers.papers.winding import markdown
 
 CASE = "inertia-stand-paper"
 #: Offsets of the centre of mass, m; the first is the middle, the second the only one of the quick form.
@@ -35,7 +35,7 @@ offset: {0:+.3f} and {1:+.3f} %.
 
 def errors(changes: Mapping[str, Any], offsets: Sequence[tuple[float, float]] = OFFSETS) -> np.ndarray:
     """(n, 2) relative errors of Ixx and Izz at offsets, of the paper's case with changes."""
-    from evolvent.systems.inertia_stand import SYSTEM
+    from evolvent_massprops.inertia_stand import SYSTEM
 
     keys = ("body.offset_x", "body.offset_z")
     runs = SYSTEM.run_batch([cases.load(CASE, dict(zip(keys, at, strict=True)) | dict(changes)) for at in offsets])
@@ -55,7 +55,7 @@ def of_the_step(step: float = 6e-3) -> tuple[float, float]:
     A frequency is lower by (w dt)^2/48 of itself, and the moments go with the squares of w_heave / w_roll and
     w_heave / w_pitch.
     """
-    from evolvent.massprops.inertia import Body, Stand, partial_frequencies
+    from evolvent_massprops.inertia import Body, Stand, partial_frequencies
 
     case = cases.load(CASE)
     stand = Stand(points=case.stand.springs, stiffness=case.stand.stiffness, length=case.stand.natural_length)

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.inertia import Body, from_three_frequencies, linear_model
-from evolvent.papers import Options
-from evolvent.papers.stand import Grid, grid, simulated
-from evolvent.systems.inertia_stand import chart
+from evolvent_massprops.inertia import Body, from_three_frequencies, linear_model
+from evolvent_massprops.inertia_stand import chart
+from evolvent_papers.papers import Options
+from evolvent_papers.papers.stand import Grid, grid, simulated
 
 Values = Mapping[str, float]
 #: Every so-manieth of the 999 points of the map is simulated.
@@ -26,7 +26,7 @@ def drawing() -> Values:
     `springs` is the number of attachments in the plan, `spacing` that between them along X, `width` along Z, `diameter`
     the height of the outline in the end view; `outside` is how far, m, the attachments lie outside the body's outline.
     """
-    from evolvent.papers import stand_schematic
+    from evolvent_papers.papers import stand_schematic
 
     side, end, plan = stand_schematic.figure_1(Options(quick=True)).figure.panels  # type: ignore[union-attr]
     marked = [line for line in plan.lines if line.marker in ("o", "X") and line.x.size == 1]
@@ -51,7 +51,7 @@ def surface() -> Values:
     simulated motion by (C/2) times the sum of squares, which are from `low` to `high`; `top` and `middle`, J, are the
     largest of the surface and that without offset.
     """
-    from evolvent.papers import stand
+    from evolvent_papers.papers import stand
 
     over = grid()
     drawn = stand.map_data(over).least_energy.values
@@ -72,7 +72,7 @@ def surface() -> Values:
 @functools.cache
 def _box() -> tuple[np.ndarray, np.ndarray]:
     """Offsets, m, of the points of the map in the box of 20 % of the spacing."""
-    from evolvent.papers import stand
+    from evolvent_papers.papers import stand
 
     over = grid()
     inside = chart.box(stand.map_data(over))[1]

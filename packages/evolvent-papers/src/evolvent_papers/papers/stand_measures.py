@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.massprops import inertia
-from evolvent.massprops.inertia import Body, Stand, linear_model, vertical_model
-from evolvent.papers import stand
-from evolvent.papers.stand import Grid
-from evolvent.papers.stand_pendulum_measures import identified
-from evolvent.solvers import batch
+from evolvent_massprops import batch, inertia
+from evolvent_massprops.inertia import Body, Stand, linear_model, vertical_model
+from evolvent_papers.papers import stand
+from evolvent_papers.papers.stand import Grid
+from evolvent_papers.papers.stand_pendulum_measures import identified
 
 Values = Mapping[str, float]
 #: Offset, m, at which sensitivities are taken.
@@ -128,7 +127,7 @@ def quadrants() -> Values:
     `towards` and `away`: the centre of mass is moved along both axes towards the loaded spring, or away from it;
     `beside`: towards it along one axis and away along the other, or along one axis alone.
     """
-    from evolvent.systems.inertia_stand import chart
+    from evolvent_massprops.inertia_stand import chart
 
     over = _over()
     data = stand.map_data(over)
@@ -272,7 +271,7 @@ def signals() -> Values:
 
 def paper_accuracy() -> Values:
     """Largest errors of the moments by the paper's method on its line, z offset 0 and x offset up to 0.8 m, %."""
-    from evolvent.papers import stand_error
+    from evolvent_papers.papers import stand_error
 
     found = 100.0 * np.abs(stand_error.errors({}, [(x, 0.0) for x in (0.0, 0.2, 0.4, 0.6, 0.8)]))
     return _three(found.max(axis=0), "Ixx Izz")
@@ -283,7 +282,7 @@ def accuracy_off_the_line() -> Values:
 
     `corner_Ixx` and `corner_Izz` are those at the corners of the box of 20 % of the spacing beside the loaded spring.
     """
-    from evolvent.papers import stand_error
+    from evolvent_papers.papers import stand_error
 
     found = 100.0 * np.abs(stand_error.errors({}, stand_error.OFFSETS[3:]))
     step = 100.0 * np.array(stand_error.of_the_step())
@@ -338,7 +337,7 @@ def tilt() -> Values:
 
 def plan() -> Values:
     """A planned measurement of the paper's body with the centre of mass aside: length, s, and what limits it, %."""
-    from evolvent.massprops import planning
+    from evolvent_massprops import planning
 
     description = {
         "signals": {"sensors": [{"column": f"sensor {k}", "point": k} for k in (1, 2, 3, 4)]},

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.massprops.inertia import Stand, equilibrium, linear_model
-from evolvent.papers.stand import grid, simulated
-from evolvent.papers.stand_scheme import GRAVITY, STEP, Bodies, Steps
+from evolvent_massprops.inertia import Stand, equilibrium, linear_model
+from evolvent_papers.papers.stand import grid, simulated
+from evolvent_papers.papers.stand_scheme import GRAVITY, STEP, Bodies, Steps
 
 Values = Mapping[str, float]
 #: Offset of the centre of mass, m, at which the motion is compared, and duration, s.

@@ -10,12 +10,12 @@ import numpy as np
 
 import evolvent
 from evolvent import cases
-from evolvent.massprops.inertia import Body, Stand, air, from_three_frequencies, linear_model
-from evolvent.massprops.inertia.combined import Combined
-from evolvent.massprops.inertia.problem import problem, undetermined
-from evolvent.massprops.inertia.stand import Mounting, setup
-from evolvent.massprops.inertia.statics import rotation_matrix
-from evolvent.massprops.inertia.vibration import linearise
+from evolvent_massprops.inertia import Body, Stand, air, from_three_frequencies, linear_model
+from evolvent_massprops.inertia.combined import Combined
+from evolvent_massprops.inertia.problem import problem, undetermined
+from evolvent_massprops.inertia.stand import Mounting, setup
+from evolvent_massprops.inertia.statics import rotation_matrix
+from evolvent_massprops.inertia.vibration import linearise
 
 Values = Mapping[str, float]
 #: Standard deviations of a frequency, relative, and of a shape's largest amplitude, as a recording with 1 % noise has.

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from evolvent.massprops.inertia import Body, Stand, from_three_frequencies, vertical_model
-from evolvent.papers.stand import grid
+from evolvent_massprops.inertia import Body, Stand, from_three_frequencies, vertical_model
+from evolvent_papers.papers.stand import grid
 
 Values = Mapping[str, float]
 GRAVITY = 9.80665
@@ -65,7 +65,7 @@ def distance() -> Values:
 
 def _uncertainty(moment: float, distance: float) -> float:
     """Standard uncertainty, %, of a moment by a pendulum whose centre of mass is at a distance, m, from its pivot."""
-    from evolvent.massprops.inertia.pendulums import budget, compound
+    from evolvent_massprops.inertia.pendulums import budget, compound
 
     mass = grid().case.body.mass
     w = float(np.sqrt(mass * GRAVITY * distance / (moment + mass * distance**2)))

@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.identification import Modes, cramer_rao, prony, varpro
-from evolvent.papers import Made, Options
-from evolvent.papers.stand import grid
-from evolvent.papers.winding import markdown
 from evolvent.results.figures import Figure, Line, Panel
+from evolvent_massprops.identification import Modes, cramer_rao, prony, varpro
+from evolvent_papers.papers import Made, Options
+from evolvent_papers.papers.stand import grid
+from evolvent_papers.papers.winding import markdown
 
 #: Samples per period of the highest mode; those of the table, and those between them in the figure.
 TABLE_RATES = (2.1, 2.4, 2.7, 3.0, 4.0, 6.0, 9.0)

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from evolvent.massprops.identification import Modes, prony
-from evolvent.papers.stand_prony import (
+from evolvent_massprops.identification import Modes, prony
+from evolvent_papers.papers.stand_prony import (
     DAMPINGS,
     Record,
     accuracy,

@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.massprops.inertia import Load, best_point, least_energy
-from evolvent.massprops.planning.pulls import SHARES
-from evolvent.papers import Made, Options, stand
-from evolvent.papers.stand import CASE, KEYS, STUDY
-from evolvent.papers.winding import markdown
 from evolvent.results.figures import Figure, Line, Map, Panel
-from evolvent.systems.inertia_stand import chart
+from evolvent_massprops.inertia import Load, best_point, least_energy
+from evolvent_massprops.inertia_stand import chart
+from evolvent_massprops.planning.pulls import SHARES
+from evolvent_papers.papers import Made, Options, stand
+from evolvent_papers.papers.stand import CASE, KEYS, STUDY
+from evolvent_papers.papers.winding import markdown
 
 Array = np.ndarray
 #: Energy of a mode, of that of the modes without offset, below which it is taken as dead.

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent import cases
-from evolvent.massprops.inertia import NormalModes, Stand
-from evolvent.papers import Made, Options
-from evolvent.papers.winding import markdown
 from evolvent.results.figures import Figure, Line, Note, Panel
+from evolvent_massprops.inertia import NormalModes, Stand
+from evolvent_papers.papers import Made, Options
+from evolvent_papers.papers.winding import markdown
 
 #: Offset of the centre of mass in the drawing, m: the middle of the paper's box.
 OFFSET = {"body.offset_x": 0.4, "body.offset_z": 0.17392}
@@ -38,7 +38,7 @@ class _View(NamedTuple):
 
 def figure_1(options: Options) -> Made:
     """The stand in two elevations and in plan, with the axes of rotation of its modes."""
-    from evolvent.systems.inertia_stand.structure import setup_of
+    from evolvent_massprops.inertia_stand.structure import setup_of
 
     case = cases.load("inertia-stand", dict(OFFSET))
     setup = setup_of(case)

@@ -1,6 +1,6 @@
 """The ten steps of Belyakov (2002), written down in NumPy from the text, right and with its slips as printed.
 
-It shares no code with `evolvent.solvers.batch`, whose modified Euler it checks.
+It shares no code with `evolvent_massprops.batch`, whose modified Euler it checks.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.massprops.identification import varpro
-from evolvent.papers.stand import CASE, KEYS
+from evolvent_massprops.identification import varpro
+from evolvent_papers.papers.stand import CASE, KEYS
 
 Array = np.ndarray
 #: Step and duration, s, steps between the samples from which frequencies are found, and offsets (x, z) of the centre of
@@ -100,7 +100,7 @@ class Bodies:
     """
 
     def __init__(self, offsets: tuple[tuple[float, float], ...], steps: Steps) -> None:
-        from evolvent.systems.inertia_stand.structure import setup_of
+        from evolvent_massprops.inertia_stand.structure import setup_of
 
         self.steps = steps
         setups = [setup_of(cases.load(CASE, dict(zip(KEYS, at, strict=True)))) for at in offsets]
@@ -234,7 +234,7 @@ OTHERS = {
 @functools.cache
 def _packages() -> Array:
     """(nt, n, 4) m, heights of the attachments by the package's modified Euler, from where they start."""
-    from evolvent.papers.stand import simulated
+    from evolvent_papers.papers.stand import simulated
 
     offsets: Any = np.array(OFFSETS).T
     changes = {"solver__method": "modified-euler", "solver__step": STEP, "sensors__rate": 1.0 / STEP}

@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.papers import Made, Options
-from evolvent.papers.thread_runs import (
+from evolvent.results.figures import Figure, Line, Panel
+from evolvent_papers.papers import Made, Options
+from evolvent_papers.papers.thread_runs import (
     QUICK_STIFFNESS,
     RIGID,
     STIFFNESS,
@@ -26,9 +27,8 @@ from evolvent.papers.thread_runs import (
     run_all,
     springs,
 )
-from evolvent.papers.thread_variants import Data
-from evolvent.papers.winding import markdown
-from evolvent.results.figures import Figure, Line, Panel
+from evolvent_papers.papers.thread_variants import Data
+from evolvent_papers.papers.winding import markdown
 
 #: The paper's data.
 PAPER = Data()

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.polynomial import legendre
 
-from evolvent.papers.thread_variants import Data
+from evolvent_papers.papers.thread_variants import Data
 
 Array = np.ndarray
 _DATA = Data()

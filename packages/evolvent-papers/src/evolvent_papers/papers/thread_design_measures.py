@@ -15,8 +15,8 @@ def drive() -> Numbers:
     the spool, over two periods. `worst`: the larger one at the worst corner, of 20 links.
     """
     from evolvent import cases
-    from evolvent.design.drives import motion
-    from evolvent.design.drives.bounds import Bounds, task
+    from evolvent_papers.drives import motion
+    from evolvent_papers.drives.bounds import Bounds, task
 
     asked = task(cases.load("heliogyro"), Bounds())
     table = cases.load("heliogyro-designed").spool.table
@@ -46,7 +46,7 @@ def drive() -> Numbers:
 
 def spin_up() -> Numbers:
     """Permissible torques of blades of 5 m at the spin that pay-out leaves, 1e-5 N m."""
-    from evolvent.design import spin_up as design
+    from evolvent_papers import spin_up as design
 
     found = design.permissible_torque("heliogyro", [5.0])
     return {name: 1e5 * float(getattr(found, name)[0]) for name in ("thread", "rigid", "slow")}

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.papers.thread_runs import (
+from evolvent_papers.papers.thread_runs import (
     QUICK_STIFFNESS,
     RIGID,
     STIFFNESS,
@@ -24,7 +24,7 @@ from evolvent.papers.thread_runs import (
     stability_limit,
     tree,
 )
-from evolvent.papers.thread_scheme_measures import paid_out
+from evolvent_papers.papers.thread_scheme_measures import paid_out
 
 Numbers = Mapping[str, float]
 #: Time after which the lags of runs are compared, s: the start's swing has died out.
@@ -58,7 +58,7 @@ def masses() -> Numbers:
 
 def model_size() -> Numbers:
     """80 nodes beside a continuum that grows, 40 s: lag in degrees after 7 s, rate of the body in percent."""
-    from evolvent.papers.thread_continuum import Continuum
+    from evolvent_papers.papers.thread_continuum import Continuum
 
     run = tree(RIGID | {"blade.nodes": 80, "spool.start_length": 0.005, "solver.duration": 40.0, "output.fine": False})
     t = run.time.values
@@ -321,8 +321,8 @@ def taut() -> Numbers:
 
     `buckled` and `lag` are those of `thread_strip.buckled`.
     """
-    from evolvent.papers import thread_strip
-    from evolvent.papers.thread_variants import Data, deploy
+    from evolvent_papers.papers import thread_strip
+    from evolvent_papers.papers.thread_variants import Data, deploy
 
     run = tree(RIGID | {"blade.nodes": 40})
     late = run.time.values >= 1.0

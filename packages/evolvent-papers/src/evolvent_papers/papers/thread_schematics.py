@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.papers import Made, Options
-from evolvent.papers.thread_runs import RIGID, tree
-from evolvent.papers.winding import markdown
 from evolvent.results.figures import Figure, Line, Note, Panel
+from evolvent_papers.papers import Made, Options
+from evolvent_papers.papers.thread_runs import RIGID, tree
+from evolvent_papers.papers.winding import markdown
 
 Array = np.ndarray
 #: Radius of the spool, its rate, its distance from the spin axis, length of the thread (m, rad/s).

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.papers.thread_runs import RIGID, tree
+from evolvent_papers.papers.thread_runs import RIGID, tree
 
 Array = np.ndarray
 Numbers = Mapping[str, float]
@@ -308,7 +308,7 @@ def velocity_of_q() -> Numbers:
     Also the damper's pull at d = 1 N s/m by (8, 9) on a segment that lags by 13.49 deg and does not stretch, mN, its
     share of the mean tension at the spool from 7 to 30 s, percent, and what d changes in the lag then, deg.
     """
-    from evolvent.papers.thread_variants import Data, deploy
+    from evolvent_papers.papers.thread_variants import Data, deploy
 
     seen = _forces()
     last = seen.nodes - 1

@@ -14,10 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.papers import Made, Options
-from evolvent.papers.thread_variants import Data, Deployment, Start, deploy
-from evolvent.papers.winding import markdown
 from evolvent.results.figures import Figure, Line, Map, Note, Panel
+from evolvent_papers.papers import Made, Options
+from evolvent_papers.papers.thread_variants import Data, Deployment, Start, deploy
+from evolvent_papers.papers.winding import markdown
 
 Array = np.ndarray
 #: Radius, rate of the spool, line density and weight of the paper's data.

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from evolvent.papers import thread_spool_node as sn
-from evolvent.papers.thread_variants import Data
+from evolvent_papers.papers import thread_spool_node as sn
+from evolvent_papers.papers.thread_variants import Data
 
 #: Largest E b h / d, m/s, of the cells of the map in which the motion is regular and 64 nodes a turn suffice.
 REGULAR = 50.0

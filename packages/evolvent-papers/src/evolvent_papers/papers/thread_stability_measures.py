@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.papers.thread_runs import RIGID, means, read, tree
-from evolvent.papers.thread_variants import Data, hold
+from evolvent_papers.papers.thread_runs import RIGID, means, read, tree
+from evolvent_papers.papers.thread_variants import Data, hold
 
 Array = np.ndarray
 Numbers = Mapping[str, float]

@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.closed_forms import payout_buckling, payout_lag, payout_slack
-from evolvent.papers import Made, Options
-from evolvent.papers.thread_runs import RIGID, tree
-from evolvent.papers.winding import markdown
 from evolvent.results.figures import Figure, Line, Panel
+from evolvent_papers.papers import Made, Options
+from evolvent_papers.papers.thread_runs import RIGID, tree
+from evolvent_papers.papers.winding import markdown
 
 Array = np.ndarray
 CASE = "film-blade"

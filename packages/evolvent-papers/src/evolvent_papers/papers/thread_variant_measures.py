@@ -1,7 +1,7 @@
 """Measurements for Tenenbaum (2014) on other models of the thread, on the film and on the spool.
 
-The other models are those of `evolvent.papers.thread_variants`. The quick rows have springs of 1e3 N/m, which change
-the lag by 0.016 deg and the rates by 0.01 %.
+The other models are those of `evolvent_papers.papers.thread_variants`. The quick rows have springs of 1e3 N/m, which
+change the lag by 0.016 deg and the rates by 0.01 %.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from evolvent.papers.thread_variants import Data, Deployment, Start
+    from evolvent_papers.papers.thread_variants import Data, Deployment, Start
 
 #: Mean lag of the tip of the limit of many nodes between 20 and 60 s, degrees.
 LAG = 13.32
@@ -23,14 +23,14 @@ LINKS = {"blade.segments": "inextensible", "solver.method": "dopri5", "output.ev
 
 
 def _data(nodes: int = 20, stiffness: float = 1e3) -> Data:
-    from evolvent.papers.thread_variants import Data
+    from evolvent_papers.papers.thread_variants import Data
 
     return Data(nodes=nodes, stiffness=stiffness)
 
 
 @functools.cache
 def _deploy(nodes: int = 20, stiffness: float = 1e3, start: Start = "departure", **options: Any) -> Deployment:
-    from evolvent.papers.thread_variants import deploy
+    from evolvent_papers.papers.thread_variants import deploy
 
     return deploy(_data(nodes, stiffness), start, **options)
 
@@ -56,7 +56,7 @@ def chord() -> Mapping[str, float]:
 
     Of the film with 6 nodes a turn over its first turns, and of 20 nodes; `departure` is that of the line to Q.
     """
-    from evolvent.papers.thread_spool_node import paid_out
+    from evolvent_papers.papers.thread_spool_node import paid_out
 
     six, twenty = paid_out(6, start="departure"), (_data(20), _deploy())
     found = {name: _to_the_spool(*run) for name, run in (("six", six), ("twenty", twenty))}
@@ -157,7 +157,7 @@ def boundary_along() -> Mapping[str, float]:
     Over 36 s, which hold the largest of all, with a quarter of the usual step: RK4 near its stability limit damps the
     overshoot after a release, by 9 % and by 35 % where the segment is stiffer.
     """
-    from evolvent.papers.thread_variants import SHARE
+    from evolvent_papers.papers.thread_variants import SHARE
 
     found: dict[str, float] = {}
     for nodes in (20, 40):
@@ -206,7 +206,7 @@ def unequal_blades() -> Mapping[str, float]:
     """
     import evolvent
     from evolvent import cases
-    from evolvent.systems.heliogyro.free_body import largest_difference
+    from evolvent_papers.heliogyro.free_body import largest_difference
 
     case, half = (
         cases.load("heliogyro-unequal", {"spool.rate": 3.5, "body.inertia": [moment, moment, 0.004]})
@@ -255,7 +255,7 @@ def more_accurate() -> Mapping[str, float]:
     By the paper's model, and by nodes added at the spool without and with the influx of momentum; many nodes are 80 of
     links of fixed length, whose lag is that of 160 to 0.01 deg.
     """
-    from evolvent.papers.thread_runs import RIGID, deployed
+    from evolvent_papers.papers.thread_runs import RIGID, deployed
 
     fine = deployed(RIGID | {"blade.nodes": 80})
     lag = float(fine.lag[(fine.t >= 20.0) & (fine.t <= 60.0)].mean())
@@ -280,7 +280,7 @@ def film_over_nodes() -> Mapping[str, float]:
 def paper_case() -> Mapping[str, float]:
     """The case `heliogyro-paper`, whole; stable steps at 1e7 N/m, 1e-6 s, and steps of links of fixed length."""
     import evolvent
-    from evolvent.papers.thread_runs import RIGID, STIFFNESS, stability_limit, tree
+    from evolvent_papers.papers.thread_runs import RIGID, STIFFNESS, stability_limit, tree
 
     rigid = tree(RIGID)
 

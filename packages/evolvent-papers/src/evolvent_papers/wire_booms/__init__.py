@@ -1,7 +1,7 @@
 r"""Wire booms: a spinning spacecraft pays out four wires with spheres at their ends, pair after pair.
 
 The spacecraft is a free body with four reels, booms 1 and 2 along +X and -X, 3 and 4 along +Y and -Y. A wire is a
-thread (`evolvent.systems.heliogyro`, eqs. 1 to 17) with a sphere at its end; wound wire moves with the body. The steps
+thread (`evolvent_papers.heliogyro`, eqs. 1 to 17) with a sphere at its end; wound wire moves with the body. The steps
 of a log follow one another after a pause. Between groups of steps thrusters spin the craft up by a smooth torque.
 
 Straight radial wires keep the angular momentum of a group::
@@ -25,9 +25,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from evolvent.analysis.definition import SystemDefinition
-from evolvent.systems.wire_booms import log, show
-from evolvent.systems.wire_booms.case import Case
-from evolvent.systems.wire_booms.structure import (
+from evolvent_papers.wire_booms import log, show
+from evolvent_papers.wire_booms.case import Case
+from evolvent_papers.wire_booms.structure import (
     build,
     deployed,
     inertia,

@@ -13,8 +13,8 @@ import numpy as np
 from evolvent.base import safe_open, tables, units
 from evolvent.base.errors import InputError
 from evolvent.results.measurements import Measurements, Series
-from evolvent.systems.wire_booms.case import PAIRS
-from evolvent.systems.wire_booms.structure import SPEED, timeline
+from evolvent_papers.wire_booms.case import PAIRS
+from evolvent_papers.wire_booms.structure import SPEED, timeline
 
 #: Columns of a log: name -> unit where the head states none, None of words.
 _UNITS = {

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.systems.wire_booms.case import PAIRS, Case
+from evolvent_papers.wire_booms.case import PAIRS, Case
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System

@@ -21,12 +21,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent.analysis.definition import SystemDefinition
-from evolvent.systems.wrapped_rib import derived as fields, structure
-from evolvent.systems.wrapped_rib.case import Case
-from evolvent.systems.wrapped_rib.chart import study_figures
-from evolvent.systems.wrapped_rib.initial_state import Start, check_follows, initial_state
-from evolvent.systems.wrapped_rib.keys import ALPHA, IMPLICIT
-from evolvent.systems.wrapped_rib.show import estimating_string, figures, motion, numbers
+from evolvent_papers.wrapped_rib import derived as fields, structure
+from evolvent_papers.wrapped_rib.case import Case
+from evolvent_papers.wrapped_rib.chart import study_figures
+from evolvent_papers.wrapped_rib.initial_state import Start, check_follows, initial_state
+from evolvent_papers.wrapped_rib.keys import ALPHA, IMPLICIT
+from evolvent_papers.wrapped_rib.show import estimating_string, figures, motion, numbers
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System

@@ -11,7 +11,7 @@ from evolvent import closed_forms
 from evolvent.base.errors import InputError, nearest
 from evolvent.base.file_keys import FileKey
 from evolvent.base.schema import Section
-from evolvent.systems.wrapped_rib.keys import (
+from evolvent_papers.wrapped_rib.keys import (
     ALPHA,
     ENERGY,
     KINDS,

@@ -7,8 +7,8 @@ import math
 from collections.abc import Iterator
 
 from evolvent import closed_forms
-from evolvent.systems.wrapped_rib.case import Case
-from evolvent.systems.wrapped_rib.keys import ALPHA
+from evolvent_papers.wrapped_rib.case import Case
+from evolvent_papers.wrapped_rib.keys import ALPHA
 
 #: Strain above which a run warns.
 STRAIN_WARNED = 0.05

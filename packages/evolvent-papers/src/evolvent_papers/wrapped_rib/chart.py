@@ -11,7 +11,7 @@ import numpy as np
 from evolvent import cases, closed_forms
 from evolvent.base.errors import InputError
 from evolvent.results.figures import Figure, Line, Panel
-from evolvent.systems.wrapped_rib.show import comparable_string
+from evolvent_papers.wrapped_rib.show import comparable_string
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent.analysis import closure
-from evolvent.systems.wrapped_rib import case_checks
-from evolvent.systems.wrapped_rib.case import Case
-from evolvent.systems.wrapped_rib.initial_state import Start
+from evolvent_papers.wrapped_rib import case_checks
+from evolvent_papers.wrapped_rib.case import Case
+from evolvent_papers.wrapped_rib.initial_state import Start
 
 if TYPE_CHECKING:
     from evolvent.results.observe import View

@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import product
 from evolvent.results.motion import rotation_matrices
-from evolvent.systems.wrapped_rib.case import Case
+from evolvent_papers.wrapped_rib.case import Case
 
 if TYPE_CHECKING:
     from evolvent.parts import Beam

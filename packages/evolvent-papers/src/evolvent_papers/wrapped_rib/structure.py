@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import product
-from evolvent.systems.wrapped_rib.case import Case
-from evolvent.systems.wrapped_rib.initial_state import Start
-from evolvent.systems.wrapped_rib.keys import IMPLICIT
+from evolvent_papers.wrapped_rib.case import Case
+from evolvent_papers.wrapped_rib.initial_state import Start
+from evolvent_papers.wrapped_rib.keys import IMPLICIT
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System

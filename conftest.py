@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import pathlib
+import re
 import sys
 
 os.environ.setdefault("MPLBACKEND", "Agg")
@@ -18,7 +19,7 @@ import pytest
 from hypothesis import settings
 
 from book import Book
-from evolvent.commands import cli
+from evolvent.base import cli
 
 settings.register_profile("seeded", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("seeded")
@@ -61,7 +62,7 @@ def sketched(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def book(request: pytest.FixtureRequest) -> Book:
     """Where a test enters what it has found against a reference (`tests/book.py`)."""
-    return Book(request.node.nodeid.split("[")[0].removeprefix("tests/"))
+    return Book(re.sub(r"^.*?tests/", "", request.node.nodeid.split("[")[0]))
 
 
 @pytest.fixture(autouse=bool(os.environ.get("EVOLVENT_ROUND_OFF")))

@@ -15,20 +15,20 @@ import numpy as np
 import yaml
 from nicegui import events, ui
 
-from evolvent.base import file_keys, units
+from evolvent.base import file_keys, signals, units
 from evolvent.base.errors import EvolventError, InputError
-from evolvent.massprops import description, signals
-from evolvent.massprops.signals import timebase
+from evolvent.base.signals import timebase
 from evolvent.results.figures import Figure, Line, Panel
-from evolvent.studio import charts, form
-from evolvent.studio.context import Context
-from evolvent.studio.elements import ChartElement, report_frame, table, upload
-from evolvent.studio.folder import LARGEST, LARGEST_RECORDING, LARGEST_SIGNALS
-from evolvent.studio.formview import FormView, errors_text, first_error
-from evolvent.studio.job import Job
-from evolvent.studio.jobview import STATUS, draw_progress
-from evolvent.studio.placing import SIGNALS
-from evolvent.studio.state import MEASURED, View
+from evolvent_massprops import description
+from evolvent_studio import charts, form
+from evolvent_studio.context import Context, Panel as StudioPanel
+from evolvent_studio.elements import ChartElement, report_frame, table, upload
+from evolvent_studio.folder import LARGEST, LARGEST_RECORDING, LARGEST_SIGNALS
+from evolvent_studio.formview import FormView, errors_text, first_error
+from evolvent_studio.job import Job
+from evolvent_studio.jobview import STATUS, draw_progress
+from evolvent_studio.placing import SIGNALS
+from evolvent_studio.state import MEASURED, View
 
 #: Number of signal columns that are drawn.
 _DRAWN = 6
@@ -38,13 +38,16 @@ _USES = {"sensor": "sensor", "time": "time", "": "left out"}
 _ASKED = ("point", "direction", "unit", "sensitivity")
 
 
-class MeasurePanel:
+class MeasurePanel(StudioPanel):
     """The panel, and what is shown beside it.
 
     Parameters
     ----------
     page : Context
     """
+
+    label = "Identify"
+    about = "modes and mass properties of a body from recorded signals"
 
     def __init__(self, page: Context) -> None:
         self.page, self.studio = page, page.studio

@@ -1,7 +1,4 @@
-"""The command line: list, show, parts, schema, run, modes, equilibrium, margin, sweep, identify, studio and so on.
-
-All that a user asked for is left on disk even where nobody reads what is printed.
-"""
+"""The commands `evolvent list`, `show`, `parts`, `schema`, `info` and `plot`."""
 
 from __future__ import annotations
 
@@ -9,112 +6,21 @@ import inspect
 import json
 import os
 import re
-import sys
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, NoReturn, Protocol, get_args, get_origin, runtime_checkable
+from typing import TYPE_CHECKING, Any, Literal, Protocol, get_args, get_origin, runtime_checkable
 
 import click
 
-from evolvent import __version__
-from evolvent.base import files, startup
-from evolvent.base.console import INTERRUPTED, discard_output, echo, figure_format, once, say
-from evolvent.base.errors import EvolventError, InputError, RunFailed, abbreviated, nearest, reason_of
-from evolvent.commands.analysis import equilibrium, modes
-from evolvent.commands.calibrate import calibrate
-from evolvent.commands.claims import claims
-from evolvent.commands.clearance import clearance
-from evolvent.commands.design import design
-from evolvent.commands.design_drive import design_drive
-from evolvent.commands.disperse import disperse
-from evolvent.commands.export import export, report
-from evolvent.commands.figure import figure
-from evolvent.commands.fmu import fmu
-from evolvent.commands.margin import margin
-from evolvent.commands.massprops import identify
-from evolvent.commands.plan import plan
-from evolvent.commands.run import beside, draw, list_names, print_rows, run, table
-from evolvent.commands.sensitivity import sensitivity
-from evolvent.commands.spin_up import permissible_torque
-from evolvent.commands.studio import studio
-from evolvent.commands.sweep import sweep
-from evolvent.commands.validate import validate
+from evolvent.base import files
+from evolvent.base.console import echo, figure_format, once, say
+from evolvent.base.errors import InputError
+from evolvent.commands.run import beside, draw, list_names, print_rows, table
 
 if TYPE_CHECKING:
     from evolvent.base.schema import Section
 
-#: Exit codes: a run that failed, input that cannot be used.
-FAILED, BAD_INPUT = 1, 2
-#: Commands that work with arrays of Dask.
-_WITH_DASK = ("sweep", "disperse", "studio")
 
-
-def main() -> NoReturn:
-    """Run the command line; every error is one line on stderr."""
-    if "numpy" not in sys.modules:
-        startup.prepare_process()
-    try:
-        code = commands.main(standalone_mode=False)
-    except (click.ClickException, EvolventError) as error:
-        code = _complain(error)
-    except (click.Abort, KeyboardInterrupt):
-        echo("evolvent: interrupted", err=True)
-        code = INTERRUPTED
-    except MemoryError:
-        echo("evolvent: the memory of this process does not suffice", err=True)
-        code = FAILED
-    except BrokenPipeError:  # the reader of our output has gone away
-        discard_output()
-        code = 0
-    except OSError as error:
-        discard_output()
-        about = f" {error.filename!r}" if error.filename else " the output"
-        echo(f"evolvent: cannot write{about}: {reason_of(error)}", err=True)
-        code = FAILED
-    sys.exit(code if isinstance(code, int) else 0)
-
-
-def _complain(error: click.ClickException | EvolventError) -> int:
-    """Print an error as one line; returns the exit code."""
-    message = str(error)
-    if isinstance(error, click.NoSuchOption) and error.ctx is not None:
-        known = [name for p in error.ctx.command.get_params(error.ctx) for name in p.opts if name.startswith("--")]
-        message = f"no such option: {error.option_name}; {nearest(error.option_name, known)}"
-    elif isinstance(error, click.ClickException):
-        message = error.format_message()
-        message = message[:1].lower() + message[1:]  # click begins with a capital, and names stay as they are
-        if isinstance(error, click.UsageError) and error.ctx is not None and error.ctx.command is not commands:
-            message = f"{message.rstrip('.')}; {' '.join(error.ctx.get_usage().split()).replace('Usage', 'usage')}"
-    message = abbreviated(" ".join(message.split()).rstrip("."))
-    echo(f"evolvent: {message}", err=True)
-    return FAILED if isinstance(error, RunFailed) else BAD_INPUT
-
-
-class _Commands(click.Group):
-    """A group that names the nearest command for an unknown one."""
-
-    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        """As click does, with its own message."""
-        if self.get_command(ctx, args[0]) is None:
-            guess = nearest(args[0], self.list_commands(ctx))
-            raise click.UsageError(f"no command is called {args[0]!r}; {guess}", ctx)
-        return super().resolve_command(ctx, args)
-
-
-@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]}, invoke_without_command=True)
-@click.version_option(__version__, prog_name="evolvent", message="%(prog)s %(version)s")
-@click.pass_context
-def commands(ctx: click.Context) -> None:
-    """Simulate how cables, booms, ribs, blades and panels deploy from spacecraft.
-
-    Start with: evolvent run heliogyro
-    """
-    if ctx.invoked_subcommand is None:
-        raise click.UsageError(f"no command is given; {nearest('', commands.list_commands(ctx))}", ctx)
-    if ctx.invoked_subcommand not in _WITH_DASK and "xarray" not in sys.modules:
-        ctx.with_resource(startup.hidden(*startup.ARRAY_LIBRARIES))
-
-
-@commands.command("list")
+@click.command("list")
 def list_cases() -> None:
     """List the built-in cases, and the studies for `evolvent sweep`."""
     from evolvent import cases
@@ -136,7 +42,7 @@ def _say_unusable(sentences: Iterable[str]) -> None:
             echo(f"evolvent: {sentence}", err=True)
 
 
-@commands.command()
+@click.command()
 @click.argument("case", metavar="CASE|FILE")
 def show(case: str) -> None:
     """Print a built-in CASE or study, to be kept in a file and edited; of a case FILE all keys, defaults included."""
@@ -151,7 +57,7 @@ def show(case: str) -> None:
         echo(cases.text(case), nl=False)
 
 
-@commands.command("parts")
+@click.command("parts")
 @click.argument("kind", required=False)
 def list_parts(kind: str | None) -> None:
     """List the kinds of parts of a structure, or the keys of one KIND with units and defaults."""
@@ -226,7 +132,7 @@ def _written(default: Any) -> str:
     return f"{default:g}" if isinstance(default, float) else str(default)
 
 
-@commands.command()
+@click.command()
 @click.argument("system")
 def schema(system: str) -> None:
     """Print the JSON schema of a SYSTEM's cases, for editors."""
@@ -235,7 +141,7 @@ def schema(system: str) -> None:
     echo(json.dumps(cases.json_schema(system), indent=2))
 
 
-@commands.command()
+@click.command()
 @click.argument("path", metavar="RUN.NC")
 def info(path: str) -> None:
     """Print what a results file holds."""
@@ -261,7 +167,7 @@ def _variables(title: str, variables: Mapping[Any, Any]) -> None:
         say(f"  {name!s:<{width}}  {unit:<10} ({dims})  {attrs.get('long_name', '')}".rstrip())
 
 
-@commands.command()
+@click.command()
 @click.argument("path", metavar="RUN.NC")
 @click.option(
     "--figures", multiple=True, callback=once, metavar="DIR", help="Folder to draw into.  [default: RUN-figures]"
@@ -296,26 +202,3 @@ def plot(path: str, figures: str | None, variables: str | None, units: str | Non
     from evolvent.view import plots
 
     say(f"figures: {os.path.basename(plots.draw([drawn], folder, kind=kind)[0])} in {folder}")
-
-
-commands.add_command(run)
-commands.add_command(modes)
-commands.add_command(equilibrium)
-commands.add_command(margin)
-commands.add_command(clearance)
-commands.add_command(sensitivity)
-commands.add_command(sweep)
-commands.add_command(validate)
-commands.add_command(disperse)
-commands.add_command(figure)
-commands.add_command(claims)
-commands.add_command(calibrate)
-commands.add_command(identify)
-commands.add_command(plan)
-commands.add_command(design)
-commands.add_command(design_drive)
-commands.add_command(permissible_torque)
-commands.add_command(export)
-commands.add_command(report)
-commands.add_command(fmu)
-commands.add_command(studio)
