@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import os
 import pathlib
-import re
 import sys
 
 os.environ.setdefault("MPLBACKEND", "Agg")
@@ -18,7 +17,7 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from book import Book
+from book import Book, short_name
 from evolvent.base import cli
 
 settings.register_profile("seeded", derandomize=True, deadline=None, max_examples=50)
@@ -62,7 +61,7 @@ def sketched(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def book(request: pytest.FixtureRequest) -> Book:
     """Where a test enters what it has found against a reference (`tests/book.py`)."""
-    return Book(re.sub(r"^.*?tests/", "", request.node.nodeid.split("[")[0]))
+    return Book(short_name(request.node.nodeid.split("[")[0]))
 
 
 @pytest.fixture(autouse=bool(os.environ.get("EVOLVENT_ROUND_OFF")))

@@ -4,7 +4,7 @@
 
 Rows are put into the file beside those that it holds. The page docs/coverage.md is written from it.
 
-Motions are simulated by equations of their own (tests/massprops/motions.py), with bodies, amplitudes, phases, damping,
+Motions are simulated by equations of their own (packages/evolvent-massprops/tests/massprops/motions.py), with bodies, amplitudes, phases, damping,
 rates and disturbances drawn again for each repetition, and evaluated as a user would: signals and a description. All
 inputs of the stand are exact, so that u is that of the signals alone. Counted are repetitions that are refused, those
 whose truth lies within 2 u, those with a warning that names the cause, and those with neither: silent misses.
@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "tests"))
+sys.path.insert(0, str(ROOT / "packages" / "evolvent-massprops" / "tests"))
 
 from evolvent.base.errors import InputError  # noqa: E402
 from evolvent.base.signals import Signals  # noqa: E402

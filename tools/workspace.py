@@ -56,3 +56,10 @@ def merged(own: dict[str, list[str]]) -> dict[str, Any]:
         "scripts": scripts,
         "entry-points": points,
     }
+
+
+def root() -> dict[str, Any]:
+    """The section `project` of the root project, with what the packages state."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    own: dict[str, list[str]] = settings["tool"]["hatch"]["metadata"]["hooks"]["custom"]["extras"]
+    return settings["project"] | merged(own)
