@@ -5,7 +5,7 @@
     python3 start.py quick             fast tests of every folder, under a minute
     python3 start.py test              lint, types, layers, tests, documentation; `test --release`: long tests, too
     python3 start.py docs              documentation as HTML in docs/_build/html/
-    python3 start.py wheel             wheels of all packages, with compiled functions for this Python and platform, in dist/
+    python3 start.py wheel             wheels, with compiled functions for this Python and platform, in dist/
     python3 start.py lowest            a fast part of the tests, every dependency at its lower bound
     python3 start.py bench             the benchmarks, or those named; `compare` runs only by name
 
@@ -58,7 +58,8 @@ COMPILE = ["python", "-c", "from evolvent.compiled import precompile; precompile
 #: Benchmarks that run only where they are named: they install other programs, and write a page of the documentation.
 BY_NAME = ("compare",)
 #: Tests in an environment of their own: Basilisk's package bounds other packages from above.
-BASILISK = ["python", "tools/lowest.py", "basilisk", "--", "-rs", "packages/evolvent-cosim/tests/cosim/test_basilisk.py"]
+TEST_BASILISK = "packages/evolvent-cosim/tests/cosim/test_basilisk.py"
+BASILISK = ["python", "tools/lowest.py", "basilisk", "--", "-rs", TEST_BASILISK]
 DOCTREES = PAGES.parent / "doctrees"
 SPHINX = ["sphinx-build", "-j", "auto", "-W", "--keep-going", "-q", "-E", "-d", str(DOCTREES), "docs", str(PAGES)]
 
@@ -223,7 +224,8 @@ def test(arguments: list[str]) -> int:
 
 def with_digits() -> list[str]:
     """Files that have a test with the marker `digits`: to collect all of the others takes ten seconds."""
-    return [str(path.relative_to(ROOT)) for path in test_files() if "@pytest.mark.digits" in path.read_text(encoding="utf-8")]
+    paths = [path for path in test_files() if "@pytest.mark.digits" in path.read_text(encoding="utf-8")]
+    return [str(path.relative_to(ROOT)) for path in paths]
 
 
 def run_steps(steps: dict[str, list[str]], failed: dict[str, list[str]], *, shown: bool) -> None:

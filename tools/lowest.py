@@ -1,7 +1,7 @@
 """Test the lower bounds of the dependencies: `python3 start.py lowest [EXTRA ...] [-- options of pytest]`.
 
-A virtual environment in build/lowest/ gets each dependency at the lower bound that packages/*/pyproject.toml state, also those of
-the extras that are named (`sweep`, `studio`, ...), and a fast part of the tests runs in it.
+A virtual environment in build/lowest/ gets each dependency at the lower bound that packages/*/pyproject.toml state,
+also those of the extras that are named (`sweep`, `studio`, ...), and a fast part of the tests runs in it.
 
 Usage: python3 tools/lowest.py [EXTRA ...] [-- options of pytest]
 """

@@ -7,7 +7,6 @@ import json
 import pathlib
 import re
 import sys
-import tomllib
 
 import pytest
 import yaml
@@ -159,10 +158,14 @@ def test_hooks_use_the_checkers_of_the_project():
 # ------------------------------------------------------------------------------------------------ shipped files
 
 
+#: Folders of sources.
+FOLDERS = ("src/evolvent", *sorted(ROOT.glob("packages/*/src")))
+
+
 def files_that_are_not_code() -> list[str]:
     """Data, assets and pictures that the wheel and the source archive hold."""
     kept = []
-    for folder in ("src/evolvent", *sorted(ROOT.glob("packages/*/src")), "docs/images", "docs/_static", "examples", "paper", "recipe"):
+    for folder in (*FOLDERS, "docs/images", "docs/_static", "examples", "paper", "recipe"):
         kept += (ROOT / folder).rglob("*")
     kept += [*(ROOT / "benchmarks").glob("history.jsonl"), ROOT / "docs" / "comparison.json"]
     made = {"_kernels", "__pycache__"}

@@ -28,14 +28,14 @@ if "evolvent" in packages.folders():
 else:  # plain Python: the same digits, 30 times slower
     MOTION = ENVELOPE = None
 
-    def inlined(function: Callable[..., Any]) -> Callable[..., Any]:
+    def inlined(function: Callable[..., Any]) -> Any:
         """Leave a function as it is."""
         return function
 
-    def indirect(signature: Any) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    def indirect(signature: Any, *, disjoint: bool = False, used_for: Any = ()) -> Callable[[Callable[..., Any]], Any]:
         """Have a function take lists, whose numbers Python reads faster than an array's."""
 
-        def decorate(function: Callable[..., None]) -> Callable[..., None]:
+        def decorate(function: Callable[..., Any]) -> Any:
             @functools.wraps(function)
             def call(p: Any, time: Any, out: Any) -> None:
                 function(p.tolist(), time.tolist(), out)
