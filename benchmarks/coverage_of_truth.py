@@ -8,7 +8,8 @@ Motions are simulated by equations of their own (tests/massprops/motions.py of i
 phases, damping, rates and disturbances drawn again for each repetition, and evaluated as a user would: signals and a
 description. All inputs of the stand are exact, so that u is that of the signals alone. Counted are repetitions that
 are refused, those whose truth lies within 2 u, those with a warning that names the cause, and those with neither:
-silent misses. """
+silent misses.
+"""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ ROOT = pathlib.Path(__file__).parents[2]
 COMMANDS = """
 import json, sys
 from numba.core import event
-from evolvent.commands import cli
+from evolvent.base import cli
 import evolvent
 
 class Compiled(event.Listener):
