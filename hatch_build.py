@@ -1,12 +1,19 @@
-"""Part of the build: a wheel carries the compiled functions of the folder that ``$EVOLVENT_KERNELS`` names.
+"""Parts of the build: the root project is all packages together, and a wheel may carry compiled functions.
 
-Such a wheel is for one Python and one platform. Without that variable the wheel is pure Python.
+Such a wheel carries those of the folder that ``$EVOLVENT_KERNELS`` names, and is for one Python and one platform.
+Without that variable the wheel is pure Python.
 """
 
 import os
+import pathlib
+import sys
 from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+from hatchling.metadata.plugin.interface import MetadataHookInterface
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent / "tools"))
+import workspace
 
 
 class KernelsHook(BuildHookInterface):
@@ -19,3 +26,11 @@ class KernelsHook(BuildHookInterface):
             build_data["force_include"][folder] = "evolvent/_kernels"
             build_data["pure_python"] = False
             build_data["infer_tag"] = True
+
+
+class PackagesHook(MetadataHookInterface):
+    """Adds what the packages state."""
+
+    def update(self, metadata: dict[str, Any]) -> None:
+        """Fill in what is dynamic."""
+        metadata |= workspace.merged(self.config["extras"])

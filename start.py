@@ -5,7 +5,7 @@
     python3 start.py quick             fast tests of every folder, under a minute
     python3 start.py test              lint, types, layers, tests, documentation; `test --release`: long tests, too
     python3 start.py docs              documentation as HTML in docs/_build/html/
-    python3 start.py wheel             a wheel with compiled functions for this Python and platform, in dist/
+    python3 start.py wheel             wheels, with compiled functions for this Python and platform, in dist/
     python3 start.py lowest            a fast part of the tests, every dependency at its lower bound
     python3 start.py bench             the benchmarks, or those named; `compare` runs only by name
 
@@ -58,7 +58,8 @@ COMPILE = ["python", "-c", "from evolvent.compiled import precompile; precompile
 #: Benchmarks that run only where they are named: they install other programs, and write a page of the documentation.
 BY_NAME = ("compare",)
 #: Tests in an environment of their own: Basilisk's package bounds other packages from above.
-BASILISK = ["python", "tools/lowest.py", "basilisk", "--", "-rs", "tests/exports/test_basilisk.py"]
+TEST_BASILISK = "packages/evolvent-cosim/tests/cosim/test_basilisk.py"
+BASILISK = ["python", "tools/lowest.py", "basilisk", "--", "-rs", TEST_BASILISK]
 DOCTREES = PAGES.parent / "doctrees"
 SPHINX = ["sphinx-build", "-j", "auto", "-W", "--keep-going", "-q", "-E", "-d", str(DOCTREES), "docs", str(PAGES)]
 
@@ -94,8 +95,10 @@ def keep_bytecode() -> None:
 
 
 def set_up(extra: str | None) -> int:
-    """Create the environment and install the checkout, unless that was done for this very pyproject.toml."""
-    digest = hashlib.sha256((ROOT / "pyproject.toml").read_bytes() + sys.version.encode()).hexdigest()
+    """Create the environment and install the checkout, unless that was done for these very pyproject.toml."""
+    projects = [ROOT / "pyproject.toml", *sorted((ROOT / "packages").glob("*/pyproject.toml"))]
+    stated = b"".join(path.read_bytes() for path in projects)
+    digest = hashlib.sha256(stated + sys.version.encode()).hexdigest()
     extras: set[str] = set()
     if STAMP.exists() and PYTHON.exists():
         stamp = json.loads(STAMP.read_text())
@@ -151,9 +154,15 @@ def quick(arguments: list[str]) -> int:
 
 def quick_files() -> list[str]:
     """Every `QUICK`th file of each folder of tests, which take under a minute on two cores."""
-    folders = sorted({path.parent for path in (ROOT / "tests").rglob("test_*.py")})
+    folders = sorted({path.parent for path in test_files()})
     files = [sorted(filter(has_fast, folder.glob("test_*.py"))) for folder in folders]
     return [str(path) for several in files for path in several[::-QUICK]]
+
+
+def test_files() -> list[pathlib.Path]:
+    """Files of tests: of the core, and of each package."""
+    folders = [ROOT / "tests", *(ROOT / "packages").glob("*/tests")]
+    return sorted(path for folder in folders for path in folder.rglob("test_*.py"))
 
 
 def has_fast(path: pathlib.Path) -> bool:
@@ -215,8 +224,8 @@ def test(arguments: list[str]) -> int:
 
 def with_digits() -> list[str]:
     """Files that have a test with the marker `digits`: to collect all of the others takes ten seconds."""
-    paths = sorted((ROOT / "tests").rglob("test_*.py"))
-    return [str(path.relative_to(ROOT)) for path in paths if "@pytest.mark.digits" in path.read_text(encoding="utf-8")]
+    paths = [path for path in test_files() if "@pytest.mark.digits" in path.read_text(encoding="utf-8")]
+    return [str(path.relative_to(ROOT)) for path in paths]
 
 
 def run_steps(steps: dict[str, list[str]], failed: dict[str, list[str]], *, shown: bool) -> None:
@@ -269,7 +278,7 @@ def docs(arguments: list[str]) -> int:
 
 
 def wheel(arguments: list[str]) -> int:
-    """A wheel that needs no compilation at a user's first run, in dist/ or the folder that is named."""
+    """Wheels that need no compilation at a user's first run, in dist/ or the folder that is named."""
     if code := set_up("wheel"):
         return code
     folder = pathlib.Path(arguments[0]) if arguments else ROOT / "dist"
@@ -277,16 +286,17 @@ def wheel(arguments: list[str]) -> int:
 
 
 def build_wheel(python: pathlib.Path, folder: pathlib.Path, kernels: pathlib.Path) -> int:
-    """Compile what is not in the cache, and build the wheel with it."""
+    """Compile what is not in the cache, and build the wheels with it: it is in that of the package evolvent."""
     shutil.rmtree(kernels, ignore_errors=True)
     say("compiling all functions that are not in the cache; all of them take a minute or two on two cores ...")
     if code := call([str(python), "-m", "evolvent.compiled.precompile", str(kernels)]):
         return code
     os.environ["EVOLVENT_KERNELS"] = str(kernels)
     pip = [str(python), "-m", "pip", "wheel", "-q", "--disable-pip-version-check", "--no-deps", "--no-build-isolation"]
-    code = call([*pip, "-w", str(folder.resolve()), str(ROOT)])
+    projects = [str(path.parent) for path in sorted((ROOT / "packages").glob("*/pyproject.toml"))]
+    code = call([*pip, "-w", str(folder.resolve()), *projects])
     del os.environ["EVOLVENT_KERNELS"]
-    for path in sorted(folder.glob("evolvent-*.whl")) if code == 0 else ():
+    for path in sorted(folder.glob("evolvent*.whl")) if code == 0 else ():
         say(f"{path}: {path.stat().st_size / 1e6:.1f} MB")
     return code
 

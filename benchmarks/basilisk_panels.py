@@ -14,7 +14,7 @@ from Basilisk.simulation import hingedRigidBodyStateEffector, spacecraft
 from Basilisk.utilities import SimulationBaseClass, macros
 
 from evolvent import Stepper, System, parts
-from evolvent.exports.basilisk import SpacecraftModule
+from evolvent_cosim.basilisk import SpacecraftModule
 
 UNTIL, HUB, PANEL = 40.0, (300.0, (60.0, 50.0, 70.0)), (8.0, (0.1, 0.9, 1.0))
 #: Distance from the hub's centre to a hinge, and from there to the panel's centre, m.

@@ -4,10 +4,11 @@
 
 Rows are put into the file beside those that it holds. The page docs/coverage.md is written from it.
 
-Motions are simulated by equations of their own (tests/massprops/motions.py), with bodies, amplitudes, phases, damping,
-rates and disturbances drawn again for each repetition, and evaluated as a user would: signals and a description. All
-inputs of the stand are exact, so that u is that of the signals alone. Counted are repetitions that are refused, those
-whose truth lies within 2 u, those with a warning that names the cause, and those with neither: silent misses.
+Motions are simulated by equations of their own (tests/massprops/motions.py of its package), with bodies, amplitudes,
+phases, damping, rates and disturbances drawn again for each repetition, and evaluated as a user would: signals and a
+description. All inputs of the stand are exact, so that u is that of the signals alone. Counted are repetitions that
+are refused, those whose truth lies within 2 u, those with a warning that names the cause, and those with neither:
+silent misses.
 """
 
 from __future__ import annotations
@@ -24,11 +25,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(ROOT / "tests"))
+sys.path.insert(0, str(ROOT / "packages" / "evolvent-massprops" / "tests"))
 
 from evolvent.base.errors import InputError  # noqa: E402
-from evolvent.massprops import mass_properties  # noqa: E402
-from evolvent.massprops.signals import Signals  # noqa: E402
+from evolvent.base.signals import Signals  # noqa: E402
+from evolvent_massprops import mass_properties  # noqa: E402
 from massprops import motions  # noqa: E402
 
 Array = np.ndarray

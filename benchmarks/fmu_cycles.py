@@ -14,7 +14,7 @@ import time
 import fmpy
 from fmpy.fmi3 import FMU3Slave
 
-from evolvent.exports.fmu import contents, write
+from evolvent_cosim.fmu import contents, write
 
 
 def memory() -> float:

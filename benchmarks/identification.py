@@ -2,7 +2,8 @@
 
     python benchmarks/identification.py [-o benchmarks/identification.json] [--trials 500]
 
-Three set-ups (tests/massprops/identification/setups.py): 12.24 s, four sensors, white noise of 1 % of the largest
+Three set-ups (tests/massprops/identification/setups.py of its package):
+12.24 s, four sensors, white noise of 1 % of the largest
 amplitude of any mode at any sensor, N = 100 (8.17 Hz; the fastest mode has 2.1 samples a period) and N = 1000 (81.7
 Hz). A trial fails where the method raises, or its worst frequency is off by more than half the distance to the next
 mode. The ratio is the worst mode's root mean square error of frequency, over the trials that did not fail, to its
@@ -27,7 +28,7 @@ import numpy as np
 import scipy
 
 from evolvent.base.errors import InputError
-from evolvent.massprops.identification import (
+from evolvent_massprops.identification import (
     Modes,
     cramer_rao,
     esprit,
@@ -39,7 +40,8 @@ from evolvent.massprops.identification import (
 )
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-_spec = importlib.util.spec_from_file_location("setups", ROOT / "tests" / "identification" / "setups.py")
+TESTS = ROOT / "packages" / "evolvent-massprops" / "tests" / "massprops" / "identification"
+_spec = importlib.util.spec_from_file_location("setups", TESTS / "setups.py")
 assert _spec is not None
 assert _spec.loader is not None
 setups = importlib.util.module_from_spec(_spec)

@@ -21,8 +21,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent import cases
-from evolvent.solvers import batch
-from evolvent.systems.inertia_stand.structure import build, setup_of
+from evolvent_massprops import batch
+from evolvent_massprops.inertia_stand.structure import build, setup_of
 
 STEP, DURATION = 1e-3, 10.0
 

@@ -147,7 +147,8 @@ class Worker:
     """A process that runs the works on one checkout."""
 
     def __init__(self, checkout: pathlib.Path) -> None:
-        environment = {**os.environ, "PYTHONPATH": str(checkout / "src")}
+        sources = [checkout / "src", *sorted((checkout / "packages").glob("*/src"))]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, sources))}
         environment["EVOLVENT_CACHE"] = f"{os.environ.get('EVOLVENT_CACHE', '/tmp/evolvent-stepping')}-{checkout.name}"
         self.process = subprocess.Popen(
             [sys.executable, "-W", "ignore", str(HERE), "--serve"], env=environment, stdin=subprocess.PIPE,

@@ -15,7 +15,7 @@ import argparse
 import math
 import sys
 
-from evolvent.papers.winding import ALPHA, ENERGY, Model, Trial, Winding, markdown, run_all, written
+from evolvent_papers.papers.winding import ALPHA, ENERGY, Model, Trial, Winding, markdown, run_all, written
 
 #: When the tip is fastest, s, by the mass damping, 1/s.
 FASTEST = {0.0: 28.37, 0.2: 66.79, 0.5: 146.06}

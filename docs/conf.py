@@ -34,7 +34,7 @@ import coverage_page  # noqa: E402  (docs/_ext/coverage_page.py)
 import pages  # noqa: E402  (docs/_ext/pages.py)
 
 import book  # noqa: E402  (tests/book.py)
-from evolvent.laboratory import credibility  # noqa: E402
+from evolvent_papers.laboratory import credibility  # noqa: E402
 
 (_here / "validation.md").write_text(book.table(book.shipped()))
 (_here / "credibility.md").write_text(credibility.page())

@@ -26,7 +26,7 @@ from typing import Any
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 #: The table that is shipped: a row a line, in the order of `_in_order`.
-SHIPPED = ROOT / "src" / "evolvent" / "laboratory" / "data" / "checks.json"
+SHIPPED = ROOT / "packages/evolvent-papers/src/evolvent_papers/laboratory/data/checks.json"
 #: What saved results carry of it, a sentence.
 STATEMENT = ROOT / "src" / "evolvent" / "results" / "credibility.txt"
 #: Errors below it are round-off, which is each processor's own.
@@ -164,11 +164,21 @@ def renewed(
     return sorted(found.values(), key=lambda row: (order[row["chapter"]], *_in_order(row), key_of(row))), changes
 
 
+def test_folders() -> list[pathlib.Path]:
+    """Folders of tests: of the core, and of each package."""
+    return [ROOT / "tests", *sorted((ROOT / "packages").glob("*/tests"))]
+
+
+def short_name(name: str) -> str:
+    """Name of a test from its folder of tests on."""
+    return re.sub(r"^(.*/)?tests/", "", name)
+
+
 @functools.cache
 def tests_with_rows() -> list[str]:
     """All tests that enter rows: those that ask for `book`."""
     found = []
-    for path in sorted((ROOT / "tests").rglob("test_*.py")):
+    for path in sorted(path for folder in test_folders() for path in folder.rglob("test_*.py")):
         text = path.read_text(encoding="utf-8")
         if "book: Book" not in text and "book(" not in text:
             continue
@@ -176,7 +186,7 @@ def tests_with_rows() -> list[str]:
             if not isinstance(node, ast.FunctionDef) or not node.name.startswith("test_"):
                 continue
             if "book" in [argument.arg for argument in (*node.args.args, *node.args.kwonlyargs)]:
-                found.append(f"{path.relative_to(ROOT / 'tests').as_posix()}::{node.name}")
+                found.append(f"{short_name(path.relative_to(ROOT).as_posix())}::{node.name}")
     return found
 
 
@@ -243,7 +253,7 @@ def renew(folder: pathlib.Path, *, whole: bool = False) -> list[str]:
 
 def state() -> list[str]:
     """Write the statement that saved results carry; a sentence where it has changed."""
-    from evolvent.laboratory import credibility
+    from evolvent_papers.laboratory import credibility
 
     credibility.checks.cache_clear()
     text = f"{credibility.statement()}\n"

@@ -1,7 +1,7 @@
 """Test the lower bounds of the dependencies: `python3 start.py lowest [EXTRA ...] [-- options of pytest]`.
 
-A virtual environment in build/lowest/ gets each dependency at the lower bound that pyproject.toml states, also those of
-the extras that are named (`sweep`, `studio`, ...), and a fast part of the tests runs in it.
+A virtual environment in build/lowest/ gets each dependency at the lower bound that packages/*/pyproject.toml state,
+also those of the extras that are named (`sweep`, `studio`, ...), and a fast part of the tests runs in it.
 
 Usage: python3 tools/lowest.py [EXTRA ...] [-- options of pytest]
 """
@@ -13,9 +13,11 @@ import pathlib
 import re
 import subprocess
 import sys
-import tomllib
 
-ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(pathlib.Path(__file__).parent))
+import workspace
+
+ROOT = workspace.ROOT
 FOLDER = ROOT / "build" / "lowest"
 #: What the tests themselves need, in any version.
 TOOLS = ("hypothesis", "imageio", "npTDMS", "psutil", "pytest", "pyuff")
@@ -25,13 +27,13 @@ TESTS = (
     "tests/cli/test_cli.py",
     "tests/elements/test_sections.py",
     "tests/exports/test_report.py",
-    "tests/massprops/signals/test_formats.py",
+    "packages/evolvent-massprops/tests/massprops/signals/test_formats.py",
     "tests/unit/test_cases.py",
     "tests/unit/test_expressions.py",
     "tests/unit/test_netcdf.py",
     "tests/unit/test_run.py",
     "tests/unit/test_units.py",
-    "tests/massprops/test_pendulums.py",
+    "packages/evolvent-massprops/tests/massprops/test_pendulums.py",
 )
 
 
@@ -68,7 +70,7 @@ def main(words: list[str]) -> int:
     """Install and test; returns the exit code."""
     cut = words.index("--") if "--" in words else len(words)
     extras, options = words[:cut], words[cut + 1 :]
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    project = workspace.root()
     lines = [f"{name}=={version}" for name, version in sorted(bounds(project, extras).items())]
     FOLDER.mkdir(parents=True, exist_ok=True)
     constraints = FOLDER / "constraints.txt"

@@ -12,7 +12,7 @@ from collections import defaultdict
 from typing import NamedTuple
 
 from evolvent import cases, sphinxext
-from evolvent.commands import cli
+from evolvent.base import cli
 from evolvent.parts import registry
 
 REFERENCE = pathlib.Path(__file__).resolve().parents[1] / "reference"
@@ -20,8 +20,8 @@ REFERENCE = pathlib.Path(__file__).resolve().parents[1] / "reference"
 PACKAGES = {
     "elements": "evolvent.elements",
     "closed_forms": "evolvent.closed_forms",
-    "inertia": "evolvent.massprops.inertia",
-    "identification": "evolvent.massprops.identification",
+    "inertia": "evolvent_massprops.inertia",
+    "identification": "evolvent_massprops.identification",
 }
 
 

@@ -6,8 +6,8 @@ Without a FILE all are written: those of the laboratory in a minute, those of th
 import pathlib
 import sys
 
-from evolvent import laboratory, papers
 from evolvent.view import plots
+from evolvent_papers import laboratory, papers
 
 HERE = pathlib.Path(__file__).parent
 #: Files, and the sets of measurements of which they show the first figure.

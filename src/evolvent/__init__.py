@@ -6,6 +6,7 @@ import importlib
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from evolvent.base import __version__ as __version__
 from evolvent.base.errors import EvolventError, InputError, RunFailed
 
 if TYPE_CHECKING:
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
     from evolvent.elements.sections import General, Lenticular, SectionStiffness, Taper, TapeSection
     from evolvent.elements.shapes import Angle, Arc, Circle, IBeam, Rectangle, Strip, Tube
     from evolvent.results import open, save  # noqa: A004  (evolvent.open is the public name)
-
-__version__ = "0.2.0"
 
 __all__ = [
     "ALUMINIUM",

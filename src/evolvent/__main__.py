@@ -1,5 +1,5 @@
 """``python -m evolvent``."""
 
-from evolvent.commands.cli import main
+from evolvent.base.cli import main
 
 main()

@@ -1,7 +1,7 @@
 """Sphinx extension ``evolvent.sphinxext``: pages made from the code itself, for this package and others that add to it.
 
 Directives of MyST pages: ``{keys}`` (of cases and parts), ``{parts}``, ``{case-file}``, ``{built-in}``, ``{commands}``,
-``{families}`` and ``{ledger}``.
+``{families}``; packages add theirs by entry points of the group ``evolvent.directives``.
 """
 
 from __future__ import annotations
@@ -18,17 +18,18 @@ from pydantic_core import PydanticUndefined
 from sphinx.util.docutils import SphinxDirective
 
 from evolvent import cases
-from evolvent.base import units
+from evolvent.base import cli, plugins, units
 from evolvent.base.errors import InputError, nearest
 from evolvent.base.schema import OneOf, Section, descriptions, marks
-from evolvent.commands import cli
 from evolvent.design import studies
 from evolvent.model import family
-from evolvent.papers import ledger
 from evolvent.parts import registry
 from evolvent.parts.base import Part, Reference
 from evolvent.parts.expression import Law
 from evolvent.parts.profile import Profile
+
+#: Group of entry points by which packages add directives.
+GROUP = "evolvent.directives"
 
 
 class Commands(SphinxDirective):
@@ -316,16 +317,6 @@ def _cell(text: str) -> str:
     return "`".join(pieces)
 
 
-class Ledger(SphinxDirective):
-    """``{ledger} thread``: the claims of a paper with verdict, the paper's number, ours and the command, and counts."""
-
-    required_arguments = 1
-
-    def run(self) -> list[nodes.Node]:
-        """Write the table."""
-        return self.parse_text_to_nodes(ledger.markdown(self.arguments[0]))
-
-
 def setup(app: Any) -> dict[str, Any]:
     """Register the directives."""
     app.add_directive("commands", Commands)
@@ -334,5 +325,6 @@ def setup(app: Any) -> dict[str, Any]:
     app.add_directive("case-file", CaseFile)
     app.add_directive("families", Families)
     app.add_directive("parts", Parts)
-    app.add_directive("ledger", Ledger)
+    for entry in plugins.entry_points(GROUP):
+        app.add_directive(entry.name, plugins.load(entry, f"the directive {entry.name!r}"))
     return {"version": "1", "parallel_read_safe": True, "parallel_write_safe": True}

@@ -333,7 +333,7 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path):
     slow = ["--set", "blade.stiffness=1e7 N/m", "--set", "output.every=1 ms", "-o", "run.nc", "--no-figures"]
     program = (
         "from evolvent.base import progress; progress.FIRST = 0.1\n"  # s, until it says how far it is
-        "from evolvent.commands import cli; cli.main()"
+        "from evolvent.base import cli; cli.main()"
     )
     command = [sys.executable, "-W", "ignore", "-c", program, "run", "heliogyro", *slow]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}

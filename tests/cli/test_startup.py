@@ -14,7 +14,7 @@ from evolvent.results.figures import spline
 #: Runs the command line, then prints what was loaded; what a run says begins with whether drawing was loaded by then.
 PROGRAM = """
 import sys
-from evolvent.commands import cli
+from evolvent.base import cli
 sys.argv[0] = "evolvent"
 def loaded():
     return " ".join(name for name, module in sys.modules.items() if module is not None)

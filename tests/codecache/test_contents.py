@@ -182,8 +182,8 @@ SCRIPT = """
 import importlib, json, sys
 from evolvent.compiled import codecache, jit
 from evolvent.compiled.codecache import contents
-for path in codecache.sources():
-    importlib.import_module(codecache.module_name(path))
+for name in codecache.sources():
+    importlib.import_module(name)
 found = {f"{one.py_func.__module__}.{one.py_func.__qualname__}": contents.digest(one.py_func, one.signature, "")
          for one in jit.functions()}
 sys.stdout.write(json.dumps(found))
@@ -225,5 +225,5 @@ def test_a_change_changes_what_it_goes_into_alone(tmp_path):
 
 
 def test_the_sources_are_those_that_declare_functions():
-    modules = {codecache.module_name(path) for path in codecache.sources()}
+    modules = codecache.sources().keys()
     assert {one.py_func.__module__ for one in jit.functions() if one.is_own} <= modules

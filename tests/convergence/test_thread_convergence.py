@@ -9,8 +9,8 @@ import pytest
 
 from book import Book
 from evolvent import parts
-from evolvent.papers import thread_continuum as continuum
 from evolvent.solvers.implicit import solve_implicit
+from evolvent_papers.papers import thread_continuum as continuum
 from helpers import END, R, Run, V, fitted_order, heliogyro, observe, run
 
 NODES = np.array([20, 40, 80, 160])

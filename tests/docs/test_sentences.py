@@ -22,11 +22,12 @@ import pytest
 
 import evolvent
 from evolvent import cases, closed_forms
-from evolvent.massprops.inertia import Body, Stand, vertical_model
-from evolvent.papers import ledger, rib_runs
-from evolvent.systems.wrapped_rib.case_checks import bending_stiffness_ratio
+from evolvent_massprops.inertia import Body, Stand, vertical_model
+from evolvent_papers.papers import ledger, rib_runs
+from evolvent_papers.wrapped_rib.case_checks import bending_stiffness_ratio
 
 ROOT = pathlib.Path(__file__).parents[2]
+PAPERS = "packages/evolvent-papers/tests"
 _NUMBER = re.compile(r"\{(<?)([^{}]+)\}")
 
 
@@ -300,7 +301,7 @@ SENTENCES = (
         FILM,
         lambda: [ledger.claim("thread-strip").values[name] for name in ("buckled", "tension", "rate")],
     ),
-    Sentence("of 8 change the length by less than {<1} %.", FILM, held="tests/structures/test_film_blade.py"),
+    Sentence("of 8 change the length by less than {<1} %.", FILM, held=f"{PAPERS}/film_blade/test_film_blade.py"),
     Sentence("off by up to {4.3} % (20 nodes) or {4.0} % (40 nodes)", ACCURACY, lambda: gaps("body_rate_paper")),
     Sentence(
         "the gap is up to {0.32} % (20 nodes) or {0.19} % (40 nodes)", ACCURACY, lambda: gaps("body_rate_corrected")
@@ -333,7 +334,7 @@ SENTENCES = (
         lambda: [ledger.claim("stand-safe-offset").values[name] for name in ("towards", "away")],
     ),
     Sentence("a mode of a tenth of the amplitude of the others has {65} times", STAND, errors_of_a_weak_mode),
-    Sentence("and {0.07} % at the corners", ACCURACY, held="tests/stand/test_map.py"),
+    Sentence("and {0.07} % at the corners", ACCURACY, held="packages/evolvent-massprops/tests/stand/test_map.py"),
     Sentence(
         "its ten elements are {2.35} million times as stiff as the rib. Every run measures that ratio and warns; "
         "40 elements of the default `cable` are right to {<1e-4}",
@@ -363,7 +364,9 @@ SENTENCES = (
     ),
     Sentence("the method takes {0.2 to 0.5} % of the energy", (*ACCURACY, *PAGE), lambda: deployment()[:1]),
     Sentence("near it the tail is bent, by {48} degrees", ACCURACY, lambda: [math.degrees(math.acos(2.0 / 3.0))]),
-    Sentence("ribs that mirror one another do so to {1e-8} m", (*ACCURACY, *PAGE), held="tests/rib/test_simulate.py"),
+    Sentence(
+        "ribs that mirror one another do so to {1e-8} m", (*ACCURACY, *PAGE), held=f"{PAPERS}/rib/test_simulate.py"
+    ),
     Sentence(
         "It takes {13} J to lay the locked mesh on the hub, {2.35} million times as much as the rib; {0.2} N m over "
         "the {20} rad of the winding give {4} J",

@@ -6,15 +6,19 @@ import importlib.util
 import json
 import pathlib
 import re
-import tomllib
+import sys
 
 import pytest
 import yaml
 
 import evolvent
+from evolvent.base import packages
 
 ROOT = pathlib.Path(__file__).parents[2]
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+sys.path.insert(0, str(ROOT / "tools"))
+import workspace  # noqa: E402
+
+PROJECT = workspace.root()
 CITATION = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
 CODEMETA = json.loads((ROOT / "codemeta.json").read_text("utf-8"))
 RECIPE = yaml.safe_load((ROOT / "recipe" / "recipe.yaml").read_text("utf-8"))
@@ -43,6 +47,26 @@ def test_one_version_everywhere():
         "recipe.yaml": RECIPE["context"]["version"],
     }
     assert found == dict.fromkeys(found, evolvent.__version__)
+
+
+def test_the_packages_need_one_another_in_this_version():
+    for name, project in workspace.projects().items():
+        own = [one for one in project["dependencies"] if workspace.is_own(one)]
+        assert all(one.endswith(f"=={evolvent.__version__}") for one in own), name
+
+
+def test_what_the_packages_offer_is_what_a_missing_one_is_named_for():
+    for name, project in workspace.projects().items():
+        points = project.get("entry-points", {})
+        offer = packages.OFFERS[name]
+        assert sorted(points.get("evolvent.commands", {})) == list(offer.commands), name
+        assert sorted(points.get("evolvent.systems", {})) == list(offer.systems), name
+    assert set(workspace.projects()) == set(packages.OFFERS)
+
+
+def test_licences_of_the_packages_are_those_of_the_repository():
+    for path in (path for name in ("LICENSE", "PROVENANCE.md") for path in ROOT.glob(f"packages/*/{name}")):
+        assert path.read_bytes() == (ROOT / path.name).read_bytes(), path
 
 
 def test_one_date_of_release():
@@ -119,7 +143,7 @@ def test_classifiers_name_the_supported_versions():
     minor = [int(c.rsplit(".", 1)[1]) for c in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", c)]
     assert minor == list(range(int(PROJECT["requires-python"].rsplit(".", 1)[1]), max(minor) + 1))
     assert "Typing :: Typed" in PROJECT["classifiers"]
-    assert (ROOT / "src" / "evolvent" / "py.typed").read_bytes() == b""
+    assert all((folder / "py.typed").read_bytes() == b"" for folder in packages.folders().values())
 
 
 def test_hooks_use_the_checkers_of_the_project():
@@ -134,10 +158,14 @@ def test_hooks_use_the_checkers_of_the_project():
 # ------------------------------------------------------------------------------------------------ shipped files
 
 
+#: Folders of sources.
+FOLDERS = ("src/evolvent", *sorted(ROOT.glob("packages/*/src")))
+
+
 def files_that_are_not_code() -> list[str]:
     """Data, assets and pictures that the wheel and the source archive hold."""
     kept = []
-    for folder in ("src/evolvent", "docs/images", "docs/_static", "examples", "paper", "recipe"):
+    for folder in (*FOLDERS, "docs/images", "docs/_static", "examples", "paper", "recipe"):
         kept += (ROOT / folder).rglob("*")
     kept += [*(ROOT / "benchmarks").glob("history.jsonl"), ROOT / "docs" / "comparison.json"]
     made = {"_kernels", "__pycache__"}

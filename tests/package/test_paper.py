@@ -4,7 +4,7 @@ import json
 import pathlib
 import re
 
-from evolvent.papers import ledger
+from evolvent_papers.papers import ledger
 
 ROOT = pathlib.Path(__file__).parents[2]
 PAPER = (ROOT / "paper" / "paper.md").read_text("utf-8")

@@ -51,7 +51,7 @@ def environment(installed):
 #: A process that runs one command line after another: a list of words on every line of its input.
 COMMANDS = """
 import contextlib, io, json, os, sys
-from evolvent.commands import cli
+from evolvent.base import cli
 for line in sys.stdin:
     folder, *sys.argv = json.loads(line)
     os.chdir(folder)

@@ -27,7 +27,7 @@ sys.dont_write_bytecode = True
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 sys.argv = ["evolvent", "run", "heliogyro", "-o", "run.nc", "--no-figures", "--quiet", "--set", "solver.method=dopri5"]
 sys.argv += ["--set", "blade.segments=inextensible"]
-from evolvent.commands import cli
+from evolvent.base import cli
 cli.main()
 """
 

@@ -26,13 +26,13 @@ import yaml
 from evolvent import cases, parts, results
 from evolvent.analysis.system import System
 from evolvent.assembly import expressions, references
-from evolvent.base import units
+from evolvent.base import signals, units
 from evolvent.base.errors import InputError
+from evolvent.base.signals import timebase
 from evolvent.design import studies
 from evolvent.design.calibration import data as calibration_data
 from evolvent.design.studies import store
-from evolvent.massprops import description, signals, uncertain
-from evolvent.massprops.signals import timebase
+from evolvent_massprops import description, uncertain
 from security import mutations
 
 #: Mutations in all, and the first seed.

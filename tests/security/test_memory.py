@@ -18,8 +18,8 @@ import os, pathlib, resource, sys
 from evolvent import results
 from evolvent.base import safe_open
 from evolvent.elements.reduced_files import read_model
-from evolvent.massprops import signals
-from evolvent.studio.folder import Folder
+from evolvent.base import signals
+from evolvent_studio.folder import Folder
 
 folder = pathlib.Path(sys.argv[1])
 used = int(pathlib.Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")

@@ -17,9 +17,8 @@ import pytest
 import scipy.io
 
 from evolvent import InputError, results
-from evolvent.base import safe_open
+from evolvent.base import safe_open, signals
 from evolvent.design import studies
-from evolvent.massprops import signals
 
 SECRET = b"0123456789abcdef" * 64
 

@@ -10,11 +10,10 @@ import pytest
 
 from evolvent import cases
 from evolvent.assembly import expressions
-from evolvent.base import units
+from evolvent.base import signals, units
 from evolvent.base.errors import InputError
 from evolvent.base.schema import Section
 from evolvent.base.tables import distinct
-from evolvent.massprops import signals
 from evolvent.parts.base import PointReferences, Reference
 from security import mutations
 

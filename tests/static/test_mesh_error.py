@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 
 from evolvent import InputError, System, parts
 from evolvent.analysis.mesh_error import refined, richardson
-from evolvent.commands.cli import commands
+from evolvent.base.cli import commands
 from evolvent.elements import Rectangle
 
 LENGTH, THICKNESS, WIDTH = 0.3, 0.005, 0.015

@@ -18,7 +18,7 @@ from evolvent.base.errors import InputError
 from evolvent.commands.sweep import sweep as command
 from evolvent.design import studies
 from evolvent.design.studies import draw, store
-from evolvent.systems import wrapped_rib
+from evolvent_papers import wrapped_rib
 
 SMALL = {"rib.elements": 8, "rib.length": 3, "output.every": "0.1 s"}
 WIND = {"phase": "wind", "solver.duration": "1 s"}

@@ -28,7 +28,7 @@ from evolvent.design.evaluator.log import Log
 from evolvent.design.evaluator.task import compute
 from evolvent.design.studies import draw, store
 from evolvent.design.studies.runner import Points, runs_of
-from evolvent.systems import heliogyro
+from evolvent_papers import heliogyro
 
 MAIN = "from evolvent.commands.sweep import sweep; sweep()"
 

@@ -17,8 +17,8 @@ from evolvent import cases
 from evolvent.base.errors import InputError
 from evolvent.design import calibration
 from evolvent.design.calibration import data, report
-from evolvent.systems.wire_booms import closed_form, log
-from evolvent.systems.wire_booms.structure import timeline
+from evolvent_papers.wire_booms import closed_form, log
+from evolvent_papers.wire_booms.structure import timeline
 
 HEAD = "pair,start_utc,end_utc,stroke_before_m,stroke_after_m,clicks,rate_before_rpm,rate_after_rpm\n"
 FIT = ["wire.tip_mass,wire.line_density,start_lengths.1,rates"]

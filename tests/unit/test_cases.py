@@ -7,7 +7,7 @@ import pytest
 from evolvent import cases
 from evolvent.base import schema
 from evolvent.base.errors import InputError
-from evolvent.systems.heliogyro import Case
+from evolvent_papers.heliogyro import Case
 
 PAPER = {
     "system": "heliogyro",

@@ -7,6 +7,7 @@ import re
 import pytest
 
 import evolvent
+from evolvent.base import packages
 from evolvent.exports import table
 from evolvent.exports.request import Request
 
@@ -43,7 +44,7 @@ def test_warnings_are_quoted_as_they_are():
     assert len(quotes) > 40
     pieces = {piece.strip(" ;,") for quote in quotes for piece in quote.split("...")}
     missing = {piece for piece in pieces if len(piece) > 3}
-    for path in (ROOT / "src" / "evolvent").rglob("*.py"):
+    for path in (path for folder in packages.folders().values() for path in folder.rglob("*.py")):
         source = path.read_text(encoding="utf-8")
         found = words(re.sub(r'\bf"', '"', source))
         if any(words(piece) in found for piece in missing):  # else it need not be parsed

@@ -9,11 +9,12 @@ import pytest
 from matplotlib.text import Text
 
 import evolvent
-from evolvent import cases, papers
-from evolvent.massprops import mode_figures
-from evolvent.massprops.identification import identify
+from evolvent import cases
 from evolvent.results.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, counts, plain, y_limits
 from evolvent.view import plots, ticks
+from evolvent_massprops import mode_figures
+from evolvent_massprops.identification import identify
+from evolvent_papers import papers
 
 #: Built-in cases and keys that make their runs short.
 SHORT = {

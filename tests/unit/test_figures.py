@@ -6,10 +6,10 @@ import pytest
 import evolvent
 from evolvent import System, parts
 from evolvent.base.errors import InputError
-from evolvent.massprops import mode_figures
-from evolvent.massprops.identification import identify
-from evolvent.results.figures import Figure, Line, Map, Panel
-from evolvent.view import plots, show
+from evolvent.results.figures import Figure, Line, Map, Panel, spectrum
+from evolvent.view import plots
+from evolvent_massprops import mode_figures
+from evolvent_massprops.identification import identify
 
 
 def test_the_peak_of_a_spectrum_is_the_amplitude():
@@ -17,7 +17,7 @@ def test_the_peak_of_a_spectrum_is_the_amplitude():
     t = np.arange(1000) * 0.01
     w = 2.0 * np.pi * np.array([40, 80]) / (t.size * 0.01)
     y = 3.0 + 0.7 * np.cos(w[0] * t) + 0.05 * np.cos(w[1] * t + 1.0)
-    figure = show.spectrum([Line(x=t, y=y, label="tip", color=2)], unit="m", marks=w.tolist())
+    figure = spectrum([Line(x=t, y=y, label="tip", color=2)], unit="m", marks=w.tolist())
     line, *marks = figure.panels[0].lines
     for amplitude, at in zip((0.7, 0.05), w, strict=True):
         near = np.abs(line.x - at) < 3.0
@@ -31,7 +31,7 @@ def test_the_peak_of_a_spectrum_is_the_amplitude():
 @pytest.mark.parametrize("time", [np.arange(3.0), np.array([0.0, 1.0, 2.0, 3.0, 3.5])])
 def test_few_or_uneven_samples_have_no_spectrum(time):
     with pytest.raises(InputError, match="a spectrum needs four or more at equal intervals"):
-        show.spectrum([Line(x=time, y=time)], unit="m")
+        spectrum([Line(x=time, y=time)], unit="m")
 
 
 @pytest.mark.slow

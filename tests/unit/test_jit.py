@@ -505,7 +505,7 @@ def negative_indices(source: str) -> list[str]:
 def test_no_compiled_function_counts_from_the_end():
     """Compiled code takes indices as they are."""
     assert negative_indices("@inlined\ndef f(x):\n    return x[0, -1] + x[:-2]\n") == ["x[0, -1]", "x[:-2]"]
-    assert [found for path in codecache.sources() for found in negative_indices(path.read_text("utf-8"))] == []
+    assert [found for path in codecache.sources().values() for found in negative_indices(path.read_text("utf-8"))] == []
 
 
 SHORT = """

@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 from evolvent import results
-from evolvent.base import netcdf
+from evolvent.results import netcdf
 
 VERSION = tuple(int(n) for n in importlib.metadata.version("h5netcdf").split(".")[:2])
 

@@ -384,7 +384,7 @@ class Entry:
     """An entry point of a package."""
 
     def __init__(self, value: Any) -> None:
-        self.name, self.value, self.dist = "hoops", value, None
+        self.name, self.value, self.dist, self.module = "hoops", value, None, "rings"
 
     def load(self) -> Any:
         if isinstance(self.value, Exception):
@@ -403,7 +403,12 @@ class Entry:
 )
 def test_a_package_adds_a_kind(value: Any, words: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EVOLVENT_PLUGINS", "all")
-    monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: [Entry(value)])
+    others = importlib.metadata.entry_points
+    monkeypatch.setattr(
+        importlib.metadata,
+        "entry_points",
+        lambda group: [Entry(value)] if group == registry.GROUP else others(group=group),
+    )
     registry._kinds_and_failures.cache_clear()
     try:
         assert "point" in kinds()  # whatever the package does, the other parts can be used

@@ -17,6 +17,7 @@ import zipfile
 import pytest
 from numba import config
 
+from evolvent.base import packages
 from evolvent.compiled import codecache, jit
 from evolvent.compiled.codecache import folder as cachefolder
 
@@ -31,7 +32,7 @@ ROOT = pathlib.Path(__file__).parents[2]
 COMMANDS = """
 import json, sys
 from numba.core import event
-from evolvent.commands import cli
+from evolvent.base import cli
 import evolvent
 
 class Compiled(event.Listener):
@@ -140,7 +141,8 @@ def first(installed: pathlib.Path, tmp_path_factory: pytest.TempPathFactory) -> 
 
 def kernels_called_in(path: pathlib.Path) -> set[tuple[str, bool]]:
     """Kernels that plain functions of a file call, and whether they declare their types."""
-    names = ("evolvent", *path.relative_to(cachefolder._PACKAGE).with_suffix("").parts)
+    (top,) = (name for name, folder in packages.folders().items() if path.is_relative_to(folder))
+    names = (top, *path.relative_to(packages.folders()[top]).with_suffix("").parts)
     known = vars(importlib.import_module(".".join(name for name in names if name != "__init__"))).copy()
     tree = ast.parse(path.read_text("utf-8"))
     for node in ast.walk(tree):
@@ -175,8 +177,9 @@ def files_of(name: str, folder: pathlib.Path) -> list[pathlib.Path]:
 
 def test_kernels_that_python_calls_declare_their_types():
     """Else they would be compiled at a user's first run."""
-    imports = re.compile(r"(from|import) evolvent\.(kernels|flow|solvers)")
-    paths = [path for path in cachefolder._PACKAGE.rglob("*.py") if imports.search(path.read_text("utf-8"))]
+    imports = re.compile(r"(from|import) (evolvent\.(kernels|flow|solvers)|evolvent_massprops\.batch)")
+    paths = [path for folder in packages.folders().values() for path in folder.rglob("*.py")]
+    paths = [path for path in paths if imports.search(path.read_text("utf-8"))]
     found = set().union(*(kernels_called_in(path) for path in paths))
     assert {("drive", True), ("advance_block", True), ("marker_kinematics", True)} <= found
     assert {name for name, declared in found if not declared} == set()

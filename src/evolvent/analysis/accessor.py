@@ -14,7 +14,7 @@ from evolvent import cases
 from evolvent.base.errors import InputError, counted
 from evolvent.base.units import unit_text
 from evolvent.results import WELL, display, happened, statistics_of, variables
-from evolvent.results.figures import Figure, Line, Number
+from evolvent.results.figures import Figure, Line, Number, spectrum
 from evolvent.view import notebook, show
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ class RunAccessor:
         for name in names:
             lines += show.lines_of(even, name, first=len(lines))
         unit = unit_text(str(display.shown(variables.get(self._run, names[0])).attrs.get("units", "1")))
-        drawn = show.spectrum(lines, unit=unit, title=f"Spectra of {', '.join(names[:4])}")
+        drawn = spectrum(lines, unit=unit, title=f"Spectra of {', '.join(names[:4])}")
         return plots.sheet(drawn) if path is None else plots.save(drawn, path)
 
     def motion(self) -> Motion | None:

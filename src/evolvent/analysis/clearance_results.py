@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from evolvent.base import files, netcdf
+from evolvent.base import files
 from evolvent.base.errors import InputError
+from evolvent.results import netcdf
 from evolvent.results.figures import Figure, Line, Panel
 from evolvent.results.motion import Motion, quantity
 

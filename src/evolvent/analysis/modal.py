@@ -137,7 +137,7 @@ class ModalResults(Modes):
             If the file cannot be written.
         """
         from evolvent import results
-        from evolvent.base import netcdf
+        from evolvent.results import netcdf
 
         found = self.to_dataset()
         found.attrs |= {

@@ -67,6 +67,16 @@ def aligned(table: Sequence[Sequence[str]]) -> list[str]:
     ]
 
 
+def made_table(title: str, *columns: str) -> Any:
+    """An empty table; the first column is at the left."""
+    from rich.table import Table
+
+    made = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False, header_style="dim")
+    for k, column in enumerate(columns):
+        made.add_column(column, justify="right" if k else "left", overflow="fold")
+    return made
+
+
 def note(sentence: str) -> None:
     """Print one sentence to stderr."""
     echo(f"evolvent: {sentence}", err=True)

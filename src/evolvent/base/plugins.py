@@ -1,4 +1,4 @@
-"""Entry points of packages outside: systems and parts that users add."""
+"""Entry points: what the packages of evolvent offer, and what packages outside add."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import threading
 from collections.abc import Iterator
 from typing import Any
 
+from evolvent.base import packages
 from evolvent.base.errors import InputError
 
 #: Environment variable that leaves out all packages outside where it is "none".
@@ -22,7 +23,7 @@ said: set[str] = set()
 
 
 def entry_points(group: str) -> list[importlib.metadata.EntryPoint]:
-    """Entry points of a group, by name.
+    """Entry points of a group, by name; a name of evolvent's own packages is theirs.
 
     Raises
     ------
@@ -32,8 +33,16 @@ def entry_points(group: str) -> list[importlib.metadata.EntryPoint]:
     asked = os.environ.get(VARIABLE) or "all"
     if asked not in ("none", "all"):
         raise InputError(f"the environment variable {VARIABLE} is {asked[:40]!r}; it must be 'none' or 'all'")
-    found = importlib.metadata.entry_points(group=group) if asked == "all" else ()
-    return sorted(found, key=lambda entry: entry.name)
+    found = importlib.metadata.entry_points(group=group)
+    own = [entry for entry in found if packages.is_own(entry.module)]
+    names = {entry.name for entry in own}
+    added = [entry for entry in found if not packages.is_own(entry.module) and entry.name not in names]
+    return sorted([*own, *(added if asked == "all" else ())], key=lambda entry: entry.name)
+
+
+def outside(group: str) -> list[importlib.metadata.EntryPoint]:
+    """Entry points of a group, by name, that packages outside add."""
+    return [entry for entry in entry_points(group) if not packages.is_own(entry.module)]
 
 
 def load(entry: importlib.metadata.EntryPoint, called: str) -> Any:

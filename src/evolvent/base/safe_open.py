@@ -16,6 +16,7 @@ import stat
 from collections.abc import Iterator, Mapping
 from typing import Any, BinaryIO
 
+from evolvent.base import packages
 from evolvent.base.errors import InputError, counted, reason_of
 
 #: Environment variable with the most bytes of values that one file may hold, and what it is if not set.
@@ -23,7 +24,6 @@ VARIABLE, LARGEST = "EVOLVENT_LARGEST_FILE", 8_000_000_000
 #: Environment variable with a folder: where it is set, a process and those that it starts open files in it alone, and
 #: those of the package.
 ONLY_BELOW = "EVOLVENT_ONLY_BELOW"
-_PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 #: Values beside the bytes that hold them, at most, in files above `SMALL` bytes of values.
 RATIO, SMALL = 100, 256_000_000
 #: Largest text file, bytes.
@@ -61,7 +61,10 @@ def binary(path: str | os.PathLike[str], *, links: bool = True) -> BinaryIO:
     try:
         if below:
             real = pathlib.Path(os.path.realpath(name))
-            if not any(real.is_relative_to(one) for one in (os.path.realpath(below), _PACKAGE)):
+            if not any(
+                real.is_relative_to(one)
+                for one in (os.path.realpath(below), *map(os.path.realpath, packages.folders().values()))
+            ):
                 raise InputError(f"cannot read {_short(name)}: it is outside the folder {_short(below)}")
         if os.path.isdir(name):
             raise InputError(f"cannot read {_short(name)}: it is a folder")

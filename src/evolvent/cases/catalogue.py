@@ -4,37 +4,31 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import importlib
+import importlib.util
 import pathlib
-import pkgutil
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from evolvent.base import plugins
+from evolvent.base import packages, plugins
 from evolvent.base.errors import InputError, nearest
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-
-_FOLDER = pathlib.Path(__file__).parents[1] / "systems"
-
-
-#: Group of entry points by which packages outside add systems.
+#: Group of entry points by which packages offer systems.
 GROUP = "evolvent.systems"
 
 
 @functools.cache
-def _outside() -> dict[str, EntryPoint]:
-    """Systems of other packages: name -> where they are."""
+def _entries() -> dict[str, EntryPoint]:
+    """Where each system is."""
     return {point.name: point for point in plugins.entry_points(GROUP)}
 
 
 @functools.cache
 def systems() -> tuple[str, ...]:
-    """Names of all systems: those of `evolvent.systems` and of other packages (`evolvent.analysis.definition`)."""
-    found = (m.name for m in pkgutil.iter_modules([str(_FOLDER)]) if not m.name.startswith("_"))
-    return tuple(sorted({name.replace("_", "-") for name in found} | set(_outside())))
+    """Names of all systems (`evolvent.analysis.definition`)."""
+    return tuple(_entries())
 
 
 @functools.cache
@@ -47,10 +41,9 @@ def system(name: str) -> Any:
         If there is no such system, or that of another package cannot be loaded.
     """
     if name not in systems():
-        raise InputError(f"no system is called {name!r}; {nearest(str(name), systems())}")
-    if name not in _outside():
-        return importlib.import_module(f"evolvent.systems.{name.replace('-', '_')}").SYSTEM
-    point = _outside()[name]
+        missing = packages.lacking("system", str(name))
+        raise InputError(missing or f"no system is called {name!r}; {nearest(str(name), systems())}")
+    point = _entries()[name]
     made = plugins.load(point, f"the system {name!r} of {point.value!r}")
     try:
         found = made() if isinstance(made, type) else made
@@ -101,10 +94,20 @@ def lacks_package(content: Any) -> bool:
 
 
 @functools.cache
+def files() -> tuple[pathlib.Path, ...]:
+    """YAML files beside the systems of evolvent's own packages: built-in cases, and studies ``*.study.yaml``."""
+    found: list[pathlib.Path] = []
+    for point in _entries().values():
+        spec = importlib.util.find_spec(point.module) if packages.is_own(point.module) else None
+        if spec is not None and spec.origin is not None:
+            found += sorted(pathlib.Path(spec.origin).parent.rglob("*.yaml"))
+    return tuple(found)
+
+
+@functools.cache
 def built_in_files() -> dict[str, pathlib.Path]:
-    """Files of the cases that come with the package, by name."""
-    every = (path for path in _FOLDER.rglob("*.yaml") if not path.name.endswith(".study.yaml"))
-    found = {path.stem.replace("_", "-"): path for path in every}
+    """Files of the cases that come with evolvent's own packages, by name."""
+    found = {path.stem.replace("_", "-"): path for path in files() if not path.name.endswith(".study.yaml")}
     return dict(sorted(found.items()))
 
 
@@ -112,7 +115,7 @@ def built_in_files() -> dict[str, pathlib.Path]:
 def _outside_cases() -> dict[str, str]:
     """Cases of systems of other packages, name -> YAML text; a system that cannot be loaded has none."""
     found: dict[str, str] = {}
-    for name in _outside():
+    for name in (point.name for point in plugins.outside(GROUP)):
         with contextlib.suppress(InputError):  # reported where that system is used
             found |= {case: source for case, source in system(name).cases.items() if case not in built_in_files()}
     return found
@@ -121,11 +124,11 @@ def _outside_cases() -> dict[str, str]:
 def unusable() -> list[str]:
     """Sentences on systems and parts of other packages that cannot be loaded."""
     found: list[str] = []
-    if plugins.entry_points("evolvent.parts") or plugins.entry_points("evolvent.families"):  # they take long to load
+    if plugins.outside("evolvent.parts") or plugins.outside("evolvent.families"):  # they take long to load
         from evolvent.parts import registry
 
         found += registry.unusable().values()
-    for name in _outside():
+    for name in (point.name for point in plugins.outside(GROUP)):
         try:
             system(name)
         except InputError as error:
@@ -151,4 +154,5 @@ def text(name: str) -> str:
         return built_in_files()[name].read_text(encoding="utf-8")
     if name in _outside_cases():
         return _outside_cases()[name]
-    raise InputError(f"no case is called {name!r}; {nearest(name, [*built_in_files(), *_outside_cases()])}")
+    missing = packages.lacking("case", name)
+    raise InputError(missing or f"no case is called {name!r}; {nearest(name, [*built_in_files(), *_outside_cases()])}")

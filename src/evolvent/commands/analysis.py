@@ -7,10 +7,9 @@ from typing import Any
 
 import click
 
-from evolvent.base import files
+from evolvent.base import files, options as shared
 from evolvent.base.console import echo, once
 from evolvent.base.errors import RunFailed
-from evolvent.commands import options as shared
 
 
 def _loaded(case: str, assignments: tuple[str, ...]) -> tuple[Any, Any]:

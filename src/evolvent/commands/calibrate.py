@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import click
 
-from evolvent.base import files, progress
+from evolvent.base import files, options as shared, progress
 from evolvent.base.console import INTERRUPTED, echo, showing_progress
-from evolvent.commands import options as shared
 
 
 @click.command()

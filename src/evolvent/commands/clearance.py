@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from evolvent.base import files, progress
-from evolvent.base.console import echo, showing_progress
+from evolvent.base import files, options as shared, progress
+from evolvent.base.console import echo, made_table, showing_progress
 from evolvent.base.errors import InputError, RunFailed
-from evolvent.commands import options as shared
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -112,7 +111,6 @@ def _print(found: xr.Dataset) -> None:
     from rich.console import Console
 
     from evolvent.analysis import clearance_results as shown
-    from evolvent.commands.massprops import made_table
 
     rows = shown.rows(found)
     table = made_table("clearances", *rows[0])

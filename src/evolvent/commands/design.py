@@ -8,10 +8,9 @@ from typing import Any
 
 import click
 
-from evolvent.base import files, progress
+from evolvent.base import files, options as shared, progress
 from evolvent.base.console import echo, say, showing_progress
 from evolvent.base.errors import InputError, RunFailed
-from evolvent.commands import options as shared
 
 
 @click.command()

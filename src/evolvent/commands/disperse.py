@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from evolvent.base import files
+from evolvent.base import files, options as shared
 from evolvent.base.console import INTERRUPTED, figure_format, say, showing_progress
 from evolvent.base.errors import InputError, RunFailed
-from evolvent.commands import options as shared
 from evolvent.commands.sweep import Reached
 
 if TYPE_CHECKING:

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from evolvent.base import files
-from evolvent.base.console import echo, showing_progress
+from evolvent.base import files, options as shared
+from evolvent.base.console import echo, made_table, showing_progress
 from evolvent.base.errors import RunFailed
-from evolvent.commands import options as shared
 
 if TYPE_CHECKING:
     from evolvent.analysis.margins.results import MarginResults
@@ -88,8 +87,6 @@ def _loaded(case: str, given: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
 def _print(found: MarginResults, *, details: bool) -> None:
     """Print margins, what governs them, latches and notes."""
     from rich.console import Console
-
-    from evolvent.commands.massprops import made_table
 
     console = Console(highlight=False)
 

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from evolvent.base import files, progress, startup
+from evolvent.base import files, options as shared, progress, startup
 from evolvent.base.console import INTERRUPTED, figure_format, note, once, say, showing_progress
 from evolvent.base.errors import InputError, RunFailed, visible
-from evolvent.commands import options as shared
 
 if TYPE_CHECKING:
     import xarray as xr

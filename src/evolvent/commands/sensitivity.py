@@ -6,9 +6,8 @@ from typing import Any
 
 import click
 
-from evolvent.base import files
-from evolvent.base.console import echo, showing_progress
-from evolvent.commands import options as shared
+from evolvent.base import files, options as shared
+from evolvent.base.console import echo, made_table, showing_progress
 
 
 @click.command()
@@ -71,8 +70,6 @@ def _rows(found: Any) -> list[list[str]]:
 
 def _print(rows: list[list[str]], attrs: Any) -> None:
     from rich.console import Console
-
-    from evolvent.commands.massprops import made_table
 
     table = made_table(f"sensitivities, by {attrs['method']}", *rows[0])
     for row in rows[1:]:

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from evolvent.base import files, progress
+from evolvent.base import files, options as shared, progress
 from evolvent.base.console import INTERRUPTED, echo, figure_format, showing_progress
 from evolvent.base.errors import RunFailed
-from evolvent.commands import options as shared
 
 if TYPE_CHECKING:
     import xarray as xr

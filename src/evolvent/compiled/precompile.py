@@ -19,8 +19,8 @@ from evolvent.compiled import codecache, compilers, jit
 
 def compile_all() -> list[Any]:
     """Compile what is not in the cache of all functions that the package compiles, and return all of them."""
-    for path in codecache.sources():
-        importlib.import_module(codecache.module_name(path))
+    for name in codecache.sources():
+        importlib.import_module(name)
     found = jit.functions()
     jit.load(one for one in found if not compilers.is_kept(one.dispatcher, one.signature))
     return found

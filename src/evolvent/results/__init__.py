@@ -19,9 +19,10 @@ import numpy as np
 import xarray as xr
 
 from evolvent import __version__, cases
-from evolvent.base import netcdf, safe_open
+from evolvent.base import safe_open
 from evolvent.base.errors import HIDDEN, InputError
 from evolvent.base.files import _named, write_file
+from evolvent.results import netcdf
 from evolvent.results.figures import Number, numbers_of
 from evolvent.results.fine_samples import MARK
 
@@ -166,7 +167,7 @@ def made_with() -> str:
 
 @functools.cache
 def credibility() -> str:
-    """What is verified and validated, one sentence: that of `evolvent.laboratory.credibility`, from its file."""
+    """What is verified and validated, one sentence: that of `evolvent_papers.laboratory.credibility`, from its file."""
     return pathlib.Path(__file__).with_name("credibility.txt").read_text(encoding="utf-8").strip()
 
 

@@ -146,39 +146,6 @@ def _short(full: str, names: Sequence[str]) -> str:
     return own.replace("_", " ") if len(parts) == 1 else f"{part} {own.replace('_', ' ')}"
 
 
-def spectrum(lines: Sequence[Line], *, unit: str, marks: Sequence[float] = (), title: str = "Spectra") -> Figure:
-    """Amplitude spectra with a Hann window, in which an oscillation's peak is as high as its amplitude.
-
-    Parameters
-    ----------
-    lines : values over time (s), as of `lines_of`, at equal intervals
-    unit : str, of the values
-    marks : angular frequencies, rad/s, that are marked as identified
-
-    Raises
-    ------
-    InputError
-        If there are fewer than four samples, or their intervals are not equal.
-    """
-    time = lines[0].x
-    steps = np.diff(time)
-    if time.size < 4 or np.ptp(steps) > 1e-6 * steps.max():
-        raise InputError(f"the run has {time.size} samples; a spectrum needs four or more at equal intervals")
-    window = np.hanning(time.size)
-    omega = 2.0 * np.pi * np.fft.rfftfreq(4 * time.size, steps[0])
-    drawn = []
-    for line in lines:
-        transform = np.fft.rfft((line.y - line.y.mean()) * window, 4 * time.size)
-        drawn.append(dataclasses.replace(line, x=omega, y=2.0 * np.abs(transform) / window.sum(), width=1.0))
-    top = max(float(line.y.max()) for line in drawn)
-    low = max(min(float(line.y.min()) for line in drawn), 1e-6 * top)
-    for k, w in enumerate(marks):
-        label = "identified" if k == 0 else ""
-        drawn.append(Line(x=np.array([w, w]), y=np.array([low, 2.0 * top]), color="gray", style=":", label=label))
-    panel = Panel(x_label="angular frequency, rad/s", y_label=f"amplitude, {unit}", lines=drawn, log=True)
-    return Figure(name="spectrum", title=f"{title} (Hann window)", panels=[panel], height=90.0)
-
-
 def figures(run: xr.DataTree, *, without: Collection[str] = ()) -> list[Figure]:
     """Figures of a run: one a kind of part, and one of the balances; of one state, of all that is long.
 

@@ -344,7 +344,7 @@ class MarginResults:
         elif ending == ".csv":
             files.write_file(target, self._csv())
         else:
-            from evolvent.base import netcdf
+            from evolvent.results import netcdf
 
             files.write_file(target, netcdf.image(self.to_tree()))
         return target

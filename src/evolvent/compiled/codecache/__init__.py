@@ -10,12 +10,11 @@ from evolvent.compiled.codecache.folder import (
     is_own,
     is_warm,
     mark_warm,
-    module_name,
     sources,
 )
 from evolvent.compiled.codecache.linked import Linked, names_in
 
 __all__ = [
-    "BASELINE", "Linked", "folder_name", "is_own", "is_warm", "mark_warm", "module_name", "names_in",
+    "BASELINE", "Linked", "folder_name", "is_own", "is_warm", "mark_warm", "names_in",
     "sources",
 ]  # fmt: skip

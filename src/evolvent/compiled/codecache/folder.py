@@ -21,6 +21,7 @@ import numba
 from llvmlite import binding
 from numba import config
 
+from evolvent.base import packages
 from evolvent.compiled.codecache.files import may_be_changed, say_once
 
 _PACKAGE = pathlib.Path(__file__).parents[2]
@@ -47,20 +48,20 @@ def _baseline() -> str | None:
     return name if all(features.get(feature) for feature in needed) else None
 
 
-def sources() -> list[pathlib.Path]:
-    """Files of the modules that declare compiled functions."""
-    found = sorted(_PACKAGE.rglob("*.py"))
-    return [path for path in found if "evolvent.compiled.jit" in path.read_text(encoding="utf-8")]
-
-
-def module_name(path: pathlib.Path) -> str:
-    """Dotted name of the module in a file of the package."""
-    return ".".join(("evolvent", *path.relative_to(_PACKAGE).with_suffix("").parts)).removesuffix(".__init__")
+def sources() -> dict[str, pathlib.Path]:
+    """Modules that declare compiled functions, of all packages of evolvent that are installed: names and files."""
+    found = {}
+    for package, folder in packages.folders().items():
+        for path in sorted(folder.rglob("*.py")):
+            if "evolvent.compiled.jit" in path.read_text(encoding="utf-8"):
+                parts = path.relative_to(folder).with_suffix("").parts
+                found[".".join((package, *parts)).removesuffix(".__init__")] = path
+    return found
 
 
 def is_own(module: str) -> bool:
-    """Whether a module is one of this package, whose functions are kept by what they are compiled from."""
-    return module.partition(".")[0] == "evolvent"
+    """Whether a module is one of evolvent, whose functions are kept by what they are compiled from."""
+    return packages.is_own(module)
 
 
 def _source_hash() -> str:

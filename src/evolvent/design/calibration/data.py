@@ -17,11 +17,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent import cases
-from evolvent.base import safe_open, schema, tables, units
+from evolvent.base import safe_open, schema, signals, tables, units
 from evolvent.base.errors import InputError, nearest
+from evolvent.base.signals import timebase
 from evolvent.design.calibration import histories
-from evolvent.massprops import signals
-from evolvent.massprops.signals import timebase
 from evolvent.results.measurements import Measurements, Series
 
 Array = np.ndarray

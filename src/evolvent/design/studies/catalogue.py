@@ -4,23 +4,23 @@ from __future__ import annotations
 
 import functools
 import pathlib
-import re
 
 from evolvent import cases
+from evolvent.base import packages
 from evolvent.base.errors import InputError, nearest
 
-_SYSTEMS = pathlib.Path(cases.__file__).parents[1] / "systems"
 _SUFFIX = ".study.yaml"
 
 
 @functools.cache
 def files() -> dict[str, pathlib.Path]:
     """Files of the built-in studies by name: ``inertia_stand/map.study.yaml`` is ``inertia-stand-map``."""
-    found = {}
-    for path in sorted(_SYSTEMS.rglob(f"*{_SUFFIX}")):
-        name = str(path.relative_to(_SYSTEMS))[: -len(_SUFFIX)]
-        found[re.sub(r"[\\/_]", "-", name)] = path
-    return found
+    found = {
+        f"{path.parent.name}-{path.name.removesuffix(_SUFFIX)}".replace("_", "-"): path
+        for path in cases.files()
+        if path.name.endswith(_SUFFIX)
+    }
+    return dict(sorted(found.items()))
 
 
 def built_in() -> dict[str, str]:
@@ -38,5 +38,6 @@ def text(name: str) -> str:
         If there is no such study.
     """
     if name not in files():
-        raise InputError(f"no study is called {name!r}; {nearest(name, files())}")
+        missing = packages.lacking("study", name)
+        raise InputError(missing or f"no study is called {name!r}; {nearest(name, files())}")
     return files()[name].read_text(encoding="utf-8")

@@ -18,7 +18,7 @@ import numpy as np
 from evolvent import cases
 from evolvent.analysis.margins.kept import others_of
 from evolvent.analysis.system import System
-from evolvent.base import progress, safe_open, schema
+from evolvent.base import packages, progress, safe_open, schema
 from evolvent.base.errors import InputError, nearest
 from evolvent.design.evaluator.runs import files_of
 from evolvent.design.studies import catalogue, draws, measured, stages as st
@@ -280,7 +280,8 @@ def _content(study: Any) -> tuple[dict[str, Any], pathlib.Path]:
         path, source = catalogue.files()[name], catalogue.text(name)
     else:
         if not os.path.exists(name) and not re.search(r"[./\\]", name):
-            raise InputError(f"no study is called {schema.shown(name)}; {nearest(name, catalogue.files())}")
+            missing = packages.lacking("study", name)
+            raise InputError(missing or f"no study is called {schema.shown(name)}; {nearest(name, catalogue.files())}")
         path = pathlib.Path(name)
         source = safe_open.text(path)
     content = cases.parse_yaml(source, name)

@@ -9,7 +9,7 @@ the tangent e_i and its rate u_i = e_i' in the same slots, so that lengths are e
 the slot of the last node holds that node's position and velocity. Implicit methods hold positions and velocities of
 their nodes as well, and each segment is a constraint.
 
-Source: Tenenbaum (2014), equations 1 to 15; see `evolvent.systems.heliogyro`.
+Source: Tenenbaum (2014), equations 1 to 15; see `evolvent_papers.heliogyro`.
 
 `wound` : the drive, the departure point and the thread on the spool; `springs`, `chain` : the released part by the
 kind of its segments; `joined` : those of fixed length under implicit methods; `loads` : on released nodes; `energy` :

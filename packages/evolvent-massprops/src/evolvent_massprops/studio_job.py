@@ -1,0 +1,45 @@
+"""The job of the studio that identifies."""
+
+from __future__ import annotations
+
+import pathlib
+from typing import Any
+
+import numpy as np
+
+from evolvent.base import progress
+from evolvent_massprops import certificate, description
+from evolvent_massprops.measurement import mass_properties
+from evolvent_massprops.rounding import rounded
+from evolvent_studio.worker import CASE, CERTIFICATE, parsed
+
+
+def identify(place: pathlib.Path, job: dict[str, Any], report: Any) -> None:
+    """Find mass properties, and write their certificate.
+
+    Parameters
+    ----------
+    place : Path, folder of the job
+    job : its kind, its case as YAML, and the files of its signals
+    report : takes how far it is, and what came of it
+    """
+    report.reached(0.0, 1.0)
+    with progress.shown_by(report.stage):
+        found = mass_properties(job["signals"], description.load(parsed(job["case"], CASE)))
+    rows = []
+    for k, output in enumerate(found.outputs):
+        u, U = found.std[k], found.expanded[k]
+        known = found.has_uncertainties and np.isfinite(u) and u > 0.0
+        value = rounded(found.values[k], u) if known else f"{found.values[k]:.6g}"
+        rows.append([output.key, value, rounded(u, u) if known else "-", rounded(U, U) if known else "-", output.unit])
+    modes = found.evaluations[0].modal.modes
+    report.send(
+        rows=rows,
+        warnings=found.cautions,
+        notes=found.notes,
+        modes=[[float(modes.frequency[k]), float(modes.decay_rate[k])] for k in range(modes.order)],
+    )
+    with progress.shown_by(report.stage):
+        progress.report("drawing the certificate")
+        certificate.write(found, place / CERTIFICATE)
+    report.send(status="success", message="")

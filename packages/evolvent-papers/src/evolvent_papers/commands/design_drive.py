@@ -1,0 +1,128 @@
+"""The command `evolvent design-drive`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from evolvent.base import files, options as shared, progress
+from evolvent.base.console import echo, made_table, showing_progress
+from evolvent.base.errors import InputError, RunFailed
+
+if TYPE_CHECKING:
+    from evolvent_papers.drives import Design
+
+#: Options that are bounds, with what they bound.
+_BOUNDS = {
+    "peak-lag": ("14deg", "Largest lag of the tip.  [default: 1.02 times the steady lag]"),
+    "residual-swing": (
+        "0.2deg",
+        "Largest lag after the drive, of the tip and at the spool.  [default: 0.2deg]",
+    ),
+    "lag-rate": ("5deg/s", "Largest rate of the lag."),
+    "tension": ("20mN", "Largest tension at the spool."),
+    "spool-torque": ("'0.2 mN m'", "Largest torque of the thread on the spool."),
+    "time": (
+        "150s",
+        "Time that the drive takes, neither more nor less.  [default: 1.1 times that of the constant rate]",
+    ),
+    "length": ("50cm", "Length out at the end; below spool.start_length it reels in.  [default: blade.length]"),
+    "error": ("0.1", "Relative error of inertia and spin.  [default: 0.1]"),
+}
+
+
+def _bounds(command: Any) -> Any:
+    """The options of the bounds."""
+    for name, (example, what) in reversed(_BOUNDS.items()):
+        command = shared.single(f"--{name}", metavar=example, text=what)(command)
+    return command
+
+
+@click.command("design-drive")
+@click.argument("case", metavar="CASE|FILE")
+@_bounds
+@shared.single("--bounds", "file", metavar="FILE", text="Bounds in a YAML file: keys as the options, with _ for -.")
+@shared.output("DRIVE.YAML", "The case with the drive, for evolvent run.")
+@shared.single("--figure", metavar="DRIVE.PNG", text="Draw the drive and the lag.")
+@shared.assignments
+@shared.quiet()
+def design_drive(
+    case: str, file: str | None, output: str | None, figure: str | None, assignments: tuple[str, ...], quiet: bool,
+    **options: str | None,
+) -> None:  # fmt: skip
+    """Design the drive of the spools of a heliogyro: start, steady part and stop, or reeling in, within bounds.
+
+    The case has the constant rate spool.rate, which the drive improves on. The exit code is 1 where a bound is not
+    met; the nearest drive is written all the same.
+
+    \b
+    evolvent design-drive heliogyro -o drive.yaml --figure drive.png
+    evolvent design-drive heliogyro --peak-lag 14deg --time 150s -o drive.yaml
+    evolvent run drive.yaml
+    """  # noqa: D301
+    from evolvent import cases
+    from evolvent.view import plots
+    from evolvent_papers import drives
+
+    bounds = _read(file, options)
+    if figure is not None:
+        plots.format_of(figure)
+        files.check_writable(figure)
+    shared.check_output(output, case, "drive.yaml")
+
+    def show(runs: int, _: float) -> None:
+        progress.report("searching", runs, unit="runs")
+
+    with showing_progress(quiet=quiet):
+        found = drives.design(case, bounds, cases.parse_assignments(assignments), progress=show)
+    if not quiet:
+        _print(found)
+    missed = drives.text(found)
+    if output is not None:
+        first = "A designed drive; " + (f"bounds not met: {missed}" if missed else "all bounds are met")
+        files.write_file(output, f"# {first}\n{cases.dump(found.content)}".encode())
+        echo(f"case: {output}")
+    if figure is not None:
+        echo(f"figure: {plots.save(drives.figure(found), figure)}")
+    if missed:
+        raise RunFailed(f"bounds are not met: {missed}", found)
+
+
+def _read(file: str | None, options: dict[str, str | None]) -> Any:
+    """The bounds of a file and of the options; an option comes before the file."""
+    from evolvent import cases
+    from evolvent.base import safe_open
+    from evolvent_papers.drives import Bounds
+
+    content: Any = {} if file is None else cases.parse_yaml(safe_open.text(file), file)
+    if not isinstance(content, dict):
+        raise InputError(f"{file}: bounds are a mapping of keys to values, such as peak_lag: 14 deg; this is not")
+    given = {str(key): value for key, value in content.items()}
+    return shared.section(Bounds, given | {key: value for key, value in options.items() if value is not None})
+
+
+def _print(found: Design) -> None:
+    """Print measures beside bounds, and the corners."""
+    from rich.console import Console
+
+    from evolvent_papers.drives import report
+
+    console = Console(highlight=False)
+    last = ("worst corner",) if found.corners else ()
+    table = made_table("designed drive", "", "bound", "constant rate", "designed", "other models", *last)
+    for row in report.rows(found):
+        table.add_row(*row)
+    console.print(table)
+    lags = ("peak lag, deg", "swing of the tip, deg", "swing at the spool, deg")
+    console.print()
+    table = made_table("models of the blade", "segments", *lags)
+    for model in report.models(found):
+        table.add_row(*model)
+    console.print(table)
+    if found.corners:
+        console.print()
+        table = made_table("errors of inertia and spin", "inertia", "spin", *lags)
+        for corner in report.corners(found):
+            table.add_row(*corner)
+        console.print(table)

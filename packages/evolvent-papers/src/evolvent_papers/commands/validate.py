@@ -1,0 +1,117 @@
+"""The command `evolvent validate`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from evolvent.base import files, options as shared
+from evolvent.base.console import aligned, echo, say, showing_progress
+from evolvent.base.errors import InputError, RunFailed
+
+if TYPE_CHECKING:
+    from evolvent_papers.laboratory.book import Set, Verdict
+
+
+@click.command()
+@click.argument("name", metavar="[SET]", required=False)
+@click.option(
+    "--all", "every", is_flag=True, help="All sets, and the coverage of their bands; those without data are left out."
+)
+@shared.single("--data", metavar="FOLDER|FILE", text="Other measurements of the same form.")
+@shared.assignments
+@shared.single("--figure", metavar="FIGURE.PNG", text="Draw prediction and measurement; further figures get numbers.")
+@shared.output("VERDICT.JSON", "Keep all comparisons as a file.")
+@shared.quiet()
+def validate(
+    name: str | None, every: bool, data: str | None, assignments: tuple[str, ...], figure: str | None,
+    output: str | None, quiet: bool,
+) -> None:  # fmt: skip
+    """Predict measured motion, and compare. Without a SET the sets of measurements are listed.
+
+    Each comparison states its band before it is made: uncertainty of the measurement, of the parameters and of the
+    numerics. The exit code is 1 where a goal is missed.
+
+    \b
+    evolvent validate
+    evolvent validate --all -o all.json
+    evolvent validate triple-pendulum --figure pendulum.png
+    evolvent validate triple-pendulum --data recordings --set fitted=5
+    """  # noqa: D301
+    from evolvent import cases
+    from evolvent_papers import laboratory
+    from evolvent_papers.laboratory import book
+
+    if name is None or every:
+        if name is not None or data is not None or assignments or figure is not None:
+            what = "--all takes no SET and none of --data, --set and --figure" if every else "a SET is missing"
+            raise InputError(f"{what}; known: {', '.join(laboratory.SETS)}")
+        if not every:
+            if output is not None:
+                raise InputError(f"a SET is missing, or --all; known: {', '.join(laboratory.SETS)}")
+            _list()
+            return
+    for path in filter(None, (figure, output)):
+        files.check_writable(path)
+    if every:
+        found = _every(quiet=quiet)
+    else:
+        assert name is not None
+        found = _one(name, data, cases.parse_assignments(assignments), figure, quiet=quiet)
+    if output is not None:
+        files.write_file(output, book.as_json(found))
+        echo(f"verdict: {output}")
+    verdicts = {of.name: one for of, one in found.items() if one is not None}
+    missed = [f"{key}: {one.what}" if every else one.what for key, v in verdicts.items() for one in v.missed]
+    if missed:
+        raise RunFailed(f"goals are missed: {'; '.join(missed)}", None)
+
+
+def _list() -> None:
+    """Print the names and titles of all sets."""
+    from evolvent_papers import laboratory
+
+    width = max(map(len, laboratory.SETS))
+    for name in laboratory.SETS:
+        one = laboratory.found(name)
+        echo(f"{name:<{width}}  {one.title}" + (f" (--data FOLDER: {one.needs})" if one.needs else ""))
+
+
+def _one(
+    name: str, data: str | None, overrides: dict[str, Any], figure: str | None, *, quiet: bool
+) -> dict[Set, Verdict | None]:
+    """Predict and compare one set."""
+    from evolvent.view import plots
+    from evolvent_papers import laboratory
+    from evolvent_papers.laboratory import book
+
+    asked = laboratory.found(name)
+    if figure is not None:
+        plots.format_of(figure)
+    with showing_progress(quiet=quiet):
+        found = asked.validate(overrides, data)
+    if not quiet:
+        say("\n".join(aligned(book.rows(found))))
+        for note in found.notes:
+            say(note)
+        say(found.text)
+    if figure is not None:
+        for k, drawn in enumerate(found.figures):
+            path = figure if k == 0 else figure.replace(".", f"-{k + 1}.", 1)
+            echo(f"figure: {plots.save(drawn, path)}")
+    return {asked: found}
+
+
+def _every(*, quiet: bool) -> dict[Set, Verdict | None]:
+    """Predict and compare all sets whose measurements the package has."""
+    from evolvent_papers import laboratory
+    from evolvent_papers.laboratory import book
+
+    sets = [laboratory.found(name) for name in laboratory.SETS]
+    with showing_progress(quiet=quiet):
+        found = {one: None if one.needs else one.validate() for one in sets}
+    if not quiet:
+        say("\n".join(aligned(book.overview(found))))
+        say(book.sentence(*book.totals(one for one in found.values() if one is not None)))
+    return found

@@ -1,0 +1,113 @@
+"""A designed drive as text and figure."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent_papers.drives import motion as mo
+from evolvent_papers.drives.search import Design
+
+#: Words, unit and factor to it of each measure.
+WORDS = {
+    "peak_lag": ("peak lag", "deg", np.degrees(1.0)),
+    "tip_swing": ("residual swing of the tip", "deg", np.degrees(1.0)),
+    "spool_swing": ("residual swing at the spool", "deg", np.degrees(1.0)),
+    "lag_rate": ("rate of the lag", "deg/s", np.degrees(1.0)),
+    "tension": ("tension at the spool", "mN", 1e3),
+    "spool_torque": ("torque on the spool", "mN m", 1e3),
+}
+
+
+def rows(found: Design) -> list[tuple[str, ...]]:
+    """Rows of a table: measure, bound, constant rate, this drive, largest of all models, worst corner."""
+    columns = [found.constant.measures(), found.nominal.measures(), found.largest]
+    corners = [one.measures() for one in found.corners.values()]
+    table = []
+    for key, (words, unit, factor) in WORDS.items():
+        bound = getattr(found.task.bounds, mo.BOUND_OF[key])
+        values = [getattr(one, key) for one in columns]
+        values += [max(getattr(one, key) for one in corners)] if corners else []
+        cells = [f"{factor * value:.4g}" for value in values]
+        table.append((f"{words}, {unit}", "-" if bound is None else f"{factor * bound:.4g}", *cells))
+    times = [found.task.constant_time, *[found.end] * (len(columns) - 1 + bool(corners))]
+    bound = found.task.bounds.time or found.end
+    table.append(("time, s", f"{bound:.4g}", *(f"{value:.4g}" for value in times)))
+    return table
+
+
+def text(found: Design) -> str:
+    """What the bounds are missed by and the corners whose runs failed, one sentence; '' where all are met."""
+    parts = []
+    for key, value, bound in found.missed():
+        words, unit, factor = WORDS[key]
+        parts.append(f"{words} {factor * value:.4g} {unit}, {factor * (value - bound):.2g} above {factor * bound:.4g}")
+    for factors, one in found.corners.items():
+        if one.failed:
+            inertia, spin = (f"{100.0 * (factor - 1.0):+.3g} %" for factor in factors)
+            parts.append(f"the run with inertia {inertia}, spin {spin} failed: {one.failed}")
+    return "; ".join(parts)
+
+
+def models(found: Design) -> list[tuple[str, ...]]:
+    """Rows of a table: model of the blade, peak lag, residual swing of the tip and at the spool in degrees."""
+    all_models = {f"{found.task.case.blade.nodes} links": found.nominal, **found.others}
+    return [(name, *_degrees(one.measures())) for name, one in all_models.items()]
+
+
+def _degrees(of: mo.Measures) -> tuple[str, str, str]:
+    """Peak lag and both swings in degrees."""
+    return f"{np.degrees(of.peak_lag):.4g}", f"{np.degrees(of.tip_swing):.3g}", f"{np.degrees(of.spool_swing):.3g}"
+
+
+def corners(found: Design) -> list[tuple[str, ...]]:
+    """Rows of a table: inertia, spin, peak lag, residual swing of the tip and at the spool in degrees."""
+    return [
+        (f"{100.0 * (inertia - 1.0):+.3g} %", f"{100.0 * (spin - 1.0):+.3g} %", *_degrees(one.measures()))
+        for (inertia, spin), one in found.corners.items()
+    ]
+
+
+def figure(found: Design) -> Figure:
+    """Rate of the spools, lag of the tip under it and under the constant rate, and the lag at the corners."""
+    one, constant = found.nominal, found.constant
+    fine = np.linspace(0.0, float(one.time[-1]), 1001)
+    rate = [Line(x=fine, y=rates(found, fine), label="designed")]
+    steps = np.array([0.0, 0.0, 1.0, 1.0]) * found.task.constant_time
+    rate.append(
+        Line(x=steps, y=np.array([0.0, 1.0, 1.0, 0.0]) * found.task.rate, label="constant", color=1, style="--")
+    )
+    lags = [Line(x=one.time, y=np.degrees(one.lag), label="designed, tip")]
+    lags.append(
+        Line(x=constant.time, y=np.degrees(constant.lag), label="constant, tip", color=1, style="--", width=1.0)
+    )
+    after, words = one.ended, "designed, at the spool after the stop"
+    lags.append(Line(x=one.time[after], y=np.degrees(one.spool_lag[after]), label=words, color=2, width=0.8))
+    bound = np.degrees(found.task.bounds.peak_lag or np.nan) * np.sign(found.task.rate)
+    lags.append(Line(x=one.time[[0, -1]], y=np.full(2, bound), label="bound", color="gray", width=0.8))
+    panels = [
+        Panel(x_label="time, s", y_label="rate of the spools, rad/s", lines=rate),
+        Panel(x_label="time, s", y_label="lag, deg", lines=lags),
+    ]
+    if found.corners:
+        panels.append(
+            Panel(x_label="time, s", y_label="lag of the tip, deg", lines=_corner_lines(found), title="corners")
+        )
+    title = "Designed drive of the spools"
+    return Figure(name="drive", title=title, panels=panels, height=stacked(len(panels)), columns=1)
+
+
+def _corner_lines(found: Design) -> list[Line]:
+    lines = []
+    for k, ((inertia, spin), one) in enumerate(found.corners.items()):
+        label = f"inertia {100.0 * (inertia - 1.0):+.0f} %, spin {100.0 * (spin - 1.0):+.0f} %"
+        lines.append(Line(x=one.time, y=np.degrees(one.lag), label=label, color=k, width=1.0))
+    return lines
+
+
+def rates(found: Design, time: mo.Array) -> mo.Array:
+    """Rate of the spools at times, rad/s."""
+    from scipy.interpolate import PchipInterpolator
+
+    at, rate = np.array(found.table).T
+    return np.where(time <= at[-1], PchipInterpolator(at, rate)(np.minimum(time, at[-1])), 0.0)

@@ -1,0 +1,45 @@
+"""Processes of the studio's own: each sends messages to the studio, one JSON object a line."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from evolvent.base import startup
+
+
+def start(
+    module: str, *arguments: str | os.PathLike[str], folder: str | os.PathLike[str], stderr: Any
+) -> subprocess.Popen[str]:
+    """Start a module of the studio in an empty folder, from which no module and no settings are picked up."""
+    return subprocess.Popen(
+        [sys.executable, "-P", "-m", f"evolvent_studio.{module}", *arguments],
+        cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=stderr, text=True, encoding="utf-8",
+        errors="replace", start_new_session=os.name != "nt",  # Ctrl-C at the studio's terminal is the studio's alone
+    )  # fmt: skip
+
+
+def close(process: subprocess.Popen[str]) -> None:
+    """Close the pipes of a process that has ended."""
+    for pipe in (process.stdin, process.stdout, process.stderr):
+        with contextlib.suppress(OSError):
+            if pipe is not None:
+                pipe.close()
+
+
+def channel() -> Callable[..., None]:
+    """What sends a message, its items as keywords, from this process; whatever else is printed goes to stderr."""
+    startup.prepare_process()
+    out = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+
+    def send(**what: Any) -> None:
+        out.write(json.dumps(what) + "\n")
+        out.flush()
+
+    return send

@@ -1,0 +1,253 @@
+"""The process that computes one job: ``python -m evolvent_studio.worker FOLDER``.
+
+The first line of stdin is the job, one JSON object: its kind, its case as YAML, and the files of its signals. Results
+are written to FOLDER, and its progress to stdout, one JSON object a line. Another line on stdin, or its end, stops the
+work; what was computed is kept.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import pathlib
+import sys
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from evolvent.base import startup
+from evolvent_studio import added, child
+
+#: Files of a job.
+CASE, RUN, STUDY, CERTIFICATE = "case.yaml", "run.nc", "study", "certificate.html"
+MARGINS, DISPERSION, DISPERSED = "margins.html", "dispersion.html", "dispersion.csv"
+#: Folder of a calibration, its page and the case with the fitted values.
+CALIBRATION, REPORT, FITTED = "calibration", "report.html", "case.yaml"
+#: Kinds of jobs that keep nothing when they are cancelled.
+AT_ONCE = ("equilibrium", "modes", "margin", "identify")
+#: Modes, and the packed motion of one of them.
+MODES, MODE = "modes.nc", "mode-{}.motion"
+
+
+def main(folder: str) -> int:
+    """Compute the job in `folder`."""
+    send = child.channel()
+    from evolvent.base.errors import EvolventError
+
+    job = json.loads(sys.stdin.readline())
+    report = _Report(send, at_once=job["kind"] in AT_ONCE)
+    place = pathlib.Path(folder)
+    try:
+        known = {
+            "run": _run, "equilibrium": _equilibrium, "modes": _modes, "margin": _margin, "sweep": _sweep,
+            "disperse": _disperse, "calibrate": _calibrate,
+        }  # fmt: skip
+        compute = known.get(job["kind"]) or added.job(job["kind"])
+        with (
+            contextlib.nullcontext()
+            if job["kind"] in ("sweep", "disperse")
+            else startup.hidden(*startup.ARRAY_LIBRARIES)
+        ):
+            compute(place, job, report)
+    except EvolventError as error:
+        report.send(status="failed", message=str(error))
+    except KeyboardInterrupt:
+        report.send(status="interrupted", message="cancelled")
+    return 0
+
+
+def parsed(text: str, name: str) -> dict[str, Any]:
+    """Content of a case, study or description of a job.
+
+    Raises
+    ------
+    InputError
+        If it is no mapping.
+    """
+    from evolvent import cases
+    from evolvent.base.errors import InputError
+
+    content = cases.parse_yaml(text, name)
+    if not isinstance(content, dict):
+        raise InputError(f"{name} holds no mapping of keys to values")
+    return content
+
+
+class _Report:
+    """What goes back and forth between the studio and this process.
+
+    Parameters
+    ----------
+    send : sends a message
+    at_once : bool, whether the process ends as soon as it is asked to
+    """
+
+    def __init__(self, send: Callable[..., None], *, at_once: bool) -> None:
+        self._send, self._at_once = send, at_once
+        self._stop = threading.Event()
+        threading.Thread(target=self._listen, daemon=True).start()
+
+    def _listen(self) -> None:
+        sys.stdin.readline()
+        self._stop.set()
+        if self._at_once:
+            self.send(status="interrupted", message="cancelled")
+            os._exit(0)
+
+    def send(self, **what: Any) -> None:
+        """Send one message."""
+        try:
+            self._send(**what)
+        except OSError:  # the studio is gone; the results are kept all the same
+            self._stop.set()
+
+    def compiling(self, state: Any) -> None:
+        """Report how many functions are compiled, of `evolvent.base.progress.Compilation`."""
+        self.send(note=f"compiling for this machine, once: {state.done} of {state.needed} functions")
+
+    def stage(self, stage: Any) -> None:
+        """Report a stage, of `evolvent.base.progress.Stage`."""
+        counted = f": {stage.done:.0f} of {stage.total:.0f}" if stage.total > 1.0 else ""
+        self.send(note=f"{stage.what}{counted}")
+
+    def reached(self, reached: float, end: float) -> None:
+        """Report how far the work is; raises KeyboardInterrupt where it is to stop."""
+        self.send(reached=float(reached), end=float(end))
+        self.check()
+
+    def check(self) -> None:
+        """Raise KeyboardInterrupt where the work is to stop."""
+        if self._stop.is_set():
+            raise KeyboardInterrupt
+
+
+def _case(job: dict[str, Any]) -> tuple[Any, str]:
+    """The case of a job, and its text with values as the user wrote them, but rows in the place of their files."""
+    from evolvent import cases
+
+    content = cases.in_place(parsed(job["case"], CASE))
+    case = cases.load(content)
+    return case, cases.to_yaml(case, content)
+
+
+def _run(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
+    from evolvent import cases, results
+    from evolvent.base import progress
+
+    case, text = _case(job)
+    plan = cases.system(case.system).plan(case)
+    report.reached(0.0, plan.duration)
+
+    with progress.compilation_shown_by(report.compiling):
+        found = plan.run(lambda reached: report.reached(reached, plan.duration))
+    found.attrs["case"] = text
+    results.save(found, place / RUN)
+    report.send(status=found.attrs["status"], message=found.attrs["message"])
+
+
+def _equilibrium(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
+    from evolvent import cases, results
+    from evolvent.base import progress
+
+    case, text = _case(job)
+    report.reached(0.0, 1.0)
+    with progress.compilation_shown_by(report.compiling):
+        found = cases.system(case.system).equilibrium(case, lambda factor: report.reached(min(factor, 1.0), 1.0))
+    found.attrs["case"] = text
+    results.save(found, place / RUN)
+    report.send(status=found.attrs["status"], message=found.attrs["message"])
+
+
+def _modes(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
+    from evolvent import cases
+    from evolvent.base import progress
+    from evolvent.view import animation
+
+    case = _case(job)[0]
+    report.reached(0.0, 1.0)
+    with progress.compilation_shown_by(report.compiling):
+        found = cases.system(case.system).modes(case)
+    count = len(found.pole)
+    for k in range(count):
+        (place / MODE.format(k)).write_bytes(animation.pack(found.motion(k)))
+        report.reached(k + 1.0, count)
+    head, *rows = found.rows()
+    report.send(head=head, rows=rows)
+    found.save(place / MODES)
+    report.send(status="success", message="")
+
+
+def _margin(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
+    from evolvent import cases
+    from evolvent.base import progress
+    from evolvent.exports import margins_page
+
+    case = _case(job)[0]
+    report.reached(0.0, 1.0)
+    with progress.compilation_shown_by(report.compiling), progress.shown_by(report.stage):
+        found = cases.system(case.system).margin(
+            case, progress=lambda reached: report.send(note=f"margins along the run: {reached:.4g} s")
+        )
+        margins_page.write(found, os.fspath(place / MARGINS))
+    below = f"the margin of {', '.join(map(repr, found.negative))} is below 0"
+    report.send(
+        status="success", message=below if found.negative else f"every margin holds, the least is {found.least:.4g}"
+    )
+
+
+def _cases(job: dict[str, Any], place: pathlib.Path, report: _Report) -> dict[str, Any]:
+    """Arguments with which the many cases of a job are run."""
+    return {
+        "study": parsed(job["case"], CASE), "output": place / STUDY, "workers": 1, "progress": report.reached,
+        "report": lambda sentence: report.send(note=sentence),
+    }  # fmt: skip
+
+
+def _end_cases(report: _Report, failed: int, count: int, what: str) -> None:
+    """Report how many cases of a job have failed; the job itself has where all have."""
+    message = f"{failed} of {count} {what} failed" if failed else ""
+    report.send(status="failed" if failed == count else "success", message=message)
+
+
+def _sweep(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
+    from evolvent.design import studies
+
+    found = studies.sweep(**_cases(job, place, report))
+    _end_cases(report, int((found.status == "failed").sum()), found.status.size, "cases")
+
+
+def _disperse(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
+    from evolvent.design.dispersions import dispersed, report as pages
+
+    found = dispersed.disperse(**_cases(job, place, report))
+    report.send(note="drawing the report")
+    pages.write_table(found, place / DISPERSED)
+    pages.write(found, place / DISPERSION)
+    _end_cases(report, len(found.failures), found.count, "runs")
+
+
+def _calibrate(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
+    from evolvent.base import progress
+    from evolvent.design.calibration import fit, report as pages
+
+    asked = parsed(job["case"], CASE)
+
+    def show(count: int, rms: float) -> None:
+        report.send(note=f"{count} evaluations, root mean square {rms:.4g}")
+        report.check()
+
+    with progress.compilation_shown_by(report.compiling):
+        found = fit.calibrate(
+            asked["case"], job["signals"][0], folder=place / CALIBRATION, progress=show,
+            report=lambda sentence: report.send(note=sentence),
+            **{name: asked[name] for name in ("fit", "observe", "deviations", "bounds") if name in asked},
+        )  # fmt: skip
+    pages.write(found, place / CALIBRATION)
+    count = len(found.parameters)
+    message = f"{count} parameter{'s' * (count > 1)} fitted, root mean square {found.rms:.3g} {found.series[0].unit}"
+    report.send(status="success", message=message.strip())
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))

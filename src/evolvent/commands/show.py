@@ -1,0 +1,204 @@
+"""The commands `evolvent list`, `show`, `parts`, `schema`, `info` and `plot`."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import os
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, Protocol, get_args, get_origin, runtime_checkable
+
+import click
+
+from evolvent.base import files
+from evolvent.base.console import echo, figure_format, once, say
+from evolvent.base.errors import InputError
+from evolvent.commands.run import beside, draw, list_names, print_rows, table
+
+if TYPE_CHECKING:
+    from evolvent.base.schema import Section
+
+
+@click.command("list")
+def list_cases() -> None:
+    """List the built-in cases, and the studies for `evolvent sweep`."""
+    from evolvent import cases
+    from evolvent.design import studies
+
+    found = cases.built_in() | {name: f"study: {what}" for name, what in studies.built_in().items()}
+    width = max(len(name) for name in found)
+    for name, what in found.items():
+        echo(f"{name:<{width}}  {what}")
+    _say_unusable(cases.unusable())
+
+
+def _say_unusable(sentences: Iterable[str]) -> None:
+    """Say why plug-ins cannot be used, unless that was said as they were loaded."""
+    from evolvent.base import plugins
+
+    for sentence in sentences:
+        if sentence not in plugins.said:
+            echo(f"evolvent: {sentence}", err=True)
+
+
+@click.command()
+@click.argument("case", metavar="CASE|FILE")
+def show(case: str) -> None:
+    """Print a built-in CASE or study, to be kept in a file and edited; of a case FILE all keys, defaults included."""
+    from evolvent import cases
+    from evolvent.design import studies
+
+    if case in studies.built_in():
+        echo(studies.text(case), nl=False)
+    elif case not in cases.built_in() and re.search(r"[./\\]", case):
+        echo(cases.to_yaml(cases.load(case), cases.content_of(case)), nl=False)
+    else:
+        echo(cases.text(case), nl=False)
+
+
+@click.command("parts")
+@click.argument("kind", required=False)
+def list_parts(kind: str | None) -> None:
+    """List the kinds of parts of a structure, or the keys of one KIND with units and defaults."""
+    from evolvent.base.schema import descriptions, marks
+    from evolvent.parts import registry
+
+    if kind is None:
+        _say_unusable(registry.unusable().values())
+        print_rows(
+            [(name, inspect.cleandoc(part.__doc__ or "").splitlines()[0]) for name, part in registry.kinds().items()]
+        )
+        return
+    part = registry.kinds().get(kind)
+    if part is None:
+        raise InputError(f"no part is of the kind {kind!r}; {registry.not_known(kind)}")
+    rows: list[tuple[str, str]] = []
+    texts = descriptions(part)
+    for name, field in part.model_fields.items():
+        if name == "kind":
+            continue
+        own = list(marks(field))
+        unit = next((f" [{found}]" for mark in own if (found := _unit_of(mark))), "")
+        default = field.get_default(call_default_factory=True)
+        if field.is_required():
+            value = ", required"
+        else:
+            value = "" if default in (None, (), {}, "") else f" = {_written(default)}"
+        rows.append((f"{name}{unit}{value}", " ".join(filter(None, [texts[name], _choices(field.annotation, own)]))))
+    say(inspect.cleandoc(part.__doc__ or "").splitlines()[0])
+    print_rows(rows)
+
+
+def _unit_of(mark: Any) -> str:
+    """Unit of the values that an annotation reads, '' for none."""
+    return str(getattr(getattr(mark, "quantity", mark), "unit", "") or "")
+
+
+@runtime_checkable
+class _WithKinds(Protocol):
+    """An annotation of a key that holds one of several kinds of sections, by name."""
+
+    kinds: Mapping[str, type[Section]]
+
+
+def _choices(annotation: Any, own: Sequence[Any]) -> str:
+    """The words, or the sections with their keys, that a key may take, as a sentence; '' of other keys."""
+    from evolvent.parts.profile import KINDS, Profile
+
+    if get_origin(annotation) is Literal:
+        return f"One of {', '.join(map(str, get_args(annotation)))}."
+    if _holds(annotation, Profile):
+        return f"Rows [time, value], or one of {', '.join(KINDS)}."
+    for mark in own:
+        if isinstance(mark, _WithKinds):
+            each = (f"{name}: {{{', '.join(kind.model_fields)}}}" for name, kind in mark.kinds.items())
+            return f"One of {'; '.join(each)}."
+    return ""
+
+
+def _holds(annotation: Any, kind: type) -> bool:
+    """Whether a class, or one derived from it, stands in an annotation."""
+    own = isinstance(annotation, type) and issubclass(annotation, kind)
+    return own or any(_holds(one, kind) for one in get_args(annotation))
+
+
+def _written(default: Any) -> str:
+    """A default as a case file has it."""
+    if isinstance(default, bool):
+        return str(default).lower()
+    if isinstance(default, tuple):
+        return f"[{', '.join(map(_written, default))}]"
+    return f"{default:g}" if isinstance(default, float) else str(default)
+
+
+@click.command()
+@click.argument("system")
+def schema(system: str) -> None:
+    """Print the JSON schema of a SYSTEM's cases, for editors."""
+    from evolvent import cases
+
+    echo(json.dumps(cases.json_schema(system), indent=2))
+
+
+@click.command()
+@click.argument("path", metavar="RUN.NC")
+def info(path: str) -> None:
+    """Print what a results file holds."""
+    from evolvent import results
+
+    found = results.open(path)
+    say(f"{found.attrs['title']}, version {found.attrs['version']}")
+    table(found)
+    say("\ncase:\n" + "".join(f"  {line}\n" for line in found.attrs["case"].splitlines()))
+    _variables("variables:", found.variables)
+    for name, group in getattr(found, "children", {}).items():
+        _variables(f"{name} ({group.attrs['kind']}):", group.to_dataset(inherit=False).variables)
+
+
+def _variables(title: str, variables: Mapping[Any, Any]) -> None:
+    """Print names, units and dimensions of variables."""
+    say(title)
+    width = max((len(str(name)) for name in variables), default=0)
+    for name, variable in variables.items():
+        attrs = variable.attrs
+        dims = ", ".join(str(d) for d in variable.dims)
+        unit = attrs.get("units", "")
+        say(f"  {name!s:<{width}}  {unit:<10} ({dims})  {attrs.get('long_name', '')}".rstrip())
+
+
+@click.command()
+@click.argument("path", metavar="RUN.NC")
+@click.option(
+    "--figures", multiple=True, callback=once, metavar="DIR", help="Folder to draw into.  [default: RUN-figures]"
+)
+@click.option(
+    "--variables", multiple=True, callback=once, metavar="NAME,NAME", help="Draw these variables alone, over time."
+)
+@click.option("--units", type=click.Choice(("deg", "rpm", "rad")),
+              help="Of angles and rates of --variables.  [default: rpm where a part's rates were written so, else deg]",
+)  # fmt: skip
+@figure_format
+def plot(path: str, figures: str | None, variables: str | None, units: str | None, kind: str) -> None:
+    """Draw figures and an animation of a results file, or the variables that are named.
+
+    \b
+    evolvent plot slew.nc
+    evolvent plot slew.nc --variables hub.rate,boom.tip_deflection.y
+    """  # noqa: D301
+    from evolvent import results
+
+    found = results.open(path)
+    drawn = None
+    if variables is not None:
+        from evolvent.view import show
+
+        names = [name.strip() for name in variables.split(",") if name.strip()]
+        drawn = show.figure(found, names, units=units)
+    folder = files.check_writable_folder(beside(path) if figures is None else figures)
+    if drawn is None:
+        list_names(draw(found, folder, kind, quiet=False), folder)
+        return
+    from evolvent.view import plots
+
+    say(f"figures: {os.path.basename(plots.draw([drawn], folder, kind=kind)[0])} in {folder}")
