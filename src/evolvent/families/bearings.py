@@ -124,7 +124,6 @@ def evaluate(interval, model):
 def end_step(interval, model):
     """Accounts of all bearings, anchors of their bristles, and what these have taken."""
     interval.powers[RUBBED] += bearing.end_bearings(interval.step.share, interval.y1, model)
-    interval.powers[RUBBED] += bearing.end_bearings(interval.step.share, interval.y1, model)
 
 
 @calls.stored

@@ -77,7 +77,6 @@ def end_step(interval, model):
     slip, damped = contact.end_bodies(model)
     if step.share == 1.0:  # else `Interval.contact` has them
         interval.powers[RUBBED] += slip
-        interval.powers[RUBBED] += slip
         interval.powers[CONTACTS] += damped
     for k in range(rows.size):
         rows[k].impulse += step.h * rows[k].force

@@ -132,7 +132,6 @@ def end_step(interval, model):
     slip, damped = contact.end_points(interval.y1, model)
     if step.share == 1.0:  # else `Interval.contact` has them
         interval.powers[RUBBED] += slip
-        interval.powers[RUBBED] += slip
         interval.powers[CONTACTS] += damped
     for k in range(rows.size):
         rows[k].impulse += step.h * rows[k].normal

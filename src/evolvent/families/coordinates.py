@@ -123,7 +123,6 @@ def end_step(interval, model):
     step = interval.step
     taken = coordinate_laws.end_coordinate_step(step.h, step.share, interval.y1, interval.s, model)
     interval.powers[RUBBED] += taken
-    interval.powers[RUBBED] += taken
 
 
 @calls.end_friction

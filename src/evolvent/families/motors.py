@@ -190,7 +190,6 @@ def end_drivetrains(interval, model):
     """Losses of drivetrains into their accounts."""
     step = interval.step
     interval.powers[RUBBED] += drivetrain.end_drivetrains(step.h, step.share, interval.y1, 0, model)
-    interval.powers[RUBBED] += drivetrain.end_drivetrains(step.h, step.share, interval.y1, 0, model)
 
 
 @calls.end_friction
