@@ -11,8 +11,7 @@ from evolvent.elements.dense import product
 from evolvent.kernels import calls
 from evolvent.kernels.ends import of_bodies
 from evolvent.kernels.rotations import cross, dot, turn
-from evolvent.kernels.sides import turn_columns
-from evolvent.kernels.sparse import add_entry
+from evolvent.kernels.sides import add_torque_tangent
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.powers import SPRINGS
 from evolvent.model.questions import AdjointSupport
@@ -34,33 +33,23 @@ def measure(k, model):
 @calls.force
 def force(interval, model):
     """Torques of all dampers."""
-    rows, bodies = model.rotary_dampers, model.bodies
-    for k in range(rows.size):
-        n = measure(k, model)
-        interval.powers[SPRINGS] += rows[k].lost
+    for k in range(model.rotary_dampers.size):
+        row, n = model.rotary_dampers[k], measure(k, model)
+        interval.powers[SPRINGS] += row.lost
         for c in range(3):
-            bodies[rows[k].a].F[3 + c] += rows[k].torque * n[c]
-            bodies[rows[k].b].F[3 + c] -= rows[k].torque * n[c]
+            model.bodies[row.a].F[3 + c] += row.torque * n[c]
+            model.bodies[row.b].F[3 + c] -= row.torque * n[c]
 
 
 @calls.tangent
 def tangent(interval, model, matrix):
-    """With turns t_a, t_b the rate changes by (t_a - t_b) . (n x w_b), and the torque T n on b by T (t_b - t_a) x n."""
+    """With turns t_a and t_b the rate changes by (t_a - t_b) . (n x w_b) beside the difference of their rates."""
     for k in range(model.rotary_dampers.size):
         row, n = model.rotary_dampers[k], measure(k, model)
-        w, damping = model.bodies[row.b].w, row.damping
-        m = cross(n[0], n[1], n[2], w[0], w[1], w[2])
-        for side in range(2):
-            at, rows = turn_columns(model, row.b if side else row.a, model.J[0])
-            for other in range(2):
-                to, columns = turn_columns(model, row.b if other else row.a, model.J[1])
-                for r in range(rows):
-                    p = (model.J[0, 0, r], model.J[0, 1, r], model.J[0, 2, r])
-                    for c in range(columns):
-                        e, sign = (model.J[1, 0, c], model.J[1, 1, c], model.J[1, 2, c]), 1.0 if other else -1.0
-                        value = damping * sign * (interval.step.c_rate * dot(e, n) - dot(e, m)) * dot(p, n)
-                        turned = sign * row.torque * dot(p, cross(e[0], e[1], e[2], n[0], n[1], n[2])) if side else 0.0
-                        add_entry(matrix, at + r, to + c, (value if side else -value) - turned)
+        w = model.bodies[row.b].w
+        x, y, z = cross(n[0], n[1], n[2], row.damping * w[0], row.damping * w[1], row.damping * w[2])
+        slope = row.damping * interval.step.c_rate
+        add_torque_tangent(matrix, model, row.a, row.b, n, row.torque, slope, (x, y, z))
 
 
 ROTARY_DAMPERS = Family(
@@ -94,7 +83,5 @@ class RotaryDamper(Part):
         if a == b:
             raise InputError(f"{name}.a and {name}.b are one body, {self.a!r}; a damper needs two")
         axis = product(builder.poses[a].R.T, unit(self.axis))
-        builder.names[name] = (
-            "rotary_dampers",
-            builder.add("rotary_dampers", a=a, b=b, damping=self.damping, axis=axis),
-        )
+        row = builder.add("rotary_dampers", a=a, b=b, damping=self.damping, axis=axis)
+        builder.names[name] = ("rotary_dampers", row)

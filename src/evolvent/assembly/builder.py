@@ -11,35 +11,23 @@ from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Array, Assembly, Pose
 from evolvent.assembly.blocks import blocks_of
-from evolvent.assembly.checks import check_constraints, factored_masses, off_axis
+from evolvent.assembly.checks import check_constraints
 from evolvent.assembly.constraints import constraint_families
 from evolvent.assembly.ends import mark_outside
-from evolvent.assembly.references import Location, split_reference
+from evolvent.assembly.references import Location, Named, split_reference
+from evolvent.assembly.state import has_causes, number_accounts, number_switches, stops, totals
 from evolvent.base.errors import InputError, nearest
 from evolvent.compiled import laws
 from evolvent.compiled.pointer import zeros_record
 from evolvent.elements.dense import product
 from evolvent.flow.implicit import add_weight
-from evolvent.kernels import (
-    ancf,
-    ancf_beams,
-    axial,
-    coordinate,
-    custom,
-    loads,
-    rigid,
-    rod_strains,
-    springs,
-)
+from evolvent.kernels import ancf, rigid, rod_strains, springs
+from evolvent.model.family import asked, families
 
 #: Pools of constants of elements in `Model`, with the dimensions of one entry.
 _POOLS = {"H": 2, "h": 1, "U0": 0, "B": 2, "M": 2}
-#: Families of parts on which there are points.
-_PLACES = ("bodies", "points", "beams", "rods", "reduced_bodies")
 #: Families that follow from the others.
 _DERIVED = ("info", "blocks", "rows", "row_sides", "row_pairs")
-#: Fields that hold an index in the state vector's second part, counted from its start while parts are written.
-_VELOCITY_OFFSETS = ("iv", "spool_v")  # of several values each, -1 for none
 
 
 class Builder:
@@ -67,6 +55,7 @@ class Builder:
         #: Called with the builder once all parts are written.
         self.at_end: list[Callable[[Builder], None]] = []
         self._pooled: dict[Any, int] = {}
+        self._places = asked("place")
         self._ground()
 
     def _ground(self) -> None:
@@ -155,11 +144,15 @@ class Builder:
 
     def find(self, name: str, family: str) -> int:
         """Index of an already added part."""
-        known = [n for n, (f, _) in self.names.items() if f == family]
         if name not in self.names or self.names[name][0] != family:
-            what = {"bodies": "body"}.get(family, family.removesuffix("s"))
-            raise InputError(f"no {what} is called {name!r}; {nearest(str(name), known)}")
+            raise self.not_found(name, family)
         return self.names[name][1]
+
+    def not_found(self, name: str, family: str) -> InputError:
+        """The refusal of a name that no part of a family has."""
+        known = [n for n, (f, _) in self.names.items() if f == family]
+        what = {"bodies": "body"}.get(family, family.removesuffix("s"))
+        return InputError(f"no {what} is called {name!r}; {nearest(str(name), known)}")
 
     def location(self, where: Any, key: str = "a point") -> Location:
         """Where a reference to a point is, at the start.
@@ -179,101 +172,44 @@ class Builder:
         """
         if isinstance(where, str):
             name, on = split_reference(where)
-            if on == "tip" and self.names.get(name, ("",))[0] == "threads":
-                found: Location = self.specs[name].tip_location(self, name, where, key)
-                return found
             family, index = self._owner(name, where, key)
-            if family == "beams":
-                return self._node(where, index, name, on, key)
-            if family == "rods":
-                return self._rod_node(where, index, name, on, key)
-            if family == "reduced_bodies":
-                return self._interface(where, index, name, on, key)
-            if family == "points":
-                if on is not None:
-                    raise InputError(f"{key} is {where!r}; {name!r} is a point mass, which has no {on!r}")
-                row = self.rows["points"][index]
-                x, v = np.array(self.q[row["iq"] :][:3]), np.array(self.v[row["iv"] :][:3])
-                return Location("points", index, np.zeros(3), row["iq"], row["iv"], -1, x, v, False)
-            points = self.body_points.get(name, {})
-            if on is not None and on not in points:
-                what = f"node {on}" if isinstance(on, int) else f"point {on!r}"
-                known = nearest(str(on), points) if points else "its key `points` names none"
-                raise InputError(f"{key} is {where!r}; {name!r} has no {what}; {known}")
-            return self._on_body(index, points[on] if isinstance(on, str) else (0.0, 0.0, 0.0), on is None)
+            found: Location = self._places[family](self, Named(where, key, name, index, on))
+            return found
         if not isinstance(where, tuple | list | np.ndarray) or len(where) not in (2, 3):
             raise InputError(
                 f"{key} is {where!r}; it must be a part's name, 'boom.tip', ('hub', (0, 0, 1)), or a "
                 f"position on the ground"
             )
         if len(where) == 3:
-            return self._on_body(self.names["ground"][1], where, False)
+            return self.on_body(self.names["ground"][1], where)
         family, index = self._owner(where[0], where, key)
         if family != "bodies":
             raise InputError(f"{key} is {where!r}; {where[0]!r} is not a body, and only a body takes a position")
-        return self._on_body(index, where[1], False)
+        return self.on_body(index, where[1])
 
     def _owner(self, name: Any, where: Any, key: str) -> tuple[str, int]:
         """Family and index of the part that a point is on."""
         family, index = self.names.get(name, ("", -1))
-        if family not in _PLACES:
+        if family not in self._places:
             if name in self.specs:
                 kind = type(self.specs[name]).__name__
-                advice = (
-                    f"; its end is {name + '.tip'!r}; a mass at its end is its key `tip_mass`, a point it is fixed to "
-                    f"its key `end`"
-                    if family == "threads"
-                    else ""
-                )
-                raise InputError(f"{key} is {where!r}; {name!r} is a {kind}, not a body, point or beam{advice}")
-            known = [n for n, (f, _) in self.names.items() if f in _PLACES]
+                raise InputError(f"{key} is {where!r}; {name!r} is a {kind}, not a body, point or beam")
+            known = [n for n, (f, _) in self.names.items() if f in self._places]
             raise InputError(
                 f"{key} is {where!r}; no body, point, beam or rod is called {name!r}; {nearest(str(name), known)}"
             )
         return family, index
 
-    def _on_body(self, index: int, local: Any, alone: bool) -> Location:
+    def on_body(self, index: int, local: Any, alone: bool = False) -> Location:
+        """A point (3,) of a body, m, body axes; `alone` where the body was named without a point."""
         at, pose = np.array(local, dtype=float), self.poses[index]
         d = product(pose.R, at)
         return Location("bodies", index, at, -1, -1, -1, pose.x + d, pose.v + np.cross(pose.w, d), alone)
 
-    def _number(self, where: str, name: str, on: str | int | None, last: int, key: str, what: str) -> int:
-        """Number of a node of a beam or rod, from 0 to `last`."""
-        number = {"root": 0, "tip": last}.get(on) if isinstance(on, str) else on
-        if number is None or number > last:
-            wanted = f"'{name}.root', '{name}.tip' or a node from '{name}[0]' to '{name}[{last}]'"
-            found = f"is a {what}" if on is None else f"has no {'node ' if isinstance(on, int) else ''}{on!r}"
-            raise InputError(f"{key} is {where!r}; {name!r} {found}; give {wanted}")
-        return number
-
-    def _node(self, where: str, index: int, name: str, on: str | int | None, key: str) -> Location:
-        row = self.rows["beams"][index]
-        number = self._number(where, name, on, row["nodes"] - 1, key, "beam")
-        size = 3 * ancf_beams.NODE_VECTORS[row["kind"]]
-        iq, iv = row["iq"] + size * number, row["iv"] + size * number
+    def on_coordinates(self, family: str, row: int, iq: int, iv: int, beam: int = -1) -> Location:
+        """A point whose position and velocity are coordinates, from `iq` and `iv` on; `beam`: kind of its beam."""
         x, v = np.array(self.q[iq : iq + 3]), np.array(self.v[iv : iv + 3])
-        return Location("beams", index, np.zeros(3), iq, iv, row["kind"], x, v, False)
-
-    def _rod_node(self, where: str, index: int, name: str, on: str | int | None, key: str) -> Location:
-        row = self.rows["rods"][index]
-        number = self._number(where, name, on, row["elements"], key, "rod")
-        elements, last = self.rows["rod_elements"], number == row["elements"]
-        if row["payout"] and not last and number > 0:
-            raise InputError(
-                f"{key} is {where!r}, a node of a mesh through which material flows ({name}.payout); give "
-                f"'{name}.root' or '{name}.tip'"
-            )
-        local = elements[row["first_element"] + number - last]["arm_b" if last else "arm_a"]
-        return self._on_body(row["first_body"] + number, local, False)
-
-    def _interface(self, where: str, index: int, name: str, on: str | int | None, key: str) -> Location:
-        """An interface node of a reduced body."""
-        row, names = self.rows["reduced_bodies"][index], [*self.body_points[name]]
-        number = names.index(on) if on in names else on
-        if not isinstance(number, int) or number >= len(names):
-            found = "names no interface node of it" if on is None else f"has no node {on!r}"
-            raise InputError(f"{key} is {where!r}, which {found}; {nearest(str(on), names)}")
-        return self._on_body(row["first_body"] + 1 + number, (0.0, 0.0, 0.0), False)
+        return Location(family, row, np.zeros(3), iq, iv, beam, x, v, False)
 
     def velocity_of(self, where: Any, key: str = "a point") -> Array:
         """Velocity of a point at the start (`location`), m/s, inertial axes."""
@@ -282,14 +218,14 @@ class Builder:
     def marker(self, where: Any, key: str = "a point", *, nodes: bool = False) -> int:
         """Marker of a point (`location`) on a body or of a point; a node of a beam is refused, unless `nodes`."""
         at = self.location(where, key)
-        if at.family == "beams" and nodes:
+        if at.beam >= 0 and nodes:
             points = self.rows["points"]
             same = (i for i, row in enumerate(points) if row["mass"] == 0.0 and row["iq"] == at.iq)
             index = next(same, -1)
             if index < 0:
                 index = self.add("points", iq=at.iq, iv=at.iv, mass=0.0, compliance=0.0)
             return self.add("markers", kind=springs.ON_POINT, index=index, local=at.local)
-        if at.family == "beams":
+        if at.beam >= 0:
             raise InputError(
                 f"{key} is {where!r}, a node of a beam, which this part cannot act on; add a Point with at={where!r} "
                 f"and name that"
@@ -303,7 +239,7 @@ class Builder:
         if row["kind"] == springs.ON_POINT:
             point = self.rows["points"][row["index"]]
             return np.array(self.q[point["iq"] :][:3]), np.array(self.v[point["iv"] :][:3])
-        at = self._on_body(row["index"], row["local"], False)
+        at = self.on_body(row["index"], row["local"])
         return at.x, at.v
 
     # -------------------------------------------------------------------------------------------- assembly
@@ -313,43 +249,36 @@ class Builder:
         for finish in self.at_end:
             finish(self)
         n_q, n_v = len(self.q), len(self.v)
-        families = {name: self._family(name, rows) for name, rows in self.rows.items()}
-        self._check_copies()
-        n_threads = len(self.rows["threads"])
-        s = self._switches(families)
-        accounts = mdl.N_ACCOUNTS
-        if self.rows["beams"] or self.rows["rods"]:
-            accounts += mdl.IMPULSE + len(self.rows["contact_surfaces"])
-        accounts += self._number_accounts(families, n_q + n_v + accounts)
-        scratch = self._scratch(families, s)
-        families |= constraint_families(families, scratch["masses"], n_q)
-        of = families["row_sides"]["row"]
-        bandwidth = int((of[families["row_pairs"]["a"]] - of[families["row_pairs"]["b"]]).max(initial=0))
-        y = np.array(self.q + self.v + [0.0] * accounts)
-        y[families["bristles"]["account"]] = families["bristles"]["force0"]
+        found = {name: self._records(name, rows) for name, rows in self.rows.items()}
+        for check in asked("check").values():
+            check(self)
+        s = number_switches(found, self)
+        accounts, rubbed = number_accounts(found, n_q + n_v)
+        scratch = self._scratch(found, s)
+        found |= constraint_families(found, scratch["masses"], n_q)
+        of = found["row_sides"]["row"]
+        bandwidth = int((of[found["row_pairs"]["a"]] - of[found["row_pairs"]["b"]]).max(initial=0))
+        y = np.concatenate([self.q, self.v, accounts])
         info = zeros_record(
-            mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size,
-            ne=2 * n_threads + len(self.rows["events"]) + self._latches() + self._brakes(), brakes=self._brakes(),
-            bandwidth=bandwidth, gravity=self.gravity,
-            rubbed=self.rubbed, causes=bool(self.rows["beams"] or self.rows["rods"]),
-            penalties=sum(row["stiffness"] > 0.0 for row in self.rows["joints"]),
+            mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size, bandwidth=bandwidth, gravity=self.gravity,
+            rubbed=rubbed, causes=has_causes(found), **totals(found),
         )  # fmt: skip
-        mark_outside(families, info)
+        mark_outside(found, info)
         values = np.array(self.values, dtype=float)
         values[self.velocity_parameters] += n_q
         model = mdl.Model(
             info=info,
-            breaks=np.array(sorted(self.breaks | self._ends()), dtype=float),
+            breaks=np.array(sorted(self.breaks | stops(found)), dtype=float),
             parameters=values,
-            blocks=blocks_of(families, self.pools),
-            A=np.zeros((families["rows"].size, bandwidth + 1)),
-            la=np.zeros(families["rows"].size),
+            blocks=blocks_of(found, self.pools),
+            A=np.zeros((found["rows"].size, bandwidth + 1)),
+            la=np.zeros(found["rows"].size),
             scratch=np.zeros((3, 3)),
             pose=np.zeros(12),
             dy=np.zeros((2, y.size)),
             sums=np.zeros((2, mdl.N_INVENTORY)),
             **scratch,
-            **families,
+            **found,
         )
         if np.any(self.gravity):
             needs.load(model, add_weight)
@@ -361,86 +290,13 @@ class Builder:
         check_constraints(assembly)
         return assembly
 
-    def _ends(self) -> set[float]:
-        """Times at which joints are released, motors switched off, and beam loads start or end."""
-        times = [row["until"] for family in ("joints", "motors") for row in self.rows[family]]
-        times += [row[key] for row in self.rows["beam_loads"] for key in ("start", "end")]
-        return {float(t) for t in times if np.isfinite(t)}
-
-    def _switches(self, families: dict[str, Array]) -> Array:
-        """Switches at the start: released nodes, turns and latches of coordinates, those of events, senses of spools.
-
-        An event has one for each joint that it releases and each motor that it switches off, 0 until it has; where a
-        latch does that, its own switch serves. Those of spools with friction stand last.
-        """
-        n, coordinates, threads = len(self.rows["threads"]), families["coordinates"], families["threads"]
-        at = 2 * n + 2 * coordinates.size
-        for rows in (families["joints"], families["motors"]):
-            by_event = rows["event"] >= 0
-            rows["switch"][by_event] = at + np.arange(np.sum(by_event))
-            at += int(np.sum(by_event))
-            by_latch = rows["event"] <= -2
-            rows["switch"][by_latch] = 2 * (n - 2 - rows["event"][by_latch]) + 1
-        own = self.rows["resistances"]
-        families["resistances"]["switch"] = at + np.arange(len(own))
-        at += len(own)
-        s = np.zeros(at + self._brakes(), dtype=np.int64)
-        s[at - len(own) : at] = [row["start"] for row in own]
-        for i, p in enumerate(np.flatnonzero(threads["spool_friction"] > 0.0).tolist()):
-            threads["spool_switch"][p] = at + i
-            s[at + i] = np.sign(self.v[self.rows["threads"][p]["spool_v"]])
-        s[:n] = self.released
-        for k in range(coordinates.size):
-            coordinates["switch"][k] = at = 2 * (n + k)
-            s[at] = (
-                round(float(coordinates["angle"][k]) / axial.QUARTER) if coordinates["kind"][k] == axial.ANGLE else 0
-            )
-            s[at + 1] = abs(coordinates["angle"][k] - coordinates["latch"][k]) <= coordinate.REACHED
-        return s
-
-    def _number_accounts(self, families: dict[str, Array], first: int) -> int:
-        """Give coordinates and what acts on them their accounts, from index `first` of the state on."""
-        at = first
-        own = (
-            ("coordinates", mdl.COORDINATE_ACCOUNTS), ("motors", 1), ("synchronizations", 1), ("resistances", 1),
-            ("bristles", 1), ("drivetrains", mdl.DRIVETRAIN_ACCOUNTS), ("bearings", 1),
-        )  # fmt: skip
-        for name, count in own:
-            size = families[name].size
-            families[name]["account"] = at + count * np.arange(size)
-            at += count * size
-        self.rubbed, one = -1, np.ones(families["body_contacts"].size, dtype=int)
-        rub = ("coordinates", "contact_surfaces", "body_contacts")
-        rubs = any(np.any(families[name]["friction"] > 0.0) for name in rub)
-        if rubs or families["bristles"].size or families["drivetrains"].size:
-            self.rubbed, at = at, at + 1
-        points = families["contact_surfaces"]["last"] - families["contact_surfaces"]["first"]
-        for name, counts in (("contact_surfaces", points), ("body_contacts", one)):
-            sizes = np.where(families[name]["friction"] > 0.0, 3 * counts, 0)
-            families[name]["account"] = np.where(sizes > 0, at + np.cumsum(sizes) - sizes, -1)
-            at += int(sizes.sum())
-        return at - first
-
-    def _brakes(self) -> int:
-        """Number of the spools that friction can hold."""
-        return sum(row["spool_friction"] > 0.0 for row in self.rows["threads"])
-
-    def _latches(self) -> int:
-        """Number of the events of joint coordinates: one each, where any of them has a latch."""
-        rows = self.rows["coordinates"]
-        return len(rows) if any(np.isfinite(row["latch"]) for row in rows) else 0
-
-    def _scratch(self, families: dict[str, Array], s: Array) -> dict[str, Array]:
+    def _scratch(self, found: dict[str, Array], s: Array) -> dict[str, Array]:
         """Pools of constants that elements share, and scratch memory."""
         n_v = len(self.v)
-        beams = families["beams"]
+        of_families = [scratch(found.__getitem__, self) for scratch in asked("scratch").values()]
         return dict(
             G=np.zeros(n_v),
             switches=s.copy(),
-            strands=np.zeros((len(self.rows["nodes"]) + 1, 9)),
-            angles=np.zeros(len(self.rows["beam_nodes"])),
-            custom=np.zeros(max((custom.scratch_size(row["points"]) for row in self.rows["custom_forces"]), default=0)),
-            masses=factored_masses(beams, families["elements"], self.pools["M"]),
             rod=np.zeros(rod_strains.WORK),
             F=np.zeros(n_v),
             P=np.zeros(n_v),
@@ -451,45 +307,22 @@ class Builder:
             K12=np.zeros((12, 12)),
             J=np.zeros((3, 3, 9)),
             **{name: _stacked(self.pools[name], ndim) for name, ndim in _POOLS.items()},
+            **{name: value for own in of_families for name, value in own.items()},
         )
 
-    def _check_copies(self) -> None:
-        """Refuse loads that differ from copy to copy of a thread that stands for several."""
-        names = {found: name for name, found in self.names.items()}
-        for p, row in enumerate(self.rows["threads"]):
-            if row["copies"] == 1:
-                continue
-            body = self.rows["bodies"][row["body"]]
-            axis = body["R0"] @ body["axis"]
-            differ = ["gravity"] if off_axis(axis, self.gravity) else []
-            for k, load in enumerate(self.rows["loads"]):
-                if load["kind"] >= loads.AT_MARKER or load["target"] != p:
-                    continue
-                values = np.array(self.values[load["first"] : load["last"]])
-                if load["kind"] == loads.NODE:
-                    off = load["law"] != 0 or off_axis(body["axis"] if values[3] != 0.0 else axis, values[:3])
-                elif load["kind"] == loads.UNIFORM:
-                    off = off_axis(body["axis"] if values[3] != 0.0 else axis, values[:3])
-                else:
-                    off = load["kind"] == loads.LAW or off_axis(axis, values[:3])
-                differ += [names["loads", k]] if off else []
-            if differ:
-                raise InputError(
-                    f"{names['threads', p]!r} stands for {row['copies']} copies, but {differ[0]!r} is not the same for "
-                    "all of them; add a thread for each"
-                )
-
-    def _family(self, name: str, rows: list[dict[str, Any]]) -> Array:
-        """One record a row; scratch fields stay zero."""
-        family = mdl.zeros(name, len(rows))
+    def _records(self, name: str, rows: list[dict[str, Any]]) -> Array:
+        """One record a row; scratch fields stay zero, but those of `Family.initial`."""
+        own = families().get(name)
+        initial, offsets = ({}, ()) if own is None else (own.initial, own.offsets)
+        found = mdl.zeros(name, len(rows))
         for k, row in enumerate(rows):
-            if name == "bodies":
-                family["R"][k], family["x"][k] = row["R0"], row["x0"]
+            for field, other in initial.items():
+                found[field][k] = row[other]
             for field, value in row.items():
-                if field in _VELOCITY_OFFSETS:
+                if field in offsets:
                     value = np.where(np.asarray(value) >= 0, np.asarray(value) + len(self.q), value)
-                family[field][k] = value
-        return family
+                found[field][k] = value
+        return found
 
 
 def _stacked(entries: list[Any], ndim: int) -> Array:

@@ -6,23 +6,19 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Array
-from evolvent.assembly.ends import ends_of
 from evolvent.assembly.order import reverse_cuthill_mckee
-from evolvent.kernels import ancf_beams, constraint_rows, joint, rigid, thread
+from evolvent.kernels import ancf_beams, constraint_rows, rigid
+from evolvent.model.family import asked
 
 
 def constraint_families(families: dict[str, Array], masses: Array, n_q: int) -> dict[str, Array]:
     """The families `rows`, in reverse Cuthill-McKee order, `row_sides` and `row_pairs`; beams and joints are marked."""
-    threads, joints = families["threads"], families["joints"]
-    entries: list[tuple[int, int, list[tuple[str, int]]]] = [
-        (constraint_rows.THREAD, int(p), [("bodies", int(threads["body"][p]))])
-        for p in np.flatnonzero(threads["kind"] == thread.INEXTENSIBLE)
+    joints = families["joints"]
+    entries = [
+        (rows.kind, index, ends)
+        for name, rows in sorted(asked("rows").items(), key=lambda own: own[1].kind)
+        for index, ends in rows.of(families[name], families.__getitem__)
     ]
-    held = np.flatnonzero(joints["stiffness"] == 0.0)
-    for k in sorted(held, key=lambda k: joints["kind"][k] not in (joint.DISTANCE, joint.CORD)):
-        entries.append(
-            (constraint_rows.JOINT, int(k), list(dict.fromkeys(ends_of("joints", joints[k], families.__getitem__))))
-        )
     inverse = _Masses(families, masses, n_q)
     found = [(r, *inverse.side(*end)) for r, (_, _, ends) in enumerate(entries) for end in ends]
     shared: dict[tuple[str, int], list[int]] = {}

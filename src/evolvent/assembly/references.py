@@ -40,7 +40,7 @@ class Location(NamedTuple):
 
     Attributes
     ----------
-    family : {"bodies", "points", "beams"}, row : int, in that family
+    family : str, the one whose coordinates move it, row : int, in that family
     local : (3,) float, m, body axes; zero of points and nodes
     iq, iv : int, offsets of the place's first coordinate and velocity as the builder counts; -1 of bodies
     beam : int, kind of the beam (`kernels.ancf_beams`); -1 of bodies and points
@@ -57,6 +57,38 @@ class Location(NamedTuple):
     x: np.ndarray
     v: np.ndarray
     alone: bool
+
+
+class Named(NamedTuple):
+    """A reference to a point of a part by the part's name.
+
+    Attributes
+    ----------
+    where : str, as it was given, key : str, what it is given for, such as "spring.a"
+    name : str, of the part, index : int, of its record in its family
+    on : str or int, point or number of the node; None where the part alone is named
+    """
+
+    where: str
+    key: str
+    name: str
+    index: int
+    on: str | int | None
+
+    def number(self, last: int, what: str) -> int:
+        """Number of a node that is meant, of those from 0, the root, to `last`, the tip.
+
+        Parameters
+        ----------
+        what : str, what messages call the part
+        """
+        number = {"root": 0, "tip": last}.get(self.on) if isinstance(self.on, str) else self.on
+        if number is None or number > last:
+            name, on = self.name, self.on
+            wanted = f"'{name}.root', '{name}.tip' or a node from '{name}[0]' to '{name}[{last}]'"
+            found = f"is a {what}" if on is None else f"has no {'node ' if isinstance(on, int) else ''}{on!r}"
+            raise InputError(f"{self.key} is {self.where!r}; {name!r} {found}; give {wanted}")
+        return number
 
 
 def check_name(name: Any) -> str:

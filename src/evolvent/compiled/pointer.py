@@ -34,13 +34,14 @@ from numba.np import numpy_support
 class Field(NamedTuple):
     """Type of an attribute: an array of `ndim` dimensions, a record (`ndim` 0), or a struct (by its class).
 
-    `value` is that of an attribute that all instances share.
+    `value` is that of an attribute that all instances share; copies share that of a `constant` one.
     """
 
     dtype: Any
     ndim: int
     struct: type[Struct] | None = None
     value: np.ndarray | None = None
+    constant: bool = False
 
     @property
     def words(self) -> int:
@@ -48,9 +49,9 @@ class Field(NamedTuple):
         return 1 + self.ndim
 
 
-def array(ndim: int, dtype: Any = np.float64) -> Any:
-    """Declare an array of `ndim` dimensions as an attribute of a `Struct`."""
-    return Field(np.dtype(dtype), ndim)
+def array(ndim: int, dtype: Any = np.float64, *, constant: bool = False) -> Any:
+    """Declare an array of `ndim` dimensions as an attribute of a `Struct`; a `constant` one is never written to."""
+    return Field(np.dtype(dtype), ndim, constant=constant)
 
 
 def record(dtype: np.dtype) -> Any:
@@ -192,9 +193,10 @@ class Struct:
         if not config.DISABLE_JIT:
             own["_headers"] = headers = self.__dict__["_headers"].copy()
             own["address"] = address(headers)
+        fields = self._fields
         for name, at in self._places.items():
             value = own[name]
-            if isinstance(value, np.ndarray) and not value.size:
+            if isinstance(value, np.ndarray) and (not value.size or fields[name].constant):
                 continue
             own[name] = copied = _copy(value)
             if not config.DISABLE_JIT:
@@ -216,10 +218,10 @@ class Struct:
             places = {name: name for name in self._places}
         else:
             own, others = self.__dict__["_headers"].tolist(), other.__dict__["_headers"].tolist()
-        found = []
+        found, fields = [], self._fields
         for name, at in places.items():
             value = self.__dict__[name]
-            if name in without:
+            if name in without or fields[name].constant:
                 continue
             if isinstance(value, Struct):
                 found += value.moves(other.__dict__[name])
@@ -240,10 +242,10 @@ def _copy(value: Any) -> Any:
 
 
 def address(value: Any) -> int:
-    """Address of the data of an array or a record; several times faster than by their interface."""
+    """Address of the data of an array or a record, 0 of an empty one; several times faster than by their interface."""
     if not isinstance(value, np.ndarray):
         return int(np.asarray(value).ctypes.data)
-    return ctypes.addressof(ctypes.c_char.from_buffer(value)) if value.nbytes else int(value.ctypes.data)  # type: ignore[arg-type]
+    return ctypes.addressof(ctypes.c_char.from_buffer(value)) if value.nbytes else 0  # type: ignore[arg-type]
 
 
 def _fits(value: Any, field: Field) -> bool:

@@ -87,6 +87,31 @@ def explicit_end(interval, model):
     attitude.actuator_rates(interval.ym, model, interval.rates)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Wheels, thrusters and controllers."""
+    attitude.evaluate_actuators(interval.step.t, interval.ym, model)
+
+
+@calls.force
+def end_step(interval, model):
+    """Impulses of thrusters; work of friction in wheels, and of their motors."""
+    step = interval.step
+    lost, driven = attitude.end_actuator_step(step.h, 0.5 / step.share, interval.dq, interval.y1, model)
+    interval.powers[SPRINGS] += lost
+    interval.powers[DRIVEN] += driven
+
+
+@calls.until_turn
+def until_turn(y0, y, h, model):
+    """Where a wheel turns back, whose friction is that of a stiff damper below the rate `slip`."""
+    wheels, part = model.wheels, turning.NO_TURN
+    for k in range(wheels.size):
+        if wheels[k].friction > 0.0:
+            part = min(part, turning.until_reversal(y0[wheels[k].iv], y[wheels[k].iv], wheels[k].slip))
+    return part
+
+
 def _wheel_refused(row: Any, part: Any, spins: bool) -> str:
     turns = row["torque"] != 0.0 or row["profile"] >= 0 or row["law"] != 0
     rubs = part.rate != 0.0 and (row["viscous"] != 0.0 or row["friction"] != 0.0)
@@ -136,37 +161,41 @@ def _controllers_bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Itera
     return iter(())
 
 
-@calls.force
-def evaluate(interval, model):
-    """Wheels, thrusters and controllers."""
-    attitude.evaluate_actuators(interval.step.t, interval.ym, model)
-
-
-@calls.force
-def end_step(interval, model):
-    """Impulses of thrusters; work of friction in wheels, and of their motors."""
-    step = interval.step
-    lost, driven = attitude.end_actuator_step(step.h, 0.5 / step.share, interval.dq, interval.y1, model)
-    interval.powers[SPRINGS] += lost
-    interval.powers[DRIVEN] += driven
-
-
-@calls.until_turn
-def until_turn(y0, y, h, model):
-    """Where a wheel turns back, whose friction is that of a stiff damper below the rate `slip`."""
-    wheels, part = model.wheels, turning.NO_TURN
-    for k in range(wheels.size):
-        if wheels[k].friction > 0.0:
-            part = min(part, turning.until_reversal(y0[wheels[k].iv], y[wheels[k].iv], wheels[k].slip))
-    return part
-
-
 def _sizes(model: Any, _: float) -> Iterator[tuple[Any, Any]]:
     """The angle that turns the body by 1 rad."""
     for wheel in model.wheels:
         body, n = model.bodies[wheel["body"]], wheel["axis"]
         about = n @ body["inertia"] @ n if body["motion"] == rigid.FREE else body["spin_inertia"]
         yield int(wheel["iv"]), max(1.0, float(about / wheel["inertia"]))
+
+
+@calls.turning
+def turning_wheels(factor, spin, y, model, a):
+    """Minus that of the body about the axis, after bodies: a steady turn asks for no torque there."""
+    n_q, wheels, bodies = model.info.nq, model.wheels, model.bodies
+    for k in range(wheels.size):
+        if bodies[wheels[k].body].motion == rigid.FREE:
+            at, n = bodies[wheels[k].body].iv - n_q + 3, wheels[k].axis
+            a[wheels[k].iv - n_q] = -(n[0] * a[at] + n[1] * a[at + 1] + n[2] * a[at + 2])
+
+
+#: Torque on a wheel that is round-off, N m.
+STILL = 1e-12
+
+
+def _not_at_rest(model: Any) -> Iterator[tuple[int, str]]:
+    """Wheels that friction or a motor accelerates, but those that a controller commands."""
+    wheels, controllers, p = model.wheels, model.controllers, model.parameters
+    own = controllers[controllers["actuators"] == attitude.WHEELS]
+    commanded = {int(i) for row in own for i in p[row["place"] :][: row["count"]]}
+    for k in range(wheels.size):
+        torque = wheels["motor"][k] - wheels["drag"][k] if k not in commanded else 0.0
+        if abs(torque) > STILL:
+            why = (
+                f"has torques of motor and friction that add up to {torque:.6g} N m, which changes its rate: there is "
+                f"no equilibrium; take its `rate`, its friction or its torque away"
+            )
+            yield k, why
 
 
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
@@ -222,6 +251,8 @@ WHEELS = Family(
     end_step=end_step,
     until_turn=until_turn,
     sizes=_sizes,
+    turning=turning_wheels,
+    not_at_rest=_not_at_rest,
 )  # fmt: skip
 
 THRUSTERS = Family(

@@ -39,6 +39,13 @@ def tangent(interval, model, matrix):
     beam_loads.add_field_tangents(interval.ym, model, matrix)
 
 
+@calls.force
+def evaluate(interval, model):
+    """All loads on beams."""
+    step = interval.step
+    beam_loads.evaluate_beam_loads(int(step.sample), interval.times, interval.ym, step.factor, model)
+
+
 def _at_vector(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
     row, (time, y, _s) = model.beam_loads[k], moment
     at = row if row["iq"] >= 0 else model.beams[row["beam"]]
@@ -56,13 +63,6 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
             even = row["law"] == 0 and (row["frame"] != 0 or turn.along(row["axis"]))
         if not even:
             yield k
-
-
-@calls.force
-def evaluate(interval, model):
-    """All loads on beams."""
-    step = interval.step
-    beam_loads.evaluate_beam_loads(int(step.sample), interval.times, interval.ym, step.factor, model)
 
 
 def _acts_on(model: Any, k: int, _: Array, time: float) -> tuple[str, int] | None:
@@ -125,4 +125,5 @@ BEAM_LOADS = Family(
     ramps=lambda found: found["start"] + found["ramp"],
     inner=lambda found: int(np.sum(found["kind"] == FIELD)),
     end_ramps=_end_ramps,
+    times=("start", "end"),
 )  # fmt: skip

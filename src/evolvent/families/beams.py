@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from evolvent.elements.thermal import thermal_form
 from evolvent.kernels import ancf, ancf_beams, beam_strains, calls, thermal
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS, beam_energies
+from evolvent.kernels.beam_strains import POINTS
 from evolvent.kernels.blocks import POSITION, SLOPE
 from evolvent.kernels.sparse import add_entry
 from evolvent.model.family import ENERGY, EVERY, Family, Kind, Records, record, where
@@ -18,6 +20,17 @@ from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
 _3, _33 = (3,), (3, 3)
+
+
+@calls.force
+def evaluate(interval, model):
+    """Strains, forces, energies, momenta and nodes of all beams, with their free strains."""
+    step = interval.step
+    if model.thermal_loads.size > 0:
+        thermal.heat_beams(step.t, step.factor, model)
+    beam_strains.evaluate_beams(interval.ym, model)
+    beam_strains.evaluate_sums(interval.ym, model)
+    beam_strains.evaluate_nodes(int(step.sample), interval.ym, model)
 
 
 def _unforced(model: Any) -> dict[str, Array]:
@@ -48,17 +61,6 @@ def _vectors(records: Records, pools: Mapping[str, Any]) -> Iterator[Block]:
             yield Block(kind, beam["iq"] + 3 * i, beam["iv"] + 3 * i, b, mass, i // vectors)
 
 
-@calls.force
-def evaluate(interval, model):
-    """Strains, forces, energies, momenta and nodes of all beams, with their free strains."""
-    step = interval.step
-    if model.thermal_loads.size > 0:
-        thermal.heat_beams(step.t, step.factor, model)
-    beam_strains.evaluate_beams(interval.ym, model)
-    beam_strains.evaluate_sums(interval.ym, model)
-    beam_strains.evaluate_nodes(int(step.sample), interval.ym, model)
-
-
 def _bending(model: Any, y: Array) -> float:
     found = np.zeros(3)
     beam_energies(y, 0, model.elements.size, model, found)
@@ -85,6 +87,52 @@ def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Ite
             rotation[:, 6:] = np.linalg.solve(A, np.hstack([skew(r) for r in across]))
         found.append(LinearizedPoint(node[0].copy(), slice(at, at + size), displacement, rotation))
     yield from along(name, found)
+
+
+def _place(builder: Any, at: Any) -> Any:
+    """A node of a beam."""
+    row = builder.rows["beams"][at.index]
+    first = 3 * NODE_VECTORS[row["kind"]] * at.number(row["nodes"] - 1, "beam")
+    return builder.on_coordinates("beams", at.index, row["iq"] + first, row["iv"] + first, row["kind"])
+
+
+def _heat(builder: Any, name: str, load: Any) -> dict[str, int]:
+    """Forms of the elements that are linear and quadratic in temperature, and free strains at a temperature of 1 K."""
+    beam = builder.specs[name]
+    unloaded, ends = beam.rest_nodes(name), beam.arc / beam.length
+    for i, length in enumerate(beam.lengths):
+        first, last = ends[i], ends[i + 1]
+        form = thermal_form(
+            beam.formulation, float(length), beam.section.between(first, last), beam.material,
+            lambda xi, first=first, last=last: float(load.factor(first + xi * (last - first))),
+            rest=None if unloaded is None else unloaded[i : i + 2].ravel(),
+        )  # fmt: skip
+        builder.parameters([*form.C.ravel(), *form.Q.ravel(), *form.rest])
+    at = (beam.arc[:-1, None] + beam.lengths[:, None] * np.asarray(POINTS)) / beam.length
+    grown = float(beam.material.thermal_expansion) * np.ravel(load.factor(at))
+    return {"beam": builder.names[name][1], "expansions": builder.parameters(grown.tolist())[0]}
+
+
+def _factored_masses(records: Records, masses: Sequence[Array]) -> Array:
+    """L D L^T of the beams' masses, which couple nodal vectors of neighbouring nodes: see `Model.masses`."""
+    found = [np.zeros((0, 8))]
+    for beam in records("beams"):
+        k = NODE_VECTORS[beam["kind"]]
+        n, w = k * int(beam["nodes"]), 2 * k - 1
+        band = np.zeros((w + 1, n))  # band[i - j, j] = M[i, j], i >= j
+        for c in range(beam["elements"]):
+            M = masses[records("elements")["mass"][beam["first_element"] + c]]
+            for j in range(2 * k):
+                band[: 2 * k - j, k * c + j] += M[j:, j]
+        rows = np.zeros((n, 8))
+        for c in range(n):
+            rows[c, 0], below = 1.0 / band[0, c], min(w, n - 1 - c)
+            for i in range(1, below + 1):
+                rows[c + i, i] = band[i, c] / band[0, c]
+            for j in range(1, below + 1):
+                band[: below + 1 - j, c + j] -= rows[c + j, j] * band[j : below + 1, c]
+        found.append(rows)
+    return np.concatenate(found)
 
 
 # beams; a node's coordinates stand together, node after node; first_node: number of the first among
@@ -129,6 +177,10 @@ BEAMS = Family(
     evaluate=evaluate,
     bending=_bending,
     points=_points,
+    place=_place,
+    heat=_heat,
+    by_causes=True,
+    scratch=lambda records, builder: {"masses": _factored_masses(records, builder.pools["M"])},
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod
@@ -150,6 +202,7 @@ BEAM_NODES = Family(
         "curvature": ("curvature", "m-1", "{curvature} at the nodes"),
     },
     of="beams",
+    scratch=lambda records, _: {"angles": np.zeros(records("beam_nodes").size)},
 )  # fmt: skip
 
 

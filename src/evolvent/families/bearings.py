@@ -14,7 +14,8 @@ from evolvent.kernels.bearing import measure_load
 from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate, of_joint
 from evolvent.model.family import BETWEEN, EVERY, EXPLICIT, End, Family, Kind, Records, record
-from evolvent.model.powers import COUPLED_ENERGY, RUBBING
+from evolvent.model.layout import Accounts
+from evolvent.model.powers import COUPLED_ENERGY, RUBBED
 from evolvent.model.shares import FRICTION, Rule, Shares
 
 Array = np.ndarray
@@ -122,7 +123,8 @@ def evaluate(interval, model):
 @calls.force
 def end_step(interval, model):
     """Accounts of all bearings, anchors of their bristles, and what these have taken."""
-    interval.powers[RUBBING] += bearing.end_bearings(interval.step.share, interval.y1, model)
+    interval.powers[RUBBED] += bearing.end_bearings(interval.step.share, interval.y1, model)
+    interval.powers[RUBBED] += bearing.end_bearings(interval.step.share, interval.y1, model)
 
 
 @calls.stored
@@ -148,6 +150,13 @@ def until_turn(y0, y, h, model):
         a, b = coordinates[c].start_rate, coordinates[c].end_rate
         part = min(part, turning.until_turn_of(SLIP, bearings[k].stick, bearings[k].limit, start, a, b, h))
     return part
+
+
+@calls.force
+def start(interval, model):
+    """What moves at a state slides already."""
+    if interval.step.share == 1.0:
+        bearing.start_bearings(bearing.AGAIN if interval.step.again != 0.0 else bearing.FIRST, model)
 
 
 # friction by the reactions of a joint, whose rows are first to last, on a coordinate of its own
@@ -193,4 +202,6 @@ BEARINGS = Family(
     until_turn=until_turn,
     kept=dict.fromkeys(("rubs", "limit", "radial_force", "axial_force", "tilting", "stored"), BETWEEN),
     shares=Shares((Rule(FRICTION),), place=7, together=_powers, measured="coordinate"),
+    accounts=(Accounts(1, order=7),),
+    start=start,
 )  # fmt: skip

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import attitude, body_step, calls, points, rigid
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION
 from evolvent.kernels.rotations import cross, rotation_about_axis, rotation_from_quaternion, turn_back
@@ -146,6 +147,52 @@ def _stand(model: Any, time: float) -> None:
         bodies[scratch] = 0.0
 
 
+def _place(builder: Any, at: Any) -> Any:
+    """The origin of a body, or a point of its own."""
+    points = builder.body_points.get(at.name, {})
+    if at.on is not None and at.on not in points:
+        what = f"node {at.on}" if isinstance(at.on, int) else f"point {at.on!r}"
+        known = nearest(str(at.on), points) if points else "its key `points` names none"
+        raise InputError(f"{at.key} is {at.where!r}; {at.name!r} has no {what}; {known}")
+    return builder.on_body(at.index, points[at.on] if isinstance(at.on, str) else (0.0, 0.0, 0.0), at.on is None)
+
+
+@calls.turning
+def turning(factor, spin, y, model, a):
+    """Accelerations of the rotations of all free bodies that turn with the frame.
+
+    They are (J - S n n^T)^-1 (w x (J w + h)), h the momentum of the body's wheels, so that M a is the torque that the
+    turn asks for.
+    """
+    n_q, bodies = model.info.nq, model.bodies
+    for b in range(bodies.size):
+        if bodies[b].motion != rigid.FREE:
+            continue
+        J, at = bodies[b].inertia, bodies[b].iv - n_q + 3
+        w = turn_back(bodies[b].R, spin[0], spin[1], spin[2])
+        h = attitude.wheel_momentum(b, y, model)
+        gx, gy, gz = cross(
+            w[0], w[1], w[2],
+            J[0, 0] * w[0] + J[0, 1] * w[1] + J[0, 2] * w[2] + h[0],
+            J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2] + h[1],
+            J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2] + h[2],
+        )  # fmt: skip
+        L = model.K12
+        attitude.inertia_without_wheels(b, model, L)
+        # Cramer's rule
+        c0 = L[1, 1] * L[2, 2] - L[1, 2] * L[2, 1], L[1, 2] * L[2, 0] - L[1, 0] * L[2, 2]
+        c02 = L[1, 0] * L[2, 1] - L[1, 1] * L[2, 0]
+        det = L[0, 0] * c0[0] + L[0, 1] * c0[1] + L[0, 2] * c02
+        g = (gx, gy, gz)
+        for c in range(3):
+            u, v = (c + 1) % 3, (c + 2) % 3
+            s = 0.0
+            for e in range(3):
+                m, n = (e + 1) % 3, (e + 2) % 3
+                s += g[e] * (L[m, u] * L[n, v] - L[m, v] * L[n, u])
+            a[at + c] = factor * s / det
+
+
 # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
 # acceleration, m/s2; of thread that moves with the body (`kernels.thread.step`): carried (kg), moment, own
 # (inertia), and spin0, spin1, momentum by turning on spools at both ends of a step, body axes; torque: on a free
@@ -209,4 +256,7 @@ BODIES = Family(
     kept={"F": CLEARED},
     points=_centre,
     stand=_stand,
+    initial={"R": "R0", "x": "x0"},
+    place=_place,
+    turning=turning,
 )  # fmt: skip

@@ -10,8 +10,9 @@ import numpy as np
 from evolvent.families.contact_surfaces import RULES, is_conservative, pressing, slides_freely
 from evolvent.kernels import body_gaps, calls, contact, contact_laws, contact_tangent, surfaces, turning
 from evolvent.kernels.ends import of_bodies
-from evolvent.model.family import BETWEEN, SUMMED, Family, Kind, record
-from evolvent.model.powers import CONTACTS, RUBBING
+from evolvent.model.family import BETWEEN, SUMMED, Family, Kind, has_friction, record
+from evolvent.model.layout import Accounts
+from evolvent.model.powers import CONTACTS, RUBBED
 from evolvent.model.questions import AdjointSupport, Bound
 from evolvent.model.shares import Contact, Shares
 
@@ -75,7 +76,8 @@ def end_step(interval, model):
         return
     slip, damped = contact.end_bodies(model)
     if step.share == 1.0:  # else `Interval.contact` has them
-        interval.powers[RUBBING] += slip
+        interval.powers[RUBBED] += slip
+        interval.powers[RUBBED] += slip
         interval.powers[CONTACTS] += damped
     for k in range(rows.size):
         rows[k].impulse += step.h * rows[k].force
@@ -151,6 +153,16 @@ def _no_balance(model: Any, _: float, y: Array) -> Iterator[tuple[int, str]]:
                 f"equilibrium; use a greater `stiffness`, of boxes also a greater `rounding`"
             )
             yield k, why
+
+
+def _without_stiffness(model: Any) -> None:
+    model.body_contacts["stiffness"] = 0.0
+
+
+def _without_normal(found: Array) -> Array:
+    """With the centre or axis of one body on that of the other."""
+    alike = (found["surface"] != surfaces.PLANE) & (found["surface"] != body_gaps.BOX)
+    return np.asarray(alike & (found["gap"] < 0.0) & (found["distance0"] == 0.0))
 
 
 # contact points between two bodies: a sphere or capsule (half length, radius_a) of body a, and on body b another
@@ -243,10 +255,13 @@ BODY_CONTACTS = Family(
     friction_power=friction_power,
     kept=dict.fromkeys(("on_a", "on_b", "rubbing", "c", "force", "gap1", "energy"), BETWEEN) | {"impulse": SUMMED},
     forget=_forget,
-    rubs=lambda found: found["friction"] > 0.0,
     static_friction=lambda found: found["friction"] > 0.0,
     at_rest=_at_rest,
     settle=lambda model, _: contact.end_bodies(model),
     presses=lambda model: model.body_contacts["force"] > 0.0,
     no_balance=_no_balance,
+    accounts=(Accounts(lambda found: np.where(found["friction"] > 0.0, 3, 0), order=10),),
+    rubs=has_friction,
+    stiffest=_without_stiffness,
+    without_normal=_without_normal,
 )  # fmt: skip

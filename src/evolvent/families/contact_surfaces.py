@@ -9,8 +9,9 @@ import numpy as np
 
 from evolvent.kernels import calls, contact, contact_laws, contact_tangent, surfaces, turning
 from evolvent.model import IMPULSE, N_ACCOUNTS
-from evolvent.model.family import BETWEEN, NEARER, SUMMED, End, Family, Kind, Records, record, where
-from evolvent.model.powers import CONTACTS, RUBBING
+from evolvent.model.family import BETWEEN, NEARER, SUMMED, End, Family, Kind, Records, has_friction, record, where
+from evolvent.model.layout import Accounts
+from evolvent.model.powers import CONTACTS, RUBBED
 from evolvent.model.shares import FRICTION, NORMAL, RUBS, SPRING, Contact, Rule, Shares
 
 Array = np.ndarray
@@ -130,7 +131,8 @@ def end_step(interval, model):
         return
     slip, damped = contact.end_points(interval.y1, model)
     if step.share == 1.0:  # else `Interval.contact` has them
-        interval.powers[RUBBING] += slip
+        interval.powers[RUBBED] += slip
+        interval.powers[RUBBED] += slip
         interval.powers[CONTACTS] += damped
     for k in range(rows.size):
         rows[k].impulse += step.h * rows[k].normal
@@ -182,6 +184,12 @@ def _forget(model: Any) -> None:
     model.contact_surfaces["impulse"] = 0.0
 
 
+#: Damping of bristles with which friction is at its limit at any rate, N s/m.
+_SLIPS = 1e30
+#: Shares of contacts.
+RULES = (Rule(SPRING, NORMAL), Rule(FRICTION, RUBS, ("friction",)))
+
+
 def _at_rest(model: Any) -> None:
     _forget(model)
     model.contact_surfaces["bristle_damping"] = 0.0
@@ -197,6 +205,10 @@ def _presses(model: Any) -> Array:
     rows, force = model.contact_surfaces, model.contact_points["force"]
     points = [bool(np.any(force[row["first"] : row["last"]] > 0.0)) for row in rows]
     return np.asarray((rows["normal"] > 0.0) | np.array(points, dtype=bool))
+
+
+def _without_stiffness(model: Any) -> None:
+    model.contact_surfaces["stiffness"] = 0.0
 
 
 # rigid surfaces on bodies (`kernels.surfaces`), and the points of beams that are checked against them: first, last;
@@ -273,12 +285,18 @@ CONTACT_SURFACES = Family(
     friction_power=friction_power,
     kept=dict.fromkeys(("force", "moment", "normal", "energy"), BETWEEN) | {"touching": NEARER, "impulse": SUMMED},
     forget=_forget,
-    rubs=lambda found: found["friction"] > 0.0,
     static_friction=lambda found: found["friction"] > 0.0,
     at_rest=_at_rest,
     settle=lambda model, y: contact.end_points(y, model),
     inner=_inner,
     presses=_presses,
+    accounts=(
+        Accounts(1, field="", order=0),  # impulse of the normal forces
+        Accounts(lambda found: np.where(found["friction"] > 0.0, 3 * (found["last"] - found["first"]), 0), order=9),
+    ),
+    rubs=has_friction,
+    stiffest=_without_stiffness,
+    jumps=lambda found: (found["law"] == contact_laws.PAPER) & (found["damping"] > 0.0),
 )  # fmt: skip
 
 
@@ -294,7 +312,7 @@ def keep_friction(model):
 
 def _any_rubs(records: Records) -> bool:
     """Whether a contact point of beams has friction."""
-    return bool(np.any(records("contact_surfaces")["friction"] > 0.0))
+    return bool(np.any(has_friction(records("contact_surfaces"))))
 
 
 # a contact point is S . (four vectors of its element). Of the step's start: gap (m), distance `offset` from the

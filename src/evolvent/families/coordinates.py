@@ -11,9 +11,11 @@ import numpy as np
 from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent, turning
 from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate
-from evolvent.model import FRICTION_FORCE, KEPT
-from evolvent.model.family import Family, Kind, record
-from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, JOINTS, RUBBING
+from evolvent.kernels.joint_friction import RELAX
+from evolvent.model import COORDINATE_ACCOUNTS, FRICTION_FORCE, KEPT
+from evolvent.model.family import Family, Kind, has_friction, record
+from evolvent.model.layout import LATCHED, Accounts, Events, Switches
+from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, JOINTS, RUBBED
 from evolvent.model.questions import AdjointSupport
 from evolvent.model.records import BY_FRICTION
 from evolvent.model.shares import DAMPING, FRICTION, SPRING, Rule, Shares
@@ -120,7 +122,8 @@ def end_step(interval, model):
     """Accounts of all coordinates, anchors of their frictions, and what these have taken."""
     step = interval.step
     taken = coordinate_laws.end_coordinate_step(step.h, step.share, interval.y1, interval.s, model)
-    interval.powers[RUBBING] += taken
+    interval.powers[RUBBED] += taken
+    interval.powers[RUBBED] += taken
 
 
 @calls.end_friction
@@ -176,6 +179,39 @@ def friction_power(model):
     for k in range(model.coordinates.size):
         power += model.coordinates[k].rubs * model.coordinates[k].end_rate
     return power
+
+
+#: Rate of a coordinate, beside that of the direction, below which it does not move.
+_OFF = 1e-7
+#: Deflections of a bristle, beside that at which friction slips, from which it is pulled along.
+_SLIPPING = 2.0
+_RULES = (
+    Rule(SPRING, "stiffness", ("stiffness",), stored=False),
+    Rule(DAMPING, "damping", ("damping",)),
+    Rule(FRICTION, "friction", ("friction",)),
+    Rule(SPRING, "stop", ("stop",), stored=False),
+    Rule(SPRING, "latch", ("latch_stiffness",), stored=False),
+    Rule(DAMPING, "latch_damping", ("latch_damping",)),
+)
+
+
+def _turns_and_latch(found: Array, _: Any) -> Array:
+    """Quarter turns of an angle, and whether the latch has locked: (2 n,) int."""
+    turns = [round(float(row["angle"]) / axial.QUARTER) if row["kind"] == axial.ANGLE else 0 for row in found]
+    return np.stack([turns, np.abs(found["angle"] - found["latch"]) <= coordinate.REACHED], axis=1).astype(int).ravel()
+
+
+@calls.force
+def start(interval, model):
+    """Damping of the frictions' bristles."""
+    if interval.step.share == 1.0 and interval.step.again == 0.0:
+        for k in range(model.coordinates.size):
+            model.coordinates[k].relax = RELAX
+
+
+def _stiffen(model: Any) -> None:
+    """Every stop is reached, every latch locked."""
+    model.coordinates["stiffness"], model.coordinates["damping"] = coordinate.coordinate_bound(model)
 
 
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
@@ -261,4 +297,16 @@ COORDINATES = Family(
     until_turn=until_turn,
     friction_power=friction_power,
     rubbed=lambda found: iter([found["account"] + BY_FRICTION]),
+    accounts=(Accounts(COORDINATE_ACCOUNTS, order=1),),
+    switches=(Switches(2, _turns_and_latch, order=1),),
+    events=(
+        Events(
+            lambda found: found.size if np.any(np.isfinite(found["latch"])) else 0,
+            lambda _, k: (k, LATCHED),
+            order=2,
+        ),
+    ),
+    rubs=has_friction,
+    start=start,
+    stiffest=_stiffen,
 )  # fmt: skip

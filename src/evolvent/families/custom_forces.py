@@ -78,4 +78,7 @@ CUSTOM_FORCES = Family(
         ),
     ),
     of_step=False,
+    scratch=lambda records, _: {
+        "custom": np.zeros(max(map(custom.scratch_size, records("custom_forces")["points"].tolist()), default=0))
+    },
 )  # fmt: skip

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record, where
+from evolvent.model.layout import Events
 from evolvent.model.questions import EVENT, AdjointSupport, Law, Moment, calls_law, never
 from evolvent.model.shares import Shares
 
@@ -36,4 +37,5 @@ EVENTS = Family(
     stiff=False,
     adjoint=AdjointSupport("it is no force; its time is found by neighbours", timed=False),
     uneven=never,
+    events=(Events(lambda found: found.size, lambda _, k: (k, "event"), order=1),),
 )  # fmt: skip

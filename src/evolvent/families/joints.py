@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, joint, joint_tangent, sides
+from evolvent.kernels import calls, constraint_rows, joint, joint_tangent, sides
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_joint
-from evolvent.model.family import Family, Kind, record
+from evolvent.model.family import End, Family, Kind, Records, record
+from evolvent.model.layout import Rows
 from evolvent.model.powers import COUPLED_ENERGY, JOINTS as DISSIPATED
 from evolvent.model.questions import DRIVE, AdjointSupport, Law
 from evolvent.model.shares import Shares
@@ -97,6 +98,24 @@ def explicit_energy(interval, model, out):
             out[1] += joint.penalty_energy(model.joints, k)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Sides and forces of the joints whose multipliers are at hand."""
+    for k in range(interval.la.size):
+        joint.joint_geometry(interval.step.t, interval.ym, k, model)
+        joint.note_reaction(k, interval.la[k], model)
+
+
+@calls.stored
+def coupled_energy(t, model):
+    """Energy of all penalties."""
+    joints, found = model.joints, 0.0
+    for k in range(joints.size):
+        if joints[k].stiffness > 0.0 and joint.holds(t, joints, k):
+            found += 0.5 * joints[k].stiffness * joints[k].gap1 * joints[k].gap1
+    return found
+
+
 def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
     """Lengths that do not end on the axis, and rows of one part that together are not the same about it."""
     joints, groups = turn.model.joints, dict[tuple[Any, ...], list[int]]()
@@ -160,22 +179,11 @@ def _are_even(turn: Any, rows: list[int]) -> bool:
     return even and off <= turn.ROUND_OFF * max(1.0, float(np.linalg.norm(arm)))
 
 
-@calls.force
-def evaluate(interval, model):
-    """Sides and forces of the joints whose multipliers are at hand."""
-    for k in range(interval.la.size):
-        joint.joint_geometry(interval.step.t, interval.ym, k, model)
-        joint.note_reaction(k, interval.la[k], model)
-
-
-@calls.stored
-def coupled_energy(t, model):
-    """Energy of all penalties."""
-    joints, found = model.joints, 0.0
-    for k in range(joints.size):
-        if joints[k].stiffness > 0.0 and joint.holds(t, joints, k):
-            found += 0.5 * joints[k].stiffness * joints[k].gap1 * joints[k].gap1
-    return found
+def _rows(found: Array, records: Records) -> Iterator[tuple[int, list[End]]]:
+    """Rows of the joints that are no penalties, lengths first."""
+    held = np.flatnonzero(found["stiffness"] == 0.0).tolist()
+    for k in sorted(held, key=lambda k: found["kind"][k] not in (joint.DISTANCE, joint.CORD)):
+        yield k, list(dict.fromkeys(of_joint(found[k], records)))
 
 
 # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time; of links and guides as well. A
@@ -267,4 +275,7 @@ JOINTS = Family(
     uneven=_uneven,
     evaluate=evaluate,
     coupled_energy=coupled_energy,
+    times=("until",),
+    rows=Rows(constraint_rows.JOINT, _rows),
+    totals={"penalties": lambda found: np.sum(found["stiffness"] > 0.0)},
 )  # fmt: skip

@@ -12,6 +12,16 @@ Array = np.ndarray
 _3 = (3,)
 
 
+def _unmet_link(name: str, gap: float, rate: float, length: float, moves: bool) -> str:
+    if abs(gap) > 1e-6 * length:
+        return f"link {name!r}: its ends are {length + gap:.9g} m apart at the start, its length is {length:.9g} m"
+    return f"link {name!r}: its ends part at {rate:.6g} m/s at the start; give velocities that keep it" if moves else ""
+
+
+def _unmet_guide(name: str, _: float, rate: float, __: float, moves: bool) -> str:
+    return f"guide {name!r}: the body moves against it, at {rate:.6g}, at the start" if moves else ""
+
+
 LINKS = Family(
     "links",
     record("a b sense", "length drum axis zero", axis=_3, zero=_3),
@@ -27,6 +37,7 @@ LINKS = Family(
     stiff=False,
     adjoint=AdjointSupport("joints hold it", timed=False),
     uneven=never,
+    unmet=_unmet_link,
 )  # fmt: skip
 
 # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
@@ -45,4 +56,5 @@ GUIDES = Family(
     stiff=False,
     adjoint=AdjointSupport("joints hold it", timed=False),
     uneven=never,
+    unmet=_unmet_guide,
 )  # fmt: skip

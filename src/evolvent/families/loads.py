@@ -52,6 +52,13 @@ def tangent(interval, model, matrix):
     loads.add_load_tangents(interval.step.tm, interval.ym, interval.step.c_rate, model, matrix)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Loads at markers."""
+    step = interval.step
+    loads.evaluate_loads(int(step.sample), interval.times, interval.ym, step.factor, model)
+
+
 def _at_marker(model: Any, row: Any, moment: Moment) -> Iterator[tuple[Any, ...]]:
     marker = model.markers[row["target"]]
     found = springs.marker_kinematics(moment[1], model.markers, model.points, model.bodies, row["target"])
@@ -88,13 +95,6 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
         fixed = row["kind"] in (loads.RADIATION, loads.PANEL) or p[loads.FRAME] == 0.0
         if fixed and not turn.along(p[:3]):
             yield k
-
-
-@calls.force
-def evaluate(interval, model):
-    """Loads at markers."""
-    step = interval.step
-    loads.evaluate_loads(int(step.sample), interval.times, interval.ym, step.factor, model)
 
 
 def _acts_on(model: Any, k: int, parameters: Array, time: float) -> tuple[str, int] | None:

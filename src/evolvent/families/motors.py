@@ -15,14 +15,47 @@ from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.coordinate_laws import BY_LAW, BY_MOTION, BY_PROFILE
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import OfCoordinates
-from evolvent.model import FRICTION_FORCE
+from evolvent.kernels.joint_friction import RELAX
+from evolvent.model import DRIVETRAIN_ACCOUNTS, FRICTION_FORCE
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.powers import RUBBING
+from evolvent.model.layout import Accounts
+from evolvent.model.powers import RUBBED
 from evolvent.model.questions import DRIVE, AdjointSupport, Law, Moment
 from evolvent.model.records import BY_GEAR, BY_HYSTERESIS
 from evolvent.model.shares import DAMPING, FRICTION, MOTOR, MOTOR_LOSSES, Rule, Shares
 
 Array = np.ndarray
+
+
+@calls.apply
+def apply(t, share, kept, y, s, model):
+    """Torques of all motors; their power is given."""
+    coordinate_laws.add_motors(t, share, s, model)
+    return 0.0, 0.0, coordinate_laws.motor_power(model)
+
+
+@calls.tangent
+def apply_tangent(interval, model, matrix):
+    """Derivatives of `apply` into the records of coordinates."""
+    coordinate_laws.measure_motor_slopes(model)
+
+
+@calls.force
+def explicit_force(interval, model):
+    """Rates of the works of all motors."""
+    for k in range(model.motors.size):
+        interval.rates[model.motors[k].account] = model.motors[k].power
+
+
+@calls.force
+def end_step(interval, model):
+    """Works of all motors into their accounts."""
+    motors, step = model.motors, interval.step
+    now = (0.5 if step.share == 1.0 else 1.0) * step.h
+    then = step.h - now
+    for k in range(motors.size):
+        interval.y1[motors[k].account] += now * motors[k].power + then * motors[k].power0
+        motors[k].power0 = motors[k].power
 
 
 #: Shares of a motor beside its torque.
@@ -82,37 +115,6 @@ def _at_coordinate(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tupl
     yield time, float(coordinates["angle"][at]), float(coordinates["rate"][at])
 
 
-@calls.apply
-def apply(t, share, kept, y, s, model):
-    """Torques of all motors; their power is given."""
-    coordinate_laws.add_motors(t, share, s, model)
-    return 0.0, 0.0, coordinate_laws.motor_power(model)
-
-
-@calls.tangent
-def apply_tangent(interval, model, matrix):
-    """Derivatives of `apply` into the records of coordinates."""
-    coordinate_laws.measure_motor_slopes(model)
-
-
-@calls.force
-def explicit_force(interval, model):
-    """Rates of the works of all motors."""
-    for k in range(model.motors.size):
-        interval.rates[model.motors[k].account] = model.motors[k].power
-
-
-@calls.force
-def end_step(interval, model):
-    """Works of all motors into their accounts."""
-    motors, step = model.motors, interval.step
-    now = (0.5 if step.share == 1.0 else 1.0) * step.h
-    then = step.h - now
-    for k in range(motors.size):
-        interval.y1[motors[k].account] += now * motors[k].power + then * motors[k].power0
-        motors[k].power0 = motors[k].power
-
-
 # motors on coordinates: by a profile (kind 0), a user's law (1), PD to a drive's motion (2), a voltage (3) or a
 # current (4), constant: N m/A or N/A, of the coordinate, resistance: ohm; slope, damper: derivatives; account:
 # of the work; event, switch, until, latest: when they are switched off, as of joints; on: 1 at the last
@@ -139,6 +141,10 @@ MOTORS = Family(
     ),
     ends=OfCoordinates("coordinate"),
     through=True,
+    apply=apply,
+    apply_tangent=apply_tangent,
+    explicit_force=explicit_force,
+    end_step=end_step,
     local=True,
     changes="position_gain velocity_gain limit rate_limit",
     reads_inertia=False,
@@ -154,11 +160,9 @@ MOTORS = Family(
         "its torque follows from the state and time, with all derivatives",
         refused={"motors have a law": lambda found: found["kind"] == BY_LAW},
     ),
-    apply=apply,
-    apply_tangent=apply_tangent,
-    explicit_force=explicit_force,
-    end_step=end_step,
     evaluate=False,
+    accounts=(Accounts(1, order=2),),
+    times=("until",),
 )  # fmt: skip
 
 
@@ -185,7 +189,8 @@ def explicit_drivetrains(interval, model):
 def end_drivetrains(interval, model):
     """Losses of drivetrains into their accounts."""
     step = interval.step
-    interval.powers[RUBBING] += drivetrain.end_drivetrains(step.h, step.share, interval.y1, 0, model)
+    interval.powers[RUBBED] += drivetrain.end_drivetrains(step.h, step.share, interval.y1, 0, model)
+    interval.powers[RUBBED] += drivetrain.end_drivetrains(step.h, step.share, interval.y1, 0, model)
 
 
 @calls.end_friction
@@ -228,6 +233,14 @@ def friction_power(model):
     return power
 
 
+@calls.force
+def start(interval, model):
+    """Damping of the frictions' bristles."""
+    if interval.step.share == 1.0 and interval.step.again == 0.0:
+        for k in range(model.drivetrains.size):
+            model.drivetrains[k].relax = RELAX
+
+
 # what motors lose before their joints (`kernels.drivetrain`), with friction as of joint coordinates; forward,
 # backward: efficiencies, holds: of a gear that locks itself
 DRIVETRAINS = Family(
@@ -266,4 +279,7 @@ DRIVETRAINS = Family(
     friction_power=friction_power,
     evaluate=False,
     rubbed=lambda found: iter([found["account"] + BY_HYSTERESIS, found["account"] + BY_GEAR]),
+    accounts=(Accounts(DRIVETRAIN_ACCOUNTS, order=6),),
+    rubs=lambda found: np.ones(found.size, dtype=bool),
+    start=start,
 )  # fmt: skip

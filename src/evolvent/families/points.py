@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.base.errors import InputError
 from evolvent.kernels import calls, points
 from evolvent.kernels.blocks import POSITION
 from evolvent.model.family import Family, Kind, Records, record, where
@@ -65,6 +66,13 @@ def _point(assembly: Any, name: str, index: int, where: slice, y: Array) -> Iter
     yield name, LinearizedPoint(np.array(y[first : first + 3]), where, np.eye(3), None)
 
 
+def _place(builder: Any, at: Any) -> Any:
+    if at.on is not None:
+        raise InputError(f"{at.key} is {at.where!r}; {at.name!r} is a point mass, which has no {at.on!r}")
+    row = builder.rows["points"][at.index]
+    return builder.on_coordinates("points", at.index, row["iq"], row["iv"])
+
+
 # without mass: a node of a beam, whose coordinates it has
 POINTS = Family(
     "points",
@@ -99,4 +107,5 @@ POINTS = Family(
     evaluate=evaluate,
     turning_tangent=turning_tangent,
     points=_point,
+    place=_place,
 )  # fmt: skip

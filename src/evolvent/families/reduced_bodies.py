@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.base.errors import InputError, nearest
 from evolvent.families.bodies import node_point
 from evolvent.kernels import calls, reduced
 from evolvent.kernels.blocks import SCALAR
@@ -51,6 +52,12 @@ def _nodes(row: Any) -> range:
     return range(int(row["first_body"]), int(row["first_body"] + row["nodes"]) + 1)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Energies and momenta of all reduced bodies."""
+    reduced.evaluate_reduced(interval.ym, model)
+
+
 def _unforced(model: Any) -> dict[str, Array]:
     found = model.modes.copy()
     found["stiffness"] = found["damping"] = 0.0
@@ -67,12 +74,6 @@ def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
     return ((k, *reduced.mode_bounds(model, k)) for k in range(model.reduced_bodies.size))
 
 
-@calls.force
-def evaluate(interval, model):
-    """Energies and momenta of all reduced bodies."""
-    reduced.evaluate_reduced(interval.ym, model)
-
-
 def _sizes(model: Any, length: float) -> Iterator[tuple[Any, Any]]:
     for row in model.reduced_bodies:
         yield np.arange(row["iv"], row["iv"] + row["modes"]), length
@@ -85,6 +86,16 @@ def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Ite
         point = node_point(assembly.model, b, y)
         for place in (f"{name}.{names[k - 1]}", f"{name}[{k - 1}]") if k > 0 else (name,):
             yield place, point
+
+
+def _place(builder: Any, at: Any) -> Any:
+    """An interface node of a reduced body."""
+    names = [*builder.body_points[at.name]]
+    number = names.index(at.on) if at.on in names else at.on
+    if not isinstance(number, int) or number >= len(names):
+        found = "names no interface node of it" if at.on is None else f"has no node {at.on!r}"
+        raise InputError(f"{at.key} is {at.where!r}, which {found}; {nearest(str(at.on), names)}")
+    return builder.on_body(builder.rows["reduced_bodies"][at.index]["first_body"] + 1 + number, (0.0, 0.0, 0.0))
 
 
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
@@ -127,6 +138,7 @@ REDUCED_BODIES = Family(
     evaluate=evaluate,
     sizes=_sizes,
     points=_points,
+    place=_place,
 )  # fmt: skip
 
 

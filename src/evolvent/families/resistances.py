@@ -8,14 +8,50 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, resistance, turning
+from evolvent.kernels import calls, coordinate, resistance, turning
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model import zeros
 from evolvent.model.family import EVERY, EXPLICIT, Family, Kind, record, where
-from evolvent.model.powers import RUBBING
+from evolvent.model.layout import Accounts, Switches
+from evolvent.model.powers import RUBBED
 from evolvent.model.shares import ADHESION, HARNESS, SPRING, Rule, Shares
 
 Array = np.ndarray
+
+
+@calls.apply
+def apply(t, share, kept, y, s, model):
+    """Torques of all resistances."""
+    return resistance.add_resistances(y, share, kept, s, model), 0.0, 0.0
+
+
+@calls.force
+def end_step(interval, model):
+    """Bristles at the end of a step, and what they have taken."""
+    share = interval.step.share if interval.step.h > 0.0 else 0.5
+    interval.powers[RUBBED] += resistance.end_resistances(interval.y1, 0, share, model)
+
+
+@calls.end_friction
+def end_friction(y, model):
+    """Bristles of all resistances."""
+    return resistance.end_resistances(y, 1, 0.5, model)
+
+
+@calls.stored
+def coupled_energy(t, model):
+    """Energy of all resistances."""
+    return resistance.resistance_energy(model.switches, model)
+
+
+@calls.power
+def friction_power(model):
+    """Power of all bristles."""
+    rows, power = model.resistances, 0.0
+    for k in range(rows.size):
+        for i in range(rows[k].first, rows[k].last):
+            power += model.bristles[i].force * model.coordinates[rows[k].coordinate].end_rate
+    return power
 
 
 #: Shares of a harness: its curve helps or resists; its bristles slip against the direction and resist in full.
@@ -77,31 +113,6 @@ def _power(mechanism: Any, share: Any, at: Any, direction: Any, still: bool) -> 
     return -held if held > 0.0 else None
 
 
-@calls.apply
-def apply(t, share, kept, y, s, model):
-    """Torques of all resistances."""
-    return resistance.add_resistances(y, share, kept, s, model), 0.0, 0.0
-
-
-@calls.force
-def end_step(interval, model):
-    """Bristles at the end of a step, and what they have taken."""
-    share = interval.step.share if interval.step.h > 0.0 else 0.5
-    interval.powers[RUBBING] += resistance.end_resistances(interval.y1, 0, share, model)
-
-
-@calls.end_friction
-def end_friction(y, model):
-    """Bristles of all resistances."""
-    return resistance.end_resistances(y, 1, 0.5, model)
-
-
-@calls.stored
-def coupled_energy(t, model):
-    """Energy of all resistances."""
-    return resistance.resistance_energy(model.switches, model)
-
-
 @calls.until_turn
 def until_turn(y0, y, h, model):
     """Where a bristle turns back."""
@@ -113,16 +124,6 @@ def until_turn(y0, y, h, model):
             kind, start = bristles[i].kind, y[bristles[i].account]
             part = min(part, turning.until_turn_of(kind, bristles[i].stick, bristles[i].limit, start, a, b, h))
     return part
-
-
-@calls.power
-def friction_power(model):
-    """Power of all bristles."""
-    rows, power = model.resistances, 0.0
-    for k in range(rows.size):
-        for i in range(rows[k].first, rows[k].last):
-            power += model.bristles[i].force * model.coordinates[rows[k].coordinate].end_rate
-    return power
 
 
 def _no_balance(model: Any, _: float, y: Array) -> Iterator[tuple[int, str]]:
@@ -137,6 +138,13 @@ def _no_balance(model: Any, _: float, y: Array) -> Iterator[tuple[int, str]]:
                 f"find what follows by a run in time"
             )
             yield k, why
+
+
+@calls.force
+def start(interval, model):
+    """Bristles, which are among the accounts of a state."""
+    if interval.step.again == 0.0:
+        coordinate.begin_resistances(interval.step.t, interval.y1, interval.s, model)
 
 
 # resistances on coordinates that depend on the path (`kernels.resistance`): curves from `curve` on, bristles from
@@ -174,6 +182,11 @@ RESISTANCES = Family(
     ),
     ends=OfCoordinates("coordinate"),
     through=True,
+    apply=apply,
+    end_step=end_step,
+    end_friction=end_friction,
+    coupled_energy=coupled_energy,
+    friction_power=friction_power,
     local=True,
     reads_inertia=False,
     shares=Shares(
@@ -188,15 +201,13 @@ RESISTANCES = Family(
         force=_force,
         power=_power,
     ),
-    apply=apply,
-    end_step=end_step,
-    end_friction=end_friction,
-    coupled_energy=coupled_energy,
     until_turn=until_turn,
-    friction_power=friction_power,
     evaluate=False,
     rubbed=lambda found: iter([found["account"]]),
     no_balance=_no_balance,
+    accounts=(Accounts(1, order=4),),
+    switches=(Switches(1, lambda found, _: found["start"], order=3),),
+    start=start,
 )  # fmt: skip
 
 # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the
@@ -225,4 +236,7 @@ BRISTLES = Family(
     order=250,
     of="resistances",
     contact_set=contact_set,
+    accounts=(Accounts(1, start="force0", order=5),),
+    rubs=lambda found: np.ones(found.size, dtype=bool),
+    until_turn=until_turn,
 )  # fmt: skip

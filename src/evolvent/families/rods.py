@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
+from evolvent.base.errors import InputError
 from evolvent.families.bodies import node_point
 from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent, thermal
 from evolvent.kernels.blocks import SCALAR
@@ -108,6 +109,17 @@ def explicit_end(interval, model):
             interval.powers[MARKER_LOADS] += by_weight
 
 
+@calls.force
+def evaluate(interval, model):
+    """Strains, forces, energies, momenta and nodes of all rods, with their free strains."""
+    step = interval.step
+    if model.thermal_loads.size > 0:
+        thermal.heat_rods(step.t, step.t, step.factor, model)
+    rod.evaluate_rods(model, model.sums[1])
+    rod.evaluate_sums(interval.ym, model)
+    rod.evaluate_nodes(model)
+
+
 def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
     return {name: getattr(whole, name) for name in ("rods", "rod_elements", "thermal_loads")}
 
@@ -119,17 +131,6 @@ def _transverse(records: Records, _: Mapping[str, Any]) -> Iterator[Block]:
             tape = records("tapes")[row["tape"] - 1]
             for i, node in enumerate(records("tape_nodes")[tape["first_node"] :][: tape["nodes"]]):
                 yield Block(SCALAR, node["iq"], node["iv"], k, node["mass"], i)
-
-
-@calls.force
-def evaluate(interval, model):
-    """Strains, forces, energies, momenta and nodes of all rods, with their free strains."""
-    step = interval.step
-    if model.thermal_loads.size > 0:
-        thermal.heat_rods(step.t, step.t, step.factor, model)
-    rod.evaluate_rods(model, model.sums[1])
-    rod.evaluate_sums(interval.ym, model)
-    rod.evaluate_nodes(model)
 
 
 def _sizes(model: Any, _: float) -> Iterator[tuple[Any, Any]]:
@@ -161,6 +162,35 @@ def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Ite
         displacement = np.hstack([np.eye(3), -skew(R @ arm) @ R])
         found.append(place._replace(position=place.position + R @ arm, displacement=displacement))
     yield from along(name, found)
+
+
+def _heat(builder: Any, name: str, load: Any) -> dict[str, int]:
+    """Free strains of the elements at a temperature of 1 K: of the mean of the factor over each."""
+    rod, index = builder.specs[name], builder.names[name][1]
+    builder.parameters(rod.material.thermal_expansion * load.means(rod.arc / rod.length))
+    first = builder.rows["rods"][index]["first_element"]
+    for row in builder.rows["rod_elements"][first : first + rod.elements]:
+        row["heated"] = 1
+    return {"rod": index}
+
+
+def _place(builder: Any, at: Any) -> Any:
+    """A node of a rod, which is a body."""
+    row = builder.rows["rods"][at.index]
+    number = at.number(row["elements"], "rod")
+    last = number == row["elements"]
+    if row["payout"] and not last and number > 0:
+        raise InputError(
+            f"{at.key} is {at.where!r}, a node of a mesh through which material flows ({at.name}.payout); give "
+            f"'{at.name}.root' or '{at.name}.tip'"
+        )
+    element = builder.rows["rod_elements"][row["first_element"] + number - last]
+    return builder.on_body(row["first_body"] + number, element["arm_b" if last else "arm_a"])
+
+
+def _paid_out(model: Any, rate: Callable[[Any], float]) -> float:
+    paid = model.rods[model.rods["payout"] != 0]
+    return float(sum(0.5 * row["density"] * row["length"] * rate(row) ** 2 for row in paid))
 
 
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
@@ -220,6 +250,10 @@ RODS = Family(
     sizes=_sizes,
     bending=_bending,
     points=_points,
+    place=_place,
+    heat=_heat,
+    by_causes=True,
+    paid_out=_paid_out,
 )  # fmt: skip
 
 

@@ -52,6 +52,12 @@ def energy(interval, model, out):
     out[1] += springs.evaluate_springs(interval.step.t, interval.ym, model)
 
 
+@calls.force
+def evaluate(interval, model):
+    """Lengths, forces and energies of all springs."""
+    springs.evaluate_springs(interval.step.t, interval.ym, model)
+
+
 def _at_ends(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
     length, *_others, rate = springs.spring_ends(moment[1], 0.0, k, model)[2]
     yield length - float(model.springs["length"][k]), rate, moment[0]
@@ -75,12 +81,6 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
             yield k
 
 
-@calls.force
-def evaluate(interval, model):
-    """Lengths, forces and energies of all springs."""
-    springs.evaluate_springs(interval.step.t, interval.ym, model)
-
-
 def _no_balance(model: Any, t: float, y: Array) -> Iterator[tuple[int, str]]:
     """Springs without a line but with a force."""
     for k, row in enumerate(model.springs):
@@ -92,6 +92,18 @@ def _no_balance(model: Any, t: float, y: Array) -> Iterator[tuple[int, str]]:
                 f"move one of its ends at the start, or {INSTEAD}"
             )
             yield k, why
+
+
+def _passages(model: Any) -> Iterator[tuple[int, float, str]]:
+    """Springs that the motion has brought to length zero."""
+    for k in np.flatnonzero(np.isfinite(model.springs["passed"])).tolist():
+        t = float(model.springs["passed"][k])
+        force = abs(springs.force_without_line(t, k, model))
+        why = (
+            f"comes to length zero at t = {t:.6g} s, where its force of {force:.3g} N has no direction: it jumps to "
+            f"the other side if its ends pass through one another, and is missing while they stay together; {INSTEAD}"
+        )
+        yield k, t, why
 
 
 # slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; line, line0: vector
@@ -147,4 +159,5 @@ SPRINGS = Family(
     uneven=_uneven,
     evaluate=evaluate,
     no_balance=_no_balance,
+    passages=_passages,
 )  # fmt: skip

@@ -7,6 +7,7 @@ import numpy as np
 from evolvent.kernels import calls, coordinate_laws, coordinate_tangent
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model.family import Family, Kind, record
+from evolvent.model.layout import Accounts
 from evolvent.model.questions import AdjointSupport, never
 from evolvent.model.shares import DAMPING, SPRING, Rule, Shares, Tie
 
@@ -68,6 +69,12 @@ SYNCHRONIZATIONS = Family(
     kinds=(
         Kind("a synchronization", symmetric=True),
     ),
+
+    apply=apply,
+    apply_tangent=apply_tangent,
+    explicit_force=explicit_force,
+    end_step=end_step,
+    coupled_energy=coupled_energy,
     ends=OfCoordinates("a", "b"),
     several=True,
     local=True,
@@ -83,10 +90,6 @@ SYNCHRONIZATIONS = Family(
     of_step=False,
     adjoint=AdjointSupport("its torque follows from the state, with all derivatives", timed=False),
     uneven=never,
-    apply=apply,
-    apply_tangent=apply_tangent,
-    explicit_force=explicit_force,
-    end_step=end_step,
-    coupled_energy=coupled_energy,
     evaluate=False,
+    accounts=(Accounts(1, order=3),),
 )  # fmt: skip

@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, points, thread
+from evolvent.base.errors import InputError
+from evolvent.kernels import calls, constraint_rows, loads, points, thread
 from evolvent.kernels.blocks import POSITION, SCALAR
 from evolvent.kernels.drive import FREE, LAW
 from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
 from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record
+from evolvent.model.layout import Events, Rows, Switches
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, SPOOLS, SPRINGS
 from evolvent.model.questions import DRIVE, Block, Bound, Coordinates, Law, LinearizedPoint, Moment
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
@@ -123,6 +125,40 @@ def explicit_force(interval, model):
     powers[SPOOLS] += spools
 
 
+@calls.force
+def prepare_sample(interval, model):
+    """Tensions that are multipliers."""
+    thread.note_tensions(interval.la, model)
+
+
+@calls.force
+def evaluate_rates(interval, model):
+    """Motion, tensions, energies and momenta of all threads."""
+    for p in range(model.threads.size):
+        thread.note_results(interval.ym, interval.s, model, p)
+
+
+@calls.force
+def evaluate(interval, model):
+    """Loads on threads."""
+    step = interval.step
+    if model.loads.size > 0:
+        thread.evaluate_thread_loads(int(step.sample), interval.times, interval.s, step.factor, model)
+
+
+@calls.turning_tangent
+def turning_tangent(factor, spin, y, model, matrix):
+    """Derivatives of the forces by a steady turn."""
+    n_q, threads = model.info.nq, model.threads
+    for k in range(threads.size):
+        if threads[k].kind == thread.MOVING:
+            thread.add_turning_elements(factor, spin, k, model, matrix)
+            continue
+        for i in range(1 if threads[k].end >= 0 else 0, model.switches[k]):
+            mass = factor * model.nodes[threads[k].node + i].mass
+            points.add_centrifugal(mass, threads[k].iv + 3 * i - n_q, spin, matrix)
+
+
 def _unforced(model: Any) -> dict[str, Array]:
     found = model.threads.copy()
     found["stiffness"] = found["damping"] = 0.0
@@ -176,40 +212,6 @@ def _bound(model: Any, _: Array, felt: Mapping[str, Array]) -> Iterator[Bound]:
             yield p, square, rate
 
 
-@calls.force
-def prepare_sample(interval, model):
-    """Tensions that are multipliers."""
-    thread.note_tensions(interval.la, model)
-
-
-@calls.force
-def evaluate_rates(interval, model):
-    """Motion, tensions, energies and momenta of all threads."""
-    for p in range(model.threads.size):
-        thread.note_results(interval.ym, interval.s, model, p)
-
-
-@calls.force
-def evaluate(interval, model):
-    """Loads on threads."""
-    step = interval.step
-    if model.loads.size > 0:
-        thread.evaluate_thread_loads(int(step.sample), interval.times, interval.s, step.factor, model)
-
-
-@calls.turning_tangent
-def turning_tangent(factor, spin, y, model, matrix):
-    """Derivatives of the forces by a steady turn."""
-    n_q, threads = model.info.nq, model.threads
-    for k in range(threads.size):
-        if threads[k].kind == thread.MOVING:
-            thread.add_turning_elements(factor, spin, k, model, matrix)
-            continue
-        for i in range(1 if threads[k].end >= 0 else 0, model.switches[k]):
-            mass = factor * model.nodes[threads[k].node + i].mass
-            points.add_centrifugal(mass, threads[k].iv + 3 * i - n_q, spin, matrix)
-
-
 def _sizes(model: Any, length: float) -> Iterator[tuple[Any, Any]]:
     for row in model.threads[model.threads["drive"] == FREE]:
         yield int(row["spool_v"]), length / row["radius"]
@@ -226,6 +228,79 @@ def _released_nodes(
     yield from ((f"{name}[{i}]", point) for i, point in found.items())
     if 0 in found:
         yield f"{name}.tip", found[0]
+
+
+def _rows(found: Array, _: Records) -> Iterator[tuple[int, list[End]]]:
+    for p in np.flatnonzero(found["kind"] == thread.INEXTENSIBLE).tolist():
+        yield p, [("bodies", int(found["body"][p]))]
+
+
+def _is_braked(found: Array) -> Array:
+    """Whether friction can hold a spool."""
+    return np.asarray(found["spool_friction"] > 0.0)
+
+
+def _senses(found: Array, builder: Any) -> Array:
+    """Senses in which the spools with friction turn at the start."""
+    return np.sign(np.array(builder.v)[found["spool_v"][_is_braked(found)] - len(builder.q)])
+
+
+def _tip(builder: Any, at: Any) -> Any:
+    """The end of a thread."""
+    if at.on == "tip":
+        return builder.specs[at.name].tip_location(builder, at.name, at.where, at.key)
+    raise InputError(
+        f"{at.key} is {at.where!r}; {at.name!r} is a Thread, not a body, point or beam; its end is "
+        f"{at.name + '.tip'!r}; a mass at its end is its key `tip_mass`, a point it is fixed to its key `end`"
+    )
+
+
+def _is_off(axis: Array, vector: Any) -> bool:
+    """Whether a vector has a part across an axis."""
+    return bool(np.linalg.norm(np.cross(axis, vector)) > 1e-9 * np.linalg.norm(vector))
+
+
+def _check_copies(builder: Any) -> None:
+    """Refuse loads that differ from copy to copy of a thread that stands for several."""
+    names = {found: name for name, found in builder.names.items()}
+    for p, row in enumerate(builder.rows["threads"]):
+        if row["copies"] == 1:
+            continue
+        body = builder.rows["bodies"][row["body"]]
+        axis = body["R0"] @ body["axis"]
+        differ = ["gravity"] if _is_off(axis, builder.gravity) else []
+        for k, load in enumerate(builder.rows["loads"]):
+            if load["kind"] >= loads.AT_MARKER or load["target"] != p:
+                continue
+            values = np.array(builder.values[load["first"] : load["last"]])
+            if load["kind"] == loads.NODE:
+                off = load["law"] != 0 or _is_off(body["axis"] if values[3] != 0.0 else axis, values[:3])
+            elif load["kind"] == loads.UNIFORM:
+                off = _is_off(body["axis"] if values[3] != 0.0 else axis, values[:3])
+            else:
+                off = load["kind"] == loads.LAW or _is_off(axis, values[:3])
+            differ += [names["loads", k]] if off else []
+        if differ:
+            raise InputError(
+                f"{names['threads', p]!r} stands for {row['copies']} copies, but {differ[0]!r} is not the same for "
+                "all of them; add a thread for each"
+            )
+
+
+@calls.turning
+def turning(factor, spin, y, model, a):
+    """Drift of the nodes on moving meshes."""
+    for k in range(model.threads.size):
+        if model.threads[k].kind == thread.MOVING:
+            thread.note_drift(factor, spin, k, model)
+
+
+def _paid_out(model: Any, rate: Callable[[Any], float]) -> float:
+    found = 0.0
+    for row in model.threads[model.threads["drive"] != FREE]:
+        total = model.nodes["mass"][row["node"] : row["node"] + row["n"]].sum()
+        found += 0.5 * row["copies"] * total * (row["radius"] * rate(row)) ** 2
+    return float(found)
 
 
 # shortest: m, of the segment at the spool whose stiffness follows its length (`kernels.thread.boundary`), 0 where
@@ -362,6 +437,25 @@ THREADS = Family(
     sizes=_sizes,
     extents=lambda found: found["n"] * found["segment"],
     points=_released_nodes,
+    switches=(
+        Switches(2, lambda found, builder: [*builder.released, *np.zeros(found.size, dtype=int)], field="", order=0),
+        Switches(_is_braked, _senses, field="spool_switch", order=np.inf),
+    ),
+    events=(
+        Events(lambda found: 2 * found.size, lambda _, k: (k // 2, "taken up" if k % 2 else "released"), order=0),
+        Events(
+            lambda found: np.sum(_is_braked(found)),
+            lambda found, k: (int(np.flatnonzero(_is_braked(found))[k]), "sticks or slips"),
+            order=np.inf,
+        ),
+    ),
+    totals={"brakes": lambda found: np.sum(_is_braked(found))},
+    offsets=("iv", "spool_v"),
+    place=_tip,
+    rows=Rows(constraint_rows.THREAD, _rows),
+    check=_check_copies,
+    turning=turning,
+    paid_out=_paid_out,
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step
@@ -380,4 +474,5 @@ NODES = Family(
         "tension": ("tension", "N", "tension of the segment inwards of each node, NaN while it is wound"),
     },
     of="threads",
+    scratch=lambda records, _: {"strands": np.zeros((records("nodes").size + 1, 9))},
 )  # fmt: skip

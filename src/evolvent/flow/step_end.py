@@ -1,4 +1,4 @@
-"""The end of a step: what the next one needs of it, and what families book of it."""
+"""The start of a run by implicit steps, and the end of a step: what the next one needs, and what families book."""
 
 from numba import void
 
@@ -28,3 +28,20 @@ def end_step(t, h, share, again, y, dq, model, booked):
     for k in range(calls.size):
         force_at(model, calls[k])(interval, model)
     at.h = at.again = 0.0
+
+
+@indirect(void(REAL, REAL, REAL, VECTOR, MODEL, VECTOR))
+def start_run(t, share, again, y, model, booked):
+    """Start a run at the state y at t, before its first forces.
+
+    Parameters
+    ----------
+    share : of `evolvent.model.interval.NUMBERS`; again : 1 where it goes on after forces have changed at once, else 0
+    booked : (N_POWERS,) float, scratch
+    """
+    at, calls = model.interval, model.start_calls
+    at.t, at.tm, at.h, at.share, at.again = t, t, 0.0, share, again
+    interval = state_interval(at, y, y, y, y, booked, model.switches, y)
+    for k in range(calls.size):
+        force_at(model, calls[k])(interval, model)
+    at.again = 0.0

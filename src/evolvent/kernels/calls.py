@@ -25,7 +25,7 @@ _MOMENTUM, _STORED, _RECORDS = void(VECTOR, MODEL, VECTOR), REAL(REAL, MODEL), v
 _RATES, _TURN, _POWER = void(VECTOR, MODEL), REAL(VECTOR, VECTOR, REAL, MODEL), REAL(MODEL)
 _FRICTION, _NUMBER = REAL(VECTOR, MODEL), types.int64(types.int64, MODEL)
 _APPLY = types.UniTuple(REAL, 3)(REAL, REAL, types.int64, VECTOR, INTEGERS, MODEL)
-_SPIN = void(REAL, VECTOR, VECTOR, MODEL, SPARSE)
+_TURNING, _SPIN = void(REAL, VECTOR, VECTOR, MODEL, VECTOR), void(REAL, VECTOR, VECTOR, MODEL, SPARSE)
 
 #: Decorators of the answers to the questions of `Family`.
 force = indirect(_FORCE)
@@ -41,6 +41,7 @@ power = indirect(_POWER)
 end_friction = indirect(_FRICTION)
 contact_set = indirect(_NUMBER)
 apply = indirect(_APPLY)
+turning = indirect(_TURNING)
 turning_tangent = indirect(_SPIN)
 
 #: ``force_at(model, slot)``: the function of a slot, for compiled code.
@@ -57,4 +58,5 @@ power_at = lookups.by_slot(_POWER)
 end_friction_at = lookups.by_slot(_FRICTION)
 contact_set_at = lookups.by_slot(_NUMBER)
 apply_at = lookups.by_slot(_APPLY)
+turning_at = lookups.by_slot(_TURNING)
 turning_tangent_at = lookups.by_slot(_SPIN)

@@ -9,7 +9,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid
-from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.rotations import cross, dot, turn, turn_back
 from evolvent.kernels.sparse import SPARSE, add_entry, first_entry
 from evolvent.model import MODEL
 
@@ -182,6 +182,30 @@ def turn_columns(model, index, J):
         x, y, z = turn_axis(model.bodies, index, body.motion, c + 3)
         J[0, c], J[1, c], J[2, c] = turn(body.R, x, y, z)
     return body.iv - model.info.nq + (3 if count == 3 else 0), count
+
+
+@inlined
+def add_torque_tangent(matrix, model, a, b, n, torque, slope, turned):
+    """Derivatives of a torque T about the axis n of body a, T n on a and -T n on b, by the turns of both.
+
+    Parameters
+    ----------
+    n : axis, inertial; torque : T, N m
+    slope, turned : with turns t_a and t_b, T changes by (t_b - t_a) . (slope n - turned)
+    """
+    J, K = model.J[0], model.J[1]
+    for side in range(2):
+        at, rows = turn_columns(model, b if side else a, J)
+        for other in range(2):
+            to, columns = turn_columns(model, b if other else a, K)
+            for r in range(rows):
+                p, own = (J[0, r], J[1, r], J[2, r]), 1.0 if side else -1.0
+                for c in range(columns):
+                    e, sign = (K[0, c], K[1, c], K[2, c]), 1.0 if other else -1.0
+                    value = own * (slope * dot(e, n) - dot(e, turned)) * dot(p, n)
+                    if side:
+                        value -= torque * dot(p, cross(e[0], e[1], e[2], n[0], n[1], n[2]))
+                    add_entry(matrix, at + r, to + c, sign * value)
 
 
 @indirect(void(SPARSE, MODEL, _I, MATRIX, MATRIX, types.UniTuple(REAL, 3), _I, REAL))

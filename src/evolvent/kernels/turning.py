@@ -32,12 +32,12 @@ NO_TURN = 1.0
 @inlined
 def has_friction(model):
     """Whether a model may have dry friction, in compiled code."""
-    return model.info.rubbed >= 0 or model.bearings.size + model.wheels.size > 0
+    return model.until_turn_calls.size > 0
 
 
 def USED_FOR(model):  # noqa: N802
     """Dry friction."""
-    return model.info.rubbed >= 0 or model.bearings.size + model.wheels.size > 0
+    return model.until_turn_calls.size > 0
 
 
 # ------------------------------------------------------------------------------------------------ rates

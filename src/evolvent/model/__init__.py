@@ -141,7 +141,7 @@ class Model(Struct):
     def _further(cls) -> dict[str, Any]:
         """Records of all families, and the tables of calls."""
         found = {family.name: array(1, family.record) for family in families().values()}
-        return found | {f"{name}_calls": array(1, np.int64) for name in QUESTIONS}
+        return found | {f"{name}_calls": array(1, np.int64, constant=True) for name in QUESTIONS}
 
     def __init__(self, **values: Any) -> None:
         scratch = {"interval": zeros_record(NUMBERS), "powers": np.zeros(N_POWERS), "energies": np.zeros(3)}

@@ -11,7 +11,8 @@ import dataclasses
 import functools
 import importlib
 import pkgutil
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ import numpy as np
 from evolvent.base import plugins
 from evolvent.base.errors import InputError
 from evolvent.compiled import lookups
-from evolvent.model.layout import Accounts, Switches
+from evolvent.model.layout import Accounts, Events, Rows, Switches
 from evolvent.model.questions import (
     AdjointSupport,
     Bound,
@@ -75,6 +76,11 @@ def record(integers: str, floats: str = "", scratch: str = "", **shapes: tuple[i
 def where(field: str, value: Any) -> Callable[[Array], Array]:
     """Mask of the records of which a field has a value, as `Kind.which`."""
     return lambda found: np.asarray(found[field] == value)
+
+
+def has_friction(found: Array) -> Array:
+    """Which records have friction, (n,) bool, as `Family.rubs`."""
+    return np.asarray(found["friction"] > 0.0)
 
 
 def has_parameters(found: Array, others: int) -> Array:
@@ -177,16 +183,22 @@ class Family:
         (`results.observe.Observed`), which may be changed; before it these are the fields of the record in `results`
     place : function of the builder and a reference (`assembly.references.Named`) to the point of a part that it names
         (`assembly.references.Location`), for families on whose parts there are points
-    accounts, switches : what its records have in the state (`model.layout`)
+    accounts, switches, events : what its records have in the state, and what solvers find of them (`model.layout`)
+    rows : rows of constraint under explicit methods; None for none
+    unmet : function of the name of a part, and of gap, rate and value of its row of the family `joints` and whether it
+        moves at the start, to a sentence on why the start does not meet the constraint; '' where it does. None of
+        parts that are no constraints of their own
     by_causes : whether the accounts of explicit methods tell apart what dissipates energy in a model with its records
     rubs : function of its records to those with friction that slips under explicit methods; None for none
-    events : function of its records to how many events of solvers they have; None for none
     times : fields that hold times at which a record starts or ceases to act, on which solvers land
     totals : numbers of its records that are fields of the model's `info`, functions of the records by the field
     offsets : fields that hold indices of velocities in the state, -1 for none, which parts count from the first one
     initial : fields of the record with what its scratch fields are at the start, by these
     scratch : function of `Records` and the builder to arrays of the model that its records need, whether there are some
         or none; None for none
+    heat : function of the builder, the name of a part and a thermal load on it; writes the constants of its elements
+        among the parameters, and returns the fields of a record of `thermal_loads` that are its own; None where no
+        thermal load acts
     check : function of the builder that refuses what its parts cannot be together with others; None for none
     laws : users' laws that records call
     means : function of its records to those that act over a step of energy-momentum as means of what is no user's law
@@ -201,6 +213,7 @@ class Family:
         make others feel. Where `stiff` records have none, the fastest mode is found by differences of accelerations
     uneven : function of a steady turn (`solvers.steady_turn.Turn`) and of the records with an end on what does not
         turn, of all without `ends`, to those that are not the same at every angle about its axis; None for all of them
+    start : of a run by implicit steps, before its first forces
     end_step : of a step that has been taken: what the next one needs of it, and into `Interval.powers` the work and the
         losses that the family books itself (J, `evolvent.model.powers`)
     note_step : of records alone, what the next step of energy-momentum needs of the last one
@@ -209,10 +222,12 @@ class Family:
     apply : torques on coordinates at their last evaluation, (t, share, kept, y, s, model) as of
         `kernels.coordinate.add_applied`; returns energy (J), and the powers that it takes and gives (W);
         apply_tangent : its derivatives, between different coordinates or into `motor_slope` and `motor_damper` of each
-    until_turn : part of a step at which a friction turns back (`kernels.turning`), with measure_rates of the state at
-        its end, keep_rates at the start of the next, and friction_power, of all frictions at the last evaluation
+    until_turn : part of a step at which a friction turns back (`kernels.turning`), asked of families some records of
+        which rub, or without an answer to that; with measure_rates of the state at its end, keep_rates at the start of
+        the next, and friction_power, of all frictions at the last evaluation
     end_friction : under explicit methods, frictions at the end of a step into the accounts; returns what they take, J
-    turning_tangent : derivatives of the forces by the accelerations of a steady turn (`solvers.equilibrium`)
+    turning : accelerations of a steady turn, but those of vectors in `Model.blocks` (`solvers.equilibrium`), and
+        turning_tangent, derivatives of the forces by these accelerations
     evaluate : fields that are results, at a sample; by `force` where a family with results has no answer, False for
         none. Before that of all families prepare_sample, then evaluate_rates of what follows from the rates of explicit
         methods, which are evaluated for it; after it evaluate_last
@@ -238,6 +253,15 @@ class Family:
     presses : function of the model to a mask of its contacts that touch
     no_balance : function of the model after its last forces, the time and the state to records that are in no
         equilibrium in spite of their forces, and why, as the end of a sentence
+    not_at_rest : function of the model after its first forces to records whose rate changes in statics, and why, as the
+        end of a sentence
+    stiffest : makes the records of a model as stiff as they can become, for the fastest mode by rates; what `bound`
+        counts, or `solvers.explicit_modes` adds, has no stiffness then
+    paid_out : function of the model, and of a function of a record to the largest rate of its drive in a run, to the
+        kinetic energy of what drives pay out, J
+    jumps : function of its records to contacts whose force jumps at the touch
+    passages : function of the model to records whose force has lost its direction in a run: time, s, and what happened
+    without_normal : function of its records to contacts without a normal at the start of a step
     """
 
     name: str
@@ -286,14 +310,17 @@ class Family:
     place: Callable[[Any, Any], Any] | None = None
     accounts: tuple[Accounts, ...] = ()
     switches: tuple[Switches, ...] = ()
+    events: tuple[Events, ...] = ()
+    rows: Rows | None = None
+    unmet: Callable[[str, float, float, float, bool], str] | None = None
     by_causes: bool = False
     rubs: Callable[[Array], Array] | None = None
-    events: Callable[[Array], int] | None = None
     times: tuple[str, ...] = ()
     totals: Mapping[str, Callable[[Array], int]] = dataclasses.field(default_factory=dict)
     offsets: tuple[str, ...] = ("iv",)
     initial: Mapping[str, str] = dataclasses.field(default_factory=dict)
     scratch: Callable[[Records, Any], Mapping[str, Array]] | None = None
+    heat: Callable[[Any, str, Any], dict[str, int]] | None = None
     check: Callable[[Any], None] | None = None
     laws: tuple[Law, ...] = ()
     means: Callable[[Array], Array] | None = None
@@ -304,6 +331,7 @@ class Family:
     felt: Felt | None = None
     bound: Callable[[Any, Array, Mapping[str, Array]], Iterator[Bound]] | None = None
     uneven: Callable[[Any, list[int]], Iterable[int]] | None = None
+    start: Call = None
     end_step: Call = None
     note_step: Call = None
     coupled_energy: Call = None
@@ -315,6 +343,7 @@ class Family:
     keep_rates: Call = None
     friction_power: Call = None
     end_friction: Call = None
+    turning: Call = None
     turning_tangent: Call = None
     prepare_sample: Call = None
     evaluate_rates: Call = None
@@ -339,6 +368,12 @@ class Family:
     inner: Callable[[Array], int] | None = None
     presses: Callable[[Any], Array] | None = None
     no_balance: Callable[[Any, float, Array], Iterator[tuple[int, str]]] | None = None
+    not_at_rest: Callable[[Any], Iterator[tuple[int, str]]] | None = None
+    stiffest: Callable[[Any], None] | None = None
+    paid_out: Callable[[Any, Callable[[Any], float]], float] | None = None
+    jumps: Callable[[Array], Array] | None = None
+    passages: Callable[[Any], Iterator[tuple[int, float, str]]] | None = None
+    without_normal: Callable[[Array], Array] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
@@ -419,11 +454,12 @@ def whole() -> Iterator[Family]:
     return (family for family in families().values() if not family.of)
 
 
-def acting() -> list[Family]:
+@functools.cache
+def acting() -> tuple[Family, ...]:
     """Families that act between parts, but those whose ends are those of another family."""
     every = families()
     found = [family for family in every.values() if family.ends is not None and not family.through]
-    return [family for family in found if not family.of or every[family.of].ends is None]
+    return tuple(family for family in found if not family.of or every[family.of].ends is None)
 
 
 def forget_steps(model: Any) -> None:
@@ -432,7 +468,15 @@ def forget_steps(model: Any) -> None:
         forget(model)
 
 
-def asked(question: str) -> dict[str, Any]:
+@functools.cache
+def events() -> tuple[tuple[Family, Events], ...]:
+    """Events of all families, in the order of their numbers."""
+    own = ((family, one) for family in families().values() for one in family.events)
+    return tuple(sorted(own, key=lambda found: found[0].order if found[1].order is None else found[1].order))
+
+
+@functools.cache
+def asked(question: str) -> Mapping[str, Any]:
     """Answers of the families that have one to a question, by name.
 
     Parameters
@@ -440,15 +484,14 @@ def asked(question: str) -> dict[str, Any]:
     question : str, attribute of `Family`
     """
     found = ((name, getattr(family, question)) for name, family in families().items())
-    return {name: answer for name, answer in found if answer is not None}
+    return MappingProxyType({name: answer for name, answer in found if answer is not None})
 
 
 #: Questions whose answers are compiled functions.
 QUESTIONS = tuple(field.name for field in dataclasses.fields(Family) if field.type == "Call")
 
 
-@functools.cache
-def _slots(question: str, present: frozenset[str]) -> Array:
+def _slots(question: str, present: Collection[str]) -> Array:
     """Slots of the answers of some families to a question, in their order, each once."""
     found = []
     for family in families().values():
@@ -463,10 +506,18 @@ def _slots(question: str, present: frozenset[str]) -> Array:
     return np.array([*dict.fromkeys(found)], dtype=np.int64)
 
 
+@functools.cache
+def _tables(present: tuple[str, ...], rub: tuple[str, ...]) -> dict[str, Array]:
+    """Tables of calls of models with records of some families, and with frictions of some."""
+    asked_of = dict.fromkeys(QUESTIONS, present) | {"until_turn": rub}
+    return {f"{question}_calls": _slots(question, of) for question, of in asked_of.items()}
+
+
 def calls_of(model: Mapping[str, Any]) -> dict[str, Array]:
-    """Tables of calls of a model, of the families of which it has records."""
-    present = frozenset(name for name in families() if model[name].size)
-    return {f"{question}_calls": _slots(question, present).copy() for question in QUESTIONS}
+    """Tables of calls of a model, of the families of which it has records; they are those of all models alike."""
+    present = tuple(name for name in families() if model[name].size)
+    masks = ((name, families()[name].rubs) for name in present)
+    return _tables(present, tuple(name for name, mask in masks if mask is None or np.any(mask(model[name]))))
 
 
 def kept_of(model: Mapping[str, Any], places: Mapping[str, int]) -> Array:

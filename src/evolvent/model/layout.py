@@ -1,14 +1,16 @@
-"""What records of a family have in the state: accounts at the end of its numbers, and switches."""
+"""What records of a family have in the state: accounts at the end of its numbers, switches, and events."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
 Array = np.ndarray
+#: What happens where a latch locks.
+LATCHED = "latched"
 #: Count of each record: one for all, or a function of the records to (n,) int.
 Counts = int | Callable[[Array], Array]
 
@@ -53,3 +55,33 @@ class Switches:
     start: Callable[[Array, Any], Any] | None = None
     field: str = "switch"
     order: float | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class Events:
+    """Events of a family's records that solvers find.
+
+    Attributes
+    ----------
+    count : function of the records to their number
+    what : function of the records and the number of an event to its record and what happens
+    order : float, place among the events; None for the family's
+    """
+
+    count: Callable[[Array], int]
+    what: Callable[[Array, int], tuple[int, str]]
+    order: float | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class Rows:
+    """Rows of constraint of a family's records under explicit methods (`kernels.constraint_rows`).
+
+    Attributes
+    ----------
+    kind : int, of the rows
+    of : function of the records and of those of a family by its name to the record of each row, and its ends
+    """
+
+    kind: int
+    of: Callable[[Array, Callable[[str], Any]], Iterator[tuple[int, list[tuple[str, int]]]]]

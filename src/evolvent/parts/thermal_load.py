@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -14,8 +13,7 @@ from evolvent.base import units
 from evolvent.base.errors import InputError
 from evolvent.elements.dense import legendre, product
 from evolvent.elements.sections import TapeSection
-from evolvent.elements.thermal import thermal_form
-from evolvent.kernels.beam_strains import POINTS
+from evolvent.model.family import families
 from evolvent.parts.base import BeamName, Part
 from evolvent.parts.profile import GradientProfile, TemperatureProfile, write_profile
 
@@ -71,36 +69,20 @@ class ThermalLoad(Part):
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the load into the family `thermal_loads`, the constants of its elements into the parameters."""
-        family = "rods" if builder.names.get(self.part, ("",))[0] == "rods" else "beams"
-        index = builder.find(self.part, family)
+        own, index = builder.names.get(self.part, ("beams", -1))
+        heat = families()[own].heat if own in families() else None
+        if index < 0 or heat is None:
+            raise builder.not_found(self.part, "beams")
         beam = builder.specs[self.part]
-        self._check(builder, name, beam, (family, index))
+        self._check(builder, name, beam, (own, index))
         places = {}
         for key in ("temperature", "gradient_y", "gradient_z"):
             profile = getattr(self, key)
             places[key] = -1
             if profile is not None:
                 places[key] = builder.parameters(write_profile(builder, f"{name}.{key}", profile))[0]
-        constants = len(builder.values)
-        if family == "rods":
-            builder.parameters(beam.material.thermal_expansion * self.means(beam.arc / beam.length))
-            fields = {"beam": -1, "rod": index, "constants": constants, "expansions": -1, **places}
-            builder.names[name] = ("thermal_loads", builder.add("thermal_loads", **fields))
-            first = builder.rows["rods"][index]["first_element"]
-            for row in builder.rows["rod_elements"][first : first + beam.elements]:
-                row["heated"] = 1
-            return
-        unloaded, ends = beam.rest_nodes(self.part), beam.arc / beam.length
-        for i, length in enumerate(beam.lengths):
-            form = thermal_form(
-                beam.formulation, float(length), beam.section.between(ends[i], ends[i + 1]), beam.material,
-                self._along(ends[i], ends[i + 1]), rest=None if unloaded is None else unloaded[i : i + 2].ravel(),
-            )  # fmt: skip
-            builder.parameters([*form.C.ravel(), *form.Q.ravel(), *form.rest])
-        at = (beam.arc[:-1, None] + beam.lengths[:, None] * np.asarray(POINTS)) / beam.length
-        grown = float(beam.material.thermal_expansion) * np.ravel(self.factor(at))
-        expansions = builder.parameters(grown.tolist())[0]
-        fields = {"beam": index, "rod": -1, "constants": constants, "expansions": expansions, **places}
+        fields = {"beam": -1, "rod": -1, "expansions": -1, **places, "constants": len(builder.values)}
+        fields |= heat(builder, self.part, self)
         builder.names[name] = ("thermal_loads", builder.add("thermal_loads", **fields))
 
     def means(self, ends: np.ndarray) -> np.ndarray:
@@ -108,9 +90,6 @@ class ThermalLoad(Part):
         at, weights = legendre(4)
         places = ends[:-1, None] + np.diff(ends)[:, None] * (0.5 + 0.5 * at)
         return product(np.asarray(self.factor(places)), 0.5 * weights)
-
-    def _along(self, first: float, last: float) -> Callable[[float], float]:
-        return lambda xi: float(self.factor(first + xi * (last - first)))
 
     def _check(self, builder: Builder, name: str, beam: Any, target: tuple[str, int]) -> None:
         """Refuse a beam that the load cannot act on, and keys that do not fit it."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import itertools
 import json
 from collections.abc import Iterator
@@ -11,30 +12,28 @@ import numpy as np
 import xarray as xr
 
 from evolvent.base.units import unit_text
+from evolvent.model.family import events
+from evolvent.model.layout import LATCHED as LATCHED
 from evolvent.results import variables
-from evolvent.solvers.solution import Solution, first_latch
+from evolvent.solvers.solution import Solution
 
 #: Attribute of a run with its events: columns of a table in JSON.
 EVENTS = "events"
 #: Its columns.
 COLUMNS = ("time", "part", "what")
-#: What happens where a latch locks.
-LATCHED = "latched"
 #: Events that are kept, at most: the first ones.
 MOST = 1000
 
 
 def in_order(solution: Solution) -> Iterator[tuple[float, tuple[str, int], str]]:
     """Time (s), family and row, and what happened, of every event of a solution in order of time."""
-    model = solution.assembly.model
-    threads, latches = 2 * int(model.threads.size), first_latch(model)
+    found = [(family, own, family.records(solution.assembly.model)) for family, own in events()]
+    ends = list(itertools.accumulate(int(own.count(records)) for _, own, records in found))
     for time, kind in sorted(zip(solution.event_times.tolist(), solution.event_kinds.tolist(), strict=True)):
-        if kind < threads:
-            yield time, ("threads", kind // 2), "taken up" if kind % 2 else "released"
-        elif kind < latches:
-            yield time, ("events", kind - threads), "event"
-        else:
-            yield time, ("coordinates", kind - latches), LATCHED
+        k = bisect.bisect_right(ends, kind)
+        family, own, records = found[k]
+        index, what = own.what(records, kind - (ends[k - 1] if k else 0))
+        yield time, (family.name, index), what
 
 
 def written_events(solution: Solution) -> str:
@@ -51,7 +50,8 @@ def events_of(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
     -------
     xarray.Dataset
         Over the dimension ``event``: ``time``, s; ``part``, its name; ``what`` happened: "latched", "released" or
-        "taken up" (a node of a thread, or the whole of it), or "event" (of `evolvent.parts.Event`).
+        "taken up" (a node of a thread, or the whole of it), "sticks or slips" (its spool), or "event" (of
+        `evolvent.parts.Event`).
     """
     held: dict[str, list[Any]] = json.loads(run.attrs.get(EVENTS) or json.dumps({name: [] for name in COLUMNS}))
     found = xr.Dataset(

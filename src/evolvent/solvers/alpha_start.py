@@ -7,10 +7,9 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, VECTOR, indirect
 from evolvent.flow import step_end
 from evolvent.flow.implicit import residual
-from evolvent.kernels import bearing, joint, rigid, sparse_lu, thread
+from evolvent.kernels import joint, rigid, sparse_lu, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import ROTATION, displace
-from evolvent.kernels.joint_friction import RELAX
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
@@ -21,7 +20,7 @@ from evolvent.solvers.newton import solve_end
 
 _I = types.int64
 #: Iterations to the accelerations where friction depends on reactions, which the matrix does not have there.
-RUBBING = 20
+RUBBED = 20
 
 
 @indirect(void(REAL, VECTOR, MODEL, SPARSE, WORKSPACE, VECTOR, VECTOR))
@@ -38,7 +37,7 @@ def accelerations_at(t, state, model, matrix, work, A, la):
     c_mass = short_c_mass(options)
     scale = c_mass * options.mass
     d = 1e-3 * options.span
-    for _ in range(3 if model.bearings.size == 0 else RUBBING):
+    for _ in range(3 if model.bearings.size == 0 else RUBBED):
         residual(t, state, A, la, 0.0, 1.0, model, work.r, work.powers[0])
         for side in range(2):
             for i in range(n_v):
@@ -86,11 +85,6 @@ def forces_at(t, state, model, matrix, work, A, la):
 @indirect(_I(MODEL, SPARSE, WORKSPACE))
 def begin(model, matrix, work):
     """Start from the state work.y at the loop's time; returns a status."""
-    for k in range(model.coordinates.size):
-        model.coordinates[k].relax = RELAX
-    for k in range(model.drivetrains.size):
-        model.drivetrains[k].relax = RELAX
-    bearing.start_bearings(bearing.FIRST, model)
     status = start_accelerations(model, matrix, work)
     if status != DONE:
         return status
@@ -103,7 +97,7 @@ def restart(after, model, matrix, work):
     """Start again from the state work.y, with the loads and joints just `after` it; returns a status."""
     t = work.loop.time
     work.loop.time = after
-    bearing.start_bearings(bearing.AGAIN, model)
+    step_end.start_run(after, 1.0, 1.0, work.y, model, work.booked)
     status = start_accelerations(model, matrix, work)
     work.loop.time = t
     if status == DONE:

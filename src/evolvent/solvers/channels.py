@@ -9,7 +9,8 @@ import numpy as np
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError, nearest
-from evolvent.solvers.positions import LinearizedPoint, find_moving
+from evolvent.model.questions import LinearizedPoint
+from evolvent.solvers.positions import find_moving
 
 Array = np.ndarray
 

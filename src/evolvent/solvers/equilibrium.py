@@ -20,11 +20,11 @@ from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, record
 from evolvent.flow import step_end
 from evolvent.flow.implicit import energies, residual, tangent
-from evolvent.kernels import attitude, contact, coordinate, loads, rigid, sparse_lu, thread
+from evolvent.kernels import contact, coordinate, loads, rigid, sparse_lu
 from evolvent.kernels.ancf_beams import is_finite
-from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE, displace, is_idle
-from evolvent.kernels.calls import turning_tangent_at
-from evolvent.kernels.rotations import cross, turn_back
+from evolvent.kernels.blocks import POSITION, SLOPE, displace, is_idle
+from evolvent.kernels.calls import turning_at, turning_tangent_at
+from evolvent.kernels.rotations import cross
 from evolvent.kernels.sparse import SPARSE, add_entry, diagonal
 from evolvent.model import MODEL
 from evolvent.model.powers import COUPLED_ENERGY
@@ -109,57 +109,21 @@ def _twice(spin, x, y, z):
 
 @indirect(void(REAL, VECTOR, VECTOR, MODEL, VECTOR))
 def turning(factor, spin, y, model, a):
-    """Accelerations, times `factor`, of everything that turns with the frame: (nv,).
-
-    Notes
-    -----
-    Of a free body's rotation it is (J - S n n^T)^-1 (w x (J w + h)), h the momentum of its wheels, and -n . a of these,
-    so that M a is the torque that the turn asks for, and none about the axes of the wheels.
-    """
+    """Accelerations, times `factor`, of everything that turns with the frame: (nv,)."""
     for i in range(a.size):
         a[i] = 0.0
     if spin[0] == 0.0 and spin[1] == 0.0 and spin[2] == 0.0:
         return
-    n_q, blocks, bodies = model.info.nq, model.blocks, model.bodies
-    for k in range(model.threads.size):
-        if model.threads[k].kind == thread.MOVING:
-            thread.note_drift(factor, spin, k, model)
+    n_q, blocks, calls = model.info.nq, model.blocks, model.turning_calls
     for k in range(blocks.size):
-        kind, q, at, b = blocks[k].kind, blocks[k].iq, blocks[k].iv - n_q, blocks[k].owner
+        kind, q, at = blocks[k].kind, blocks[k].iq, blocks[k].iv - n_q
         if kind <= SLOPE and not is_idle(k, model.switches, model):
             held = 1.0 if kind == POSITION else 0.0
             x, yy, z = y[q] - held * spin[3], y[q + 1] - held * spin[4], y[q + 2] - held * spin[5]
             ax, ay, az = _twice(spin, x, yy, z)
             a[at], a[at + 1], a[at + 2] = factor * ax, factor * ay, factor * az
-        if kind != ROTATION:
-            continue
-        J = bodies[b].inertia
-        w = turn_back(bodies[b].R, spin[0], spin[1], spin[2])
-        h = attitude.wheel_momentum(b, y, model)
-        gx, gy, gz = cross(
-            w[0], w[1], w[2],
-            J[0, 0] * w[0] + J[0, 1] * w[1] + J[0, 2] * w[2] + h[0],
-            J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2] + h[1],
-            J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2] + h[2],
-        )  # fmt: skip
-        L = model.K12
-        attitude.inertia_without_wheels(b, model, L)
-        # Cramer's rule
-        c0 = L[1, 1] * L[2, 2] - L[1, 2] * L[2, 1], L[1, 2] * L[2, 0] - L[1, 0] * L[2, 2]
-        c02 = L[1, 0] * L[2, 1] - L[1, 1] * L[2, 0]
-        det = L[0, 0] * c0[0] + L[0, 1] * c0[1] + L[0, 2] * c02
-        g = (gx, gy, gz)
-        for c in range(3):
-            u, v = (c + 1) % 3, (c + 2) % 3
-            s = 0.0
-            for e in range(3):
-                m, n = (e + 1) % 3, (e + 2) % 3
-                s += g[e] * (L[m, u] * L[n, v] - L[m, v] * L[n, u])
-            a[at + c] = factor * s / det
-    for k in range(model.wheels.size):
-        if bodies[model.wheels[k].body].motion == rigid.FREE:
-            at, n = bodies[model.wheels[k].body].iv - n_q + 3, model.wheels[k].axis
-            a[model.wheels[k].iv - n_q] = -(n[0] * a[at] + n[1] * a[at + 1] + n[2] * a[at + 2])
+    for k in range(calls.size):
+        turning_at(model, calls[k])(factor, spin, y, model, a)
 
 
 @indirect(void(REAL, VECTOR, VECTOR, MODEL, SPARSE))

@@ -14,10 +14,10 @@ from evolvent.assembly.blocks import owner_of
 from evolvent.assembly.families import owner
 from evolvent.flow.impulse import jump, prepare
 from evolvent.flow.rhs import rhs
-from evolvent.kernels import contact_laws, coordinate
+from evolvent.kernels import contact_laws
 from evolvent.kernels.ancf_beams import beam_rates
 from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, ROTATION, SCALAR, SLOPE, block_at
-from evolvent.model.family import families
+from evolvent.model.family import asked, families
 
 #: Up to so many velocities the eigenvalues are those of the whole matrix.
 _DENSE = 120
@@ -38,7 +38,7 @@ def fastest_explicit_mode(assembly: Assembly) -> tuple[float, float, str, float]
     """
     model = assembly.model
     n_q, n_v = int(model.info.nq), int(model.info.nv)
-    saved = model.contact_surfaces.copy(), model.coordinates.copy(), model.body_contacts.copy()
+    saved = {name: getattr(model, name).copy() for name in asked("stiffest")}
     accelerations = _accelerations(assembly)
     touching = _contact_products(assembly)
     moves = np.ones(n_v)
@@ -57,14 +57,14 @@ def fastest_explicit_mode(assembly: Assembly) -> tuple[float, float, str, float]
         return moves * (scale * (accelerations(zero, -d) - accelerations(zero, d)) + touching(1, moves * x))
 
     try:
-        model.contact_surfaces["stiffness"] = 0.0
-        model.body_contacts["stiffness"] = 0.0  # `solvers.stability`
-        model.coordinates["stiffness"], model.coordinates["damping"] = coordinate.coordinate_bound(model)
+        for stiffen in asked("stiffest").values():
+            stiffen(model)
         squared, shape = _largest(stiff, n_v)
         damping = damped(shape)
         largest = _largest(damped, n_v)[0] if np.any(damping) else 0.0
     finally:
-        model.contact_surfaces[:], model.coordinates[:], model.body_contacts[:] = saved
+        for name, records in saved.items():
+            getattr(model, name)[:] = records
     own = float(shape @ damping / (shape @ shape)) if squared > 0.0 else 0.0
     return max(squared, 0.0), max(own, 0.0), _location(assembly, int(np.argmax(np.abs(shape)))), max(largest, 0.0)
 

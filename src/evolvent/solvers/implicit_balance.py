@@ -57,7 +57,7 @@ def add_step_to_balance(t, h, model, work):
         balance.by_contact += work.step.contact[0]
         balance.by_friction += work.step.contact[1]
     balance.by_contact += booked[eq.CONTACTS]
-    balance.by_friction += booked[eq.RUBBING]
+    balance.by_friction += booked[eq.RUBBED]
 
 
 @indirect(_B(_B, MODEL, WORKSPACE))

@@ -13,6 +13,7 @@ import math
 from numba import types
 
 from evolvent.compiled.jit import REAL, indirect, inlined
+from evolvent.flow.step_end import start_run
 from evolvent.kernels import (
     contact,
     coordinate,
@@ -66,8 +67,7 @@ STEADY, GROWTH = 6, 1.5
 def begin(model, matrix, work):
     """Start the loop from work.y at its time: forces, energies, sample 0; returns a status."""
     loop, n_q = work.loop, model.info.nq
-    if model.resistances.size > 0:
-        coordinate.begin_resistances(loop.time, work.y, model.switches, model)
+    start_run(loop.time, 0.5 if work.options.midpoint != 0 else 1.0, 0.0, work.y, model, work.booked)
     if work.options.midpoint != 0:
         energy_step.begin(model, work)
     else:

@@ -18,7 +18,7 @@ from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import measure_constraints
 from evolvent.kernels import joint, rigid
 from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, SCALAR, indices
-from evolvent.kernels.drive import FREE, drive
+from evolvent.kernels.drive import drive
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.model.family import EXPLICIT, SOLVERS, asked, families, forget_steps
 from evolvent.model.interval import NUMBERS, Interval
@@ -172,13 +172,8 @@ def paid_out_energy(assembly: Assembly, start: float, end: float) -> float:
 
     The scale of the energy of a run that begins at rest, before it has moved any.
     """
-    model, times, found = assembly.model, np.linspace(start, end, SOUGHT), 0.0
-    for row in model.rods[model.rods["payout"] != 0]:
-        found += 0.5 * row["density"] * row["length"] * _fastest(model, row, times) ** 2
-    for row in model.threads[model.threads["drive"] != FREE]:
-        total = model.nodes["mass"][row["node"] : row["node"] + row["n"]].sum()
-        found += 0.5 * row["copies"] * total * (row["radius"] * _fastest(model, row, times)) ** 2
-    return float(found)
+    model, times = assembly.model, np.linspace(start, end, SOUGHT)
+    return sum(paid_out(model, lambda row: _fastest(model, row, times)) for paid_out in asked("paid_out").values())
 
 
 def _fastest(model: mdl.Model, row: np.void, times: np.ndarray) -> float:

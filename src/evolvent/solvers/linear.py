@@ -13,11 +13,12 @@ import numpy as np
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError, nearest
+from evolvent.model.questions import LinearizedPoint
 from evolvent.solvers import reduction
 from evolvent.solvers.channels import INPUTS, OUTPUTS, Channel, Quantity, channels
 from evolvent.solvers.limits import limitation_of
 from evolvent.solvers.modes import Where, at_equilibrium
-from evolvent.solvers.positions import LinearizedPoint, linearized_points
+from evolvent.solvers.positions import linearized_points
 from evolvent.solvers.reduction import Basis, Structure
 from evolvent.solvers.resolution import Naming
 from evolvent.solvers.solution import Solution

@@ -10,7 +10,6 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.blocks import owner_of
 from evolvent.assembly.families import owner
 from evolvent.base.errors import InputError
-from evolvent.kernels import contact_laws
 from evolvent.kernels.blocks import POSITION, block_at, indices
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.model.family import asked
@@ -193,9 +192,8 @@ def _touching(assembly: Assembly) -> str:
 
 def _jumping(assembly: Assembly) -> str:
     """Names of the contacts whose force jumps at the touch."""
-    contact_surfaces = assembly.model.contact_surfaces
-    some = (contact_surfaces["law"] == contact_laws.PAPER) & (contact_surfaces["damping"] > 0.0)
-    names = [name for name, (family, k) in assembly.names.items() if family == "contact_surfaces" and some[k]]
+    found = {name: mask(getattr(assembly.model, name)) for name, mask in asked("jumps").items()}
+    names = [name for name, (family, k) in assembly.names.items() if family in found and found[family][k]]
     return " or ".join(repr(name) for name in names[:3]) + (" or others" if len(names) > 3 else "")
 
 

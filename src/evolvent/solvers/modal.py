@@ -17,10 +17,11 @@ from evolvent.assembly.references import split_reference
 from evolvent.base.errors import InputError
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.blocks import displace
+from evolvent.model.questions import LinearizedPoint
 from evolvent.parts.checks import positive, vector
 from evolvent.solvers.implicit_setup import sizes
 from evolvent.solvers.limits import limitation_of
-from evolvent.solvers.positions import LinearizedPoint, find_moving, linearized_points, moving, rigid_motions
+from evolvent.solvers.positions import find_moving, linearized_points, moving, rigid_motions
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.subspaces import constrained
 

@@ -123,7 +123,7 @@ def balances(model: mdl.Model, y: Array, sums: Array) -> Any:
     found["loads"], found["drives"] = accounts[:, mdl.LOAD], accounts[:, mdl.DRIVE]
     found["spools"], found["released"] = accounts[:, mdl.SPOOL], accounts[:, mdl.RELEASE]
     found["by_springs"] = accounts[:, mdl.DISSIPATED]
-    if model.beams.size or model.rods.size:
+    if any(family.by_causes and family.records(model).size for family in families().values()):
         causes = accounts[:, mdl.N_ACCOUNTS :]
         found["by_mass"], found["by_stiffness"] = causes[:, mdl.BY_MASS], causes[:, mdl.BY_STIFFNESS]
         found["by_contact"], found["by_joints"] = causes[:, mdl.BY_CONTACT], causes[:, mdl.BY_JOINTS]

@@ -14,12 +14,12 @@ from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.blocks import of_part, owners
-from evolvent.assembly.families import bodies_of, has_symmetric_stiffness
+from evolvent.assembly.families import bodies_of, has_symmetric_stiffness, owner
 from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.kept_fields import write_forces
-from evolvent.kernels import attitude, rigid, sparse_lu
+from evolvent.kernels import rigid, sparse_lu
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SCALAR, SLOPE, idle, indices
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.kernels.springs import ON_BODY
@@ -42,8 +42,6 @@ MOST_ITERATIONS = 25
 MOST_DEFERRED = 600
 #: What multiplies a mass so that the stiffness beside it is round-off.
 _HUGE = 1e40
-#: Torque on a wheel that is round-off, N m.
-STILL = 1e-12
 #: Compliance of redundant constraints, beside that of the stiffest part or of the loads.
 _STATIC_COMPLIANCE = 1e-10
 #: Pivot of constraints, beside the largest, below which they are redundant.
@@ -193,27 +191,16 @@ class Work:
         # friction is that of displacements from here on
         b = self.balance
         residual(self.time, b.y, b.a, b.la, 0.0, 1.0, model, b.r, b.powers)
-        self._check_wheels()
+        self._check_rest()
         for name, settle in asked("settle").items():
             if getattr(model, name).size:
                 settle(model, b.y)
 
-    def _check_wheels(self) -> None:
-        """Refuse wheels that friction or a motor accelerates, but those that a controller commands."""
-        wheels, controllers, p = self.model.wheels, self.model.controllers, self.model.parameters
-        commanded = {
-            int(i)
-            for row in controllers[controllers["actuators"] == attitude.WHEELS]
-            for i in p[row["place"] :][: row["count"]]
-        }
-        for name, (family, i) in self.assembly.names.items():
-            torque = wheels["motor"][i] - wheels["drag"][i] if family == "wheels" and i not in commanded else 0.0
-            if abs(torque) > STILL:
-                raise InputError(
-                    f"the torques of motor and friction on the wheel {name!r} add up to {torque:.6g} N m at "
-                    f"t = {self.time:.6g} s, which changes its rate: there is no equilibrium; take its `rate`, its "
-                    f"friction or its torque away"
-                )
+    def _check_rest(self) -> None:
+        """Refuse what does not stay at rest."""
+        for name, found in asked("not_at_rest").items():
+            for k, why in found(self.model):
+                raise InputError(f"{owner(self.assembly, name, k)!r} {why}; at t = {self.time:.6g} s")
 
     def allow_redundant(self) -> None:
         """Allow constraints that others imply: the tangent with masses is singular only by them."""
