@@ -113,8 +113,6 @@ def owner(assembly: Any, family: str, index: int) -> str:
     """Name of the part that wrote a record."""
     if family == "joints":
         return assembly.joint_parts[index]
-    if family == "spools":  # rows of threads that call a motor's law
-        family = "threads"
     own = families()[family].owner
     if own is not None:
         family, index = own(lambda name: records(assembly.model, name), index)

@@ -17,7 +17,7 @@ import numpy as np
 
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Array, Assembly
-from evolvent.assembly.blocks import note_inertia
+from evolvent.assembly.blocks import is_of, note_inertia, owners
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.order import in_order
 from evolvent.base.errors import InputError
@@ -25,8 +25,6 @@ from evolvent.flow.implicit import add_weight
 from evolvent.model.family import Family, families
 from evolvent.model.records import OWN_RECORDS
 
-#: Families that have inertia.
-_INERT = ("bodies", "points")
 #: Lists of a builder that parts append to, beside its rows.
 _LISTS = ("q", "v", "released", "values", "velocity_parameters", "poses", "joint_parts", "at_end")
 #: Mappings and sets that parts add to.
@@ -254,6 +252,14 @@ def _reads_inertia(family: Family) -> bool:
     return family.reads_inertia
 
 
+def _has_inertia(change: Change, blocks: Array) -> bool:
+    """Whether a record has inertia, also one that is driven, without coordinates."""
+    if change.family not in owners():
+        return False
+    own = blocks[is_of(blocks, change.family) & (blocks["owner"] == change.row)]
+    return not own.size or bool(np.any(own["inertia"] != 0.0))
+
+
 def _different(row: Mapping[str, Any], before: Mapping[str, Any]) -> Iterator[str]:
     """Fields of a row that are not those of another."""
     for field in row.keys() | before.keys():
@@ -286,13 +292,13 @@ def _equal_lists(name: str, new: list[Any], old: list[Any]) -> bool:
 
 def _changed(base: _Base, changes: list[Change], values: Mapping[int, float], parts: dict[str, Any]) -> Assembly | None:
     """The base with changes; None where other parts or tables of the model follow from them."""
-    inert = {change.family for change in changes} & set(_INERT)
     old = base.assembly
+    inert = any(_has_inertia(change, old.model.blocks) for change in changes)
     if inert and any(family.records(old.model).size and _reads_inertia(family) for family in families().values()):
         return None
     if inert and any(family == "reels" for family, _ in old.names.values()):  # which have no records of their own
         return None
-    if "points" in inert and np.any(old.model.row_sides["point"] >= 0):
+    if inert and np.any(old.model.row_sides["point"] >= 0):
         return None
     if any(index in base.builder.velocity_parameters for index in values):
         return None
