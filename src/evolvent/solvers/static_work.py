@@ -200,7 +200,7 @@ class Work:
         """Refuse what does not stay at rest."""
         for name, found in asked("not_at_rest").items():
             for k, why in found(self.model):
-                raise InputError(f"{owner(self.assembly, name, k)!r} {why}; at t = {self.time:.6g} s")
+                raise InputError(f"at t = {self.time:.6g} s {owner(self.assembly, name, k)!r} {why}")
 
     def allow_redundant(self) -> None:
         """Allow constraints that others imply: the tangent with masses is singular only by them."""
