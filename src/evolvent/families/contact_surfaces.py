@@ -183,12 +183,6 @@ def _forget(model: Any) -> None:
     model.contact_surfaces["impulse"] = 0.0
 
 
-#: Damping of bristles with which friction is at its limit at any rate, N s/m.
-_SLIPS = 1e30
-#: Shares of contacts.
-RULES = (Rule(SPRING, NORMAL), Rule(FRICTION, RUBS, ("friction",)))
-
-
 def _at_rest(model: Any) -> None:
     _forget(model)
     model.contact_surfaces["bristle_damping"] = 0.0

@@ -180,20 +180,6 @@ def friction_power(model):
     return power
 
 
-#: Rate of a coordinate, beside that of the direction, below which it does not move.
-_OFF = 1e-7
-#: Deflections of a bristle, beside that at which friction slips, from which it is pulled along.
-_SLIPPING = 2.0
-_RULES = (
-    Rule(SPRING, "stiffness", ("stiffness",), stored=False),
-    Rule(DAMPING, "damping", ("damping",)),
-    Rule(FRICTION, "friction", ("friction",)),
-    Rule(SPRING, "stop", ("stop",), stored=False),
-    Rule(SPRING, "latch", ("latch_stiffness",), stored=False),
-    Rule(DAMPING, "latch_damping", ("latch_damping",)),
-)
-
-
 def _turns_and_latch(found: Array, _: Any) -> Array:
     """Quarter turns of an angle, and whether the latch has locked: (2 n,) int."""
     turns = [round(float(row["angle"]) / axial.QUARTER) if row["kind"] == axial.ANGLE else 0 for row in found]
