@@ -13,11 +13,13 @@ import xarray as xr
 from evolvent import __version__, cases
 from evolvent.assembly.references import split_reference
 from evolvent.base.errors import InputError, counted, nearest
-from evolvent.parts import Box, Capsule, Cylinder, Joint, RigidBody, Sphere
 from evolvent.parts.beam import Beam
+from evolvent.parts.joint import Joint
 from evolvent.parts.point import Point
 from evolvent.parts.reel import Reel
+from evolvent.parts.rigid_body import RigidBody
 from evolvent.parts.rod import Rod
+from evolvent.parts.shapes import Box, Capsule, Cylinder, Sphere
 from evolvent.parts.thread import Thread
 from evolvent.results import variables
 from evolvent.results.motion import quantity, rotation_matrices

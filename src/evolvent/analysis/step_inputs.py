@@ -10,7 +10,7 @@ from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
 from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import rigid
-from evolvent.parts import Force, Torque
+from evolvent.parts.load import Force, Torque
 
 
 def listed(inputs: str | Sequence[str]) -> tuple[str, ...]:

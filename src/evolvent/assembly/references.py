@@ -65,14 +65,14 @@ class Named(NamedTuple):
     Attributes
     ----------
     where : str, as it was given, key : str, what it is given for, such as "spring.a"
-    name : str, of the part, index : int, of its record in its family
+    name : str, of the part, row : int, in its family
     on : str or int, point or number of the node; None where the part alone is named
     """
 
     where: str
     key: str
     name: str
-    index: int
+    row: int
     on: str | int | None
 
     def number(self, last: int, what: str) -> int:

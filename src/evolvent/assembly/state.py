@@ -35,9 +35,7 @@ def number_accounts(found: Mapping[str, Array], first: int) -> tuple[Array, int]
     if has_causes(found):
         at += mdl.IMPULSE
     own: list[tuple[float, Family | None, Accounts | None]] = [
-        (family.order if accounts.order is None else accounts.order, family, accounts)
-        for family in every
-        for accounts in family.accounts
+        (accounts.order, family, accounts) for family in every for accounts in family.accounts
     ]
     starts: dict[int, Array] = {}
     rubbed = -1
@@ -78,13 +76,11 @@ def number_switches(found: Mapping[str, Array], builder: Any) -> Array:
     """
     values: list[int] = []
     own: list[tuple[float, Family, Switches | None]] = [
-        (family.order if switches.order is None else switches.order, family, switches)
-        for family in families().values()
-        for switches in family.switches
+        (switches.order, family, switches) for family in families().values() for switches in family.switches
     ]
     own += [
         (_RELEASED, family, None)
-        for family in families().values()
+        for _, family in sorted(families().items())
         if {"event", "switch"} <= set(family.record.names or ())
     ]
     for _, family, switches in sorted(own, key=lambda one: one[0]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -91,9 +92,14 @@ def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Ite
 
 def _place(builder: Any, at: Any) -> Any:
     """A node of a beam."""
-    row = builder.rows["beams"][at.index]
+    row = builder.rows["beams"][at.row]
     first = 3 * NODE_VECTORS[row["kind"]] * at.number(row["nodes"] - 1, "beam")
-    return builder.on_coordinates("beams", at.index, row["iq"] + first, row["iv"] + first, row["kind"])
+    return builder.on_coordinates("beams", at.row, row["iq"] + first, row["iv"] + first, row["kind"])
+
+
+def _factor_within(load: Any, first: float, last: float, xi: float) -> float:
+    """Factor of a thermal load at a position from 0 to 1 between two others."""
+    return float(load.factor(first + xi * (last - first)))
 
 
 def _heat(builder: Any, name: str, load: Any) -> dict[str, int]:
@@ -104,7 +110,7 @@ def _heat(builder: Any, name: str, load: Any) -> dict[str, int]:
         first, last = ends[i], ends[i + 1]
         form = thermal_form(
             beam.formulation, float(length), beam.section.between(first, last), beam.material,
-            lambda xi, first=first, last=last: float(load.factor(first + xi * (last - first))),
+            functools.partial(_factor_within, load, first, last),
             rest=None if unloaded is None else unloaded[i : i + 2].ravel(),
         )  # fmt: skip
         builder.parameters([*form.C.ravel(), *form.Q.ravel(), *form.rest])

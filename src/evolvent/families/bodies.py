@@ -154,7 +154,7 @@ def _place(builder: Any, at: Any) -> Any:
         what = f"node {at.on}" if isinstance(at.on, int) else f"point {at.on!r}"
         known = nearest(str(at.on), points) if points else "its key `points` names none"
         raise InputError(f"{at.key} is {at.where!r}; {at.name!r} has no {what}; {known}")
-    return builder.on_body(at.index, points[at.on] if isinstance(at.on, str) else (0.0, 0.0, 0.0), at.on is None)
+    return builder.on_body(at.row, points[at.on] if isinstance(at.on, str) else (0.0, 0.0, 0.0), at.on is None)
 
 
 @calls.turning

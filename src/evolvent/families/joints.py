@@ -277,5 +277,5 @@ JOINTS = Family(
     coupled_energy=coupled_energy,
     times=("until",),
     rows=Rows(constraint_rows.JOINT, _rows),
-    totals={"penalties": lambda found: np.sum(found["stiffness"] > 0.0)},
+    totals={"penalties": lambda found: int(np.sum(found["stiffness"] > 0.0))},
 )  # fmt: skip

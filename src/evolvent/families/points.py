@@ -69,8 +69,8 @@ def _point(assembly: Any, name: str, index: int, where: slice, y: Array) -> Iter
 def _place(builder: Any, at: Any) -> Any:
     if at.on is not None:
         raise InputError(f"{at.key} is {at.where!r}; {at.name!r} is a point mass, which has no {at.on!r}")
-    row = builder.rows["points"][at.index]
-    return builder.on_coordinates("points", at.index, row["iq"], row["iv"])
+    row = builder.rows["points"][at.row]
+    return builder.on_coordinates("points", at.row, row["iq"], row["iv"])
 
 
 # without mass: a node of a beam, whose coordinates it has

@@ -95,7 +95,7 @@ def _place(builder: Any, at: Any) -> Any:
     if not isinstance(number, int) or number >= len(names):
         found = "names no interface node of it" if at.on is None else f"has no node {at.on!r}"
         raise InputError(f"{at.key} is {at.where!r}, which {found}; {nearest(str(at.on), names)}")
-    return builder.on_body(builder.rows["reduced_bodies"][at.index]["first_body"] + 1 + number, (0.0, 0.0, 0.0))
+    return builder.on_body(builder.rows["reduced_bodies"][at.row]["first_body"] + 1 + number, (0.0, 0.0, 0.0))
 
 
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:

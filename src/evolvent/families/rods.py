@@ -176,7 +176,7 @@ def _heat(builder: Any, name: str, load: Any) -> dict[str, int]:
 
 def _place(builder: Any, at: Any) -> Any:
     """A node of a rod, which is a body."""
-    row = builder.rows["rods"][at.index]
+    row = builder.rows["rods"][at.row]
     number = at.number(row["elements"], "rod")
     last = number == row["elements"]
     if row["payout"] and not last and number > 0:

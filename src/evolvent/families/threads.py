@@ -444,12 +444,12 @@ THREADS = Family(
     events=(
         Events(lambda found: 2 * found.size, lambda _, k: (k // 2, "taken up" if k % 2 else "released"), order=0),
         Events(
-            lambda found: np.sum(_is_braked(found)),
+            lambda found: int(np.sum(_is_braked(found))),
             lambda found, k: (int(np.flatnonzero(_is_braked(found))[k]), "sticks or slips"),
             order=np.inf,
         ),
     ),
-    totals={"brakes": lambda found: np.sum(_is_braked(found))},
+    totals={"brakes": lambda found: int(np.sum(_is_braked(found)))},
     offsets=("iv", "spool_v"),
     place=_tip,
     rows=Rows(constraint_rows.THREAD, _rows),

@@ -472,7 +472,7 @@ def forget_steps(model: Any) -> None:
 def events() -> tuple[tuple[Family, Events], ...]:
     """Events of all families, in the order of their numbers."""
     own = ((family, one) for family in families().values() for one in family.events)
-    return tuple(sorted(own, key=lambda found: found[0].order if found[1].order is None else found[1].order))
+    return tuple(sorted(own, key=lambda found: found[1].order))
 
 
 @functools.cache

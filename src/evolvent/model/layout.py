@@ -29,13 +29,13 @@ class Accounts:
     counts : Counts
     field : str, of the record, that gets the index of its first one in the state, -1 without any; '' for none
     start : str, field of the record with the value at the start, of one account each; '' for 0
-    order : float, place among the accounts; None for the family's
+    order : float, place among the accounts; left out, before those of frictions of contacts, which are states
     """
 
     counts: Counts
     field: str = "account"
     start: str = ""
-    order: float | None = None
+    order: float = 7.5
 
 
 @dataclasses.dataclass(frozen=True)
@@ -48,13 +48,13 @@ class Switches:
     start : function of the records and the builder to what they are at the start, in the order of the switches; 0 if
         left out
     field : str, of the record, that gets the index of its first one, if it has any; '' for none
-    order : float, place among the switches; None for the family's
+    order : float, place among the switches
     """
 
     counts: Counts
     start: Callable[[Array, Any], Any] | None = None
     field: str = "switch"
-    order: float | None = None
+    order: float = 4.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,12 +65,12 @@ class Events:
     ----------
     count : function of the records to their number
     what : function of the records and the number of an event to its record and what happens
-    order : float, place among the events; None for the family's
+    order : float, place among the events
     """
 
     count: Callable[[Array], int]
     what: Callable[[Array, int], tuple[int, str]]
-    order: float | None = None
+    order: float = 3.0
 
 
 @dataclasses.dataclass(frozen=True)
