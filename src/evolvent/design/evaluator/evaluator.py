@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import time
 import uuid
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from typing import Any, Self
+
+import numpy as np
 
 from evolvent.base.console import compiling
 from evolvent.base.errors import EvolventError, InputError
+from evolvent.compiled import codecache
 from evolvent.design.evaluator import pools, record, sources
 from evolvent.design.evaluator.log import Key, Log
 from evolvent.design.evaluator.task import Point, Result, Runs, Task, compute, one_thread
@@ -42,8 +46,8 @@ class Evaluator:
     log : Log, optional
         Keeps every evaluation; what it has found is not evaluated again.
     workers : int or None
-        1 computes here, None takes all cores where the work is worth their start; up to `pools.MOST_THREADS` are
-        threads where the runs are variants of one structure, others are processes.
+        1 computes here, None takes all cores where the work is worth their start; threads up to the runs'
+        `most_threads`, else processes.
     scheduler : str, optional
         Address of a Dask scheduler, whose workers are taken.
     batch : int
@@ -72,7 +76,7 @@ class Evaluator:
         self.pool: pools.Pool | None = None
         self.tables: list[record.Table] = []
         self.known: dict[Key, record.Row] = {}
-        self.evaluations = self.reused = self.tasks = 0
+        self.evaluations = self.reused = self.tasks = self._asked = 0
         self.cost = 0.0  # s, of a point in the last task
         for keys, rows in log.found if log is not None else ():
             self._add(keys, rows)
@@ -106,7 +110,8 @@ class Evaluator:
         """
         keys: Sequence[Key] = range(len(points)) if numbered else [_key(one, level) for one in points]
         with one_thread(self.one_thread):
-            _Call(self, points, keys, 0 if numbered else len(self.known), level).run()
+            _Call(self, points, keys, 0 if numbered else self._asked, level).run()
+        self._asked += len(keys)
         reused = self._stored.intersection(keys)
         self._stored -= reused
         self.reused += len(reused)
@@ -141,7 +146,8 @@ class _Call:
         self, evaluator: Evaluator, points: Sequence[Point], keys: Sequence[Key], first: int, level: float
     ) -> None:
         self.of, self.points, self.keys, self.first, self.level = evaluator, points, keys, first, level
-        self.pending = deque({key: k for k, key in enumerate(keys) if key not in evaluator.known}.values())
+        new = {key: k for k, key in reversed(list(enumerate(keys))) if key not in evaluator.known}
+        self.pending = deque(sorted(new.values()))
         self.done = len(keys) - len(self.pending)
         self.running: dict[Future[Any], Sequence[int]] = {}
         self.suspects: deque[int] = deque()  # whose process has died
@@ -185,7 +191,7 @@ class _Call:
         if min(workers, left) < 2:
             return
         workers = min(workers, left) if of.calls == 1 else workers
-        if workers <= pools.MOST_THREADS and of.runs.share_a_structure:
+        if workers <= of.runs.most_threads:
             if of.tasks == 0:  # what all share is found by the first run, and functions are compiled
                 self._here()
             of.pool = pools.Threads(workers)
@@ -194,11 +200,9 @@ class _Call:
 
     def _warm_up(self) -> None:
         """Compile here what is not compiled yet, by evaluating one point, before several processes do so at once."""
-        from evolvent.compiled import codecache
-
         solver = self.of.runs.solver(self.points[self.pending[0]])
         if solver and not codecache.is_warm(solver):
-            with compiling(self.of.report):
+            with compiling(self.of.report) if self.of.report is not _silent else contextlib.nullcontext():
                 self._here()
 
     def _measured(self) -> float:
@@ -248,14 +252,19 @@ class _Call:
         if self.suspects and not self.running:
             self.is_alone = True
             self._give(pool, [self.suspects.popleft()])
-        while not (self.is_alone or self.suspects) and self.pending and len(self.running) < _AHEAD * pool.workers:
+        most = 0 if self.is_alone or self.suspects else _AHEAD * pool.workers
+        while self.pending and len(self.running) < most and not self.has_died:
             self._give(pool, self._next(self._size(pool.workers)))
         for future in wait(self.running, timeout=0.5, return_when=FIRST_COMPLETED)[0]:
             self._end(future)
         pool.watch(self.of.report)
 
     def _give(self, pool: pools.Pool, places: Sequence[int]) -> None:
-        self.running[pool.submit(self._task(places))] = places
+        try:
+            self.running[pool.submit(self._task(places))] = places
+        except BrokenExecutor:  # a process has died between two tasks; these points are not to blame
+            self.has_died = True
+            (self.suspects if self.is_alone else self.pending).extendleft(reversed(places))
 
     def _end(self, future: Future[Any]) -> None:
         """Keep what a task gave, or suspect its points if a process died of it."""
@@ -281,7 +290,8 @@ class _Call:
 
 def _key(point: Point, level: float) -> str:
     """What a point is known by."""
-    return json.dumps({**point, "level": level} if level else point, sort_keys=True, default=str)
+    own = {**point, "level": level} if level else point
+    return json.dumps(own, sort_keys=True, default=lambda value: np.asarray(value).tolist())
 
 
 def _silent(*given: object) -> None:

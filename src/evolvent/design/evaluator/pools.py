@@ -16,8 +16,6 @@ from typing import Any
 from evolvent.base.errors import EvolventError, InputError
 from evolvent.design.evaluator.task import Task, compute
 
-#: Threads beyond which Python's share of short runs keeps others waiting; processes then serve better.
-MOST_THREADS = 4
 #: Seconds between looks for workers that are gone.
 _EVERY = 1.0
 

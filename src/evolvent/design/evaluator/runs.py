@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +24,8 @@ from evolvent.results.variables import names
 if TYPE_CHECKING:
     from evolvent.analysis.system import System
 
+#: Threads beyond which Python's share of short runs keeps others waiting; processes then serve better.
+MOST_THREADS = 4
 #: A run, what is kept of it, or why there is none.
 Run = xr.Dataset | xr.DataTree | Kept | Exception
 
@@ -43,9 +46,9 @@ class SystemRuns(Runs):
     settings: Mapping[str, Any]
 
     @property
-    def share_a_structure(self) -> bool:
-        """They do."""
-        return True
+    def most_threads(self) -> int:
+        """Any number: the structure stays in this process."""
+        return sys.maxsize
 
     def outcomes(self, task: Task, check: Check | None = None) -> list[record.Outcome]:
         """What is kept of variants."""
@@ -90,9 +93,9 @@ class CaseRuns(Runs):
         return Variants()
 
     @property
-    def share_a_structure(self) -> bool:
-        """Whether the runs are variants of one structure: they differ in keys of its parts alone."""
-        return self._are_of_parts(self.varied)
+    def most_threads(self) -> int:
+        """Several where the runs are variants of one structure: they differ in keys of its parts alone."""
+        return MOST_THREADS if self._are_of_parts(self.varied) else 1
 
     def _are_of_parts(self, keys: Iterable[str]) -> bool:
         words, system = [key.split(".") for key in keys], self._system

@@ -32,9 +32,9 @@ class Runs:
     files: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
     @property
-    def share_a_structure(self) -> bool:
-        """Whether they are variants of one structure, which threads of a process can evaluate."""
-        return False
+    def most_threads(self) -> int:
+        """Threads of one process that may evaluate them, as variants of one structure; 1 for others."""
+        return 1
 
     def solver(self, point: Point) -> str:
         """Name of the compiled solver of a point; '' where it has none or cannot be run."""

@@ -16,7 +16,7 @@ from evolvent.analysis import simulation
 from evolvent.base.errors import InputError, nearest
 from evolvent.design.evaluator import pools
 from evolvent.design.evaluator.evaluator import Evaluator
-from evolvent.design.evaluator.runs import SystemRuns
+from evolvent.design.evaluator.runs import MOST_THREADS, SystemRuns
 from evolvent.design.studies import accessor, label  # noqa: F401  (it registers found.ev)
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def simulate_many(
     if margins.need_run:
         system._run_settings(settings)  # refuses what concerns all variants
     runs = SystemRuns(system=system, keep=margins.keep, settings=settings)
-    workers = min(pools.cores(), pools.MOST_THREADS) if workers is None else workers
+    workers = min(pools.cores(), MOST_THREADS) if workers is None else workers
     with Evaluator(runs, workers=workers, batch=1, progress=progress) as evaluator:
         evaluator.of(listed, numbered=True)
     along = {key: _column([one.get(key) for one in listed]) for key in dict.fromkeys(k for one in listed for k in one)}
