@@ -18,7 +18,7 @@ import pytest
 from hypothesis import settings
 
 from book import Book, short_name
-from evolvent.base import cli
+from evolvent_base import cli
 
 settings.register_profile("seeded", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile("seeded")
@@ -51,7 +51,7 @@ def call(monkeypatch, capsys, tmp_path):
 @pytest.fixture
 def sketched(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures are files of one byte or point, for tests of what is written where: drawing them takes a second a run."""
-    from evolvent.view import plots
+    from evolvent_base import plots
 
     monkeypatch.setattr(plots, "picture", lambda figure, kind, **_: b"-")
     monkeypatch.setattr(plots, "sheet", lambda figure, **_: None)

@@ -27,8 +27,8 @@ import numpy as np
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "packages" / "evolvent-massprops" / "tests"))
 
-from evolvent.base.errors import InputError  # noqa: E402
-from evolvent.base.signals import Signals  # noqa: E402
+from evolvent_base.errors import InputError  # noqa: E402
+from evolvent_base.signals import Signals  # noqa: E402
 from evolvent_massprops import mass_properties  # noqa: E402
 from massprops import motions  # noqa: E402
 

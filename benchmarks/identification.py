@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.identification import (
     Modes,
     cramer_rao,

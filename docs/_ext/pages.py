@@ -12,8 +12,8 @@ from collections import defaultdict
 from typing import NamedTuple
 
 from evolvent import cases, sphinxext
-from evolvent.base import cli
 from evolvent.parts import registry
+from evolvent_base import cli
 
 REFERENCE = pathlib.Path(__file__).resolve().parents[1] / "reference"
 #: Packages whose public names are documented by the module that defines them.

@@ -15,10 +15,10 @@ from PIL import Image
 
 import evolvent
 from evolvent import cases
-from evolvent.base.errors import RunFailed
 from evolvent.exports.pictures import pictures
 from evolvent.exports.request import animation_of
 from evolvent.results import unfinished
+from evolvent_base.errors import RunFailed
 
 FOLDER = pathlib.Path(__file__).with_name("cases")
 SIZE = (720, 540)  # pixels, in which it is drawn

@@ -5,7 +5,7 @@ import time
 
 import evolvent
 from evolvent.design.optimization import report
-from evolvent.view import plots
+from evolvent_base import plots
 
 HERE = pathlib.Path(__file__).parent
 HINGES = (1, 2, 3)

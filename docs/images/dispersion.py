@@ -9,7 +9,7 @@ import re
 import evolvent
 from evolvent import cases
 from evolvent.design.dispersions import report
-from evolvent.view import plots
+from evolvent_base import plots
 
 HERE = pathlib.Path(__file__).parent
 #: Figures of the page: name of the result's figure -> file.

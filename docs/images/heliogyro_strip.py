@@ -8,8 +8,8 @@ import pathlib
 import numpy as np
 
 import evolvent
-from evolvent.results.figures import Figure, Line, Panel
-from evolvent.view import plots
+from evolvent_base import plots
+from evolvent_base.figures import Figure, Line, Panel
 
 THREADS = {
     "body.rate": 0.26, "spool.rate": [0.0, 0.0], "spool.start_length": 5.0, "blade.width": 0.02625,

@@ -5,8 +5,8 @@ import pathlib
 import numpy as np
 
 import evolvent
-from evolvent.results.figures import Figure, Line, Panel
-from evolvent.view import plots
+from evolvent_base import plots
+from evolvent_base.figures import Figure, Line, Panel
 
 
 def main() -> None:

@@ -6,7 +6,7 @@ Without a FILE all are written: those of the laboratory in a minute, those of th
 import pathlib
 import sys
 
-from evolvent.view import plots
+from evolvent_base import plots
 from evolvent_papers import laboratory, papers
 
 HERE = pathlib.Path(__file__).parent

@@ -6,8 +6,8 @@ import importlib
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from evolvent.base import __version__ as __version__
-from evolvent.base.errors import EvolventError, InputError, RunFailed
+from evolvent_base import __version__ as __version__
+from evolvent_base.errors import EvolventError, InputError, RunFailed
 
 if TYPE_CHECKING:
     from evolvent import parts
@@ -180,7 +180,7 @@ def run(
     >>> float(run.body_rate[-1])  # doctest: +SKIP
     """
     from evolvent import cases
-    from evolvent.base.progress import on_stderr
+    from evolvent_base.progress import on_stderr
 
     if progress is not None and not callable(progress):
         raise InputError(f"progress is {progress!r}; it must be a function of the time reached")

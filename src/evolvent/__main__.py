@@ -1,5 +1,5 @@
 """``python -m evolvent``."""
 
-from evolvent.base.cli import main
+from evolvent_base.cli import main
 
 main()

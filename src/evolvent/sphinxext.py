@@ -18,15 +18,15 @@ from pydantic_core import PydanticUndefined
 from sphinx.util.docutils import SphinxDirective
 
 from evolvent import cases
-from evolvent.base import cli, plugins, units
-from evolvent.base.errors import InputError, nearest
-from evolvent.base.schema import OneOf, Section, descriptions, marks
 from evolvent.design import studies
 from evolvent.model import family
 from evolvent.parts import registry
 from evolvent.parts.base import Part, Reference
 from evolvent.parts.expression import Law
 from evolvent.parts.profile import Profile
+from evolvent_base import cli, plugins, units
+from evolvent_base.errors import InputError, nearest
+from evolvent_base.schema import OneOf, Section, descriptions, marks
 
 #: Group of entry points by which packages add directives.
 GROUP = "evolvent.directives"

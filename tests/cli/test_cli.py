@@ -13,8 +13,8 @@ from PIL import Image
 
 import evolvent
 from evolvent import cases
-from evolvent.base import files
 from evolvent.parts.registry import kinds
+from evolvent_base import files
 
 QUICK = [
     "--set",
@@ -332,8 +332,8 @@ def test_a_failed_run_is_labelled_on_its_pictures_and_its_page_needs_nothing_els
 def test_ctrl_c_keeps_what_was_computed(tmp_path):
     slow = ["--set", "blade.stiffness=1e7 N/m", "--set", "output.every=1 ms", "-o", "run.nc", "--no-figures"]
     program = (
-        "from evolvent.base import progress; progress.FIRST = 0.1\n"  # s, until it says how far it is
-        "from evolvent.base import cli; cli.main()"
+        "from evolvent_base import progress; progress.FIRST = 0.1\n"  # s, until it says how far it is
+        "from evolvent_base import cli; cli.main()"
     )
     command = [sys.executable, "-W", "ignore", "-c", program, "run", "heliogyro", *slow]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent.base import startup, units
-from evolvent.results.figures import spline
+from evolvent_base import startup, units
+from evolvent_base.figures import spline
 
 #: Runs the command line, then prints what was loaded; what a run says begins with whether drawing was loaded by then.
 PROGRAM = """
 import sys
-from evolvent.base import cli
+from evolvent_base import cli
 sys.argv[0] = "evolvent"
 def loaded():
     return " ".join(name for name, module in sys.modules.items() if module is not None)

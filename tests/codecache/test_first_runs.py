@@ -12,8 +12,8 @@ import time
 import pytest
 from numba import config
 
-from evolvent.base import locks
 from evolvent.compiled.codecache import folder
+from evolvent_base import locks
 
 pytestmark = [
     pytest.mark.slow,
@@ -66,7 +66,7 @@ def test_runs_that_start_at_once_compile_each_function_once(tmp_path) -> None:
 def held(path: pathlib.Path) -> subprocess.Popen[str]:
     """A process that holds the lock of a file."""
     script = (
-        "import pathlib, sys, time; from evolvent.base import locks\n"
+        "import pathlib, sys, time; from evolvent_base import locks\n"
         "with locks.turn(pathlib.Path(sys.argv[1]), lambda: True): print('has it', flush=True); time.sleep(60)"
     )
     process = subprocess.Popen([sys.executable, "-c", script, str(path)], stdout=subprocess.PIPE, text=True)

@@ -11,13 +11,13 @@ import xarray as xr
 
 import cf
 import evolvent
-from evolvent.base.errors import InputError
 from evolvent.design import dispersions, studies
 from evolvent.design.dispersions import report
 from evolvent.design.evaluator import record
 from evolvent.design.evaluator.evaluator import Evaluator
 from evolvent.design.studies import label
 from evolvent.design.studies.runner import Points, runs_of
+from evolvent_base.errors import InputError
 
 #: A closed form stands in for the runs of this study.
 STUDY = {

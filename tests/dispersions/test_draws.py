@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from evolvent.base import units
-from evolvent.base.errors import InputError
 from evolvent.design.studies import distributions, draws
+from evolvent_base import units
+from evolvent_base.errors import InputError
 
 LENGTH = units.Quantity(unit="m", what="a length", example="2 m")
 WHOLE = units.Whole(least=0, most=100)

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from evolvent import cases
-from evolvent.base.errors import InputError
 from evolvent.design import studies
 from evolvent.design.studies import measured
+from evolvent_base.errors import InputError
 from margin_cases import case
 
 KEY = "parts.hinge.stiffness"

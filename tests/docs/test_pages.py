@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 
 from evolvent import cases
-from evolvent.base import cli
 from evolvent.design import studies
+from evolvent_base import cli
 
 ROOT = pathlib.Path(__file__).parents[2]
 DOCS = ROOT / "docs"

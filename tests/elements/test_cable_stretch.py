@@ -10,7 +10,6 @@ from numpy.testing import assert_allclose
 
 from elements import helpers
 from elements.helpers import CHANGES, WORK, difference, points, rotation_by, skew, turn
-from evolvent.base.errors import InputError
 from evolvent.elements import (
     Form,
     Material,
@@ -24,6 +23,7 @@ from evolvent.elements import (
 )
 from evolvent.kernels import cable
 from evolvent.kernels.ancf import STATE
+from evolvent_base.errors import InputError
 
 LENGTH, B_TIME = 1.3, 0.4
 MATERIAL = Material(young_modulus=2.1, poisson_ratio=0.3, density=1.7)

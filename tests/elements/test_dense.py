@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evolvent.elements.dense import dot, facing, inverse, legendre, modes, norm, product
+from evolvent_base.dense import dot, facing, inverse, legendre, modes, norm, product
 
 
 def test_products_are_those_of_numpy(rng):

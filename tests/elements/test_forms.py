@@ -10,7 +10,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 from elements.helpers import damped_force, difference, energy, force, gradients, green, points, shape_gradients, tangent
-from evolvent.base.errors import InputError
 from evolvent.elements import (
     FORMULATIONS,
     PARTS,
@@ -29,6 +28,7 @@ from evolvent.elements import (
     straight_cable,
 )
 from evolvent.kernels import ancf
+from evolvent_base.errors import InputError
 
 LENGTH = 1.3
 MATERIAL = Material(young_modulus=2.1, poisson_ratio=0.3, density=1.7)

@@ -15,13 +15,13 @@ from scipy.io import loadmat
 
 import evolvent
 from evolvent import cases, parts
-from evolvent.base import signals
-from evolvent.base.errors import InputError
 from evolvent.exports import matlab, moving, page, table, vtk, vtp
 from evolvent.exports.request import LARGE, Request
 from evolvent.results import variables
 from evolvent.results.motion import Frame, Motion, from_rotation_vectors
 from evolvent.results.solids import Solid
+from evolvent_base import signals
+from evolvent_base.errors import InputError
 from many_bodies import many_bodies
 
 SYSTEMS = ("heliogyro", "stand", "rib")

@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from evolvent import cases
-from evolvent.base.errors import InputError
 from evolvent.exports import gltf
 from evolvent.exports.request import Request
+from evolvent_base.errors import InputError
 from many_bodies import many_bodies
 
 #: Columns of the file, which has y up, that are x, y and z of a motion, and their signs, by what points up there.

@@ -15,7 +15,7 @@ import pytest
 
 from evolvent import cases
 from evolvent.exports import figure_pictures, report
-from evolvent.view import pages, plots
+from evolvent_base import pages, plots
 
 DATE = datetime.datetime(2026, 5, 4, 12, 30, tzinfo=datetime.UTC)
 _VOID = {"meta", "img", "br", "link", "input"}

@@ -10,11 +10,11 @@ import pytest
 from evolvent import System, analysis
 from evolvent.analysis import sensitivity
 from evolvent.analysis.sensitivity import Key
-from evolvent.base.errors import InputError
 from evolvent.model.family import whole
 from evolvent.solvers.adjoint import Adjoint
 from evolvent.solvers.adjoint_events import between
 from evolvent.solvers.patches import Sides
+from evolvent_base.errors import InputError
 from families.case import CASES
 from families.test_sensitivities import ENERGY, PAIRS, keys_of
 

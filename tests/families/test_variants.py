@@ -12,7 +12,7 @@ import pytest
 import evolvent
 from evolvent import InputError, System, cases, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.schema import Section
+from evolvent_base.schema import Section
 from families import plain  # noqa: F401  (it enters the cases)
 from families.case import CASES
 

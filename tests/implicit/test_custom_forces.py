@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, System, element_law, parts
-from evolvent.base import units
 from evolvent.results.observe import observe
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.modes import modes
 from evolvent.solvers.static import solve_static
+from evolvent_base import units
 from families.lumped import tie
 from implicit.test_body_hinges import METHODS, integrated
 from implicit.test_tangent import beam, bodies, disturbed, worst

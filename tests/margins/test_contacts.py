@@ -10,7 +10,7 @@ import pytest
 
 import families.beams  # noqa: F401  (its cases)
 from evolvent import System, parts
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from families.case import CASES
 from margin_cases import NONE, zero
 

@@ -9,8 +9,8 @@ import pytest
 
 from evolvent import System, parts
 from evolvent.analysis.margins import factors, mechanism
-from evolvent.base.errors import InputError
 from evolvent.elements.reduced_files import write_model
+from evolvent_base.errors import InputError
 from margin_cases import NONE, zero
 from reduced import beam_model
 

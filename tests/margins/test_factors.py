@@ -7,7 +7,7 @@ import pytest
 
 from evolvent.analysis.margins import factors
 from evolvent.analysis.margins.keys import Margin, MarginLine, MarginPart
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 
 ECSS = {"spring": 0.05, "friction": 0.10, "hysteresis": 0.02, "harness": 0.08, "acceleration": 0.2}
 

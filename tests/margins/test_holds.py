@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from evolvent import System, parts
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 
 pytestmark = pytest.mark.slow
 

@@ -7,8 +7,8 @@ import pytest
 
 import evolvent
 from evolvent import System, parts
-from evolvent.base.errors import InputError
 from evolvent.results.kept import Kept
+from evolvent_base.errors import InputError
 from margin_cases import FRICTION, NONE, case, zero
 
 pytestmark = pytest.mark.slow

@@ -8,7 +8,7 @@ import pytest
 import cf
 import evolvent
 from evolvent import System, parts
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 
 pytestmark = pytest.mark.slow
 

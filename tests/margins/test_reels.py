@@ -7,7 +7,7 @@ import math
 import pytest
 
 from evolvent import System, parts
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 
 G, RADIUS, MASS = 9.81, 0.02, 0.1
 OTHERS = ["hysteresis", "harness", "motor losses", "adhesion", "load", "acceleration"]

@@ -13,9 +13,9 @@ import cf
 import families.plain  # noqa: F401  (all families enter their cases)
 from evolvent import analysis
 from evolvent.assembly import families as table
-from evolvent.base.errors import InputError
 from evolvent.model.family import EXPLICIT, IMPLICIT
 from evolvent.results import netcdf
+from evolvent_base.errors import InputError
 from families.case import CASES
 from observe.seeing import Seen, close
 

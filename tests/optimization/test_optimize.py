@@ -9,12 +9,12 @@ import pytest
 
 import evolvent as ev
 from evolvent import cases, parts
-from evolvent.base.errors import InputError, RunFailed
 from evolvent.design.optimization import report
 from evolvent.design.optimization.problem import read
 from evolvent.design.optimization.runs import Designs, quantile
 from evolvent.design.optimization.slopes import Slopes
 from evolvent.design.studies import draws
+from evolvent_base.errors import InputError, RunFailed
 
 MASS, REST, LATCH = 2.0, 0.6, 0.5
 #: x = REST (1 - cos w t) reaches LATCH at PHASE/w.

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from evolvent.base import units
-from evolvent.base.errors import InputError
 from evolvent.compiled.jit import inlined
-from evolvent.elements.dense import product
 from evolvent.kernels import calls
 from evolvent.kernels.ends import of_bodies
 from evolvent.kernels.rotations import cross, dot, turn
@@ -17,6 +14,9 @@ from evolvent.model.powers import SPRINGS
 from evolvent.model.questions import AdjointSupport
 from evolvent.model.shares import DAMPING
 from evolvent.parts.base import BodyName, Part, unit
+from evolvent_base import units
+from evolvent_base.dense import product
+from evolvent_base.errors import InputError
 
 
 @inlined

@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 import evolvent
-from evolvent.base import packages
+from evolvent_base import packages
 
 ROOT = pathlib.Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tools"))

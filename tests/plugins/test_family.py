@@ -21,7 +21,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from evolvent.base import units
+from evolvent_base import units
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.layout import Accounts, Switches

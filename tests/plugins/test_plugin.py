@@ -20,8 +20,8 @@ from scipy.integrate import solve_ivp
 
 import evolvent
 from evolvent import InputError, cases, parts
-from evolvent.base import plugins
 from evolvent.design import studies
+from evolvent_base import plugins
 
 EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "plugin"
 
@@ -51,7 +51,7 @@ def environment(installed):
 #: A process that runs one command line after another: a list of words on every line of its input.
 COMMANDS = """
 import contextlib, io, json, os, sys
-from evolvent.base import cli
+from evolvent_base import cli
 for line in sys.stdin:
     folder, *sys.argv = json.loads(line)
     os.chdir(folder)

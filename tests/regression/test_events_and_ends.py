@@ -7,8 +7,8 @@ import pytest
 
 from evolvent import event_law, parts
 from evolvent.analysis.system import System
-from evolvent.base.errors import InputError
 from evolvent.solvers import solve
+from evolvent_base.errors import InputError
 
 
 @event_law

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from evolvent import System, parts
-from evolvent.base.errors import InputError
 from evolvent.elements import Circle, Material
 from evolvent.model.family import EXPLICIT
+from evolvent_base.errors import InputError
 from families.rows import FAMILIES, Row, set_kinds
 
 METAL = Material(young_modulus=70e9, poisson_ratio=0.3, density=2700.0)

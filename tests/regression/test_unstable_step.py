@@ -10,8 +10,8 @@ import pytest
 import evolvent
 from evolvent import System, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError
 from evolvent.solvers import solve
+from evolvent_base.errors import InputError
 from helpers import END, RHO, L, heliogyro
 
 

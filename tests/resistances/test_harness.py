@@ -12,9 +12,9 @@ from pydantic_core import PydanticCustomError
 
 from book import Book
 from evolvent import InputError, cases, parts
-from evolvent.base.units import parse
 from evolvent.parts import hysteresis, table_file
 from evolvent.solvers.static import solve_static
+from evolvent_base.units import parse
 from resistances.rigs import IMPLICIT, METHODS, run, seen, turned, wheel
 
 Array = np.ndarray

@@ -10,8 +10,8 @@ import pytest
 
 from book import Book
 from evolvent import System, parts
-from evolvent.base.errors import InputError
 from evolvent.elements import Circle, Material
+from evolvent_base.errors import InputError
 
 METAL = Material(young_modulus=70e9, poisson_ratio=0.3, density=2700.0)
 

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from evolvent import closed_forms
-from evolvent.base.errors import InputError
 from evolvent.elements import Arc, Lenticular, Material, TapeSection
 from evolvent.kernels import tape as kernel
+from evolvent_base.errors import InputError
 
 EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "lenticular_rib.py"
 FILM = Material(young_modulus=5e6, poisson_ratio=0.3, density=1600.0)

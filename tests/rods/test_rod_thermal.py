@@ -10,7 +10,7 @@ import pytest
 
 import evolvent as ev
 from evolvent import parts
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from implicit.test_tangent import disturbed, worst
 
 ALUMINIUM = ev.Material(young_modulus=70e9, poisson_ratio=0.3, density=2700.0, thermal_expansion=23e-6)

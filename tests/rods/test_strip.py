@@ -11,7 +11,6 @@ from scipy.spatial.transform import Rotation
 
 from book import Book
 from evolvent import System, parts
-from evolvent.base.errors import InputError
 from evolvent.closed_forms import driven_twist, spinning_strip_modes, sunlight_coning
 from evolvent.elements import Circle, General, Material, Rectangle, Strip, Tube
 from evolvent.flow import implicit
@@ -19,6 +18,7 @@ from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit_setup import matrix_of
 from evolvent.solvers.linear import linearize
 from evolvent.solvers.static_work import sparse_of
+from evolvent_base.errors import InputError
 from rods.test_rod_kernels import by_differences, forces
 
 Array = np.ndarray

@@ -12,7 +12,7 @@ import traceback
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from evolvent.base.errors import EvolventError
+from evolvent_base.errors import EvolventError
 
 #: Values that no key is prepared for.
 HOSTILE: tuple[Any, ...] = (

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from evolvent import results
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 
 pytestmark = pytest.mark.slow
 

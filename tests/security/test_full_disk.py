@@ -15,9 +15,8 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, cases, results
-from evolvent.base import files
 from evolvent.design import studies
-from evolvent.view import plots
+from evolvent_base import files, plots
 
 resource = pytest.importorskip("resource", reason="limits of files are those of POSIX")
 
@@ -27,7 +26,7 @@ sys.dont_write_bytecode = True
 resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, 20_000))
 sys.argv = ["evolvent", "run", "heliogyro", "-o", "run.nc", "--no-figures", "--quiet", "--set", "solver.method=dopri5"]
 sys.argv += ["--set", "blade.segments=inextensible"]
-from evolvent.base import cli
+from evolvent_base import cli
 cli.main()
 """
 

@@ -10,10 +10,9 @@ import pytest
 
 from evolvent import cases
 from evolvent.analysis.system import System
-from evolvent.base import signals
-from evolvent.base.errors import EvolventError, InputError, visible
 from evolvent.exports import table
-from evolvent.view import pages
+from evolvent_base import pages, signals
+from evolvent_base.errors import EvolventError, InputError, visible
 from evolvent_cosim.fmu import description
 
 HIDDEN = ("\x00", "\x07", "\x1b[2J", "\u202e", "\u2066", "\x9b", "\ufffe")

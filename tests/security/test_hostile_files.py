@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, cases
-from evolvent.base import files
 from evolvent.commands import sensitivity
 from evolvent.elements import nastran
 from evolvent.elements.reduced_files import read_model
+from evolvent_base import files
 
 MODEL = read_model("solar-panel")
 DIGITS = "9" * 5000

@@ -26,12 +26,12 @@ import yaml
 from evolvent import cases, parts, results
 from evolvent.analysis.system import System
 from evolvent.assembly import expressions, references
-from evolvent.base import signals, units
-from evolvent.base.errors import InputError
-from evolvent.base.signals import timebase
 from evolvent.design import studies
 from evolvent.design.calibration import data as calibration_data
 from evolvent.design.studies import store
+from evolvent_base import signals, units
+from evolvent_base.errors import InputError
+from evolvent_base.signals import timebase
 from evolvent_massprops import description, uncertain
 from security import mutations
 

@@ -10,15 +10,15 @@ import sys
 
 import pytest
 
-from evolvent.base import safe_open
-from evolvent.base.errors import InputError
+from evolvent_base import safe_open
+from evolvent_base.errors import InputError
 
 LIMITED = """
 import os, pathlib, resource, sys
 from evolvent import results
-from evolvent.base import safe_open
+from evolvent_base import safe_open
 from evolvent.elements.reduced_files import read_model
-from evolvent.base import signals
+from evolvent_base import signals
 from evolvent_studio.folder import Folder
 
 folder = pathlib.Path(sys.argv[1])

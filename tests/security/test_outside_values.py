@@ -17,8 +17,8 @@ import pytest
 import scipy.io
 
 from evolvent import InputError, results
-from evolvent.base import safe_open, signals
 from evolvent.design import studies
+from evolvent_base import safe_open, signals
 
 SECRET = b"0123456789abcdef" * 64
 

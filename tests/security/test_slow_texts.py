@@ -10,11 +10,11 @@ import pytest
 
 from evolvent import cases
 from evolvent.assembly import expressions
-from evolvent.base import signals, units
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Section
-from evolvent.base.tables import distinct
 from evolvent.parts.base import PointReferences, Reference
+from evolvent_base import signals, units
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Section
+from evolvent_base.tables import distinct
 from security import mutations
 
 #: Processor time of one text, s; the readers that this guards against took from 19 s to hours.

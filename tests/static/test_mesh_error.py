@@ -14,8 +14,8 @@ from numpy.testing import assert_allclose
 
 from evolvent import InputError, System, parts
 from evolvent.analysis.mesh_error import refined, richardson
-from evolvent.base.cli import commands
 from evolvent.elements import Rectangle
+from evolvent_base.cli import commands
 
 LENGTH, THICKNESS, WIDTH = 0.3, 0.005, 0.015
 MATERIAL = {"young_modulus": 70e9, "poisson_ratio": 0.0, "density": 2800.0}

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from evolvent import System, parts
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from structures.test_sensitivity import ALPHA, BOTH, ENERGY, differences, hinge
 
 

@@ -13,10 +13,10 @@ import xarray as xr
 
 import evolvent as ev
 from evolvent import cases, parts
-from evolvent.base.errors import InputError
 from evolvent.design import studies
 from evolvent.design.studies import draw
 from evolvent.view import show
+from evolvent_base.errors import InputError
 
 FALL = {
     "gravity": [0, 0, "-9.81 m/s^2"],

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import evolvent
 from evolvent import InputError, cases
-from evolvent.base.units.orientation import quaternion_about
+from evolvent_base.units.orientation import quaternion_about
 
 RIBS = """
 parts:

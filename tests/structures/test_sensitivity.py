@@ -12,11 +12,11 @@ import pytest
 import evolvent
 from evolvent import System, elements, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError
 from evolvent.results.kept import kept_of
 from evolvent.solvers import implicit
 from evolvent.solvers.adjoint import Adjoint
 from evolvent.solvers.patches import Sides
+from evolvent_base.errors import InputError
 
 ALPHA, ENERGY = "generalized-alpha", "energy-momentum"
 BOTH = pytest.mark.parametrize("method", [ALPHA, ENERGY])

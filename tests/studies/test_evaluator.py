@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from evolvent.base.errors import InputError, RunFailed
 from evolvent.design.evaluator.differences import central
 from evolvent.design.evaluator.evaluator import Evaluator
 from evolvent.design.evaluator.log import Log
 from evolvent.design.evaluator.record import Outcome
 from evolvent.design.evaluator.task import Check, Runs, Task
+from evolvent_base.errors import InputError, RunFailed
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)

@@ -13,7 +13,6 @@ import pytest
 
 import evolvent as ev
 from evolvent import InputError, cases, parts
-from evolvent.base import file_keys, plugins, safe_open, schema
 from evolvent.design import calibration, studies
 from evolvent.design.evaluator import sources
 from evolvent.design.evaluator.evaluator import Evaluator
@@ -23,6 +22,7 @@ from evolvent.design.studies import study
 from evolvent.design.studies.runner import Points, runs_of
 from evolvent.elements.reduced_files import read_model, write_model
 from evolvent.parts import registry
+from evolvent_base import file_keys, plugins, safe_open, schema
 
 
 @pytest.fixture(autouse=True)

@@ -9,10 +9,10 @@ import warnings
 import pytest
 
 from evolvent import cases
-from evolvent.base.errors import InputError
-from evolvent.base.progress import Stage, shown_by
 from evolvent.design import studies
 from evolvent.design.studies import draw
+from evolvent_base.errors import InputError
+from evolvent_base.progress import Stage, shown_by
 
 CASE = {
     "parts": {"tip 1": {"kind": "point", "mass": "1 kg", "position": [0, 0, 0], "velocity": [0, 0, 1]}},

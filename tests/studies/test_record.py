@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from evolvent.base.errors import EvolventError, InputError, RunFailed
 from evolvent.design.evaluator import record
+from evolvent_base.errors import EvolventError, InputError, RunFailed
 
 ATTRS = {
     "title": "t",

@@ -14,10 +14,10 @@ from click.testing import CliRunner
 
 import evolvent
 from evolvent import results
-from evolvent.base.errors import InputError
 from evolvent.commands.sweep import sweep as command
 from evolvent.design import studies
 from evolvent.design.studies import draw, store
+from evolvent_base.errors import InputError
 from evolvent_papers import wrapped_rib
 
 SMALL = {"rib.elements": 8, "rib.length": 3, "output.every": "0.1 s"}

@@ -5,8 +5,8 @@ import pytest
 import yaml
 
 from evolvent import cases
-from evolvent.base.errors import InputError
 from evolvent.design import studies
+from evolvent_base.errors import InputError
 
 
 def dump(study):

@@ -20,7 +20,6 @@ import yaml
 from click.testing import CliRunner
 
 import evolvent
-from evolvent.base.errors import InputError
 from evolvent.commands.sweep import sweep as command
 from evolvent.design import studies
 from evolvent.design.evaluator import evaluator as ev, pools
@@ -28,6 +27,7 @@ from evolvent.design.evaluator.log import Log
 from evolvent.design.evaluator.task import compute
 from evolvent.design.studies import draw, store
 from evolvent.design.studies.runner import Points, runs_of
+from evolvent_base.errors import InputError
 from evolvent_papers import heliogyro
 
 MAIN = "from evolvent.commands.sweep import sweep; sweep()"

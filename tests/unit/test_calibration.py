@@ -14,9 +14,9 @@ import yaml
 
 import evolvent
 from evolvent import cases
-from evolvent.base.errors import InputError
 from evolvent.design import calibration
 from evolvent.design.calibration import data, report
+from evolvent_base.errors import InputError
 from evolvent_papers.wire_booms import closed_form, log
 from evolvent_papers.wire_booms.structure import timeline
 

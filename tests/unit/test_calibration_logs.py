@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from evolvent.base.errors import InputError
 from evolvent.design import calibration
 from evolvent.design.calibration import data, observed
 from evolvent.results.measurements import Series
+from evolvent_base.errors import InputError
 
 CASE = {
     "system": "structure",

@@ -5,8 +5,8 @@ import json
 import pytest
 
 from evolvent import cases
-from evolvent.base import schema
-from evolvent.base.errors import InputError
+from evolvent_base import schema
+from evolvent_base.errors import InputError
 from evolvent_papers.heliogyro import Case
 
 PAPER = {

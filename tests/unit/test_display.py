@@ -6,9 +6,9 @@ import xarray as xr
 
 import evolvent
 from evolvent import cases, parts
-from evolvent.base.errors import InputError
 from evolvent.results import display
 from evolvent.view import animation, drawing, show, summary
+from evolvent_base.errors import InputError
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,9 @@ import re
 import pytest
 
 import evolvent
-from evolvent.base import packages
 from evolvent.exports import table
 from evolvent.exports.request import Request
+from evolvent_base import packages
 
 ROOT = pathlib.Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "guide" / "warnings.md"

@@ -10,8 +10,8 @@ from matplotlib.text import Text
 
 import evolvent
 from evolvent import cases
-from evolvent.results.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, counts, plain, y_limits
-from evolvent.view import plots, ticks
+from evolvent_base import plots, ticks
+from evolvent_base.figures import WIDTH, Figure, Line, Map, Note, Panel, axis_label, counts, plain, y_limits
 from evolvent_massprops import mode_figures
 from evolvent_massprops.identification import identify
 from evolvent_papers import papers

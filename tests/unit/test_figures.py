@@ -5,9 +5,9 @@ import pytest
 
 import evolvent
 from evolvent import System, parts
-from evolvent.base.errors import InputError
-from evolvent.results.figures import Figure, Line, Map, Panel, spectrum
-from evolvent.view import plots
+from evolvent_base import plots
+from evolvent_base.errors import InputError
+from evolvent_base.figures import Figure, Line, Map, Panel, spectrum
 from evolvent_massprops import mode_figures
 from evolvent_massprops.identification import identify
 

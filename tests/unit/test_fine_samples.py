@@ -169,7 +169,7 @@ def test_the_whip_of_a_rib_is_among_its_samples():
 
 @pytest.mark.slow
 def test_fine_samples_are_marked_in_files_and_left_out_of_spectra_studies_and_signals(tmp_path):
-    from evolvent.base.signals import formats
+    from evolvent_base.signals import formats
 
     run = bouncing()
     even = results.regular(run)

@@ -23,11 +23,11 @@ import evolvent
 from evolvent import parts
 from evolvent.analysis.system import System
 from evolvent.assembly import needs
-from evolvent.base.errors import InputError
 from evolvent.compiled import codecache, jit, laws, lookups
 from evolvent.compiled.codecache import folder as cachefolder
 from evolvent.flow.impulse import prepare
 from evolvent.solvers import solve
+from evolvent_base.errors import InputError
 
 pytestmark = pytest.mark.slow
 compiled_only = pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled under NUMBA_DISABLE_JIT")

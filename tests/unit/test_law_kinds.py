@@ -11,10 +11,10 @@ import pytest
 
 import evolvent
 from evolvent import InputError, System, parts
-from evolvent.base.schema import Section
 from evolvent.compiled.laws import FORMS
 from evolvent.parts.custom_force import _Law as LawOfPoints
 from evolvent.parts.expression import Law
+from evolvent_base.schema import Section
 
 
 def a_force(x, v, t, p):

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from evolvent.results.motion import Line, Motion
-from evolvent.view import animation, pages
+from evolvent.view import animation
+from evolvent_base import pages
 
 HOSTILE = (
     """</title></script><script>alert(1)</script>"' onload=alert(2) <img src=x onerror=alert(3)> & {{ 7 * 7 }} @DATA@"""

@@ -15,11 +15,11 @@ from pydantic import TypeAdapter, ValidationError
 import evolvent as ev
 from evolvent import cases, parts
 from evolvent.analysis.system import System
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Section, descriptions
 from evolvent.parts import registry
 from evolvent.parts.base import Part
 from evolvent.parts.registry import PartsByName, kinds, read_parts
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Section, descriptions
 
 TUBE = ev.Tube(radius="1 cm", thickness="0.3 mm")
 NODES = parts.Beam(length=1.0, section=TUBE, material=ev.CFRP, elements=2).start_nodes() + 1.0 / 3.0

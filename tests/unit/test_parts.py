@@ -9,8 +9,8 @@ import pytest
 
 from evolvent import parts
 from evolvent.analysis.system import System
-from evolvent.base.errors import InputError
 from evolvent.compiled import laws
+from evolvent_base.errors import InputError
 
 nan, inf = math.nan, math.inf
 

@@ -12,7 +12,7 @@ import pytest
 
 import evolvent
 from evolvent import parts
-from evolvent.base import console, progress
+from evolvent_base import console, progress
 
 
 class Terminal(io.StringIO):

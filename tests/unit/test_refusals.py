@@ -10,10 +10,10 @@ import pytest
 
 from evolvent import InputError, RunFailed, System, cases, force_law, parts, spring_law
 from evolvent.analysis import closure
-from evolvent.base.errors import counted
 from evolvent.compiled import laws
 from evolvent.results import variables
 from evolvent.solvers import rod_messages
+from evolvent_base.errors import counted
 from rods.building import RUBBER, STRIP
 
 BOB = {"kind": "point", "mass": "1 kg", "position": [0, 0, "1 m"]}

@@ -11,8 +11,8 @@ import xarray as xr
 
 import evolvent
 from evolvent import cases, results
-from evolvent.base import files
 from evolvent.results import netcdf, variables
+from evolvent_base import files
 
 heliogyro = cases.system("heliogyro")
 QUICK = {"blade.segments": "inextensible", "solver.method": "dopri5", "solver.duration": "9 s", "blade.nodes": 40}

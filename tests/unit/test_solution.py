@@ -13,13 +13,13 @@ from evolvent import elements, parts, spring_law
 from evolvent.analysis.system import System
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError
 from evolvent.solvers import balance as eb, explicit_plan, implicit, implicit_loop, solve
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit
 from evolvent.solvers.implicit_method import ENERGY_MOMENTUM, METHODS, NAME
 from evolvent.solvers.modes import modes
 from evolvent.solvers.static import solve_static
+from evolvent_base.errors import InputError
 
 SAMPLES = np.linspace(0.0, 0.5, 11)
 

@@ -17,9 +17,9 @@ import zipfile
 import pytest
 from numba import config
 
-from evolvent.base import packages
 from evolvent.compiled import codecache, jit
 from evolvent.compiled.codecache import folder as cachefolder
+from evolvent_base import packages
 
 pytestmark = [
     pytest.mark.slow,
@@ -32,7 +32,7 @@ ROOT = pathlib.Path(__file__).parents[2]
 COMMANDS = """
 import json, sys
 from numba.core import event
-from evolvent.base import cli
+from evolvent_base import cli
 import evolvent
 
 class Compiled(event.Listener):

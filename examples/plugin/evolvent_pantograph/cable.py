@@ -11,7 +11,7 @@ from pydantic import field_validator
 from pydantic_core import PydanticCustomError
 
 from evolvent import element_law, parts
-from evolvent.base import units
+from evolvent_base import units
 
 
 @element_law

@@ -21,10 +21,10 @@ from pydantic import Field
 
 from evolvent import InputError, System, parts
 from evolvent.analysis.definition import SystemDefinition
-from evolvent.base import units
-from evolvent.base.schema import Section
 from evolvent.results.observe import View
 from evolvent.systems.structure import Simulate
+from evolvent_base import units
+from evolvent_base.schema import Section
 
 
 class Bar(Section):

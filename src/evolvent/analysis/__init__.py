@@ -13,14 +13,14 @@ import numpy as np
 from evolvent.analysis.closure import check_energy_gain, warning_of
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
-from evolvent.base import units
-from evolvent.base.errors import InputError, RunFailed, nearest
 from evolvent.families.threads import is_open
 from evolvent.kernels import axial, joint, rigid, sides
 from evolvent.model import family
 from evolvent.results.fine_samples import Times
 from evolvent.solvers import energy_momentum, explicit_plan, implicit, payout
 from evolvent.solvers.laws import refusing_laws
+from evolvent_base import units
+from evolvent_base.errors import InputError, RunFailed, nearest
 
 if TYPE_CHECKING:
     import xarray as xr

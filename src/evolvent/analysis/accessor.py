@@ -11,11 +11,11 @@ import numpy as np
 import xarray as xr
 
 from evolvent import cases
-from evolvent.base.errors import InputError, counted
-from evolvent.base.units import unit_text
 from evolvent.results import WELL, display, happened, statistics_of, variables
-from evolvent.results.figures import Figure, Line, Number, spectrum
 from evolvent.view import notebook, show
+from evolvent_base.errors import InputError, counted
+from evolvent_base.figures import Figure, Line, Number, spectrum
+from evolvent_base.units import unit_text
 
 if TYPE_CHECKING:
     from evolvent.results.motion import Motion
@@ -112,7 +112,7 @@ class RunAccessor:
         -------
         matplotlib.figure.Figure (a list of them without names), which a notebook shows, or the paths that were written
         """
-        from evolvent.view import plots
+        from evolvent_base import plots
 
         drawn: list[Figure] = [show.figure(self._run, names, units=units)] if names else self._system.figures(self._run)
         if path is None:
@@ -135,7 +135,7 @@ class RunAccessor:
         matplotlib.figure.Figure, or the path that was written
         """
         from evolvent import results
-        from evolvent.view import plots
+        from evolvent_base import plots
 
         if not names:
             raise InputError("no variable is named; give names such as 'boom.tip_deflection.y'")

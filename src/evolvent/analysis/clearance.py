@@ -12,7 +12,6 @@ import xarray as xr
 
 from evolvent import __version__, cases
 from evolvent.assembly.references import split_reference
-from evolvent.base.errors import InputError, counted, nearest
 from evolvent.parts.beam import Beam
 from evolvent.parts.joint import Joint
 from evolvent.parts.point import Point
@@ -25,6 +24,7 @@ from evolvent.results import variables
 from evolvent.results.motion import quantity, rotation_matrices
 from evolvent.results.solids import Solid
 from evolvent.results.tree import solution_of
+from evolvent_base.errors import InputError, counted, nearest
 
 Array = np.ndarray
 #: Depth that counts as touching, of the radius about the smaller body.

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from evolvent.base import files
-from evolvent.base.errors import InputError
 from evolvent.results import netcdf
-from evolvent.results.figures import Figure, Line, Panel
 from evolvent.results.motion import Motion, quantity
+from evolvent_base import files
+from evolvent_base.errors import InputError
+from evolvent_base.figures import Figure, Line, Panel
 
 #: Endings of the files that `save` writes.
 ENDINGS = (".nc", ".json")

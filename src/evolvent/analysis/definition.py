@@ -17,9 +17,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from evolvent.analysis import closure
-from evolvent.base.errors import InputError, RunFailed, in_keys, naming_keys, nearest
-from evolvent.base.schema import Section
 from evolvent.cases import Plan
+from evolvent_base.errors import InputError, RunFailed, in_keys, naming_keys, nearest
+from evolvent_base.schema import Section
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from evolvent.analysis.system import System
     from evolvent.assembly.assembled import Assembly
     from evolvent.assembly.variants import Variants
-    from evolvent.results.figures import Figure, Number
     from evolvent.results.kept import Kept
     from evolvent.results.measurements import Measurements
     from evolvent.results.motion import Motion
     from evolvent.solvers.solution import Solution
+    from evolvent_base.figures import Figure, Number
 
     #: Variables of the root: name -> (dimensions, values, units, long name).
     Variables = dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]
@@ -46,7 +46,7 @@ class SystemDefinition:
 
     Attributes
     ----------
-    Case : type of `evolvent.base.schema.Section`, the keys of its cases; its key ``system`` holds the system's name
+    Case : type of `evolvent_base.schema.Section`, the keys of its cases; its key ``system`` holds the system's name
     cases : mapping, name -> YAML text of the built-in cases (of a system outside the package)
     seed_key : str, key that a study gives each case its own seed by; '' for none
     start_key : str, key of a case that takes the run from whose end it starts; '' for none
@@ -321,7 +321,7 @@ class SystemDefinition:
         return show.motion(run)
 
     def study_figures(self, dataset: xr.Dataset) -> dict[str, Any]:
-        """Figures of a study: name -> `evolvent.results.figures.Figure`, or matplotlib's.
+        """Figures of a study: name -> `evolvent_base.figures.Figure`, or matplotlib's.
 
         Where there are some, outputs are not drawn over the keys; variables over time are drawn all the same.
         """

@@ -16,11 +16,11 @@ import numpy as np
 
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
-from evolvent.base import units
-from evolvent.base.errors import InputError, RunFailed
 from evolvent.kernels.expression import evaluate
 from evolvent.model import family
 from evolvent.parts.feedback import FeedbackDrive
+from evolvent_base import units
+from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
     from evolvent.analysis.stepping import Stepper

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import EvolventError, InputError, RunFailed
 from evolvent.kernels.blocks import displace
 from evolvent.results.kept import Kept, kept_of, reduce, split
 from evolvent.solvers.adjoint import Adjoint
 from evolvent.solvers.laws import law_failure
 from evolvent.solvers.patches import Sides
+from evolvent_base.errors import EvolventError, InputError, RunFailed
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly

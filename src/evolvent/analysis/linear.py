@@ -10,12 +10,12 @@ from typing import Any, Self
 import numpy as np
 import scipy.linalg
 
-from evolvent.base.errors import InputError, counted
 from evolvent.elements.reduced_files import write_model
 from evolvent.elements.reduced_models import ReducedModel, check_model
-from evolvent.results.figures import Figure, Line, Panel, stacked
 from evolvent.solvers.linear import FrequencyResponse, StateSpace
 from evolvent.solvers.reduction import CRAIG_BAMPTON, FULL, MODAL
+from evolvent_base.errors import InputError, counted
+from evolvent_base.figures import Figure, Line, Panel, stacked
 
 
 class Response(FrequencyResponse):
@@ -59,7 +59,7 @@ class Response(FrequencyResponse):
         InputError
             If there is nothing to draw, or the file cannot be written.
         """
-        from evolvent.view import plots
+        from evolvent_base import plots
 
         if not self.inputs or not self.outputs or np.any(self.omega <= 0.0):
             raise InputError("a frequency response is drawn of inputs to outputs at frequencies above 0")

@@ -19,8 +19,8 @@ from evolvent.analysis.stepping import Stepper
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.blocks import is_of
-from evolvent.base.errors import InputError, RunFailed
 from evolvent.kernels import blocks as kinds, rigid, thread
+from evolvent_base.errors import InputError, RunFailed
 
 Array = np.ndarray
 #: Increments of the state, and of a law's variables, relative to their sizes, for central differences.

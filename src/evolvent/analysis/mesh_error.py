@@ -8,11 +8,11 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from evolvent.assembly.references import split_reference
-from evolvent.base.errors import InputError
-from evolvent.base.schema import marks
 from evolvent.parts.base import Part, Reference
 from evolvent.solvers.modal import Modes
 from evolvent.view import show
+from evolvent_base.errors import InputError
+from evolvent_base.schema import marks
 
 if TYPE_CHECKING:
     import xarray as xr

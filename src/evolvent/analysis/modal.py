@@ -10,10 +10,10 @@ import numpy as np
 
 from evolvent import __version__
 from evolvent.analysis.mesh_error import MeshError
-from evolvent.base import files
 from evolvent.solvers.modal import NOTHING, Modes
 from evolvent.solvers.sampled import empty
 from evolvent.solvers.solution import Solution
+from evolvent_base import files
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,14 +16,14 @@ from evolvent import cases
 from evolvent.analysis import variation
 from evolvent.analysis.closure import warning_of
 from evolvent.assembly.families import owner
-from evolvent.base import schema, units
-from evolvent.base.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.model.family import families
 from evolvent.results.fine_samples import Times
 from evolvent.results.kept import Kept, is_local, kept_of, refusal
 from evolvent.solvers import implicit
 from evolvent.solvers.laws import law_failure
 from evolvent.solvers.neighbours import Neighbours, TooFar
+from evolvent_base import schema, units
+from evolvent_base.errors import EvolventError, InputError, RunFailed, nearest
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from evolvent.analysis.closure import warning_of
-from evolvent.base.errors import InputError, RunFailed
+from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
     from evolvent.analysis.margins.kept import KeptMargins

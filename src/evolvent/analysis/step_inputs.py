@@ -8,9 +8,9 @@ from typing import Any
 from evolvent import cases
 from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import rigid
 from evolvent.parts.load import Force, Torque
+from evolvent_base.errors import InputError, nearest
 
 
 def listed(inputs: str | Sequence[str]) -> tuple[str, ...]:

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError, nearest
 from evolvent.results.observe import Observed, View, observe_part
 from evolvent.solvers.solution import Solution
+from evolvent_base.errors import InputError, nearest
 
 #: Families whose angle, and variables that, add up over all samples of a run; a stepper keeps the first and the last.
 _COUNTS_TURNS, _ADDS_UP = "joints", ("work",)

@@ -15,7 +15,6 @@ from evolvent.analysis.step_results import ResultAddress as ResultAddress, StepR
 from evolvent.analysis.system import System
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import EvolventError, InputError, RunFailed, naming_keys, nearest
 from evolvent.families.threads import is_open
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import rigid
@@ -28,6 +27,7 @@ from evolvent.solvers.limits import limitation_of
 from evolvent.solvers.releases import write_accounts
 from evolvent.solvers.sampled import Sampled, bristles
 from evolvent.solvers.solution import Solution
+from evolvent_base.errors import EvolventError, InputError, RunFailed, naming_keys, nearest
 
 #: Implicit methods that step: those whose forces are of the ends of steps, which an input is held over.
 IMPLICIT = tuple(name for name, of in implicit.METHODS.items() if not of.flags["midpoint"])

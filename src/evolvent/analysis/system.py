@@ -14,11 +14,11 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.order import in_order
 from evolvent.assembly.variants import Variants
-from evolvent.base import units
-from evolvent.base.errors import InputError, RunFailed, nearest
-from evolvent.base.progress import on_stderr
-from evolvent.base.schema import check_visible
 from evolvent.parts.base import Part, check_name
+from evolvent_base import units
+from evolvent_base.errors import InputError, RunFailed, nearest
+from evolvent_base.progress import on_stderr
+from evolvent_base.schema import check_visible
 
 if TYPE_CHECKING:
     import xarray as xr

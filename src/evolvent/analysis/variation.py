@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from evolvent import cases
-from evolvent.base.errors import InputError, counted, nearest
 from evolvent.parts.registry import read_parts
+from evolvent_base.errors import InputError, counted, nearest
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System

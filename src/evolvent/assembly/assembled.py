@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.base.errors import InputError, nearest
+from evolvent_base.errors import InputError, nearest
 
 Array = np.ndarray
 

@@ -16,13 +16,13 @@ from evolvent.assembly.constraints import constraint_families
 from evolvent.assembly.ends import mark_outside
 from evolvent.assembly.references import Location, Named, split_reference
 from evolvent.assembly.state import has_causes, number_accounts, number_switches, stops, totals
-from evolvent.base.errors import InputError, nearest
 from evolvent.compiled import laws
 from evolvent.compiled.pointer import zeros_record
-from evolvent.elements.dense import product
 from evolvent.flow.implicit import add_weight
 from evolvent.kernels import ancf, rigid, rod_strains, springs
 from evolvent.model.family import asked, families
+from evolvent_base.dense import product
+from evolvent_base.errors import InputError, nearest
 
 #: Pools of constants of elements in `Model`, with the dimensions of one entry.
 _POOLS = {"H": 2, "h": 1, "U0": 0, "B": 2, "M": 2}

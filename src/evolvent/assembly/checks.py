@@ -7,10 +7,10 @@ import numpy as np
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
-from evolvent.base.errors import InputError
 from evolvent.flow.impulse import prepare
 from evolvent.kernels import constraint_rows
 from evolvent.model.family import asked
+from evolvent_base.errors import InputError
 
 
 def check_constraints(assembly: Assembly) -> None:

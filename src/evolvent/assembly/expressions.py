@@ -15,8 +15,8 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import expression as run
+from evolvent_base.errors import InputError, nearest
 
 #: Longest text, deepest nesting, and the number of values that the stack machine holds.
 LENGTH, NESTING, STACK = 1000, 100, 32

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
 from evolvent.model import Model
 from evolvent.model.family import ENERGY, EXPLICIT, IMPLICIT, SOLVERS, STATIC, Kind, asked, families
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 

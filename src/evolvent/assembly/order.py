@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError, nearest
+from evolvent_base.errors import InputError, nearest
 
 
 def in_order(parts: Mapping[str, Any]) -> list[str]:

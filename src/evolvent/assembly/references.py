@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 
 #: A name: no dot, bracket or slash, which stand between a part and what is on it, or between groups of a file.
 _NAME = re.compile(r"[^\W\d][\w -]*(?<! )")

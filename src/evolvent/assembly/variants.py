@@ -20,10 +20,10 @@ from evolvent.assembly.assembled import Array, Assembly
 from evolvent.assembly.blocks import is_of, note_inertia, owners
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.order import in_order
-from evolvent.base.errors import InputError
 from evolvent.flow.implicit import add_weight
 from evolvent.model.family import Family, families
 from evolvent.model.records import OWN_RECORDS
+from evolvent_base.errors import InputError
 
 #: Lists of a builder that parts append to, beside its rows.
 _LISTS = ("q", "v", "released", "values", "velocity_parameters", "poses", "joint_parts", "at_end")

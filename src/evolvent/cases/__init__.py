@@ -12,16 +12,6 @@ from typing import Any, NamedTuple
 
 from pydantic import ValidationError
 
-from evolvent.base import safe_open
-from evolvent.base.errors import InputError, nearest
-from evolvent.base.overrides import (
-    copied as copied,
-    override as override,
-    parse_assignment as parse_assignment,
-    parse_assignments as parse_assignments,
-)
-from evolvent.base.schema import Section, SectionsByName, by_name, dotted, keys, locate, marks, sentence, shown
-from evolvent.base.texts import dump as dump, key_problem, parse_yaml as parse_yaml
 from evolvent.cases.catalogue import (
     GROUP as GROUP,
     built_in as built_in,
@@ -44,6 +34,16 @@ from evolvent.cases.inputs import (
     in_place as in_place,
     value_in_place as value_in_place,
 )
+from evolvent_base import safe_open
+from evolvent_base.errors import InputError, nearest
+from evolvent_base.overrides import (
+    copied as copied,
+    override as override,
+    parse_assignment as parse_assignment,
+    parse_assignments as parse_assignments,
+)
+from evolvent_base.schema import Section, SectionsByName, by_name, dotted, keys, locate, marks, sentence, shown
+from evolvent_base.texts import dump as dump, key_problem, parse_yaml as parse_yaml
 
 
 class Plan(NamedTuple):
@@ -144,7 +144,7 @@ def load(case: Any, overrides: Mapping[str, Any] | None = None) -> Any:
 
 
 def solver_keys(case: Section) -> dict[str, str]:
-    """Keys of a case that say what arguments of the solvers do: argument -> key (`evolvent.base.errors.in_keys`)."""
+    """Keys of a case that say what arguments of the solvers do: argument -> key (`evolvent_base.errors.in_keys`)."""
     solver = getattr(case, "solver", None)
     if solver is None:
         return dict(system(case.system).keys)  # type: ignore[attr-defined]

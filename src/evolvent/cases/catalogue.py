@@ -9,8 +9,8 @@ import pathlib
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from evolvent.base import packages, plugins
-from evolvent.base.errors import InputError, nearest
+from evolvent_base import packages, plugins
+from evolvent_base.errors import InputError, nearest
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

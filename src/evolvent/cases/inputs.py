@@ -6,9 +6,9 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from evolvent.base import file_keys
-from evolvent.base.errors import InputError
 from evolvent.cases.catalogue import system, systems
+from evolvent_base import file_keys
+from evolvent_base.errors import InputError
 
 #: Attribute of a run: files that it read and digests of what they held, in JSON.
 FILES = "files"

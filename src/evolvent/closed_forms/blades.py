@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 Length = TypeVar("Length", float, Array)

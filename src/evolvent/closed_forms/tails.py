@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError
 from evolvent.closed_forms.strips import Array, Strip
+from evolvent_base.errors import InputError
 
 #: Root of the condition at the contact in `short_tail`: T l^3 / (EI L R).
 SHORT_TAIL = 4.302826742393747

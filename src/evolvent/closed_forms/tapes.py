@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError
 from evolvent.elements.materials import Material
 from evolvent.elements.sections import Lenticular, TapeSection
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 #: L of `flattened_bending` below which 1 - F is the first term of its series, with an error below 1e-6 of it.

@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
-from evolvent.base import files, options as shared
-from evolvent.base.console import echo, once
-from evolvent.base.errors import RunFailed
+from evolvent_base import files, options as shared
+from evolvent_base.console import echo, once
+from evolvent_base.errors import RunFailed
 
 
 def _loaded(case: str, assignments: tuple[str, ...]) -> tuple[Any, Any]:
@@ -96,7 +96,8 @@ def equilibrium(
 def _draw(found: Any, folder: str) -> None:
     """Figures along the parts, and the shape as a page."""
     from evolvent import results
-    from evolvent.view import animation, plots, show
+    from evolvent.view import animation, show
+    from evolvent_base import plots
 
     paths = plots.draw(show.figures(found), folder, label=results.unfinished(found))
     motion = show.motion(found)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
-from evolvent.base import files, options as shared, progress
-from evolvent.base.console import INTERRUPTED, echo, showing_progress
+from evolvent_base import files, options as shared, progress
+from evolvent_base.console import INTERRUPTED, echo, showing_progress
 
 
 @click.command()
@@ -40,8 +40,8 @@ def calibrate(
     import os
     import pathlib
 
-    from evolvent.base.errors import InputError
     from evolvent.design.calibration import fit as fitting, report
+    from evolvent_base.errors import InputError
 
     name = os.path.splitext(os.path.basename(case))[0]
     folder = pathlib.Path(output or f"{name}-calibration")

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from evolvent.base import files, options as shared, progress
-from evolvent.base.console import echo, made_table, showing_progress
-from evolvent.base.errors import InputError, RunFailed
+from evolvent_base import files, options as shared, progress
+from evolvent_base.console import echo, made_table, showing_progress
+from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,7 +44,7 @@ def clearance(
     evolvent clearance run.nc --pair "panel 1,satellite" --check
     """  # noqa: D301
     from evolvent.analysis import clearance as distances, clearance_results as shown
-    from evolvent.view import plots
+    from evolvent_base import plots
 
     if output is not None:
         shown.check_ending(output)

@@ -8,9 +8,9 @@ from typing import Any
 
 import click
 
-from evolvent.base import files, options as shared, progress
-from evolvent.base.console import echo, say, showing_progress
-from evolvent.base.errors import InputError, RunFailed
+from evolvent_base import files, options as shared, progress
+from evolvent_base.console import echo, say, showing_progress
+from evolvent_base.errors import InputError, RunFailed
 
 
 @click.command()
@@ -54,7 +54,7 @@ def design(case: str, **options: Any) -> None:
     """  # noqa: D301
     from evolvent import cases
     from evolvent.design.optimization import report, search
-    from evolvent.view import plots
+    from evolvent_base import plots
 
     output, page, picture = options["output"], options["report"], options["figure"]
     shared.check_output(output, case, "design.yaml")

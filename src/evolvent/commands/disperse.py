@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from evolvent.base import files, options as shared
-from evolvent.base.console import INTERRUPTED, figure_format, say, showing_progress
-from evolvent.base.errors import InputError, RunFailed
 from evolvent.commands.sweep import Reached
+from evolvent_base import files, options as shared
+from evolvent_base.console import INTERRUPTED, figure_format, say, showing_progress
+from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
     from evolvent.design.dispersions import Dispersion
@@ -156,9 +156,8 @@ def _pair(text: str, keys: str, value: str) -> tuple[list[str], float]:
 
 def _write(found: Dispersion, folder: str, options: Mapping[str, Any]) -> list[str]:
     """Write tables, figures and the report; returns the files' names."""
-    from evolvent.base import progress
     from evolvent.design.dispersions import report
-    from evolvent.view import plots
+    from evolvent_base import plots, progress
 
     files.make_folder(folder)
     progress.report("writing tables and figures")

@@ -8,9 +8,9 @@ from typing import Any
 
 import click
 
-from evolvent.base import files, progress
-from evolvent.base.console import echo, once, showing_progress
-from evolvent.base.errors import InputError, nearest
+from evolvent_base import files, progress
+from evolvent_base.console import echo, once, showing_progress
+from evolvent_base.errors import InputError, nearest
 
 #: Formats: ending of what is written unless named.
 ENDINGS = {

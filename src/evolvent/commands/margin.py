@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from evolvent.base import files, options as shared
-from evolvent.base.console import echo, made_table, showing_progress
-from evolvent.base.errors import RunFailed
+from evolvent_base import files, options as shared
+from evolvent_base.console import echo, made_table, showing_progress
+from evolvent_base.errors import RunFailed
 
 if TYPE_CHECKING:
     from evolvent.analysis.margins.results import MarginResults
@@ -43,7 +43,7 @@ def margin(
     """  # noqa: D301
     from evolvent import cases
     from evolvent.analysis.margins.results import check_ending
-    from evolvent.view import plots
+    from evolvent_base import plots
 
     if output is not None:
         check_ending(output)

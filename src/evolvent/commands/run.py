@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from evolvent.base import files, options as shared, progress, startup
-from evolvent.base.console import INTERRUPTED, figure_format, note, once, say, showing_progress
-from evolvent.base.errors import InputError, RunFailed, visible
+from evolvent_base import files, options as shared, progress, startup
+from evolvent_base.console import INTERRUPTED, figure_format, note, once, say, showing_progress
+from evolvent_base.errors import InputError, RunFailed, visible
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.base.schema import Section
+    from evolvent_base.schema import Section
 
 
 @click.command()

@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
-from evolvent.base import files, options as shared
-from evolvent.base.console import echo, made_table, showing_progress
+from evolvent_base import files, options as shared
+from evolvent_base.console import echo, made_table, showing_progress
 
 
 @click.command()
@@ -31,7 +31,7 @@ def sensitivity(
     evolvent sensitivity solar-array --of "hinge 1.latch_time" --by "parts.hinge 1.stiffness" --by "parts.panel 1.mass"
     """  # noqa: D301
     from evolvent import cases
-    from evolvent.base.errors import InputError
+    from evolvent_base.errors import InputError
 
     if output is not None:
         if not output.endswith(".csv"):

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, Literal, Protocol, get_args, get_origin, 
 
 import click
 
-from evolvent.base import files
-from evolvent.base.console import echo, figure_format, once, say
-from evolvent.base.errors import InputError
 from evolvent.commands.run import beside, draw, list_names, print_rows, table
+from evolvent_base import files
+from evolvent_base.console import echo, figure_format, once, say
+from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
-    from evolvent.base.schema import Section
+    from evolvent_base.schema import Section
 
 
 @click.command("list")
@@ -35,7 +35,7 @@ def list_cases() -> None:
 
 def _say_unusable(sentences: Iterable[str]) -> None:
     """Say why plug-ins cannot be used, unless that was said as they were loaded."""
-    from evolvent.base import plugins
+    from evolvent_base import plugins
 
     for sentence in sentences:
         if sentence not in plugins.said:
@@ -61,8 +61,8 @@ def show(case: str) -> None:
 @click.argument("kind", required=False)
 def list_parts(kind: str | None) -> None:
     """List the kinds of parts of a structure, or the keys of one KIND with units and defaults."""
-    from evolvent.base.schema import descriptions, marks
     from evolvent.parts import registry
+    from evolvent_base.schema import descriptions, marks
 
     if kind is None:
         _say_unusable(registry.unusable().values())
@@ -199,6 +199,6 @@ def plot(path: str, figures: str | None, variables: str | None, units: str | Non
     if drawn is None:
         list_names(draw(found, folder, kind, quiet=False), folder)
         return
-    from evolvent.view import plots
+    from evolvent_base import plots
 
     say(f"figures: {os.path.basename(plots.draw([drawn], folder, kind=kind)[0])} in {folder}")

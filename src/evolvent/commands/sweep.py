@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from evolvent.base import files, options as shared, progress
-from evolvent.base.console import INTERRUPTED, echo, figure_format, showing_progress
-from evolvent.base.errors import RunFailed
+from evolvent_base import files, options as shared, progress
+from evolvent_base.console import INTERRUPTED, echo, figure_format, showing_progress
+from evolvent_base.errors import RunFailed
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,11 +11,11 @@ from numba import njit
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.typeinfer import register_dispatcher
 
-from evolvent.base import locks
 from evolvent.compiled.codecache import folder
 from evolvent.compiled.codecache.compiled import Cache, LawCache, compiling, without_path
 from evolvent.compiled.codecache.folder import is_own
 from evolvent.compiled.codecache.snapshots import snapshot
+from evolvent_base import locks
 
 __all__ = ["compile_law", "compiling", "dispatcher", "is_kept", "linked", "turn", "without_counts"]
 #: Files of the locks of those who compile functions and laws.
@@ -61,7 +61,7 @@ def is_kept(found: Any, signature: Any) -> bool:
 
 
 def turn(is_needed: Callable[[], bool]) -> AbstractContextManager[Callable[[], None]]:
-    """The turn to compile functions, which one process has at a time; see `evolvent.base.locks.turn`."""
+    """The turn to compile functions, which one process has at a time; see `evolvent_base.locks.turn`."""
     return locks.turn(folder.CACHE_DIR / _FUNCTIONS, is_needed)
 
 

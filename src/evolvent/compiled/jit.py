@@ -28,12 +28,12 @@ from numba.core import cgutils
 from numba.core.errors import NumbaExperimentalFeatureWarning, TypingError
 from numba.core.typing.templates import infer, make_intrinsic_template
 
-from evolvent.base import progress
 from evolvent.compiled.codecache.files import say_once
 from evolvent.compiled.codecache.folder import is_own
 from evolvent.compiled.codecache.linked import Linked
 from evolvent.compiled.interfaces import PLAIN, REASON
 from evolvent.compiled.pointer import has_addresses, load_attribute
+from evolvent_base import progress
 
 #: How functions are compiled.
 compilers: Any = importlib.import_module("evolvent.compiled.plain" if PLAIN else "evolvent.compiled.compilers")

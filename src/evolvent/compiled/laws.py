@@ -13,9 +13,9 @@ import numpy as np
 from numba import config, njit, types
 from numba.core.errors import NumbaError
 
-from evolvent.base.errors import InputError, counted
 from evolvent.compiled.jit import Kernel, compilers, pointer_of
 from evolvent.compiled.lookups import LAWS, PLAIN, SLOPES
+from evolvent_base.errors import InputError, counted
 
 #: How a law of each kind is called, and what it returns.
 FORMS = {

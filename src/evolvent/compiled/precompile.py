@@ -13,8 +13,8 @@ import pathlib
 import sys
 from typing import Any
 
-from evolvent.base import progress
 from evolvent.compiled import codecache, compilers, jit
+from evolvent_base import progress
 
 
 def compile_all() -> list[Any]:

@@ -19,10 +19,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import dot, legendre, norm, product
 from evolvent.elements.materials import Material
 from evolvent.elements.shapes import CrossSection, Properties, Rectangle
+from evolvent_base.dense import dot, legendre, norm, product
+from evolvent_base.errors import InputError
 
 Array = NDArray[np.float64]
 Rule = list[tuple[float, float]]

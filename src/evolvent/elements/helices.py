@@ -13,11 +13,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from evolvent.elements.dense import product
 from evolvent.elements.inertia import axis_shape
 from evolvent.elements.materials import Material
 from evolvent.elements.shapes import CrossSection
 from evolvent.elements.winding import _CABLES, _energy, _least
+from evolvent_base.dense import product
 
 Array = NDArray[np.float64]
 

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Section
 from evolvent.elements.forms import Array, gauss
 from evolvent.elements.materials import Material
 from evolvent.elements.sections import SectionStiffness
 from evolvent.elements.shapes import CrossSection
+from evolvent_base import units
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Section
 
 #: What a polar moment may be beyond its limits by rounding.
 ROUNDED = 1e-6

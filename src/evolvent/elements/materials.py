@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from evolvent.base import units
-from evolvent.base.schema import Section
+from evolvent_base import units
+from evolvent_base.schema import Section
 
 
 class Material(Section):

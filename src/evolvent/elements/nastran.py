@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base import safe_open
-from evolvent.base.errors import InputError
 from evolvent.elements.reduced_models import ReducedModel
+from evolvent_base import safe_open
+from evolvent_base.errors import InputError
 
 #: Endings of files with matrices: OUTPUT4, OUTPUT2, and bulk data with DMIG entries; and of files of points beside.
 MATRICES, DMIG = (".op4", ".op2"), (".pch", ".bdf", ".dat", ".nas")

@@ -11,10 +11,10 @@ from typing import IO, Any
 
 import numpy as np
 
-from evolvent.base import files, safe_open
-from evolvent.base.errors import InputError, nearest
 from evolvent.elements import nastran
 from evolvent.elements.reduced_models import ReducedModel, check_model
+from evolvent_base import files, safe_open
+from evolvent_base.errors import InputError, nearest
 
 #: Keys of a file: names, and whether it must have them.
 KEYS = {

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError, counted
+from evolvent_base.errors import InputError, counted
 
 Array = np.ndarray
 

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.elements.dense import inverse, legendre, norm, product
 from evolvent.elements.inertia import OWN_INERTIA, SectionInertia
 from evolvent.elements.materials import Material
 from evolvent.elements.sections import SectionStiffness, TapeSection
 from evolvent.elements.shapes import CrossSection, Strip
+from evolvent_base.dense import inverse, legendre, norm, product
 
 Array = np.ndarray
 #: Gauss's four points of an element and their weights.

@@ -9,12 +9,12 @@ import numpy as np
 from pydantic import BeforeValidator, GetJsonSchemaHandler, model_validator
 from pydantic_core import PydanticCustomError
 
-from evolvent.base import units
-from evolvent.base.errors import nearest
-from evolvent.base.schema import OneOf
-from evolvent.elements.dense import product
 from evolvent.elements.materials import MATERIALS, Material
 from evolvent.elements.shapes import Angle, Arc, Circle, CrossSection, IBeam, Properties, Rectangle, Strip, Tube
+from evolvent_base import units
+from evolvent_base.dense import product
+from evolvent_base.errors import nearest
+from evolvent_base.schema import OneOf
 
 #: Largest angle of a section that flattens, whose theory is that of a shallow arc.
 DEEPEST = 0.75 * math.pi

@@ -8,8 +8,8 @@ from typing import Any, ClassVar, NamedTuple, Self
 from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
-from evolvent.base import units
-from evolvent.base.schema import Section
+from evolvent_base import units
+from evolvent_base.schema import Section
 
 
 class Properties(NamedTuple):

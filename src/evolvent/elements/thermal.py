@@ -19,7 +19,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from evolvent.elements.dense import norm, product
 from evolvent.elements.forms import (
     ASSUMED,
     EXACT,
@@ -34,6 +33,7 @@ from evolvent.elements.forms import (
 )
 from evolvent.elements.materials import Material
 from evolvent.elements.shapes import CrossSection
+from evolvent_base.dense import norm, product
 
 Array = NDArray[np.float64]
 #: Amplitudes of a load.

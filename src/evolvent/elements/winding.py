@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from evolvent.elements.dense import modes, product
 from evolvent.elements.forms import beam_form, cable_form, cable_stretch_energy, cable_stretch_form
 from evolvent.elements.inertia import axis_shape
 from evolvent.elements.materials import Material
 from evolvent.elements.shapes import CrossSection
+from evolvent_base.dense import modes, product
 
 Array = NDArray[np.float64]
 _CABLES = ("cable", "cable_stretch")

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from evolvent.results import unfinished
-from evolvent.view import animation, plots
+from evolvent.view import animation
+from evolvent_base import plots
 
 if TYPE_CHECKING:
-    from evolvent.results.figures import Figure
     from evolvent.results.motion import Motion
+    from evolvent_base.figures import Figure
 
 
 def write(
@@ -25,7 +26,7 @@ def write(
     figures : sequence of Figure
     motion : Motion, None for no animation
     folder : str
-    kind : str, format of the figures, one of `evolvent.view.plots.FORMATS`
+    kind : str, format of the figures, one of `evolvent_base.plots.FORMATS`
 
     Raises
     ------

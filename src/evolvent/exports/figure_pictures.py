@@ -7,10 +7,10 @@ import pathlib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from evolvent.view import pages, plots
+from evolvent_base import pages, plots
 
 if TYPE_CHECKING:
-    from evolvent.results.figures import Figure
+    from evolvent_base.figures import Figure
 
 #: Largest figure that is kept as lines; a larger one is kept as points, bytes.
 _LARGEST_SVG = 250_000

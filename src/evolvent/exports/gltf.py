@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.base.files import write_file
 from evolvent.exports.request import Request, animation_of, samples_text, shown_size
 from evolvent.results.motion import from_rotation_vectors, product, quantity, quaternions, turns_between
 from evolvent.results.solids import Solid
 from evolvent.view.animation import default_speed
+from evolvent_base.files import write_file
 
 if TYPE_CHECKING:
     from evolvent.results.motion import Frame, Line

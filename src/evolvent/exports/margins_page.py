@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from evolvent import cases
 from evolvent.analysis.margins import evaluation, factors, latches
-from evolvent.base.errors import InputError
-from evolvent.base.files import write_file
 from evolvent.exports.figure_pictures import figure_picture
 from evolvent.results import made_with
 from evolvent.results.tree import solution_of
-from evolvent.view import pages
+from evolvent_base import pages
+from evolvent_base.errors import InputError
+from evolvent_base.files import write_file
 
 if TYPE_CHECKING:
     from evolvent.analysis.margins.results import MarginResults

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases, results
-from evolvent.base.errors import InputError
-from evolvent.base.files import writing
 from evolvent.exports import table
 from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
 from evolvent.results import happened, variables
+from evolvent_base.errors import InputError
+from evolvent_base.files import writing
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base import progress
-from evolvent.base.errors import InputError
-from evolvent.base.files import writing
 from evolvent.exports.pictures import pictures
 from evolvent.exports.request import Request, animation_of, shown_size, size_of
 from evolvent.results import unfinished
 from evolvent.view.animation import default_speed
+from evolvent_base import progress
+from evolvent_base.errors import InputError
+from evolvent_base.files import writing
 
 if TYPE_CHECKING:
     from evolvent.results.motion import Motion

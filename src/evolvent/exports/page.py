@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from evolvent.base.files import write_file
 from evolvent.exports.request import Request, animation_of, shown_size, size_of
 from evolvent.view import animation
+from evolvent_base.files import write_file
 
 
 def write(run: Any, path: str, request: Request) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from evolvent.exports.faces import Camera, Drawer, Faces, arrows, join
 from evolvent.results.motion import Motion, ValueRange, name_and_unit, quantity
 from evolvent.view.animation import grid_step
-from evolvent.view.style import text_width
+from evolvent_base.style import text_width
 
 
 def pictures(

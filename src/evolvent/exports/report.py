@@ -15,13 +15,14 @@ import xarray as xr
 from evolvent import cases
 from evolvent.analysis import clearance_results
 from evolvent.analysis.clearance import clearances
-from evolvent.base.errors import counted
-from evolvent.base.files import write_file
 from evolvent.exports import margins_page
 from evolvent.exports.figure_pictures import figure_picture, figure_pictures
 from evolvent.exports.pictures import pictures
 from evolvent.results import WELL, made_with, statistics_of, unfinished
-from evolvent.view import animation, pages
+from evolvent.view import animation
+from evolvent_base import pages
+from evolvent_base.errors import counted
+from evolvent_base.files import write_file
 
 #: Stills that stand for the animation on paper.
 _STILLS = 3

@@ -10,9 +10,9 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.analysis import clearance_results
-from evolvent.base.errors import InputError, counted
 from evolvent.results import regular_samples
 from evolvent.view import animation
+from evolvent_base.errors import InputError, counted
 
 if TYPE_CHECKING:
     from evolvent.results.motion import Motion

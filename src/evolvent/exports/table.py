@@ -13,17 +13,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.base.errors import visible
-from evolvent.base.files import make_folder, writing
 from evolvent.exports.request import DECIMALS, Request, about, motion_of, samples_text, shown_size, size_of
 from evolvent.results import happened, unfinished, variables
-from evolvent.results.figures import Quantity
+from evolvent_base.errors import visible
+from evolvent_base.figures import Quantity
+from evolvent_base.files import make_folder, writing
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.results.figures import Number
     from evolvent.results.motion import Motion
+    from evolvent_base.figures import Number
 
 #: Columns of one variable above which it has its own table.
 WIDE = 12

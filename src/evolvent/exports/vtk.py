@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.base import progress
-from evolvent.base.errors import InputError, reason_of
-from evolvent.base.files import make_folder, writing
 from evolvent.exports import vtp
 from evolvent.exports.request import Request, about, motion_of, samples_text, shown_size, size_of
 from evolvent.results import unfinished
 from evolvent.results.motion import turned
+from evolvent_base import progress
+from evolvent_base.errors import InputError, reason_of
+from evolvent_base.files import make_folder, writing
 
 if TYPE_CHECKING:
     from evolvent.results.motion import Frame, Motion

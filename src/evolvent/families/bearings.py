@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
 from evolvent.kernels import bearing, calls, turning
 from evolvent.kernels.bearing import measure_load
 from evolvent.kernels.bristle import SLIP
@@ -17,6 +16,7 @@ from evolvent.model.family import BETWEEN, EVERY, EXPLICIT, End, Family, Kind, R
 from evolvent.model.layout import Accounts
 from evolvent.model.powers import COUPLED_ENERGY, RUBBED
 from evolvent.model.shares import FRICTION, Rule, Shares
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 _3 = (3,)

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import attitude, body_step, calls, points, rigid
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION
 from evolvent.kernels.rotations import cross, rotation_about_axis, rotation_from_quaternion, turn_back
@@ -25,6 +24,7 @@ from evolvent.model.questions import (
     never,
 )
 from evolvent.model.shares import Shares
+from evolvent_base.errors import InputError, nearest
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)

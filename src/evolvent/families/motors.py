@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
 from evolvent.kernels import calls, coordinate, coordinate_laws, drivetrain, turning
 from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.coordinate_laws import BY_LAW, BY_MOTION, BY_PROFILE
@@ -23,6 +22,7 @@ from evolvent.model.powers import RUBBED
 from evolvent.model.questions import DRIVE, AdjointSupport, Law, Moment
 from evolvent.model.records import BY_GEAR, BY_HYSTERESIS
 from evolvent.model.shares import DAMPING, FRICTION, MOTOR, MOTOR_LOSSES, Rule, Shares
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
 from evolvent.kernels import calls, points
 from evolvent.kernels.blocks import POSITION
 from evolvent.model.family import Family, Kind, Records, record, where
 from evolvent.model.questions import AdjointSupport, Block, Coordinates, Felt, LinearizedPoint, never
 from evolvent.model.shares import Shares
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 _3 = (3,)

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError, nearest
 from evolvent.families.bodies import node_point
 from evolvent.kernels import calls, reduced
 from evolvent.kernels.blocks import SCALAR
@@ -15,6 +14,7 @@ from evolvent.model.family import Family, Kind, Records, record
 from evolvent.model.powers import SPRINGS
 from evolvent.model.questions import AdjointSupport, Block, Bound, Coordinates, LinearizedPoint, never
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
+from evolvent_base.errors import InputError, nearest
 
 Array = np.ndarray
 _3 = (3,)

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
 from evolvent.families.bodies import node_point
 from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent, thermal
 from evolvent.kernels.blocks import SCALAR
@@ -27,6 +26,7 @@ from evolvent.model.questions import (
     skew,
 )
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
 from evolvent.kernels import calls, constraint_rows, loads, points, thread
 from evolvent.kernels.blocks import POSITION, SCALAR
 from evolvent.kernels.drive import FREE, LAW
@@ -18,6 +17,7 @@ from evolvent.model.layout import Events, Rows, Switches
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, SPOOLS, SPRINGS
 from evolvent.model.questions import DRIVE, Block, Bound, Coordinates, Law, LinearizedPoint, Moment
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 _3, _6 = (3,), (6,)

@@ -17,8 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base import plugins
-from evolvent.base.errors import InputError
 from evolvent.compiled import lookups
 from evolvent.model.layout import Accounts, Events, Rows, Switches
 from evolvent.model.questions import (
@@ -31,6 +29,8 @@ from evolvent.model.questions import (
     Records as Records,
 )
 from evolvent.model.shares import Rule, Shares
+from evolvent_base import plugins
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 

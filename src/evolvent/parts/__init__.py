@@ -12,8 +12,8 @@ import pkgutil
 from collections.abc import Mapping
 from typing import Any
 
-from evolvent.base.schema import Section
 from evolvent.parts.base import Part, kind_of
+from evolvent_base.schema import Section
 
 
 @functools.cache

@@ -8,8 +8,6 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError, counted, nearest
 from evolvent.kernels import attitude as kernels, drive as drives, rigid
 from evolvent.parts.applies import OF_LAW, Applies, given
 from evolvent.parts.base import BodyName, Part, PointReference, Reference, unit
@@ -17,6 +15,8 @@ from evolvent.parts.checks import check_rotor
 from evolvent.parts.expression import Constants, Parameters, SpringLaw, refuse_without_law, write_law
 from evolvent.parts.law import Drive
 from evolvent.parts.profile import ForceProfile, TorqueProfile, write_profile
+from evolvent_base import units
+from evolvent_base.errors import InputError, counted, nearest
 
 Actuators = Annotated[tuple[str, ...], Reference(what="reaction wheels or thrusters", several=True)]
 

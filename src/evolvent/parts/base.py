@@ -12,11 +12,11 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import check_name, split_reference
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Annotation, Section, marks
-from evolvent.elements.dense import norm
 from evolvent.parts.applies import Applies
+from evolvent_base import units
+from evolvent_base.dense import norm
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Annotation, Section, marks
 
 __all__ = ["Arrays", "Part", "PointReference", "Reference", "check_name", "kind_of", "split_reference", "unit"]
 

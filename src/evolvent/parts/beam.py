@@ -9,10 +9,7 @@ import numpy as np
 from evolvent import elements
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location
-from evolvent.base import units
-from evolvent.base.errors import InputError
 from evolvent.compiled import lookups
-from evolvent.elements.dense import dot, inverse, product
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import AnySection, MaterialOrName
 from evolvent.elements.shapes import CrossSection
@@ -22,6 +19,9 @@ from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Arrays, Part, unit
 from evolvent.parts.curve import AnyCurve, check_curve, is_curved, stress_free
 from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, halved, node_arc
+from evolvent_base import units
+from evolvent_base.dense import dot, inverse, product
+from evolvent_base.errors import InputError
 
 CABLES = ("cable", "cable_stretch")
 #: Nodal vectors: positions and slopes of all nodes.

@@ -8,9 +8,6 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import norm
 from evolvent.kernels import beam_loads as kernels
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.parts.applies import Applies, either, left_out
@@ -18,6 +15,9 @@ from evolvent.parts.base import BeamName, Part, PointReference
 from evolvent.parts.beam import node_of
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, refuse_without_law, write_law
 from evolvent.parts.profile import LineForceProfile, Profile, TorqueProfile, write_profile
+from evolvent_base import units
+from evolvent_base.dense import norm
+from evolvent_base.errors import InputError
 
 
 def add_beam_load(builder: Builder, name: str, kind: int, beam: int, value: float,

@@ -8,14 +8,14 @@ from typing import Any, Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
 from evolvent.kernels import axial, sides
 from evolvent.parts.base import CoordinateName, Part, unit
 from evolvent.parts.checks import check_units
 from evolvent.parts.joint import Joint
 from evolvent.parts.joint_coordinate import PRESLIDING, CoordinateSpring, add_coordinate, nearest_joint
 from evolvent.parts.joint_sides import relative_coordinate
+from evolvent_base import units
+from evolvent_base.errors import InputError
 
 #: Kinds of coordinates of the types of joints with a bearing, and the keys that belong to one of them alone.
 KINDS = {"revolute": axial.ANGLE, "prismatic": axial.TRAVEL}

@@ -9,12 +9,12 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError, counted
 from evolvent.kernels import body_gaps, surfaces
 from evolvent.parts.base import PointReference, unit
 from evolvent.parts.contact import ContactLaw
 from evolvent.parts.shapes import Box, Capsule, ContactShape, Plane, SolidContactShape, Sphere
+from evolvent_base import units
+from evolvent_base.errors import InputError, counted
 
 Array = np.ndarray
 #: Distance of two centres beside the radius below which a contact has no normal.

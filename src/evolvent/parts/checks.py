@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Section
-from evolvent.base.units import Measured
 from evolvent.kernels import axial, rigid
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Section
+from evolvent_base.units import Measured
 
 #: Units of an angle and what belongs to it, and those of a travel.
 ANGLE_AND_TRAVEL = (

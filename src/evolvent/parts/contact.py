@@ -11,11 +11,11 @@ from pydantic import field_serializer, model_validator
 from pydantic_core import PydanticCustomError
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
 from evolvent.kernels import ancf, ancf_beams, contact_laws
 from evolvent.parts.applies import Applies, given
 from evolvent.parts.base import Part
+from evolvent_base import units
+from evolvent_base.errors import InputError
 
 LAWS = {
     "paper": contact_laws.PAPER,

@@ -6,10 +6,10 @@ from typing import Annotated, Any, Protocol
 
 import numpy as np
 
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.base.schema import OneOf, Section
 from evolvent.elements import rods
+from evolvent_base import units
+from evolvent_base.errors import InputError
+from evolvent_base.schema import OneOf, Section
 
 __all__ = ["Parabola"]
 

@@ -10,10 +10,10 @@ from pydantic import GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Annotation
 from evolvent.parts.base import Part, PointReferences
+from evolvent_base import units
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Annotation
 
 
 class _Law(Annotation):

@@ -12,9 +12,6 @@ from pydantic_core import PydanticCustomError, core_schema
 from typing_extensions import TypeVar
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError, counted, nearest
-from evolvent.base.schema import Section
 from evolvent.compiled import laws
 from evolvent.kernels import drive as kernels
 from evolvent.parts.drive_kind import DriveKind, DriveRow, check_start
@@ -29,6 +26,9 @@ from evolvent.parts.expression import (
 )
 from evolvent.parts.feedback import FeedbackDrive
 from evolvent.parts.profile import TorqueProfile, kind_hint, write_profile
+from evolvent_base import units
+from evolvent_base.errors import InputError, counted, nearest
+from evolvent_base.schema import Section
 
 __all__ = ["ConstantDrive", "ExpressionDrive", "FreeSpool", "LawDrive", "RampDrive", "TableDrive"]
 

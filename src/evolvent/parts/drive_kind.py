@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Section
 from evolvent.kernels import drive as kernels
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Section
 
 
 class DriveRow(NamedTuple):

@@ -11,11 +11,11 @@ from pydantic_core import PydanticCustomError
 
 from evolvent.assembly import expressions
 from evolvent.assembly.builder import Builder
-from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import rigid
 from evolvent.parts.base import Part, split_reference
 from evolvent.parts.beam import node_of
 from evolvent.parts.expression import Constants, EventLaw, Parameters, write_law
+from evolvent_base.errors import InputError, nearest
 
 _QUANTITY = re.compile(r"(?P<place>.+?)\.(?P<what>position|velocity|rate|angle)(?:\.(?P<axis>[xyz]))?")
 #: Most variables of an event.

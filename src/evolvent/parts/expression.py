@@ -13,9 +13,9 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from evolvent.assembly import expressions
 from evolvent.assembly.builder import Builder
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Annotation
 from evolvent.kernels import expression as kernels
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Annotation
 
 #: Variables of the expressions of each kind of law.
 VARIABLES = {

@@ -11,13 +11,13 @@ from pydantic_core import PydanticCustomError
 
 from evolvent.assembly import expressions
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError, nearest
-from evolvent.base.schema import Section
 from evolvent.families.threads import OPEN
 from evolvent.kernels import drive as kernels
 from evolvent.parts.drive_kind import DriveKind, DriveRow, check_start
 from evolvent.parts.expression import VARIABLES, Constants, FeedbackLaw, refuse_unused
+from evolvent_base import units
+from evolvent_base.errors import InputError, nearest
+from evolvent_base.schema import Section
 
 __all__ = ["FeedbackDrive", "Limits", "Sensor"]
 

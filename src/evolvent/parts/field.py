@@ -8,13 +8,13 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
 from evolvent.kernels import drive, fields as kernels
 from evolvent.parts.applies import OF_LAW, Applies, left_out
 from evolvent.parts.base import Part, unit
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
 from evolvent.parts.field_points import write_field_points
+from evolvent_base import units
+from evolvent_base.errors import InputError
 
 #: Largest cosine between the directions of an orbit that counts as a right angle.
 _RIGHT = 1e-6

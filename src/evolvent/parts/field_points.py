@@ -9,13 +9,13 @@ import numpy as np
 
 from evolvent import elements
 from evolvent.assembly.builder import Builder
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import modes
 from evolvent.elements.forms import gauss
 from evolvent.elements.materials import Material
 from evolvent.elements.shapes import CrossSection
 from evolvent.kernels import rigid
 from evolvent.parts.beam import CABLES, Beam
+from evolvent_base.dense import modes
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 

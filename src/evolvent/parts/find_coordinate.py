@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from evolvent.assembly.builder import Builder
-from evolvent.base.errors import InputError
 from evolvent.parts.joint import Joint
 from evolvent.parts.joint_coordinate import CoordinateSpring, nearest_joint
 from evolvent.parts.rotational_spring import RotationalSpring
 from evolvent.parts.translational_spring import TranslationalSpring
+from evolvent_base.errors import InputError
 
 
 def find_coordinate(builder: Builder, key: str, name: str) -> int:

@@ -7,13 +7,13 @@ import math
 from typing import Annotated, Any, Literal
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import product
 from evolvent.kernels import axial, joint, rigid, sides
 from evolvent.parts.base import Part, Reference, unit
 from evolvent.parts.joint import Joint, add_row
 from evolvent.parts.joint_sides import NOTHING, across, relative_coordinate
+from evolvent_base import units
+from evolvent_base.dense import product
+from evolvent_base.errors import InputError
 
 #: Most teeth that a ratio of angles may need.
 _MOST_TEETH = 200

@@ -7,12 +7,12 @@ from typing import Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import dot, product
 from evolvent.kernels import constraint_rows, joint, rigid
 from evolvent.parts.base import BodyName, Part, unit
 from evolvent.parts.joint import add_row, direction_side, point_side
+from evolvent_base import units
+from evolvent_base.dense import dot, product
+from evolvent_base.errors import InputError
 
 
 class Guide(Part):

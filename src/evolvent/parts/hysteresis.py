@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
 from evolvent.kernels.bristle import DAHL, SLIP, bristle_between
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 #: Ways after which the bristles of an identification slip, of the loop's whole range: places that they may take.

@@ -8,9 +8,6 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import dot, norm, product
 from evolvent.kernels import axial, gaps, joint as kernels, rigid, sides
 from evolvent.parts.applies import Applies, given, left_out, one_of
 from evolvent.parts.base import BodyName, Part, PointReference, unit
@@ -35,6 +32,9 @@ from evolvent.parts.joint_sides import (
 from evolvent.parts.law import PathDrive
 from evolvent.parts.release import ReleaseName, release_fields
 from evolvent.parts.thread_joint import check_type, fix_end
+from evolvent_base import units
+from evolvent_base.dense import dot, norm, product
+from evolvent_base.errors import InputError
 
 __all__ = [
     "Joint", "PrescribedMotion", "PrescribedRotation", "Side", "add_row", "direction_side", "point_side"

@@ -10,11 +10,11 @@ import numpy as np
 
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location, split_reference
-from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import axial
 from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Part, unit
 from evolvent.parts.joint import Joint
+from evolvent_base.errors import InputError, nearest
 
 #: Deflection at which friction slips by default, rad and m.
 PRESLIDING = {axial.ANGLE: 1e-4, axial.TRAVEL: 1e-5}

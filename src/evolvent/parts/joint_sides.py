@@ -8,9 +8,9 @@ import numpy as np
 
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import dot, norm, product
 from evolvent.kernels import ancf_beams, axial, joint as kernels, sides
+from evolvent_base.dense import dot, norm, product
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 

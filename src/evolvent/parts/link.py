@@ -7,14 +7,14 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import norm, product
 from evolvent.kernels import joint, springs
 from evolvent.parts.applies import Applies, given
 from evolvent.parts.base import Part, PointReference, unit
 from evolvent.parts.joint import add_row, point_side
 from evolvent.parts.release import ReleaseName, release_fields
+from evolvent_base import units
+from evolvent_base.dense import norm, product
+from evolvent_base.errors import InputError
 
 
 class Link(Part):

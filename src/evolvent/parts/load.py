@@ -11,8 +11,6 @@ import numpy as np
 from evolvent.assembly import expressions
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import split_reference
-from evolvent.base import units
-from evolvent.base.errors import InputError
 from evolvent.kernels import beam_loads, loads as kernels, springs
 from evolvent.kernels.ancf_beams import BEAM
 from evolvent.parts.applies import OF_LAW, Applies, either, left_out
@@ -23,6 +21,8 @@ from evolvent.parts.expression import Constants, ForceLaw, Parameters, TorqueLaw
 from evolvent.parts.load_window import FRAMES, Frame, window
 from evolvent.parts.profile import ForceProfile, TorqueProfile, write_profile
 from evolvent.parts.rod_load import write_light
+from evolvent_base import units
+from evolvent_base.errors import InputError
 
 
 def _add(builder: Builder, name: str, kind: int, target: int, **fields: int) -> None:

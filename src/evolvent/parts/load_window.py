@@ -6,7 +6,7 @@ import math
 from typing import Any, Literal
 
 from evolvent.assembly.builder import Builder
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 
 FRAMES = {"inertial": 0.0, "body": 1.0}
 Frame = Literal["inertial", "body"]

@@ -8,10 +8,10 @@ from typing import Any, Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
 from evolvent.parts.base import Part, PointReference
 from evolvent.parts.load import Torque
+from evolvent_base import units
+from evolvent_base.errors import InputError
 
 #: The moment m in inertial axes, by the rotation matrix of its body, and m x B.
 _MOMENT = [f"(r{row}1*mx + r{row}2*my + r{row}3*mz)" for row in (1, 2, 3)]

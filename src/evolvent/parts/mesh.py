@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError, counted
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.materials import Material
 from evolvent.elements.shapes import CrossSection
+from evolvent_base.errors import InputError, counted
 
 
 def element_lengths(length: float, elements: int, grading: float | tuple[float, ...]) -> np.ndarray:

@@ -6,8 +6,6 @@ import math
 from typing import Annotated, Any, ClassVar, Literal
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
 from evolvent.kernels import coordinate_laws
 from evolvent.parts.applies import OF_LAW, Applies, given, left_out
 from evolvent.parts.base import CoordinateName, Part
@@ -18,6 +16,8 @@ from evolvent.parts.joint_coordinate import PRESLIDING
 from evolvent.parts.law import Constants, MotorLaw, Parameters, PathDrive, write_law
 from evolvent.parts.profile import CurrentProfile, Profile, TorqueOrForceProfile, VoltageProfile, write_profile
 from evolvent.parts.release import ReleaseName, release_fields
+from evolvent_base import units
+from evolvent_base.errors import InputError
 
 #: Keys of which a motor has one.
 WAYS = ("torque", "law", "motion", "voltage", "current")

@@ -7,10 +7,10 @@ from typing import Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
 from evolvent.kernels import joint as kernels
 from evolvent.parts.base import Part, PointReference
+from evolvent_base import units
+from evolvent_base.errors import InputError
 
 
 class Point(Part):

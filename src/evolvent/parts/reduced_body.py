@@ -13,10 +13,6 @@ from pydantic import PrivateAttr
 from evolvent.assembly.assembled import Pose
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import is_name
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.base.file_keys import FileKey, digest
-from evolvent.elements.dense import product
 from evolvent.elements.reduced_files import READ, files_read, read_model
 from evolvent.elements.reduced_models import MeanAxes, ReducedModel, mean_axes
 from evolvent.elements.rods import quaternion
@@ -24,6 +20,10 @@ from evolvent.kernels import joint, rigid, sides
 from evolvent.kernels.rotations import rotation_from_quaternion
 from evolvent.parts.base import Part, unit
 from evolvent.parts.joint import Side, add_row
+from evolvent_base import units
+from evolvent_base.dense import product
+from evolvent_base.errors import InputError
+from evolvent_base.file_keys import FileKey, digest
 
 #: Rotations of a node: the axes of frame and node whose product it changes, its axis, and the sign.
 _TURNS = ((0, 1, 2, -1.0), (0, 2, 1, 1.0), (1, 2, 0, -1.0))

@@ -7,12 +7,12 @@ from typing import Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
 from evolvent.parts.base import BodyName, Part, unit
 from evolvent.parts.checks import check_rotor
 from evolvent.parts.drive import FreeSpool
 from evolvent.parts.law import Drive
+from evolvent_base import units
+from evolvent_base.errors import InputError
 
 
 class Reel(Part):

@@ -13,12 +13,12 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from evolvent import parts
 from evolvent.assembly.references import check_name
-from evolvent.base import plugins
-from evolvent.base.errors import InputError, nearest
-from evolvent.base.schema import Annotation, error_priority, sentence, shown
 from evolvent.model import family
 from evolvent.parts import repetition
 from evolvent.parts.base import Part, kind_of
+from evolvent_base import plugins
+from evolvent_base.errors import InputError, nearest
+from evolvent_base.schema import Annotation, error_priority, sentence, shown
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

@@ -6,9 +6,9 @@ import math
 from typing import Annotated, Any
 
 from evolvent.assembly.builder import Builder
-from evolvent.base.errors import InputError, nearest
 from evolvent.kernels.coordinate import REACHED
 from evolvent.parts.base import Reference
+from evolvent_base.errors import InputError, nearest
 
 ReleaseName = Annotated[str, Reference(what="an event, or a spring with a latch")]
 

@@ -11,14 +11,14 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Section, marks, shown
-from evolvent.base.units.orientation import product, quaternion_about
-from evolvent.elements.dense import norm
 from evolvent.kernels.rotations import rotation_from_quaternion
 from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Part, Reference
+from evolvent_base import units
+from evolvent_base.dense import norm
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Section, marks, shown
+from evolvent_base.units.orientation import product, quaternion_about
 
 #: Key of a part that is repeated.
 KEY = "repeat"

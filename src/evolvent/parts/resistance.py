@@ -11,9 +11,6 @@ import numpy as np
 from pydantic import BeforeValidator
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import tables, units
-from evolvent.base.errors import InputError
-from evolvent.base.file_keys import FileKey
 from evolvent.kernels import resistance as kernels
 from evolvent.kernels.bristle import DAHL, SLIP
 from evolvent.parts import hysteresis, table_file
@@ -23,6 +20,9 @@ from evolvent.parts.checks import check_units
 from evolvent.parts.find_coordinate import find_coordinate
 from evolvent.parts.joint_coordinate import PRESLIDING
 from evolvent.parts.profile import table_rows
+from evolvent_base import tables, units
+from evolvent_base.errors import InputError
+from evolvent_base.file_keys import FileKey
 
 Array = np.ndarray
 

@@ -11,9 +11,6 @@ from pydantic_core import PydanticCustomError
 from evolvent.assembly.assembled import Pose
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location, is_name, split_reference
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import dot, product
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
 from evolvent.parts.applies import Applies, given, left_out, one_of
@@ -22,6 +19,9 @@ from evolvent.parts.beam import node_rate
 from evolvent.parts.drive import FreeSpool, LineDrive, RampDrive
 from evolvent.parts.joint import Joint
 from evolvent.parts.shapes import AnyShape
+from evolvent_base import units
+from evolvent_base.dense import dot, product
+from evolvent_base.errors import InputError
 
 MOTIONS = {"driven": rigid.DRIVEN, "spin": rigid.SPIN, "free": rigid.FREE}
 

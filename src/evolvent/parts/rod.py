@@ -9,11 +9,7 @@ import numpy as np
 
 from evolvent.assembly.assembled import Pose
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Section
 from evolvent.elements import OWN_INERTIA, rods
-from evolvent.elements.dense import product
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import MaterialOrName, RodSection, SectionStiffness, TapeSection
 from evolvent.elements.shapes import CrossSection, Strip
@@ -25,6 +21,10 @@ from evolvent.parts.beam import _across
 from evolvent.parts.curve import AnyCurve, check_curve, stress_free
 from evolvent.parts.drive import FreeSpool, LineDrive
 from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, halved, node_arc
+from evolvent_base import units
+from evolvent_base.dense import product
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Section
 
 #: Largest angle between the ends of an element at the start, degrees.
 LARGEST_TURN = 90.0

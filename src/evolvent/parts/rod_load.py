@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base.errors import InputError
 from evolvent.kernels import loads as kernels, springs
 from evolvent.parts.expression import write_law
 from evolvent.parts.load_window import FRAMES, window
 from evolvent.parts.profile import write_profile
+from evolvent_base.errors import InputError
 
 
 def is_rod(builder: Builder, name: str) -> bool:

@@ -10,14 +10,14 @@ from pydantic import model_validator
 
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import dot, norm, product
 from evolvent.kernels import ancf_beams, axial
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
 from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import BodyName, JointName, PointReference, unit
 from evolvent.parts.joint_coordinate import COORDINATE_APPLIES, CoordinateSpring, Ends
+from evolvent_base import units
+from evolvent_base.dense import dot, norm, product
+from evolvent_base.errors import InputError
 
 #: What the angle at the start may be off the one that `zero` gives, rad.
 _LEAST_OFF = 1e-6

@@ -8,11 +8,11 @@ from typing import Annotated, Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError, counted
-from evolvent.elements.dense import dot, product
 from evolvent.parts.base import BeamName, BodyName, unit
 from evolvent.parts.contact import Contact
+from evolvent_base import units
+from evolvent_base.dense import dot, product
+from evolvent_base.errors import InputError, counted
 
 _THICKNESS = units.Quantity(what="a length", unit="m", example="0.3 mm", above=0.0)
 

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import numpy as np
 
-from evolvent.base import units
-from evolvent.base.schema import OneOf, Section
 from evolvent.parts.base import unit
+from evolvent_base import units
+from evolvent_base.schema import OneOf, Section
 
 __all__ = ["Box", "Capsule", "Cylinder", "Plane", "Sphere"]
 

@@ -7,13 +7,13 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import norm
 from evolvent.kernels import springs
 from evolvent.parts.applies import OF_LAW, Applies, given, left_out
 from evolvent.parts.base import Part, PointReference, unit
 from evolvent.parts.law import Constants, Parameters, SpringLaw, refuse_without_law, write_law
+from evolvent_base import units
+from evolvent_base.dense import norm
+from evolvent_base.errors import InputError
 
 
 class Spring(Part):

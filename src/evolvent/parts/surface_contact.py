@@ -8,12 +8,12 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
 from evolvent.kernels import contact_laws, surfaces
 from evolvent.parts.base import BeamNames, BodyName, unit
 from evolvent.parts.body_contact import NO_NORMAL, Surface, add_body_contacts
 from evolvent.parts.contact import Contact
+from evolvent_base import units
+from evolvent_base.errors import InputError
 
 #: Default of `sliding_damping`. Vibration of cables that slide round drums, else undamped, grows by 3 1/s at most
 #: with it, and by 480 to 930 1/s without.

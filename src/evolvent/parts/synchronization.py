@@ -6,11 +6,11 @@ import itertools
 from typing import Literal
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
 from evolvent.parts.base import CoordinateNames, Part
 from evolvent.parts.checks import check_units
 from evolvent.parts.find_coordinate import find_coordinate
+from evolvent_base import units
+from evolvent_base.errors import InputError
 
 
 class Synchronization(Part):

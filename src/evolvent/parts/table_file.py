@@ -7,9 +7,9 @@ import contextlib
 import numpy as np
 from pydantic_core import PydanticCustomError
 
-from evolvent.base import safe_open, tables
-from evolvent.base.errors import InputError
-from evolvent.base.units import UnitError, file_unit
+from evolvent_base import safe_open, tables
+from evolvent_base.errors import InputError
+from evolvent_base.units import UnitError, file_unit
 
 #: What the two columns hold, and its units.
 _COLUMNS = {"an angle or a travel": ("rad", "m"), "a torque or a force": ("N m", "N")}

@@ -9,13 +9,13 @@ import numpy as np
 from pydantic import BeforeValidator
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import legendre, product
 from evolvent.elements.sections import TapeSection
 from evolvent.model.family import families
 from evolvent.parts.base import BeamName, Part
 from evolvent.parts.profile import GradientProfile, TemperatureProfile, write_profile
+from evolvent_base import units
+from evolvent_base.dense import legendre, product
+from evolvent_base.errors import InputError
 
 #: Formulations of beams that a temperature strains.
 HEATED = ("assumed_strain", "elastic_line", "cable", "cable_stretch")

@@ -9,9 +9,6 @@ import numpy as np
 
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location
-from evolvent.base import units
-from evolvent.base.errors import InputError, nearest
-from evolvent.elements.dense import norm, product
 from evolvent.kernels import rigid, springs, thread as kernels
 from evolvent.kernels.drive import LEAST_OUT
 from evolvent.parts.applies import Applies, left_out, one_of
@@ -19,6 +16,9 @@ from evolvent.parts.base import Part, PointReference, ReelName, unit
 from evolvent.parts.drive import FreeSpool, RampDrive
 from evolvent.parts.feedback import FeedbackDrive
 from evolvent.parts.reel import Reel
+from evolvent_base import units
+from evolvent_base.dense import norm, product
+from evolvent_base.errors import InputError, nearest
 
 #: Of a thread whose end is fixed, at the start.
 LARGEST_STRAIN = 0.1

@@ -8,10 +8,10 @@ import numpy as np
 
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import split_reference
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import norm, product
 from evolvent.kernels import springs
 from evolvent.parts.thread import Thread
+from evolvent_base.dense import norm, product
+from evolvent_base.errors import InputError
 
 #: Distance of two points that are joined, beside the size of their coordinates.
 _LEAST_OFF = 1e-6

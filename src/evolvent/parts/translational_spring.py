@@ -7,14 +7,14 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import product
 from evolvent.kernels import axial
 from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
 from evolvent.parts.applies import Applies, given
 from evolvent.parts.base import BodyName, JointName, PointReference
 from evolvent.parts.joint_coordinate import COORDINATE_APPLIES, CoordinateSpring
+from evolvent_base import units
+from evolvent_base.dense import product
+from evolvent_base.errors import InputError
 
 
 class TranslationalSpring(CoordinateSpring):

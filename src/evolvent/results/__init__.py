@@ -19,12 +19,12 @@ import numpy as np
 import xarray as xr
 
 from evolvent import __version__, cases
-from evolvent.base import safe_open
-from evolvent.base.errors import HIDDEN, InputError
-from evolvent.base.files import _named, write_file
 from evolvent.results import netcdf
-from evolvent.results.figures import Number, numbers_of
 from evolvent.results.fine_samples import MARK
+from evolvent_base import safe_open
+from evolvent_base.errors import HIDDEN, InputError
+from evolvent_base.figures import Number, numbers_of
+from evolvent_base.files import _named, write_file
 
 #: How a run can end.
 STATUSES = ("success", "stopped by event", "interrupted", "failed")

@@ -7,7 +7,7 @@ from collections.abc import Collection
 
 import xarray as xr
 
-from evolvent.base.errors import InputError, nearest
+from evolvent_base.errors import InputError, nearest
 
 _DEG, _RPM = 180.0 / math.pi, 30.0 / math.pi
 _OF_DEGREES = {"rad": (_DEG, "deg"), "rad s-1": (_DEG, "deg s-1"), "rad s-2": (_DEG, "deg s-2")}

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from evolvent.base.units import unit_text
 from evolvent.model.family import events
 from evolvent.model.layout import LATCHED as LATCHED
 from evolvent.results import variables
 from evolvent.solvers.solution import Solution
+from evolvent_base.units import unit_text
 
 #: Attribute of a run with its events: columns of a table in JSON.
 EVENTS = "events"

@@ -15,8 +15,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from evolvent.base import units
-from evolvent.base.errors import InputError, nearest
 from evolvent.model.family import families
 from evolvent.parts.base import Part
 from evolvent.results import variables
@@ -25,6 +23,8 @@ from evolvent.results.observe.symbols import add_symbols
 from evolvent.results.observe.variables import AXES, Observed
 from evolvent.results.observe.view import View
 from evolvent.results.tree import OF_A_SAMPLE, balances_of
+from evolvent_base import units
+from evolvent_base.errors import InputError, nearest
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly

@@ -11,8 +11,8 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from evolvent.base.units import unit_text
 from evolvent.results.solids import Solid
+from evolvent_base.units import unit_text
 
 Array = np.ndarray
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from evolvent import results
-from evolvent.base.errors import InputError
 from evolvent.results import variables
+from evolvent_base.errors import InputError
 
 
 def columns(name: str, wanted: Iterable[str]) -> list[tuple[str, np.ndarray, str, str]]:

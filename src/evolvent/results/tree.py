@@ -19,12 +19,12 @@ import numpy as np
 import xarray as xr
 
 from evolvent import results
-from evolvent.base.units import units_as_written
 from evolvent.results import display
 from evolvent.results.observe import has_results, observe
 from evolvent.results.observe.variables import AXES
 from evolvent.solvers import balance as eb
 from evolvent.solvers.solution import Solution
+from evolvent_base.units import units_as_written
 
 #: Energies and work of the root, each with its field in the balance; their names are in `references.OF_THE_RUN` too.
 _ENERGIES = {

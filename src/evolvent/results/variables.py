@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 
 from evolvent.assembly.references import FROM_TIP
-from evolvent.base.errors import InputError, nearest
 from evolvent.results.observe.variables import Variable
+from evolvent_base.errors import InputError, nearest
 
 _NAME = re.compile(
     r"(?P<part>[^.\[\]]+)(?:\[(?P<node>\d+)\]|\.(?P<end>root|tip)(?=\.))?"

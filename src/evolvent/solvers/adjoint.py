@@ -17,7 +17,6 @@ from numba import config
 
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual
 from evolvent.kernels.blocks import displace
 from evolvent.kernels.sparse import INNER
@@ -33,6 +32,7 @@ from evolvent.solvers.messages import reason
 from evolvent.solvers.patches import Patch, Sides
 from evolvent.solvers.steps_beside import TOGETHER, step_beside, take_step
 from evolvent.solvers.tape import FULL, KIND, LANDS, LATCH, SEARCHES, SHIFTED, STEPS, TIMED, Linear, Tape
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 #: Steps of a tape, and bytes of all at most.

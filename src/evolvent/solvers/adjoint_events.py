@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual
 from evolvent.kernels.blocks import displace
 from evolvent.solvers import implicit_loop, tape as tapes
@@ -37,6 +36,7 @@ from evolvent.solvers.steps_beside import (
     step_beside,
     take_step,
 )
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 #: Changes of states, of the size of the unknowns, to both sides, and to one side, with the same error; of rates and

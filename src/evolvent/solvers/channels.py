@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError, nearest
 from evolvent.model.questions import LinearizedPoint
 from evolvent.solvers.positions import find_moving
+from evolvent_base.errors import InputError, nearest
 
 Array = np.ndarray
 

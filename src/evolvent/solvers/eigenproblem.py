@@ -11,9 +11,9 @@ import scipy.linalg
 import scipy.sparse as sparse
 from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, eigsh, splu
 
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import facing
 from evolvent.solvers.subspaces import all_of, orthonormal, regular_shift
+from evolvent_base.dense import facing
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from evolvent.assembly import families, needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError, nearest
 from evolvent.kernels import thread
 from evolvent.model import family
 from evolvent.parts.checks import positive
@@ -22,6 +21,7 @@ from evolvent.solvers.implicit_setup import check_redundancy, check_start
 from evolvent.solvers.laws import refusing_laws, try_laws
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.stability import Mode, energy_change, fastest_mode, stability_limit
+from evolvent_base.errors import InputError, nearest
 
 __all__ = ["METHODS", "Plan", "cache_name", "choose_step", "plan", "sample_times", "solve", "stable_step"]
 

@@ -17,11 +17,11 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.checks import redundant_part
 from evolvent.assembly.constraints import constraint_families
-from evolvent.base.errors import InputError
 from evolvent.flow.fixed_lengths import write_directions, write_positions
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import joint, rigid, sides, thread
 from evolvent.solvers import payout
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 

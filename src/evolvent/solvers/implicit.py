@@ -10,7 +10,6 @@ import numpy as np
 
 from evolvent.assembly import families, needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.kernels import rigid, thread
 from evolvent.kernels.sparse import SparseBlocks
@@ -37,6 +36,7 @@ from evolvent.solvers.implicit_state import OPTIONS, Workspace
 from evolvent.solvers.laws import has_means, refusing_laws, try_laws
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.step_error import LEAST_NEWTON, LEFT_SHARE, rate_tolerance
+from evolvent_base.errors import InputError
 
 __all__ = ["ENERGY_MOMENTUM", "METHODS", "NAME", "Plan", "Run", "matrix_of", "plan", "rows_of_part", "solve_implicit"]
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual, tangent
 from evolvent.kernels import joint
 from evolvent.kernels.sparse import INNER, SparseBlocks
@@ -27,6 +26,7 @@ from evolvent.solvers.pace import Stall
 from evolvent.solvers.releases import Releases, write_accounts
 from evolvent.solvers.sampled import Sampled
 from evolvent.solvers.solution import Solution, first_latch
+from evolvent_base.errors import InputError
 
 #: Inner unknowns, summed over steps, after which turns that have come to lie on one another are coupled directly.
 MOST_INNER = 20

@@ -13,7 +13,6 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.blocks import owners
 from evolvent.assembly.checks import redundant_part
 from evolvent.assembly.families import owner
-from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import measure_constraints
 from evolvent.kernels import joint, rigid
@@ -29,6 +28,7 @@ from evolvent.solvers.implicit_state import LOOP, Workspace
 from evolvent.solvers.laws import largest_works
 from evolvent.solvers.releases import release_times
 from evolvent.solvers.sampled import empty
+from evolvent_base.errors import InputError
 
 #: Redundant rows of joints that can be named.
 MOST_REDUNDANT = 64

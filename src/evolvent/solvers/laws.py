@@ -13,12 +13,12 @@ import numpy as np
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
-from evolvent.base.errors import EvolventError, InputError
 from evolvent.compiled import laws
 from evolvent.flow.impulse import prepare
 from evolvent.model import Model
 from evolvent.model.family import families
 from evolvent.model.questions import EVENT, Law, Moment
+from evolvent_base.errors import EvolventError, InputError
 
 Array = np.ndarray
 

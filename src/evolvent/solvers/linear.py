@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError, nearest
 from evolvent.model.questions import LinearizedPoint
 from evolvent.solvers import reduction
 from evolvent.solvers.channels import INPUTS, OUTPUTS, Channel, Quantity, channels
@@ -22,6 +21,7 @@ from evolvent.solvers.positions import linearized_points
 from evolvent.solvers.reduction import Basis, Structure
 from evolvent.solvers.resolution import Naming
 from evolvent.solvers.solution import Solution
+from evolvent_base.errors import InputError, nearest
 
 if TYPE_CHECKING:
     import control

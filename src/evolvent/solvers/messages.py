@@ -9,7 +9,6 @@ import numpy as np
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.blocks import owner_of
 from evolvent.assembly.families import owner
-from evolvent.base.errors import InputError
 from evolvent.kernels.blocks import POSITION, block_at, indices
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.model.family import asked
@@ -19,6 +18,7 @@ from evolvent.solvers.laws import broken_law, large_law, states_energy, what_may
 from evolvent.solvers.lines import without_normal
 from evolvent.solvers.pace import Stall
 from evolvent.solvers.rod_messages import bending_hint
+from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     from evolvent.solvers import explicit_run

@@ -14,7 +14,6 @@ import scipy.sparse as sparse
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import bodies_of
 from evolvent.assembly.references import split_reference
-from evolvent.base.errors import InputError
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.blocks import displace
 from evolvent.model.questions import LinearizedPoint
@@ -24,6 +23,7 @@ from evolvent.solvers.limits import limitation_of
 from evolvent.solvers.positions import find_moving, linearized_points, moving, rigid_motions
 from evolvent.solvers.solution import Solution
 from evolvent.solvers.subspaces import constrained
+from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr

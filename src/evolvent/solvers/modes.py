@@ -11,7 +11,6 @@ import scipy.sparse as sparse
 
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import EvolventError, InputError, RunFailed
 from evolvent.kernels import fields
 from evolvent.kernels.blocks import ROTATION, indices
 from evolvent.model import family
@@ -27,6 +26,7 @@ from evolvent.solvers.static import solve_static
 from evolvent.solvers.static_work import Work, refuse_thread_mass
 from evolvent.solvers.still_threads import freeze_spools
 from evolvent.solvers.subspaces import along_axes
+from evolvent_base.errors import EvolventError, InputError, RunFailed
 
 Array = np.ndarray
 #: Part of the stiffness of a body against rotation that counts about its other axes where round-off is judged.

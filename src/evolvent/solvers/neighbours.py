@@ -11,7 +11,6 @@ from numba import config
 
 from evolvent.assembly import needs
 from evolvent.assembly.families import owner
-from evolvent.base.errors import InputError
 from evolvent.solvers import run as runs
 from evolvent.solvers.implicit_method import METHODS
 from evolvent.solvers.implicit_run import Run
@@ -32,6 +31,7 @@ from evolvent.solvers.steps_beside import (
     UNLIKE,
     advance_beside,
 )
+from evolvent_base.errors import InputError
 
 #: Steps between two looks at a run.
 BUDGET_OF_SLICE = 200

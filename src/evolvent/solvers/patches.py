@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import Struct
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 

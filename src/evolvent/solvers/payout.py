@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError
 from evolvent.kernels.drive import FREE, LEAST_OUT, drive_angles
 from evolvent.kernels.thread import MOVING
 from evolvent.model import Model
+from evolvent_base.errors import InputError
 
 #: Times at which a drive is evaluated over a run.
 _TIMES = 2001

@@ -9,10 +9,10 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sparse
 
-from evolvent.base.errors import InputError
 from evolvent.solvers.eigenproblem import Problem
 from evolvent.solvers.resolution import Naming
 from evolvent.solvers.subspaces import constrained
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 

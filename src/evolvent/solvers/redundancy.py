@@ -18,7 +18,6 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
-from evolvent.base.errors import InputError
 from evolvent.flow.implicit import residual, tangent
 from evolvent.kernels import joint, sides, sparse_lu
 from evolvent.kernels.sparse import LOST, SparseBlocks
@@ -26,6 +25,7 @@ from evolvent.model.powers import N_POWERS
 from evolvent.solvers import ordering
 from evolvent.solvers.implicit_setup import length_of
 from evolvent.solvers.messages import redundant
+from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     import scipy.sparse as sparse

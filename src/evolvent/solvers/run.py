@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
 from evolvent.compiled import codecache
 from evolvent.solvers.laws import law_failure
 from evolvent.solvers.lines import passages
 from evolvent.solvers.pace import Pace
 from evolvent.solvers.solution import Solution
+from evolvent_base.errors import InputError
 
 _SLICE = 0.15  # s of wall time between two looks at a running loop
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError
 from evolvent.compiled import codecache
 from evolvent.model import family
 from evolvent.model.family import asked
@@ -22,6 +21,7 @@ from evolvent.solvers.solution import Solution
 from evolvent.solvers.static_search import FIRST_STEP, Search
 from evolvent.solvers.static_work import Work, spin_of
 from evolvent.solvers.still_threads import at_time
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 

@@ -15,7 +15,6 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.blocks import of_part, owners
 from evolvent.assembly.families import bodies_of, has_symmetric_stiffness, owner
-from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import residual, tangent
 from evolvent.flow.kept_fields import write_forces
@@ -29,6 +28,7 @@ from evolvent.solvers import equilibrium as eq, ordering, redundancy
 from evolvent.solvers.implicit_setup import matrix_of, sizes
 from evolvent.solvers.steady_turn import check_turn
 from evolvent.solvers.still_threads import end_ramps, freeze_spools, stand_still
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 

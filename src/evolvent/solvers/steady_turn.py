@@ -15,9 +15,9 @@ import numpy as np
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.ends import ends_of
 from evolvent.assembly.families import owner
-from evolvent.base.errors import InputError
 from evolvent.kernels import rigid
 from evolvent.model.family import Family, families
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 #: Types of joints that hold what they join against any turn.

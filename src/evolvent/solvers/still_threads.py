@@ -9,13 +9,13 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError
 from evolvent.kernels import rigid, springs, thread
 from evolvent.kernels.blocks import idle, indices
 from evolvent.kernels.drive import FREE, RAMPS, drive
 from evolvent.model.family import asked
 from evolvent.solvers import payout
 from evolvent.solvers.fixed_lengths import hold_segments
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 

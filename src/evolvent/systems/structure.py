@@ -9,10 +9,10 @@ from pydantic import Field
 
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.analysis.margins.keys import Margin
-from evolvent.base import units
-from evolvent.base.schema import Section
 from evolvent.parts.registry import PartsByName
 from evolvent.solvers import explicit_methods, implicit_method
+from evolvent_base import units
+from evolvent_base.schema import Section
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System

@@ -18,13 +18,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.base.errors import InputError
-from evolvent.base.files import write_file
 from evolvent.results import unfinished
 from evolvent.results.motion import Frame, Line, Motion, name_and_unit, turns_between
 from evolvent.results.solids import SECTORS, Solid
-from evolvent.view import pages
 from evolvent.view.views import views
+from evolvent_base import pages
+from evolvent_base.errors import InputError
+from evolvent_base.files import write_file
 
 if TYPE_CHECKING:
     from markupsafe import Markup

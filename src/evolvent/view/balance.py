@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 
 from evolvent.results import variables
-from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of, stacked
 from evolvent.results.motion import quantity
+from evolvent_base.figures import Figure, Line, Number, Panel, numbers_of, stacked
 
 #: Units of energy in figures: largest energy above which one is taken (J), its factor and name.
 _ENERGY_UNITS = ((0.1, 1.0, "J"), (1e-4, 1e3, "mJ"), (0.0, 1e6, "µJ"))

@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from evolvent.base.errors import counted
-from evolvent.results.figures import Figure
-from evolvent.view import pages
+from evolvent_base import pages
+from evolvent_base.errors import counted
+from evolvent_base.figures import Figure
 
 #: Rows of a table in a notebook, at most.
 MOST = 12
@@ -35,7 +35,7 @@ def summary(
     warnings, notes : sentences above and below the tables
     figures : drawn below them, small
     """
-    from evolvent.view import plots
+    from evolvent_base import plots
 
     left = len(rows) - 1 - MOST
     more = [f"{counted(left, 'more row')}"] if left > 0 else []

@@ -11,12 +11,12 @@ import numpy as np
 import xarray as xr
 
 from evolvent import results
-from evolvent.base.errors import InputError
-from evolvent.base.units import unit_text
 from evolvent.results import display, happened, variables
-from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of, stacked
 from evolvent.results.motion import prefixed_unit, quantity
 from evolvent.view import balance
+from evolvent_base.errors import InputError
+from evolvent_base.figures import Figure, Line, Number, Panel, numbers_of, stacked
+from evolvent_base.units import unit_text
 
 if TYPE_CHECKING:
     from evolvent.results.motion import Motion

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 import xarray as xr
 
-from evolvent.base.units import unit_text
 from evolvent.results import display, variables
-from evolvent.results.figures import Figure, Line, Number, Panel
 from evolvent.results.motion import conjugate, product, quantity, rotation_vectors
 from evolvent.view import balance, show
+from evolvent_base.figures import Figure, Line, Number, Panel
+from evolvent_base.units import unit_text
 
 #: Share of the range of a curve within which it no longer changes, and of the run at which the page ends at most.
 _STILL, _CUT = 0.01, 0.6

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from evolvent.analysis.stepping import ResultAddress, Stepper
-from evolvent.base.errors import InputError, nearest
 from evolvent.results.motion import turned
+from evolvent_base.errors import InputError, nearest
 
 try:
     from Basilisk.architecture import messaging, sysModel

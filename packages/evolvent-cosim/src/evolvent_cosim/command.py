@@ -6,9 +6,9 @@ import os
 
 import click
 
-from evolvent.base import files, options as shared
-from evolvent.base.console import echo, once
-from evolvent.base.errors import InputError
+from evolvent_base import files, options as shared
+from evolvent_base.console import echo, once
+from evolvent_base.errors import InputError
 
 
 @click.command()

@@ -14,7 +14,7 @@ import pytest
 
 import evolvent
 from evolvent import Stepper, System, parts
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 
 FILE = pathlib.Path(evolvent.__file__).parent / "exports" / "basilisk.py"
 HAS = importlib.util.find_spec("Basilisk") is not None

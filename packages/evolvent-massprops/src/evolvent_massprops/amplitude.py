@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.identification import identify
 from evolvent_massprops.inertia.mounted import turned, whole
 from evolvent_massprops.inertia.problem import mac, matching

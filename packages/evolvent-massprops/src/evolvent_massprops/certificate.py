@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import scipy.stats
 
-from evolvent.base import __version__, texts
-from evolvent.base.errors import InputError
-from evolvent.base.files import write_file
-from evolvent.view import pages
+from evolvent_base import __version__, pages, texts
+from evolvent_base.errors import InputError
+from evolvent_base.files import write_file
 from evolvent_massprops import pictures
 from evolvent_massprops.description import OnSprings
 from evolvent_massprops.estimates import Evaluation, MassProperties

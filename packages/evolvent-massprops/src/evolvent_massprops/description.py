@@ -9,11 +9,11 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, ValidationError, model_validator
 
-from evolvent.base import packages, safe_open, schema, units
-from evolvent.base.errors import InputError, nearest
-from evolvent.base.overrides import copied, override
-from evolvent.base.schema import Section
-from evolvent.base.texts import parse_yaml
+from evolvent_base import packages, safe_open, schema, units
+from evolvent_base.errors import InputError, nearest
+from evolvent_base.overrides import copied, override
+from evolvent_base.schema import Section
+from evolvent_base.texts import parse_yaml
 from evolvent_massprops import uncertain
 from evolvent_massprops.keys import ColumnKey, DirectionKey, PointKey, TextKey
 from evolvent_massprops.mounting_keys import Air, Mounting, SpringTare, refuse_massless

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base.signals import Signals
+from evolvent_base.signals import Signals
 from evolvent_massprops.description import Description, OnSprings
 from evolvent_massprops.inertia import Candidate
 from evolvent_massprops.modal import Modal

@@ -8,9 +8,9 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Section
+from evolvent_base import units
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Section
 from evolvent_massprops.inertia import Load, NormalModes, best_point, coordinates, displaced, least_energy
 
 SpringNumber = Annotated[int, units.Whole(least=1, most=10_000)]

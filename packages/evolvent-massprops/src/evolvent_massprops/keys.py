@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from pydantic_core import PydanticCustomError
 
-from evolvent.base.schema import Annotation
+from evolvent_base.schema import Annotation
 from evolvent_massprops import uncertain
 from evolvent_massprops.uncertain import Uncertain
 

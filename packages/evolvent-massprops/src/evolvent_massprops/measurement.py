@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import scipy.stats
 
-from evolvent.base import progress, signals as files
-from evolvent.base.errors import InputError
+from evolvent_base import progress, signals as files
+from evolvent_base.errors import InputError
 from evolvent_massprops import modal, pendulum, springs, springs_combined, springs_search
 from evolvent_massprops.description import Description, OnSprings, Signalling, for_recording, load, without_stand
 from evolvent_massprops.estimates import Evaluation, MassProperties, Share

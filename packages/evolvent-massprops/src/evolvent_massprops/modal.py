@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base import units
-from evolvent.base.errors import InputError
+from evolvent_base import units
+from evolvent_base.errors import InputError
 from evolvent_massprops.description import Pendulum, Signalling
 from evolvent_massprops.identification import Modes, identify
 from evolvent_massprops.identification.clipping import clipped

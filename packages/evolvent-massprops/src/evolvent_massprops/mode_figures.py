@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evolvent.base.signals.times import read_times
-from evolvent.results.figures import Figure, Line, Panel, spectrum, stacked
+from evolvent_base.figures import Figure, Line, Panel, spectrum, stacked
+from evolvent_base.signals.times import read_times
 from evolvent_massprops.identification import Modes
 
 if TYPE_CHECKING:

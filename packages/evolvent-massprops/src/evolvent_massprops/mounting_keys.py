@@ -11,9 +11,9 @@ import numpy as np
 from pydantic import Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.base.schema import OneOf, Section
+from evolvent_base import units
+from evolvent_base.errors import InputError
+from evolvent_base.schema import OneOf, Section
 from evolvent_massprops import uncertain
 from evolvent_massprops.inertia import air
 from evolvent_massprops.inertia.stand import inertia_defect

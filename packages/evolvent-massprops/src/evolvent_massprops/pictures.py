@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.results.figures import WIDTH, axis_label
-from evolvent.view import pages
-from evolvent.view.plots import content
-from evolvent.view.style import PALETTE, STYLE
+from evolvent_base import pages
+from evolvent_base.figures import WIDTH, axis_label
+from evolvent_base.plots import content
+from evolvent_base.style import PALETTE, STYLE
 from evolvent_massprops.estimates import Evaluation, MassProperties
 from evolvent_massprops.identification.signals import power, read_signal
 from evolvent_massprops.modal import Modal

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.base.signals import Signals, timebase
-from evolvent.base.signals.times import check_rate, read_times
-from evolvent.base.tables import mark_of_missing
+from evolvent_base import units
+from evolvent_base.errors import InputError
+from evolvent_base.signals import Signals, timebase
+from evolvent_base.signals.times import check_rate, read_times
+from evolvent_base.tables import mark_of_missing
 from evolvent_massprops import description as schema
 from evolvent_massprops.uncertain import parts_of
 

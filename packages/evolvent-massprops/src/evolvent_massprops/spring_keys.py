@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Section
+from evolvent_base import units
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Section
 from evolvent_massprops import uncertain
 from evolvent_massprops.excitation_keys import Excitation
 from evolvent_massprops.mounting_keys import TurnsKey

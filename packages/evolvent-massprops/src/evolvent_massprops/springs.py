@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops import amplitude, mode_selection
 from evolvent_massprops.description import OnSprings
 from evolvent_massprops.estimates import Evaluation, Output

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.stats
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops import amplitude, mode_selection
 from evolvent_massprops.description import NO_UNKNOWN, OnSprings
 from evolvent_massprops.estimates import Evaluation, Output, Share

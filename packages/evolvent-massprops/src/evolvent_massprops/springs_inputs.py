@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.description import OnSprings
 from evolvent_massprops.inertia import Body, Stand
 from evolvent_massprops.inertia.stand import Mounting, inertia_defect

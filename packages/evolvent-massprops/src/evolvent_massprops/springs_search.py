@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops import mounting_keys
 from evolvent_massprops.description import OnSprings
 from evolvent_massprops.inertia import Inertia

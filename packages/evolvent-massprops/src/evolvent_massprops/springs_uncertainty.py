@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base import progress
-from evolvent.base.errors import InputError
+from evolvent_base import progress
+from evolvent_base.errors import InputError
 from evolvent_massprops import amplitude
 from evolvent_massprops.estimates import Share
 from evolvent_massprops.inertia.combined import Combined

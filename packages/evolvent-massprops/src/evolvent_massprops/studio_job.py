@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base import progress
+from evolvent_base import progress
 from evolvent_massprops import certificate, description
 from evolvent_massprops.measurement import mass_properties
 from evolvent_massprops.rounding import rounded

@@ -15,10 +15,10 @@ import numpy as np
 import yaml
 from nicegui import events, ui
 
-from evolvent.base import file_keys, signals, units
-from evolvent.base.errors import EvolventError, InputError
-from evolvent.base.signals import timebase
-from evolvent.results.figures import Figure, Line, Panel
+from evolvent_base import file_keys, signals, units
+from evolvent_base.errors import EvolventError, InputError
+from evolvent_base.figures import Figure, Line, Panel
+from evolvent_base.signals import timebase
 from evolvent_massprops import description
 from evolvent_studio import charts, form
 from evolvent_studio.context import Context, Panel as StudioPanel

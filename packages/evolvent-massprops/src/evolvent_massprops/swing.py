@@ -17,7 +17,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from evolvent.base import packages
+from evolvent_base import packages
 
 if "evolvent" in packages.folders():
     from numba import types

@@ -11,8 +11,8 @@ from typing import Annotated, Any
 from pydantic import GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError
 
-from evolvent.base import units
-from evolvent.base.schema import Annotation
+from evolvent_base import units
+from evolvent_base.schema import Annotation
 
 _BETWEEN = re.compile(r"\+-|\+/-|±")
 _UNKNOWN = re.compile(r"unknown(?:\s+near\s+(?P<near>.+))?", re.DOTALL)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from book import Book
-from evolvent.base.errors import InputError
-from evolvent.base.signals import Signals
+from evolvent_base.errors import InputError
+from evolvent_base.signals import Signals
 from evolvent_massprops import mass_properties, planning
 from evolvent_massprops.inertia import Body, Stand, linear_model
 from evolvent_massprops.planning import calibration

@@ -13,9 +13,9 @@ import yaml
 from click.testing import CliRunner
 
 from book import Book
-from evolvent.base.cli import commands
-from evolvent.base.errors import InputError
-from evolvent.base.signals import Signals
+from evolvent_base.cli import commands
+from evolvent_base.errors import InputError
+from evolvent_base.signals import Signals
 from evolvent_massprops import mass_properties
 from evolvent_massprops.description import for_recording, load
 from evolvent_massprops.inertia import Body, Stand, air, linear_model

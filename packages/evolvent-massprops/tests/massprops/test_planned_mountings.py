@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from book import Book
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops import mass_properties, planning
 from evolvent_massprops.planning.expected import reading_of, task_of, with_noise
 from evolvent_massprops.planning.predictions import predicted

@@ -12,8 +12,8 @@ import pytest
 from click.testing import CliRunner
 
 from book import Book
-from evolvent.base.cli import commands
-from evolvent.base.errors import InputError
+from evolvent_base.cli import commands
+from evolvent_base.errors import InputError
 from evolvent_massprops import planning
 from evolvent_massprops.planning.expected import task_of
 from evolvent_massprops.planning.predictions import predicted

@@ -12,8 +12,8 @@ import pytest
 from click.testing import CliRunner
 
 from evolvent import EvolventError, InputError
-from evolvent.base import cli, signals
-from evolvent.base.signals import Signals
+from evolvent_base import cli, signals
+from evolvent_base.signals import Signals
 from evolvent_massprops import description as schema, json_schema, load, mass_properties, recordings, write
 from evolvent_massprops.commands.identify import identify
 from evolvent_massprops.inertia import Body, linear_model

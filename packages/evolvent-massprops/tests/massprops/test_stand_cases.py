@@ -12,8 +12,8 @@ from click.testing import CliRunner
 
 import evolvent
 from evolvent import cases
-from evolvent.base.cli import commands
-from evolvent.base.errors import InputError
+from evolvent_base.cli import commands
+from evolvent_base.errors import InputError
 from evolvent_massprops import load, mass_properties, planning
 from evolvent_massprops.description import OnSprings
 from massprops import rig
@@ -73,7 +73,7 @@ def test_air_of_a_case_is_that_of_its_run() -> None:
 def test_identify_takes_the_case_of_the_run() -> None:
     run = evolvent.run("inertia-stand", OFFSET | {"sensors.noise": "0.05 mm"})
     names = tuple(f"sensor {k}" for k in (1, 2, 3, 4))
-    from evolvent.base.signals import Signals
+    from evolvent_base.signals import Signals
 
     signals = Signals.of(names, run.sensor_displacement.values, ("m",) * 4, 50.0, path="a", sha256="a")
     found = mass_properties(signals, "inertia-stand", OFFSET)

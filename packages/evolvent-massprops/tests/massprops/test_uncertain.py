@@ -7,7 +7,7 @@ import math
 import pytest
 from pydantic_core import PydanticCustomError
 
-from evolvent.base import units
+from evolvent_base import units
 from evolvent_massprops.rounding import rounded, shown
 from evolvent_massprops.uncertain import Measured, Uncertain
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from evolvent import InputError
-from evolvent.base.signals.times import instead_of, read_times
+from evolvent_base.signals.times import instead_of, read_times
 from evolvent_massprops import mass_properties, vibration
 from evolvent_massprops.identification import identify
 from evolvent_massprops.identification.signals import exponentials, read_signal

@@ -13,8 +13,8 @@ import pytest
 
 import evolvent
 from evolvent import InputError, System, parts
-from evolvent.base import signals
-from evolvent.base.signals import Signals
+from evolvent_base import signals
+from evolvent_base.signals import Signals
 from evolvent_massprops import description, modal, recordings, vibration
 from evolvent_massprops.identification.decay_laws import DECAY
 from massprops import rig
@@ -122,8 +122,8 @@ def test_sensors_of_a_description_name_variables_of_a_run(run: pathlib.Path) -> 
 
 
 def test_units_of_results_are_read(run: pathlib.Path) -> None:
-    from evolvent.base.units import parse
     from evolvent.results.sensors import _plain_unit
+    from evolvent_base.units import parse
 
     for unit, plain in {"kg m2 s-1": "kg*m^2/s", "rad s-1": "rad/s", "m s-2": "m/s^2", "s-1": "1/s", "N": "N"}.items():
         assert _plain_unit(unit) == plain

@@ -9,7 +9,7 @@ import pytest
 
 import evolvent
 from evolvent import cases
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.inertia import (
     Body,
     Load,

@@ -429,7 +429,7 @@ def test_a_step_above_the_limit_never_succeeds(method, monkeypatch):
 @pytest.mark.slow
 def test_figures_motion_and_numbers_come_from_a_saved_run(tmp_path):
     from evolvent import results
-    from evolvent.view import plots
+    from evolvent_base import plots
 
     path = tmp_path / "run.nc"
     results.save(run(**QUICK), path)

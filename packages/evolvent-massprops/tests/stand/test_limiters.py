@@ -10,7 +10,7 @@ import pytest
 
 import evolvent
 from book import Book
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 
 CHAPTER = "Inertia stand and identification"
 MASS, STIFFNESS = 150.0, 8e4

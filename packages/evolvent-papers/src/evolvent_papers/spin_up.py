@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases, closed_forms
-from evolvent.base.errors import InputError, RunFailed
-from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent_base.errors import InputError, RunFailed
+from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_papers import links
 from evolvent_papers.heliogyro import straight
 

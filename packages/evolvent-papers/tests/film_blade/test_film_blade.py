@@ -9,7 +9,7 @@ import pytest
 
 import evolvent as ev
 from evolvent import cases, closed_forms
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_papers import film_blade
 from evolvent_papers.film_blade.show import study_figures
 

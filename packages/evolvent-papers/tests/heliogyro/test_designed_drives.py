@@ -15,8 +15,8 @@ from click.testing import CliRunner
 import evolvent
 from book import Book
 from evolvent import cases, closed_forms as cf
-from evolvent.base.cli import commands
-from evolvent.base.errors import InputError, RunFailed
+from evolvent_base.cli import commands
+from evolvent_base.errors import InputError, RunFailed
 from evolvent_papers import drives
 from evolvent_papers.drives import motion, search
 from evolvent_papers.drives.bounds import Bounds, task

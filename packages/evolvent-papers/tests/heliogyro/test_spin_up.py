@@ -12,8 +12,8 @@ from click.testing import CliRunner
 import evolvent
 from book import Book
 from evolvent import cases, closed_forms as cf
-from evolvent.base.cli import commands
-from evolvent.base.errors import InputError
+from evolvent_base.cli import commands
+from evolvent_base.errors import InputError
 from evolvent_papers import links, spin_up
 from evolvent_papers.heliogyro import straight
 

@@ -15,7 +15,7 @@ from scipy.linalg import eigh
 from scipy.optimize import fsolve
 from scipy.spatial.transform import Rotation
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_papers import laboratory
 from evolvent_papers.laboratory import book, composite_strips, rotating_beam, tables, wing_spar
 from evolvent_papers.laboratory.clamped import Clamped, G

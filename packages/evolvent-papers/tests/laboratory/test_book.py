@@ -9,7 +9,7 @@ import pathlib
 import numpy as np
 import pytest
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_papers import laboratory
 from evolvent_papers.laboratory import book, tables
 from evolvent_papers.laboratory.book import Band, Comparison, NoSettings, Set, Verdict

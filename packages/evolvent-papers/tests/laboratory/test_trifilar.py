@@ -7,7 +7,7 @@ import pathlib
 import numpy as np
 import pytest
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_papers import laboratory
 from evolvent_papers.laboratory import trifilar
 

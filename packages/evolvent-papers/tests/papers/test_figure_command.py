@@ -8,8 +8,8 @@ from PIL import Image
 
 import evolvent
 from evolvent import results
-from evolvent.base.errors import InputError
-from evolvent.results.figures import Figure, Line, Panel
+from evolvent_base.errors import InputError
+from evolvent_base.figures import Figure, Line, Panel
 from evolvent_papers import papers
 from evolvent_papers.papers import rib, winding
 from evolvent_papers.papers.winding import ALPHA, ENERGY, Model, Trial

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from evolvent.view import plots
+from evolvent_base import plots
 from evolvent_papers import papers
 from evolvent_papers.papers import Options, rib_figures, rib_runs
 from evolvent_papers.papers.rib_captions import CAPTIONS, title

@@ -8,11 +8,11 @@ import pytest
 from scipy.optimize import minimize
 
 from evolvent import cases
-from evolvent.base import schema
-from evolvent.base.errors import InputError
 from evolvent.elements import cable_stretch_form
 from evolvent.kernels.ancf import WORK
 from evolvent.kernels.cable import stretch_energy
+from evolvent_base import schema
+from evolvent_base.errors import InputError
 from evolvent_papers.wrapped_rib import SYSTEM
 from evolvent_papers.wrapped_rib.case import Case
 from evolvent_papers.wrapped_rib.case_checks import bending_stiffness_ratio, warnings

@@ -7,9 +7,9 @@ import pytest
 
 import evolvent
 from evolvent import cases, closed_forms
-from evolvent.base.errors import InputError
 from evolvent.closed_forms import Strip
 from evolvent.parts import Parabola
+from evolvent_base.errors import InputError
 
 #: A rib of 50 GPa on a hub of 0.6 m.
 STIFF = Strip(radius=0.6, length=12.0, line_density=0.0144, bending_stiffness=3.375e-3, axial_stiffness=450e3)

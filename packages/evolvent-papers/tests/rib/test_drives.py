@@ -14,8 +14,8 @@ from scipy.special import airy
 
 import evolvent
 from evolvent import cases, closed_forms
-from evolvent.base.errors import InputError
 from evolvent.closed_forms import Strip
+from evolvent_base.errors import InputError
 from evolvent_papers import wrapped_rib as system
 
 #: A rib of 50 GPa.

@@ -7,8 +7,8 @@ import pytest
 
 import evolvent
 from evolvent import cases, results
-from evolvent.base.errors import RunFailed
 from evolvent.results import variables
+from evolvent_base.errors import RunFailed
 from evolvent_papers import wrapped_rib as system
 from rib.reading import balance, work
 

@@ -10,7 +10,6 @@ import pytest
 
 import evolvent
 from evolvent import System, cases, closed_forms, parts, results
-from evolvent.base.errors import InputError
 from evolvent.elements import (
     Material,
     Rectangle,
@@ -21,6 +20,7 @@ from evolvent.elements import (
     helix,
     helix_stiffness_ratio,
 )
+from evolvent_base.errors import InputError
 from evolvent_papers.wrapped_rib import structure
 from evolvent_papers.wrapped_rib.case_checks import warnings
 from evolvent_papers.wrapped_rib.initial_state import initial_state

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from evolvent import cases
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_papers.wrapped_rib import SYSTEM
 
 RADIUS, HEIGHT, DENSITY = 0.6, 3.0, 10.0

@@ -7,7 +7,7 @@ import pytest
 
 import evolvent
 from evolvent import cases, closed_forms
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 
 CASE = "wrapped-rib-deploy-damped"
 #: A short rib, 5 radii of the hub long: 5 s to its latch.

@@ -8,7 +8,8 @@ from evolvent import results
 from evolvent.design.studies import draw
 from evolvent.results.motion import product, turned
 from evolvent.results.observe.contact import mean_rate
-from evolvent.view import animation, plots
+from evolvent.view import animation
+from evolvent_base import plots
 from evolvent_papers import wrapped_rib as system
 from rib.synthetic import DEPLOY, HOLD, WIND, synthetic
 

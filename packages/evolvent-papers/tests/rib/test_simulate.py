@@ -7,8 +7,8 @@ import pytest
 
 import evolvent
 from evolvent import cases, closed_forms, results
-from evolvent.base.errors import InputError, RunFailed
-from evolvent.view import plots
+from evolvent_base import plots
+from evolvent_base.errors import InputError, RunFailed
 from evolvent_papers import wrapped_rib as system
 from evolvent_papers.papers import rib_measures
 from evolvent_papers.wrapped_rib.case_checks import bending_stiffness_ratio

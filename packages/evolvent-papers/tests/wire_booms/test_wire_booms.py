@@ -17,8 +17,8 @@ from scipy.integrate import solve_ivp
 import evolvent
 from book import Book
 from evolvent import cases
-from evolvent.base.errors import InputError
 from evolvent.design import calibration
+from evolvent_base.errors import InputError
 from evolvent_papers.wire_booms import SYSTEM, Case, closed_form, deployed, log, pendulum_rates
 from evolvent_papers.wire_booms.structure import angular_momenta, inertia, lengths_at, timeline
 

@@ -11,8 +11,8 @@ import functools
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from evolvent.base import plugins
-from evolvent.base.errors import InputError
+from evolvent_base import plugins
+from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     from evolvent_studio.context import Panel

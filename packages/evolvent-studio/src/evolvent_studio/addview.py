@@ -7,8 +7,8 @@ from typing import Any
 
 from nicegui import ui
 
-from evolvent.base.errors import InputError
 from evolvent.parts.registry import kinds
+from evolvent_base.errors import InputError
 from evolvent_studio import form, kindgroups
 from evolvent_studio.assemblies import HingedPanel
 from evolvent_studio.context import Context

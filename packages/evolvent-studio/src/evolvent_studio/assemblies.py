@@ -8,12 +8,12 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from evolvent.base import units
-from evolvent.base.schema import Section
-from evolvent.elements.dense import dot
 from evolvent.elements.rods import quaternion
 from evolvent.parts.base import BodyName, unit
 from evolvent.parts.shapes import SIDE
+from evolvent_base import units
+from evolvent_base.dense import dot
+from evolvent_base.schema import Section
 
 #: What `direction` may be off the right angle to `axis`: the cosine.
 _LEAST_OFF = 1e-6

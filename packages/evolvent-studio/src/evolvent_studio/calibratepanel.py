@@ -12,8 +12,8 @@ from typing import Any
 import yaml
 from nicegui import events, ui
 
-from evolvent.base import signals
-from evolvent.base.errors import EvolventError, InputError
+from evolvent_base import signals
+from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import form, reading, studydraft
 from evolvent_studio.context import Context
 from evolvent_studio.elements import upload

@@ -11,8 +11,8 @@ from typing import Any
 from nicegui import events, ui
 
 from evolvent import cases
-from evolvent.base.errors import EvolventError, InputError
-from evolvent.base.schema import Section
+from evolvent_base.errors import EvolventError, InputError
+from evolvent_base.schema import Section
 from evolvent_studio import parts
 from evolvent_studio.context import Context
 from evolvent_studio.elements import upload

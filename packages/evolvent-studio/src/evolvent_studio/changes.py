@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from evolvent import cases
-from evolvent.base.errors import EvolventError
+from evolvent_base.errors import EvolventError
 from evolvent_studio.form import text_of
 
 #: Text of a key that only the first case has, and of a section that only the second one has.

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base import units
-from evolvent.results.figures import Figure, Line, Panel, axis_label, plain, y_limits
+from evolvent_base import units
+from evolvent_base.figures import Figure, Line, Panel, axis_label, plain, y_limits
 
 #: Points of a line, at most; of more, the least and largest of every few are drawn.
 MOST = 3000

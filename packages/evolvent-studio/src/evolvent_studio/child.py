@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from evolvent.base import startup
+from evolvent_base import startup
 
 
 def start(

@@ -9,7 +9,7 @@ import tempfile
 
 import click
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 
 #: Port that is taken unless another is given.
 PORT = 8421

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from nicegui import ui
 
-from evolvent.base.errors import EvolventError, reason_of
+from evolvent_base.errors import EvolventError, reason_of
 from evolvent_studio.state import Studio, View
 
 

@@ -6,7 +6,7 @@ import functools
 import re
 from collections.abc import Sequence
 
-from evolvent.base import units
+from evolvent_base import units
 
 #: A number that stands alone: no digit of a name or of an exponent of a unit.
 _NUMBER = re.compile(r"(?<![\w.^/-])[-+]?(?:\d{1,3}(?:,\d{3})+|\d+)(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.])(?!-\w)", re.I)

@@ -11,7 +11,7 @@ import tempfile
 import time
 from typing import Any
 
-from evolvent.base import startup
+from evolvent_base import startup
 from evolvent_studio import child
 
 #: Longest first case, s, after which no other one is computed.
@@ -21,7 +21,7 @@ _LONG = 5.0
 def main() -> int:
     """Estimate the study on stdin."""
     send = child.channel()
-    from evolvent.base.errors import EvolventError
+    from evolvent_base.errors import EvolventError
 
     try:
         with startup.hidden(*startup.ARRAY_LIBRARIES):

@@ -13,7 +13,7 @@ import threading
 import zipfile
 from typing import Any
 
-from evolvent.base import startup
+from evolvent_base import startup
 from evolvent_studio import child
 
 #: Kinds of downloads that are written by a process of their own: ending of the file's name.
@@ -25,8 +25,8 @@ KINDS = {
 
 def main(kind: str, run: str, target: str) -> int:
     """Write the download `kind` of the results file `run` to `target`."""
-    from evolvent.base import progress
-    from evolvent.base.errors import EvolventError, reason_of
+    from evolvent_base import progress
+    from evolvent_base.errors import EvolventError, reason_of
 
     send = child.channel()
     threading.Thread(target=_end_with_stdin, daemon=True).start()
@@ -52,8 +52,8 @@ def _end_with_stdin() -> None:
 
 def _write(kind: str, path: str, target: str) -> None:
     from evolvent import results
-    from evolvent.base import progress
     from evolvent.exports.request import Request
+    from evolvent_base import progress
 
     progress.report("reading the results")
     run = results.open(path)
@@ -81,10 +81,10 @@ def _write(kind: str, path: str, target: str) -> None:
 def _fill(kind: str, run: Any, folder: str) -> None:
     """Write the files of a download into a folder."""
     from evolvent import cases
-    from evolvent.base import progress
     from evolvent.exports import drawings, table, vtk
     from evolvent.exports.request import Request
     from evolvent.view import animation
+    from evolvent_base import progress
 
     if kind == "figures":
         drawings.write(run, cases.presenter(run).figures(run), animation.of_run(run), folder)
@@ -94,7 +94,7 @@ def _fill(kind: str, run: Any, folder: str) -> None:
 
 
 def _pack(folder: str, target: str) -> None:
-    from evolvent.base import progress
+    from evolvent_base import progress
 
     root = pathlib.Path(folder)
     files = sorted(path for path in root.rglob("*") if path.is_file())

@@ -12,7 +12,7 @@ import subprocess
 import tempfile
 import threading
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_studio import child
 from evolvent_studio.exporter import KINDS
 

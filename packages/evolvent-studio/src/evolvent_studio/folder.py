@@ -20,9 +20,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any, BinaryIO
 
 from evolvent import cases
-from evolvent.base import safe_open
-from evolvent.base.errors import InputError, reason_of
 from evolvent.design.studies import store
+from evolvent_base import safe_open
+from evolvent_base.errors import InputError, reason_of
 from evolvent_studio import placing, reading
 from evolvent_studio.listing import Listing, Written
 from evolvent_studio.places import CREATE, HAS_DIR_FD, NO_LINK, READ, Place, is_junction, is_link

@@ -15,12 +15,12 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from evolvent import cases
-from evolvent.base.errors import InputError
-from evolvent.base.schema import OneOf, Section, descriptions
-from evolvent.base.units import OneOrMore, Quantity, Whole
 from evolvent.parts.applies import When
 from evolvent.parts.base import Part, Reference
 from evolvent.parts.repetition import APPLIES as REPEAT_APPLIES, KEY as REPEAT, Repeat
+from evolvent_base.errors import InputError
+from evolvent_base.schema import OneOf, Section, descriptions
+from evolvent_base.units import OneOrMore, Quantity, Whole
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

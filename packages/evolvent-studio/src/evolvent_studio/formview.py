@@ -8,7 +8,7 @@ from typing import Any
 from nicegui import ui
 
 from evolvent import cases
-from evolvent.base.schema import Section
+from evolvent_base.schema import Section
 from evolvent_studio import form
 from evolvent_studio.form import Field, Group
 

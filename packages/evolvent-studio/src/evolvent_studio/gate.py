@@ -13,8 +13,8 @@ import urllib.parse
 from collections.abc import Awaitable, Callable, Iterator, MutableMapping
 from typing import Any
 
-from evolvent.base.errors import InputError
-from evolvent.view import pages
+from evolvent_base import pages
+from evolvent_base.errors import InputError
 from evolvent_studio.folder import LARGEST_SIGNALS
 
 #: Cookie that holds the token once it was given; the port follows, for cookies are those of all ports of a host.

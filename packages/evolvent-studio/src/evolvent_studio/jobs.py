@@ -21,7 +21,7 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_studio import child, signing
 from evolvent_studio.folder import LARGEST_RECORDING, OWN, Folder
 from evolvent_studio.job import FOREIGN, KEPT, LAST, REPORTS, RESULTS, RESUMED, Job, kept_job

@@ -8,8 +8,8 @@ import threading
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
-from evolvent.base import file_keys
-from evolvent.base.errors import InputError
+from evolvent_base import file_keys
+from evolvent_base.errors import InputError
 from evolvent_studio import reading
 
 #: Time that a list of the files waits for those that are read, s; at first, until the process is there that reads.

@@ -13,7 +13,7 @@ import stat
 from collections.abc import Mapping
 from typing import Any
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_studio.folder import OWN, Folder
 from evolvent_studio.signing import Signer
 

@@ -8,11 +8,11 @@ from typing import Any
 
 from evolvent import cases
 from evolvent.assembly.references import check_name
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Section, by_name, marks
 from evolvent.parts import repetition
 from evolvent.parts.base import Part, Reference
 from evolvent.parts.registry import kinds, not_known
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Section, by_name, marks
 
 #: Parts of a case as they were typed: name -> keys and values.
 Parts = dict[str, Any]

@@ -8,10 +8,10 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from evolvent import cases
-from evolvent.base import file_keys
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Section
 from evolvent.design.studies import measured
+from evolvent_base import file_keys
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Section
 
 #: Endings of files that hold signals.
 SIGNALS = (".csv", ".tsv", ".txt", ".tdms", ".uff", ".unv", ".mat", ".h5", ".hdf5", ".wav", ".nc")
@@ -33,7 +33,7 @@ def source_file(source: str) -> str:
 def placed(content: Any, place: Place) -> Any:
     """A case or study whose files are named by absolute paths.
 
-    Keys that name files are those of the schema (`evolvent.base.file_keys`), also where a study sets or varies them.
+    Keys that name files are those of the schema (`evolvent_base.file_keys`), also where a study sets or varies them.
     Other texts that can only be paths pass the same check.
 
     Parameters

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from evolvent import cases
-from evolvent.base import progress
-from evolvent.base.errors import EvolventError, InputError
+from evolvent_base import progress
+from evolvent_base.errors import EvolventError, InputError
 
 
 def start_of(content: Mapping[str, Any], note: Callable[[str], None] = lambda text: None) -> bytes:

@@ -20,8 +20,8 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from evolvent.base import startup
-from evolvent.base.errors import EvolventError, InputError
+from evolvent_base import startup
+from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import child
 
 #: Processor time of a task, s: a text, the start of a case; between its notes, and the time on the clock for each.

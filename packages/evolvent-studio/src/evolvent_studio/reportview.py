@@ -8,7 +8,7 @@ from typing import Any
 
 from nicegui import ui
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_studio import reading
 from evolvent_studio.context import Context
 from evolvent_studio.elements import report_frame

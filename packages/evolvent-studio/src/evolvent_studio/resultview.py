@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 from nicegui import ui
 
 from evolvent import cases
-from evolvent.base.errors import EvolventError
 from evolvent.results import variables
 from evolvent.results.happened import events_of
 from evolvent.view import show
+from evolvent_base.errors import EvolventError
 from evolvent_studio import charts, exports, exportview
 from evolvent_studio.changes import flat, full, written
 from evolvent_studio.context import Context
@@ -24,7 +24,7 @@ from evolvent_studio.jobview import STATUS, ask_title, changes_text, date_text, 
 from evolvent_studio.state import Loaded
 
 if TYPE_CHECKING:
-    from evolvent.results.figures import Figure
+    from evolvent_base.figures import Figure
 
 #: Downloads that are there at once, and those that are written first: kind -> what it is called.
 _FILES = {"run": "Results (NetCDF)", "case": "Case (YAML)"}

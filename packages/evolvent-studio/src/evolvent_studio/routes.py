@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from fastapi import FastAPI
 from fastapi.responses import FileResponse, Response
 
-from evolvent.base.errors import EvolventError
 from evolvent.view.animation import VIEWER
+from evolvent_base.errors import EvolventError
 from evolvent_studio.state import Studio, plain
 from evolvent_studio.worker import DISPERSED, MODES
 

@@ -6,7 +6,7 @@ import shutil
 
 from nicegui import ui
 
-from evolvent.base.errors import EvolventError
+from evolvent_base.errors import EvolventError
 from evolvent_studio.context import Context
 from evolvent_studio.job import COMPUTED, RESUMED, Job
 from evolvent_studio.jobview import STATUS, ask_title, changes_text, date_text, progress_text, since_text

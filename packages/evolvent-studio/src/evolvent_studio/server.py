@@ -11,9 +11,9 @@ import urllib.parse
 
 from nicegui import app, background_tasks, ui
 
-from evolvent.base import safe_open
-from evolvent.base.console import echo
-from evolvent.base.errors import InputError
+from evolvent_base import safe_open
+from evolvent_base.console import echo
+from evolvent_base.errors import InputError
 from evolvent_studio import page, routes
 from evolvent_studio.folder import Folder
 from evolvent_studio.gate import Gate

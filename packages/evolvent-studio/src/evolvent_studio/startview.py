@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from nicegui import ui
 
-from evolvent.base.errors import EvolventError
+from evolvent_base.errors import EvolventError
 from evolvent_studio.context import Context
 from evolvent_studio.elements import MotionElement
 from evolvent_studio.state import Draft

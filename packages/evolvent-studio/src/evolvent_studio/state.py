@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from evolvent import cases
 from evolvent.assembly import families
-from evolvent.base import file_keys
-from evolvent.base.errors import EvolventError, InputError
 from evolvent.model import family
+from evolvent_base import file_keys
+from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import pages, reading, signing, studydraft
 from evolvent_studio.changes import changes
 from evolvent_studio.exports import Export, Exports
@@ -29,7 +29,7 @@ from evolvent_studio.studydraft import StudyDraft
 from evolvent_studio.worker import MODE
 
 if TYPE_CHECKING:
-    from evolvent.results.figures import Figure, Number
+    from evolvent_base.figures import Figure, Number
 
 #: Runs that are kept in memory.
 _KEPT = 8

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import yaml
 
 from evolvent import cases
-from evolvent.base import schema
-from evolvent.base.errors import EvolventError, InputError
 from evolvent.design.studies import draws, measured
+from evolvent_base import schema
+from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import form, parts, reading
 from evolvent_studio.folder import Folder
 from evolvent_studio.placing import source_file

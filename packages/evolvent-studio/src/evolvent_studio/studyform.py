@@ -9,7 +9,7 @@ from typing import Any
 from nicegui import ui
 
 from evolvent import cases
-from evolvent.base.errors import EvolventError, InputError
+from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import form, studydraft
 from evolvent_studio.context import Context
 from evolvent_studio.studydraft import StudyDraft

@@ -13,7 +13,7 @@ from typing import Any
 from nicegui import ui
 
 from evolvent import cases
-from evolvent.base.errors import EvolventError, InputError
+from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import reading, studydraft
 from evolvent_studio.context import Context
 from evolvent_studio.sentences import as_sentence, cases_text, estimated_text, names_key

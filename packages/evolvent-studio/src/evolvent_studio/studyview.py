@@ -13,7 +13,7 @@ import numpy as np
 from nicegui import ui
 
 from evolvent import cases
-from evolvent.base.errors import EvolventError
+from evolvent_base.errors import EvolventError
 from evolvent_studio import studycharts
 from evolvent_studio.charts import Chart
 from evolvent_studio.context import Context
@@ -88,7 +88,7 @@ def _opened(path: pathlib.Path) -> tuple[xr.Dataset, Study]:
 def _pictures(study: xr.Dataset) -> dict[str, bytes]:
     """What the system of a study draws of it, as PNG."""
     from evolvent.design.studies import draw
-    from evolvent.view import plots
+    from evolvent_base import plots
 
     return {name: plots.content(figure, "png") for name, figure in draw.of_system(study).items()}
 

@@ -16,7 +16,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from evolvent.base import startup
+from evolvent_base import startup
 from evolvent_studio import added, child
 
 #: Files of a job.
@@ -33,7 +33,7 @@ MODES, MODE = "modes.nc", "mode-{}.motion"
 def main(folder: str) -> int:
     """Compute the job in `folder`."""
     send = child.channel()
-    from evolvent.base.errors import EvolventError
+    from evolvent_base.errors import EvolventError
 
     job = json.loads(sys.stdin.readline())
     report = _Report(send, at_once=job["kind"] in AT_ONCE)
@@ -66,7 +66,7 @@ def parsed(text: str, name: str) -> dict[str, Any]:
         If it is no mapping.
     """
     from evolvent import cases
-    from evolvent.base.errors import InputError
+    from evolvent_base.errors import InputError
 
     content = cases.parse_yaml(text, name)
     if not isinstance(content, dict):
@@ -103,11 +103,11 @@ class _Report:
             self._stop.set()
 
     def compiling(self, state: Any) -> None:
-        """Report how many functions are compiled, of `evolvent.base.progress.Compilation`."""
+        """Report how many functions are compiled, of `evolvent_base.progress.Compilation`."""
         self.send(note=f"compiling for this machine, once: {state.done} of {state.needed} functions")
 
     def stage(self, stage: Any) -> None:
-        """Report a stage, of `evolvent.base.progress.Stage`."""
+        """Report a stage, of `evolvent_base.progress.Stage`."""
         counted = f": {stage.done:.0f} of {stage.total:.0f}" if stage.total > 1.0 else ""
         self.send(note=f"{stage.what}{counted}")
 
@@ -133,7 +133,7 @@ def _case(job: dict[str, Any]) -> tuple[Any, str]:
 
 def _run(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import cases, results
-    from evolvent.base import progress
+    from evolvent_base import progress
 
     case, text = _case(job)
     plan = cases.system(case.system).plan(case)
@@ -148,7 +148,7 @@ def _run(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
 
 def _equilibrium(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import cases, results
-    from evolvent.base import progress
+    from evolvent_base import progress
 
     case, text = _case(job)
     report.reached(0.0, 1.0)
@@ -161,8 +161,8 @@ def _equilibrium(place: pathlib.Path, job: dict[str, Any], report: _Report) -> N
 
 def _modes(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import cases
-    from evolvent.base import progress
     from evolvent.view import animation
+    from evolvent_base import progress
 
     case = _case(job)[0]
     report.reached(0.0, 1.0)
@@ -180,8 +180,8 @@ def _modes(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
 
 def _margin(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import cases
-    from evolvent.base import progress
     from evolvent.exports import margins_page
+    from evolvent_base import progress
 
     case = _case(job)[0]
     report.reached(0.0, 1.0)
@@ -228,8 +228,8 @@ def _disperse(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None
 
 
 def _calibrate(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
-    from evolvent.base import progress
     from evolvent.design.calibration import fit, report as pages
+    from evolvent_base import progress
 
     asked = parsed(job["case"], CASE)
 

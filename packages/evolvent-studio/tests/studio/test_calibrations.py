@@ -8,7 +8,7 @@ import time
 import pytest
 
 from evolvent import cases
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_studio import calibratepanel, studydraft
 from evolvent_studio.folder import Folder
 from evolvent_studio.state import Studio

@@ -16,10 +16,10 @@ import numpy as np
 import pytest
 
 from evolvent import cases, results
-from evolvent.base import schema
-from evolvent.base.errors import InputError
 from evolvent.design import studies
-from evolvent.results.figures import Figure, Line, Panel
+from evolvent_base import schema
+from evolvent_base.errors import InputError
+from evolvent_base.figures import Figure, Line, Panel
 from evolvent_massprops import description
 from evolvent_studio import charts, form, gate, reading
 from evolvent_studio.differences import difference, whole

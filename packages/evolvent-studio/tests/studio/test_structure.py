@@ -11,11 +11,11 @@ import pytest
 
 import evolvent
 from evolvent import cases, results
-from evolvent.base import schema
-from evolvent.base.errors import InputError
 from evolvent.parts.registry import kinds
 from evolvent.results import variables
 from evolvent.view import show
+from evolvent_base import schema
+from evolvent_base.errors import InputError
 from evolvent_studio import charts, form, kindgroups, parts, preview, reading
 from evolvent_studio.assemblies import HingedPanel
 from evolvent_studio.folder import Folder

@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 
 from evolvent import cases
-from evolvent.base.errors import InputError
 from evolvent.design import studies
+from evolvent_base.errors import InputError
 from evolvent_studio import estimate, studycharts, studydraft
 from evolvent_studio.folder import Folder
 from evolvent_studio.studydraft import StudyDraft

@@ -13,11 +13,11 @@ from typing import Any
 import pytest
 
 from evolvent import cases
-from evolvent.base import safe_open, schema
-from evolvent.base.errors import InputError
-from evolvent.base.file_keys import FileKey
 from evolvent.elements.reduced_files import SHIPPED
 from evolvent.parts import registry
+from evolvent_base import safe_open, schema
+from evolvent_base.errors import InputError
+from evolvent_base.file_keys import FileKey
 from evolvent_studio import preview
 from evolvent_studio.folder import Folder
 

@@ -19,8 +19,8 @@ import types
 import pytest
 
 from evolvent import cases
-from evolvent.base.errors import EvolventError, InputError
 from evolvent.design import studies
+from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import child
 from evolvent_studio.command import studio as command
 from evolvent_studio.folder import Folder

@@ -12,9 +12,10 @@ import pytest
 import evolvent
 from evolvent import cases
 from evolvent.exports import figure_pictures, report
-from evolvent.results.figures import Figure, Line, Panel
 from evolvent.results.motion import Line as Thread, Motion
-from evolvent.view import animation, plots
+from evolvent.view import animation
+from evolvent_base import plots
+from evolvent_base.figures import Figure, Line, Panel
 from evolvent_massprops import certificate, mass_properties
 from studio.conftest import AT_ONCE, browser  # noqa: F401  (a fixture)
 from studio.serving import SHORT, WAIT, choose, part, serving, settle

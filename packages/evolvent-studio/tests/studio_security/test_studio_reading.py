@@ -9,7 +9,7 @@ import time
 import pytest
 
 from evolvent import cases
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_studio import listing, preview, reading
 from evolvent_studio.folder import Folder
 

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent.assembly.families import records
-from evolvent.base.errors import InputError
 from evolvent.model.shares import NORMAL
+from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     from evolvent.analysis.margins.mechanism import Direction, Mechanism, Position

@@ -28,7 +28,6 @@ from scipy.sparse.linalg import splu
 
 from evolvent import model as mdl
 from evolvent.analysis.margins.shares import is_held, of_family
-from evolvent.base.errors import InputError
 from evolvent.flow.implicit import energies, tangent
 from evolvent.kernels.blocks import displace
 from evolvent.kernels.sparse import clear
@@ -36,6 +35,7 @@ from evolvent.model.family import families
 from evolvent.solvers import equilibrium
 from evolvent.solvers.implicit_setup import matrix_of, sizes
 from evolvent.solvers.static_work import spare_of, sparse_of
+from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     from evolvent.analysis.margins.mechanism import Mechanism, Position

@@ -15,10 +15,10 @@ from evolvent.analysis.margins.mechanism import Mechanism
 from evolvent.analysis.margins.results import MarginResults
 from evolvent.analysis.margins.shares import Share
 from evolvent.analysis.margins.tables import Table
-from evolvent.base.errors import InputError, nearest
 from evolvent.model.shares import ACCELERATION
 from evolvent.solvers.laws import refusing_laws
 from evolvent.solvers.limits import limitations
+from evolvent_base.errors import InputError, nearest
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly

@@ -12,10 +12,10 @@ from typing import Any, Literal, get_args
 import numpy as np
 from pydantic import Field
 
-from evolvent.base import safe_open, units
-from evolvent.base.errors import InputError, nearest
-from evolvent.base.schema import Section
 from evolvent.model.shares import ELASTIC, SPRING
+from evolvent_base import safe_open, units
+from evolvent_base.errors import InputError, nearest
+from evolvent_base.schema import Section
 
 Array = np.ndarray
 

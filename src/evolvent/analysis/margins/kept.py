@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from evolvent.base.errors import InputError
 from evolvent.results.kept import Kept, split
+from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     from evolvent.analysis.margins.evaluation import AtRest

@@ -8,9 +8,9 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from evolvent.analysis.margins.factors import ENDINGS, Category, Stated
-from evolvent.base import units
-from evolvent.base.file_keys import FileKey
-from evolvent.base.schema import Section
+from evolvent_base import units
+from evolvent_base.file_keys import FileKey
+from evolvent_base.schema import Section
 
 
 class MarginLine(Section):

@@ -12,8 +12,8 @@ import numpy as np
 from evolvent.analysis.margins import factors as of
 from evolvent.analysis.margins.keys import Margin, MarginLine
 from evolvent.analysis.margins.mechanism import Mechanism, Position
-from evolvent.base.errors import InputError
 from evolvent.kernels import axial
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 #: What two gradients of one coordinate differ by, and a start that is the end of the travel, rad and m.

@@ -34,7 +34,6 @@ from evolvent.analysis.margins.shares import (
     unforced,
 )
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError
 from evolvent.compiled.pointer import Struct
 from evolvent.flow.implicit import residual
 from evolvent.kernels import axial
@@ -45,6 +44,7 @@ from evolvent.model.powers import N_POWERS
 from evolvent.model.shares import Elastic as ElasticShares, Tie
 from evolvent.solvers import equilibrium
 from evolvent.solvers.still_threads import at_time
+from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     from evolvent.analysis.margins.elastic import Elastic

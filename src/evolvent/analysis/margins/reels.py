@@ -16,11 +16,11 @@ from evolvent.analysis.margins.keys import Margin, MarginLine
 from evolvent.analysis.margins.lines import MarginCoordinate, specified_acceleration
 from evolvent.analysis.margins.shares import Share, with_keys
 from evolvent.analysis.margins.tables import Table
-from evolvent.base.errors import InputError
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.profile import profile
 from evolvent.model.shares import DAMPING, FRICTION, INERTIA, MOTOR
 from evolvent.results.observe import observe
+from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly

@@ -16,10 +16,10 @@ from evolvent import __version__
 from evolvent.analysis.margins.factors import CATEGORIES, Standard
 from evolvent.analysis.margins.keys import Margin
 from evolvent.analysis.margins.tables import Table
-from evolvent.base import files
-from evolvent.base.errors import InputError, nearest
 from evolvent.model.shares import DAMPING
-from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent_base import files
+from evolvent_base.errors import InputError, nearest
+from evolvent_base.figures import Figure, Line, Panel, stacked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -283,7 +283,7 @@ class MarginResults:
         InputError
             If the file cannot be written.
         """
-        from evolvent.view import plots
+        from evolvent_base import plots
 
         return plots.sheet(self.figure()) if path is None else plots.save(self.figure(), path)
 

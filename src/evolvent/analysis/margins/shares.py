@@ -9,11 +9,11 @@ import numpy as np
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner, records
-from evolvent.base.errors import InputError
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model import zeros
 from evolvent.model.family import Family, families
 from evolvent.model.shares import INERTIA, Rule, Shares, Tie
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 #: Shares that are no part's.

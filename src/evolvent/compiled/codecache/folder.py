@@ -21,8 +21,8 @@ import numba
 from llvmlite import binding
 from numba import config
 
-from evolvent.base import packages
 from evolvent.compiled.codecache.files import may_be_changed, say_once
+from evolvent_base import packages
 
 _PACKAGE = pathlib.Path(__file__).parents[2]
 #: Environment variable that names the folder in which the cache is kept.

@@ -17,11 +17,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent import cases
-from evolvent.base import safe_open, schema, signals, tables, units
-from evolvent.base.errors import InputError, nearest
-from evolvent.base.signals import timebase
 from evolvent.design.calibration import histories
 from evolvent.results.measurements import Measurements, Series
+from evolvent_base import safe_open, schema, signals, tables, units
+from evolvent_base.errors import InputError, nearest
+from evolvent_base.signals import timebase
 
 Array = np.ndarray
 #: How much a name is like a key that is taken to be meant.

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.base import schema, units
-from evolvent.base.errors import InputError, RunFailed, nearest
 from evolvent.design.calibration import data, observed, uncertainty
 from evolvent.design.calibration.residuals import Residuals, SeriesRuns
 from evolvent.results.measurements import Series
+from evolvent_base import schema, units
+from evolvent_base.errors import InputError, RunFailed, nearest
 
 Array = np.ndarray
 #: Smallest singular value of the scaled derivatives over the largest, below which the data cannot separate parameters:

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base import units
-from evolvent.base.errors import InputError, counted
-from evolvent.base.tables import mark_of_missing
+from evolvent_base import units
+from evolvent_base.errors import InputError, counted
+from evolvent_base.tables import mark_of_missing
 
 Array = np.ndarray
 #: Share of rows at the time of the row before, with other values, above which the times are too coarse.

@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base import units
-from evolvent.base.errors import InputError
 from evolvent.results import variables
 from evolvent.results.kept import reduce, split, unit_of
 from evolvent.results.measurements import Series
+from evolvent_base import units
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 #: Values from which on a mean difference is stated, and how often it is the scatter of the differences.

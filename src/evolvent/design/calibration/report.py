@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.base import files
 from evolvent.design.calibration.fit import Calibration
-from evolvent.results.figures import Figure, Line, Panel
-from evolvent.view import pages
+from evolvent_base import files, pages
+from evolvent_base.figures import Figure, Line, Panel
 
 #: Correlations that are named in the text.
 STRONG = 0.95
@@ -106,7 +105,7 @@ def figure(found: Calibration) -> Figure:
 
 def write(found: Calibration, folder: pathlib.Path) -> list[str]:
     """Write files of a calibration; returns their names."""
-    from evolvent.view import plots
+    from evolvent_base import plots
 
     content: dict[str, Any] = {
         "source": found.source,

@@ -17,8 +17,6 @@ import xarray as xr
 
 from evolvent import analysis, cases
 from evolvent.analysis.sensitivity import jacobian
-from evolvent.base import files
-from evolvent.base.errors import EvolventError, InputError, RunFailed, nearest
 from evolvent.design.calibration import observed, uncertainty
 from evolvent.design.evaluator.differences import central
 from evolvent.design.evaluator.evaluator import Evaluator
@@ -28,6 +26,8 @@ from evolvent.design.evaluator.sources import sources, versions
 from evolvent.design.evaluator.task import Check, Point, Runs, Task
 from evolvent.results.kept import split
 from evolvent.results.measurements import Measurements
+from evolvent_base import files
+from evolvent_base.errors import EvolventError, InputError, RunFailed, nearest
 
 Array = np.ndarray
 #: Relative change of a parameter by which derivatives are taken: of runs, whose errors of integration change with it,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 

@@ -13,8 +13,6 @@ import numpy as np
 import xarray as xr
 
 from evolvent import cases
-from evolvent.base.errors import InputError
-from evolvent.base.units import unit_text
 from evolvent.design.dispersions import order, sensitivity
 from evolvent.design.evaluator.evaluator import Progress
 from evolvent.design.evaluator.pools import Report
@@ -22,6 +20,8 @@ from evolvent.design.studies import draws, runner
 from evolvent.design.studies.study import Study, first_plan, read as read_study
 from evolvent.results import variables
 from evolvent.results.kept import ENDINGS, split, stored_name
+from evolvent_base.errors import InputError
+from evolvent_base.units import unit_text
 
 Array = np.ndarray
 #: Probabilities of the quantiles that are stated.

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 
 from evolvent import results
-from evolvent.base.console import aligned
-from evolvent.base.errors import visible
-from evolvent.base.files import write_file
 from evolvent.design.dispersions.dispersed import Dispersion, Output
 from evolvent.exports.figure_pictures import figure_picture
 from evolvent.results import made_with
-from evolvent.results.figures import Figure, Line, Panel
-from evolvent.view import pages
+from evolvent_base import pages
+from evolvent_base.console import aligned
+from evolvent_base.errors import visible
+from evolvent_base.figures import Figure, Line, Panel
+from evolvent_base.files import write_file
 
 #: Most failed runs that are listed.
 _MOST_FAILURES = 50

@@ -13,12 +13,12 @@ from typing import Any, Self
 
 import numpy as np
 
-from evolvent.base.console import compiling
-from evolvent.base.errors import EvolventError, InputError
 from evolvent.compiled import codecache
 from evolvent.design.evaluator import pools, record, sources
 from evolvent.design.evaluator.log import Key, Log
 from evolvent.design.evaluator.task import Point, Result, Runs, Task, compute, one_thread
+from evolvent_base.console import compiling
+from evolvent_base.errors import EvolventError, InputError
 
 #: Seconds that an automatic task takes, once the cost of a point is known.
 _TASK = 1.0

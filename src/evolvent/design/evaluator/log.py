@@ -10,9 +10,9 @@ import pathlib
 import sqlite3
 from collections.abc import Sequence
 
-from evolvent.base import files
-from evolvent.base.errors import InputError, counted
 from evolvent.design.evaluator import record
+from evolvent_base import files
+from evolvent_base.errors import InputError, counted
 
 #: The only table; a file with any other one, or with views and triggers, is none of ours.
 _TABLE = "CREATE TABLE evaluations (number INTEGER PRIMARY KEY, keys BLOB, content BLOB, digest BLOB)"

@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from typing import Any
 
-from evolvent.base.errors import EvolventError, InputError
 from evolvent.design.evaluator.task import Task, compute
+from evolvent_base.errors import EvolventError, InputError
 
 #: Seconds between looks for workers that are gone.
 _EVERY = 1.0

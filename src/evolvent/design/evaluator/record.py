@@ -12,9 +12,9 @@ import numpy as np
 import xarray as xr
 
 from evolvent import results
-from evolvent.base.errors import EvolventError
 from evolvent.results import variables
 from evolvent.results.kept import Kept, number, of_run, reduced, refusal, split, stored_name
+from evolvent_base.errors import EvolventError
 
 #: Attributes of a run that differ between two computations of the same case.
 _CLOCKS = ("wall_time_s", "compile_time_s")

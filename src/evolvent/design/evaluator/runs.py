@@ -15,11 +15,11 @@ from evolvent import cases
 from evolvent.analysis import simulation
 from evolvent.analysis.margins.kept import others_of
 from evolvent.assembly.variants import Variants
-from evolvent.base.errors import InputError
 from evolvent.design.evaluator import record
 from evolvent.design.evaluator.task import Check, Point, Runs, Task
 from evolvent.results.kept import Kept
 from evolvent.results.variables import names
+from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System

@@ -9,9 +9,9 @@ import platform
 
 import evolvent
 from evolvent import cases
-from evolvent.base import file_keys, packages, plugins
 from evolvent.model import family
 from evolvent.parts import registry
+from evolvent_base import file_keys, packages, plugins
 
 #: What the results of runs cannot depend on: pictures, the command, what is evaluated of them.
 _NOT_SOURCES = (
@@ -19,8 +19,14 @@ _NOT_SOURCES = (
     "evolvent_cosim/",
     "evolvent/commands/",
     "evolvent/view/",
+    "evolvent_base/cli.py",
+    "evolvent_base/pages.py",
+    "evolvent_base/plots.py",
+    "evolvent_base/style.py",
+    "evolvent_base/ticks.py",
+    "evolvent_base/layout.py",
     "evolvent/analysis/accessor.py",
-    "evolvent/results/figures.py",
+    "evolvent_base/figures.py",
     "evolvent/results/solids.py",
     "evolvent/design/studies/draw.py",
     "evolvent/design/studies/accessor.py",

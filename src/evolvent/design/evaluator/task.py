@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent import cases
-from evolvent.base.errors import EvolventError, InputError
 from evolvent.design.evaluator import record, sources
+from evolvent_base.errors import EvolventError, InputError
 
 #: Keys of a case and their values; of a study with stages, those of every stage by its name.
 Point = Mapping[str, Any]

@@ -13,12 +13,12 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.analysis.margins.kept import AT_REST, IN_RUN, others_of
-from evolvent.base import schema, units
-from evolvent.base.errors import InputError
 from evolvent.design.studies import distributions, draws
 from evolvent.design.studies.axes import annotation, value_at, written
 from evolvent.results import variables
 from evolvent.results.kept import check_names, split, unit_of
+from evolvent_base import schema, units
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 #: Bounds of a key that is given without any, as multiples of the case's value.

@@ -10,17 +10,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from evolvent import cases
-from evolvent.base.console import aligned
-from evolvent.base.errors import visible
-from evolvent.base.files import write_file
 from evolvent.design.dispersions.report import short_name
 from evolvent.design.optimization.problem import Variable
 from evolvent.design.optimization.runs import short
 from evolvent.design.optimization.search import Design, Found
 from evolvent.exports.figure_pictures import figure_picture
 from evolvent.results import made_with
-from evolvent.results.figures import Figure, Line, Panel
-from evolvent.view import pages
+from evolvent_base import pages
+from evolvent_base.console import aligned
+from evolvent_base.errors import visible
+from evolvent_base.figures import Figure, Line, Panel
+from evolvent_base.files import write_file
 
 #: Relative amount by which a requirement that is missed with finer integration alone is said to be.
 MISSED = 1e-5

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
 from evolvent.design.evaluator.evaluator import Evaluator
 from evolvent.design.evaluator.record import Row
 from evolvent.design.evaluator.runs import CaseRuns, files_of
 from evolvent.design.optimization.problem import Problem, Progress, Requirement
 from evolvent.results.kept import stored_name
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 #: Times that designs are expected to be evaluated in a search, for the worth of processes.

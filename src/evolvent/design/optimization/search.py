@@ -12,11 +12,11 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.analysis.system import System
-from evolvent.base.errors import InputError, RunFailed
 from evolvent.design.optimization.problem import Problem, Progress, read
 from evolvent.design.optimization.runs import Designs, OutOfRuns, Result, short
 from evolvent.design.optimization.slopes import DIFFERENCES, WAYS, Slopes
 from evolvent.design.optimization.trade import Trade, trade
+from evolvent_base.errors import InputError, RunFailed
 
 Array = np.ndarray
 #: Optimisers of SciPy that are used.

@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 
 from evolvent.analysis.margins.kept import AT_REST, others_of
-from evolvent.base.errors import EvolventError, InputError
 from evolvent.design.evaluator.differences import central
 from evolvent.design.evaluator.evaluator import Evaluator
 from evolvent.design.optimization.runs import Designs, value_of
+from evolvent_base.errors import EvolventError, InputError
 
 Array = np.ndarray
 #: Share of the way between the bounds by which a key changes for a difference: results of adaptive steps have errors

@@ -9,10 +9,10 @@ from collections import Counter
 import numpy as np
 import xarray as xr
 
-from evolvent.base.errors import InputError, counted
-from evolvent.base.units import unit_text
-from evolvent.results.figures import Figure
 from evolvent.view import notebook
+from evolvent_base.errors import InputError, counted
+from evolvent_base.figures import Figure
+from evolvent_base.units import unit_text
 
 #: Letters of the values of a key, at most.
 _VALUES = 40

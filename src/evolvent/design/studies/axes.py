@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base import schema, units
-from evolvent.base.errors import InputError
 from evolvent.design.studies import distributions, draws, measured
+from evolvent_base import schema, units
+from evolvent_base.errors import InputError
 
 #: Most cases that a study may have; every one is checked before the first is run.
 MOST_CASES = 1_000_000

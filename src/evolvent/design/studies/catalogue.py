@@ -6,8 +6,8 @@ import functools
 import pathlib
 
 from evolvent import cases
-from evolvent.base import packages
-from evolvent.base.errors import InputError, nearest
+from evolvent_base import packages
+from evolvent_base.errors import InputError, nearest
 
 _SUFFIX = ".study.yaml"
 

@@ -27,9 +27,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base import schema, units
-from evolvent.base.errors import InputError, nearest
 from evolvent.design.studies import measured
+from evolvent_base import schema, units
+from evolvent_base.errors import InputError, nearest
 
 Array = np.ndarray
 #: Names of the distributions, with the names of their arguments; `...` for any number of values.

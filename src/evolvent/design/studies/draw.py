@@ -14,11 +14,11 @@ import numpy as np
 import xarray as xr
 
 from evolvent import cases
-from evolvent.base import progress
-from evolvent.base.files import make_folder, write_file
-from evolvent.base.units import unit_text
-from evolvent.results.figures import Figure as Described, Line, Map, Panel, stacked
-from evolvent.view.plots import content, sheet
+from evolvent_base import progress
+from evolvent_base.figures import Figure as Described, Line, Map, Panel, stacked
+from evolvent_base.files import make_folder, write_file
+from evolvent_base.plots import content, sheet
+from evolvent_base.units import unit_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,7 +36,7 @@ def write(dataset: xr.Dataset, folder: str | os.PathLike[str], *, kind: str = "p
     ----------
     dataset : of `evolvent.design.studies.open`
     folder : str
-    kind : str, one of `evolvent.view.plots.FORMATS`
+    kind : str, one of `evolvent_base.plots.FORMATS`
 
     Raises
     ------

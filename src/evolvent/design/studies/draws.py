@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base import schema
-from evolvent.base.errors import InputError, nearest
+from evolvent_base import schema
+from evolvent_base.errors import InputError, nearest
 
 Array = np.ndarray
 #: Ways to sample that draw; their values are given by distributions.

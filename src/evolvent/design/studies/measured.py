@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base import safe_open, schema, tables
-from evolvent.base.errors import InputError
-from evolvent.base.units import UnitError, file_unit
+from evolvent_base import safe_open, schema, tables
+from evolvent_base.errors import InputError
+from evolvent_base.units import UnitError, file_unit
 
 #: How the distribution begins.
 _BEGIN = "table("

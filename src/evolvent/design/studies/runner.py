@@ -11,7 +11,6 @@ from typing import Any
 
 import xarray as xr
 
-from evolvent.base.errors import InputError
 from evolvent.design.evaluator.evaluator import Evaluator, Progress
 from evolvent.design.evaluator.pools import Report
 from evolvent.design.evaluator.runs import CaseRuns
@@ -19,6 +18,7 @@ from evolvent.design.evaluator.task import Point, Runs
 from evolvent.design.studies import accessor, label, store  # noqa: F401  (accessor registers found.ev)
 from evolvent.design.studies.stages import StageRuns
 from evolvent.design.studies.study import Study, read as read_study
+from evolvent_base.errors import InputError
 
 
 def sweep(

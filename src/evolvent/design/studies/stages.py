@@ -11,14 +11,14 @@ from typing import Any
 import xarray as xr
 
 from evolvent import cases, results
-from evolvent.base import files
-from evolvent.base.errors import InputError, nearest
-from evolvent.base.schema import shown
 from evolvent.design.evaluator import record
 from evolvent.design.evaluator.runs import CaseRuns, uninterrupted
 from evolvent.design.evaluator.task import Check, Point, Runs, Task
 from evolvent.results import variables
 from evolvent.results.kept import check_names as check_kept_names
+from evolvent_base import files
+from evolvent_base.errors import InputError, nearest
+from evolvent_base.schema import shown
 
 #: Folder of the stages' runs in a study's folder.
 FOLDER = "stages"

@@ -21,11 +21,11 @@ from collections.abc import Iterator
 from typing import Any
 
 from evolvent import results
-from evolvent.base import files, locks, safe_open
-from evolvent.base.errors import InputError, reason_of
 from evolvent.design.evaluator.log import Log
 from evolvent.design.evaluator.sources import sources, versions
 from evolvent.design.studies.study import Study
+from evolvent_base import files, locks, safe_open
+from evolvent_base.errors import InputError, reason_of
 
 RESULTS = "results.zarr"
 _MANIFEST, _STUDY, _LOG = "study.json", "study.yaml", "cases.sqlite"

@@ -18,12 +18,12 @@ import numpy as np
 from evolvent import cases
 from evolvent.analysis.margins.kept import others_of
 from evolvent.analysis.system import System
-from evolvent.base import packages, progress, safe_open, schema
-from evolvent.base.errors import InputError, nearest
 from evolvent.design.evaluator.runs import files_of
 from evolvent.design.studies import catalogue, draws, measured, stages as st
 from evolvent.design.studies.axes import MOST_CASES, Axis, annotation, axes, value_at, whole_number
 from evolvent.results.kept import ENDINGS, check_names, is_reduction, stored_name
+from evolvent_base import packages, progress, safe_open, schema
+from evolvent_base.errors import InputError, nearest
 
 SAMPLES = ("grid", "list", *draws.DRAWN)
 _KEYS = ("study", "case", "set", "stages", "sample", "over", "samples", "correlation", "seed", "keep", "batch")

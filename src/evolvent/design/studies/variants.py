@@ -13,11 +13,11 @@ import numpy as np
 import xarray as xr
 
 from evolvent.analysis import simulation
-from evolvent.base.errors import InputError, nearest
 from evolvent.design.evaluator import pools
 from evolvent.design.evaluator.evaluator import Evaluator
 from evolvent.design.evaluator.runs import MOST_THREADS, SystemRuns
 from evolvent.design.studies import accessor, label  # noqa: F401  (it registers found.ev)
+from evolvent_base.errors import InputError, nearest
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly.references import split_reference
-from evolvent.base.errors import InputError
 from evolvent.kernels import rigid
 from evolvent.results.observe.view import View
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 #: Radius of a bar as a share of the distance between the points that it joins; height of a disc, of its radius.

@@ -13,8 +13,8 @@ import numpy as np
 
 from evolvent import __version__, cases
 from evolvent.analysis.stepping import ResultAddress, Stepper
-from evolvent.base import schema, units
-from evolvent.base.errors import InputError
+from evolvent_base import schema, units
+from evolvent_base.errors import InputError
 
 #: Results that are outputs unless others are named: of bodies, and of point masses.
 OF_BODIES, OF_POINTS = ("position", "attitude", "velocity", "rate"), ("position", "velocity")

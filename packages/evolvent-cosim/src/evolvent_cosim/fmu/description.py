@@ -7,8 +7,8 @@ import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 
 from evolvent import __version__
-from evolvent.base import units
-from evolvent.base.errors import visible
+from evolvent_base import units
+from evolvent_base.errors import visible
 from evolvent_cosim.fmu.contents import Contents, Variable
 
 _SI = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "radian": "rad"}

@@ -22,8 +22,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, NoReturn
 
 from evolvent import __version__, cases
-from evolvent.base import startup
-from evolvent.base.errors import EvolventError, InputError
+from evolvent_base import startup
+from evolvent_base.errors import EvolventError, InputError
 
 OK, ERROR = 0, 3
 #: Difference between the importer's time and the model's that is rounding: of the step, and of the time.

@@ -15,7 +15,7 @@ import sysconfig
 import tempfile
 import zipfile
 
-from evolvent.base.errors import EvolventError, InputError
+from evolvent_base.errors import EvolventError, InputError
 from evolvent_cosim.fmu.contents import Contents
 from evolvent_cosim.fmu.description import build_description, model_description
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent.analysis.definition import SystemDefinition
-from evolvent.base.errors import InputError, in_keys, naming_keys
+from evolvent_base.errors import InputError, in_keys, naming_keys
 from evolvent_massprops import batch
 
 if TYPE_CHECKING:

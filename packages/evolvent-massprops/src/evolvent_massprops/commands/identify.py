@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from evolvent.base import files, progress
-from evolvent.base.console import echo, made_table, once, showing_progress
-from evolvent.base.errors import InputError, visible
-from evolvent.base.overrides import parse_assignments
+from evolvent_base import files, progress
+from evolvent_base.console import echo, made_table, once, showing_progress
+from evolvent_base.errors import InputError, visible
+from evolvent_base.overrides import parse_assignments
 
 if TYPE_CHECKING:
     from evolvent_massprops.estimates import MassProperties
@@ -91,7 +91,7 @@ def identify(
 
 def _draw(folder: str | None, several: Sequence[Modal]) -> None:
     """Draw the modes of every recording; of several, each in its own folder, named as its file."""
-    from evolvent.view import plots
+    from evolvent_base import plots
     from evolvent_massprops import mode_figures
 
     if folder is None:

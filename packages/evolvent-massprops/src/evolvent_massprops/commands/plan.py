@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from evolvent.base import files
-from evolvent.base.console import echo, made_table, once, showing_progress
-from evolvent.base.errors import InputError
-from evolvent.base.overrides import parse_assignments
+from evolvent_base import files
+from evolvent_base.console import echo, made_table, once, showing_progress
+from evolvent_base.errors import InputError
+from evolvent_base.overrides import parse_assignments
 
 if TYPE_CHECKING:
     from evolvent_massprops.planning import Option, Plan
@@ -45,7 +45,7 @@ def plan(stand: str, uncertainty: str, runs: int | None, output: str | None, ass
     evolvent plan inertia-stand --uncertainty 0.1% --set body.offset_x='0.3 m'
     evolvent plan stand.yaml --uncertainty 0.2% --check 200 -o plan.png
     """  # noqa: D301
-    from evolvent.view import plots
+    from evolvent_base import plots
     from evolvent_massprops import planning
 
     overrides = parse_assignments(assignments)

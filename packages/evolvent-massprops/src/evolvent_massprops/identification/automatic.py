@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError, nearest
+from evolvent_base.errors import InputError, nearest
 from evolvent_massprops.identification.decay_laws import DECAY
 from evolvent_massprops.identification.linear_prediction import prony, tls_prony
 from evolvent_massprops.identification.modes import Modes

@@ -7,7 +7,7 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.identification.modes import Modes, make_modes
 from evolvent_massprops.identification.signals import Array, Sampling, Signal, noise_and_highest_frequency
 from evolvent_massprops.identification.subspace import (

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from evolvent.elements.dense import facing
+from evolvent_base.dense import facing
 from evolvent_massprops.identification.signals import Array, Signal, basis, fit_linear, noise_of, split
 
 if TYPE_CHECKING:

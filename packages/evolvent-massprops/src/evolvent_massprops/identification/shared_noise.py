@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.identification.signals import Array, Signal
 
 #: Sensors share noise where their residuals' correlation has a smaller p-value.

@@ -9,8 +9,8 @@ from typing import Any, TypedDict
 
 import numpy as np
 
-from evolvent.base.errors import InputError, nearest
-from evolvent.base.signals.times import Times, cells, check_rate, read_times
+from evolvent_base.errors import InputError, nearest
+from evolvent_base.signals.times import Times, cells, check_rate, read_times
 
 Array = np.ndarray
 

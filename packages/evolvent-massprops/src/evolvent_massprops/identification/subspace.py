@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, Unpack
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.identification.modes import Modes, make_modes, sort
 from evolvent_massprops.identification.signals import (
     Array,

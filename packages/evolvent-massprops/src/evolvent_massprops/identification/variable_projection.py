@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.identification.bounds import Factor, covariance, slope_factors
 from evolvent_massprops.identification.modes import Modes, make_modes, sort
 from evolvent_massprops.identification.shared_noise import components, correlation, mixing, pair, refuse_copies, unmixed

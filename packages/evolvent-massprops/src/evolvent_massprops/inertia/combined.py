@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.inertia.problem import BODY_NAMES, Problem, scale_of, value_of
 from evolvent_massprops.inertia.stand import Setup
 

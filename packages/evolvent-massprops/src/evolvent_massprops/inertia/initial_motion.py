@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.inertia.stand import Body, Stand, array, setup
 from evolvent_massprops.inertia.statics import equilibrium_pose, rotation_matrix
 from evolvent_massprops.inertia.vibration import NormalModes, moving

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError, nearest
+from evolvent_base.errors import InputError, nearest
 from evolvent_massprops.identification import Modes
 from evolvent_massprops.inertia.least_squares import finish, solve, starts
 from evolvent_massprops.inertia.linear_equations import refuse_mass, six_mode_properties, vertical_properties

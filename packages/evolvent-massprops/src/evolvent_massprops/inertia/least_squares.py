@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.inertia.combined import Combined
 from evolvent_massprops.inertia.linear_equations import refuse_mass, six_mode_properties, vertical_properties
 from evolvent_massprops.inertia.problem import BODY_NAMES, Problem, undetermined, value_of

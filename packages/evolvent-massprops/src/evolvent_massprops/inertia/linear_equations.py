@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.inertia.problem import BODY_NAMES, Problem, assign, scale_of, value_of
 from evolvent_massprops.inertia.stand import MOMENTS, Setup
 from evolvent_massprops.inertia.statics import Pose, Y, cross, equilibrium_pose, gradient, skew, spring_state, turning

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.inertia.stand import G0
 from evolvent_massprops.inertia.uncertainty import Budget, propagate
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError, nearest
+from evolvent_base.errors import InputError, nearest
 from evolvent_massprops.inertia import mounted
 from evolvent_massprops.inertia.stand import CENTRE, MOMENTS, Body, Mounting, Setup, Stand, array, setup
 from evolvent_massprops.inertia.vibration import NormalModes, level, linearise

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError, nearest
+from evolvent_base.errors import InputError, nearest
 
 G0 = 9.80665  # m/s2, standard gravity
 SUPPORTS = ("hanging", "standing", "guided")

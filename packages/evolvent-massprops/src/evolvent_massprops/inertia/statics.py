@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.inertia.stand import Body, Setup, Stand, array, setup
 
 Y, Z = np.eye(3)[1:]

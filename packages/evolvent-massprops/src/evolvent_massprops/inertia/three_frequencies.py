@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.inertia.problem import assign, mac
 from evolvent_massprops.inertia.stand import Body, Stand, array, setup
 from evolvent_massprops.inertia.uncertainty import Candidate

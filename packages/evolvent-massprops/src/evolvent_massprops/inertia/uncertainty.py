@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.inertia.combined import Combined
 from evolvent_massprops.inertia.problem import BODY_NAMES, Problem, check_names, value_of
 from evolvent_massprops.inertia.stand import MOMENTS

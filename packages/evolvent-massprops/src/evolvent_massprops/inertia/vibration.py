@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import facing
+from evolvent_base.dense import facing
+from evolvent_base.errors import InputError
 from evolvent_massprops.inertia.mounted import turned, whole
 from evolvent_massprops.inertia.stand import Body, Setup, Stand, array, setup
 from evolvent_massprops.inertia.statics import (

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops import batch
 from evolvent_massprops.batch.definition import BatchedDefinition
 from evolvent_massprops.inertia_stand import show

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.results.figures import Figure, Line, Map, Panel, stacked
+from evolvent_base.figures import Figure, Line, Map, Panel, stacked
 
 if TYPE_CHECKING:
     import xarray as xr

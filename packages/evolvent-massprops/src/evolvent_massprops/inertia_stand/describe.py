@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.inertia.stand import MOMENTS
 from evolvent_massprops.inertia_stand.case import Case
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError, in_keys
+from evolvent_base.errors import InputError, in_keys
 from evolvent_massprops import batch
 from evolvent_massprops.identification import Modes, frequencies_in, identify, mode_variables
 from evolvent_massprops.inertia import Inertia, from_modes, inertia_variables, mode_energies, partners

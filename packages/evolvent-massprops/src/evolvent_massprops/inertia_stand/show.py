@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of
 from evolvent.view import balance, show
+from evolvent_base.figures import Figure, Line, Number, Panel, numbers_of
 from evolvent_massprops import mode_figures
 from evolvent_massprops.inertia_stand.case import Case
 

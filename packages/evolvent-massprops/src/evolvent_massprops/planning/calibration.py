@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.description import OnSprings, load
 from evolvent_massprops.inertia.stand import MOMENTS
 from evolvent_massprops.planning.expected import Expected, Option, Task, expected

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.base.signals import Signals
+from evolvent_base import units
+from evolvent_base.errors import InputError
+from evolvent_base.signals import Signals
 from evolvent_massprops import modal
 from evolvent_massprops.description import OnSprings, for_recording, load
 from evolvent_massprops.identification import Modes

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base import progress
-from evolvent.base.errors import InputError
+from evolvent_base import progress
+from evolvent_base.errors import InputError
 from evolvent_massprops.description import OnSprings, load
 from evolvent_massprops.mounting_keys import Mounting
 from evolvent_massprops.planning.expected import Expected, Option, Task, expected

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.estimates import Share
 from evolvent_massprops.inertia.combined import Combined
 from evolvent_massprops.inertia.problem import undetermined

@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base import progress
-from evolvent.base.errors import InputError
+from evolvent_base import progress
+from evolvent_base.errors import InputError
 from evolvent_massprops import modal, springs
 from evolvent_massprops.identification.signals import DETREND
 from evolvent_massprops.inertia.least_squares import solve

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.identification import (
     Modes,
     automatic,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.identification import identify
 from evolvent_massprops.inertia import (
     Body,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.inertia import bifilar, compound, multifilar, pendulums, torsion, trifilar
 
 G = 9.80665

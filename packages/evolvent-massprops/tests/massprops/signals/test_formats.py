@@ -14,7 +14,7 @@ import pytest
 import scipy.io
 
 from evolvent import InputError
-from evolvent.base import signals
+from evolvent_base import signals
 from evolvent_massprops.measurement import vibration
 
 RATE = 50.0
@@ -249,7 +249,7 @@ def test_a_library_that_is_missing_is_named(tmp_path: pathlib.Path) -> None:
     code = (
         "import sys; sys.modules['nptdms'] = None\n"
         "from evolvent import InputError\n"
-        "from evolvent.base import signals\n"
+        "from evolvent_base import signals\n"
         "try:\n    signals.read(sys.argv[1])\nexcept InputError as error:\n    print(error)\n"
     )
     done = subprocess.run(

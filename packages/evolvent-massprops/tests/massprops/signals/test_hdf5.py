@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from evolvent import InputError
-from evolvent.base import signals
+from evolvent_base import signals
 from evolvent_massprops.measurement import vibration
 
 RATE, SIZE = 20.0, 400

@@ -13,7 +13,7 @@ import pytest
 import scipy.io
 
 from evolvent import InputError
-from evolvent.base import mat_file, signals
+from evolvent_base import mat_file, signals
 from evolvent_massprops.measurement import vibration
 
 RATE, SIZE = 20.0, 400

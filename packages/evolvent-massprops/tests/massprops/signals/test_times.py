@@ -11,7 +11,7 @@ import pytest
 import scipy.io
 
 from evolvent import InputError
-from evolvent.base import signals
+from evolvent_base import signals
 from evolvent_massprops.measurement import vibration
 from evolvent_massprops.modal import Modal
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from evolvent import InputError
-from evolvent.base import signals
+from evolvent_base import signals
 from evolvent_massprops import recordings
 from evolvent_massprops.description import Signals
 
@@ -49,7 +49,7 @@ def reading(folder: pathlib.Path, head: str, given: dict[str, Any], columns: int
 def test_what_a_column_is_in(
     head: str, given: dict[str, Any], unit: str, size: float, note: str, tmp_path: pathlib.Path
 ) -> None:
-    from evolvent.base import units
+    from evolvent_base import units
 
     found = reading(tmp_path, head, given)
     assert found.data[:, 0] * units.factor(found.unit, unit) == pytest.approx(size * TIME, rel=1e-6)

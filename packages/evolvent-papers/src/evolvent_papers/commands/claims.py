@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from evolvent.base import files
-from evolvent.base.console import INTERRUPTED, echo, note, once, showing_progress
-from evolvent.base.errors import InputError
+from evolvent_base import files
+from evolvent_base.console import INTERRUPTED, echo, note, once, showing_progress
+from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     from evolvent_papers.papers.ledger import Claim

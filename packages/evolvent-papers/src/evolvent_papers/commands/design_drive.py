@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from evolvent.base import files, options as shared, progress
-from evolvent.base.console import echo, made_table, showing_progress
-from evolvent.base.errors import InputError, RunFailed
+from evolvent_base import files, options as shared, progress
+from evolvent_base.console import echo, made_table, showing_progress
+from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
     from evolvent_papers.drives import Design
@@ -62,7 +62,7 @@ def design_drive(
     evolvent run drive.yaml
     """  # noqa: D301
     from evolvent import cases
-    from evolvent.view import plots
+    from evolvent_base import plots
     from evolvent_papers import drives
 
     bounds = _read(file, options)
@@ -92,7 +92,7 @@ def design_drive(
 def _read(file: str | None, options: dict[str, str | None]) -> Any:
     """The bounds of a file and of the options; an option comes before the file."""
     from evolvent import cases
-    from evolvent.base import safe_open
+    from evolvent_base import safe_open
     from evolvent_papers.drives import Bounds
 
     content: Any = {} if file is None else cases.parse_yaml(safe_open.text(file), file)

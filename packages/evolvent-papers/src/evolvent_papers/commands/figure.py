@@ -6,9 +6,9 @@ import os
 
 import click
 
-from evolvent.base import files
-from evolvent.base.console import INTERRUPTED, echo, figure_format, note, once, showing_progress
-from evolvent.base.errors import InputError
+from evolvent_base import files
+from evolvent_base.console import INTERRUPTED, echo, figure_format, note, once, showing_progress
+from evolvent_base.errors import InputError
 
 #: Endings of the files of each kind.
 ENDINGS = {"table": (".md",), "figure": (".png", ".svg", ".pdf")}
@@ -65,7 +65,7 @@ def _write(made: object, path: str) -> None:
 
     assert isinstance(made, Made)
     if made.figure is not None:
-        from evolvent.view import plots
+        from evolvent_base import plots
 
         plots.save(made.figure, path)
     else:

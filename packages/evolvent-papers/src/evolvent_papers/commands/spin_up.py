@@ -8,10 +8,10 @@ from typing import Annotated, Any
 import click
 from pydantic import Field
 
-from evolvent.base import files, options as shared, progress, units
-from evolvent.base.console import echo, made_table, showing_progress
-from evolvent.base.errors import RunFailed
-from evolvent.base.schema import Section
+from evolvent_base import files, options as shared, progress, units
+from evolvent_base.console import echo, made_table, showing_progress
+from evolvent_base.errors import RunFailed
+from evolvent_base.schema import Section
 
 
 class Options(Section):
@@ -44,7 +44,7 @@ def permissible_torque(
     evolvent permissible-torque heliogyro --lengths 1m,2m,5m,10m -o spin-up.png
     """  # noqa: D301
     from evolvent import cases
-    from evolvent.view import plots
+    from evolvent_base import plots
     from evolvent_papers import spin_up
 
     overrides = cases.parse_assignments(assignments)

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from evolvent.base import files, options as shared
-from evolvent.base.console import aligned, echo, say, showing_progress
-from evolvent.base.errors import InputError, RunFailed
+from evolvent_base import files, options as shared
+from evolvent_base.console import aligned, echo, say, showing_progress
+from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
     from evolvent_papers.laboratory.book import Set, Verdict
@@ -82,7 +82,7 @@ def _one(
     name: str, data: str | None, overrides: dict[str, Any], figure: str | None, *, quiet: bool
 ) -> dict[Set, Verdict | None]:
     """Predict and compare one set."""
-    from evolvent.view import plots
+    from evolvent_base import plots
     from evolvent_papers import laboratory
     from evolvent_papers.laboratory import book
 

@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import numpy as np
 
 from evolvent import closed_forms
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Section, shown
+from evolvent_base import units
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Section, shown
 from evolvent_papers.heliogyro import straight
 from evolvent_papers.heliogyro.case import WAYS
 

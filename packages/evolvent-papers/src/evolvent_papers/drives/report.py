@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_papers.drives import motion as mo
 from evolvent_papers.drives.search import Design
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.base.errors import RunFailed
+from evolvent_base.errors import RunFailed
 from evolvent_papers.drives import motion as mo
 from evolvent_papers.drives.bounds import Bounds, Task, task as task_of
 

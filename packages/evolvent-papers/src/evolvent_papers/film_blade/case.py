@@ -7,10 +7,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Section
 from evolvent.closed_forms import Film, Rotor, payout_lag
+from evolvent_base import units
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Section
 
 #: Twist between two sections from which on the blade counts as buckled, rad.
 BUCKLED = math.radians(5.0)

@@ -10,8 +10,8 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.closed_forms import payout_buckling, payout_slack
-from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of
 from evolvent.view import show
+from evolvent_base.figures import Figure, Line, Number, Panel, numbers_of
 from evolvent_papers.film_blade.case import Case
 
 if TYPE_CHECKING:

@@ -59,7 +59,7 @@ from typing import Any
 
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.assembly.assembled import Assembly
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_papers.heliogyro import derived as fields, show
 from evolvent_papers.heliogyro.case import Case
 from evolvent_papers.heliogyro.chart import study_figures

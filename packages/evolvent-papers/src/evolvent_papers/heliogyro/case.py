@@ -8,12 +8,12 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, model_validator
 
 from evolvent.assembly import expressions
-from evolvent.base import units
-from evolvent.base.errors import InputError, nearest
-from evolvent.base.schema import Section
 from evolvent.parts.expression import Constants, FeedbackLaw
 from evolvent.parts.feedback import RATE, Limits, Sensor
 from evolvent.parts.profile import TorqueProfile
+from evolvent_base import units
+from evolvent_base.errors import InputError, nearest
+from evolvent_base.schema import Section
 
 #: Ways in which spools turn, in place of their rate.
 WAYS = ("table", "free", "feedback")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from evolvent.results.figures import Figure, Line, Panel
+from evolvent_base.figures import Figure, Line, Panel
 from evolvent_papers.heliogyro.free_figures import difference_figure
 
 if TYPE_CHECKING:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from evolvent import cases, results
-from evolvent.base.errors import InputError
-from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent_base.errors import InputError
+from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_papers.heliogyro import straight
 from evolvent_papers.heliogyro.case import Case
 from evolvent_papers.heliogyro.structure import build
@@ -67,8 +67,8 @@ class LoopTable:
         """
         import xarray as xr
 
-        from evolvent.base import files
         from evolvent.results import netcdf
+        from evolvent_base import files
 
         poles = np.full((self.length.size, max(of.pole.size for of in self.modes)), np.nan, dtype=complex)
         for row, of in zip(poles, self.modes, strict=True):

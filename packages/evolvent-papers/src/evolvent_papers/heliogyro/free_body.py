@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from evolvent import closed_forms
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_papers.heliogyro.case import Case
 from evolvent_papers.heliogyro.straight import rotor, straight_inertia
 

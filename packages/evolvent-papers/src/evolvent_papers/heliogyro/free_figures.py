@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.results.figures import Figure, Line, Panel
+from evolvent_base.figures import Figure, Line, Panel
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases, results
-from evolvent.base.units import unit_text
 from evolvent.results import display
-from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of, spline, stacked
 from evolvent.view import balance, show
+from evolvent_base.figures import Figure, Line, Number, Panel, numbers_of, spline, stacked
+from evolvent_base.units import unit_text
 from evolvent_papers.heliogyro.case import Case
 from evolvent_papers.heliogyro.feedback import feedback_figure
 from evolvent_papers.heliogyro.free_figures import nutation_figure

@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING
 
-from evolvent.base.errors import InputError, nearest
+from evolvent_base.errors import InputError, nearest
 
 if TYPE_CHECKING:
     from evolvent_papers.laboratory.book import Set

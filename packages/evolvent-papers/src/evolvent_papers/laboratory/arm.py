@@ -24,9 +24,9 @@ import numpy as np
 
 from evolvent import analysis, cases
 from evolvent.analysis.system import System
-from evolvent.base import progress
-from evolvent.base.errors import InputError, RunFailed
-from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent_base import progress
+from evolvent_base.errors import InputError, RunFailed
+from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_papers.laboratory import book, tables
 from evolvent_papers.laboratory.book import Array, Band, Comparison, NoSettings, Set, Verdict, rms
 

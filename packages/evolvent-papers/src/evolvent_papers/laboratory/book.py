@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Section
-from evolvent.results.figures import Figure
+from evolvent_base.errors import InputError
+from evolvent_base.figures import Figure
+from evolvent_base.schema import Section
 
 Array = np.ndarray
 #: Half width of a band of 95 %, in standard deviations.

@@ -10,9 +10,9 @@ from typing import Annotated, Any
 import numpy as np
 
 from evolvent.analysis.system import System
-from evolvent.base import units
 from evolvent.elements import SectionInertia, SectionStiffness
 from evolvent.parts import Force, Joint, LineLoad, Rod
+from evolvent_base import units
 from evolvent_papers.laboratory.book import Array
 
 #: Gravity, m/s2.

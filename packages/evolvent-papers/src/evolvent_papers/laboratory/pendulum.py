@@ -22,11 +22,11 @@ from pydantic import Field
 
 from evolvent import analysis
 from evolvent.analysis.system import System
-from evolvent.base import progress, units
-from evolvent.base.errors import InputError, RunFailed
-from evolvent.base.schema import Section
 from evolvent.parts import Joint, RigidBody, RotationalSpring
-from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent_base import progress, units
+from evolvent_base.errors import InputError, RunFailed
+from evolvent_base.figures import Figure, Line, Panel, stacked
+from evolvent_base.schema import Section
 from evolvent_papers.laboratory import book, tables
 from evolvent_papers.laboratory.book import Array, Band, Comparison, Set, Verdict, rms
 

@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.base.errors import InputError
 from evolvent.design import calibration
-from evolvent.results.figures import Figure, Line, Panel
+from evolvent_base.errors import InputError
+from evolvent_base.figures import Figure, Line, Panel
 from evolvent_papers.laboratory import book
 from evolvent_papers.laboratory.book import Array, Band, Comparison, NoSettings, Set, Verdict, rms
 from evolvent_papers.wire_booms import SYSTEM, closed_form, log

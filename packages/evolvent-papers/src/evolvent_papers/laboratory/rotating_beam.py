@@ -14,12 +14,12 @@ import numpy as np
 from pydantic import Field
 
 from evolvent.analysis.system import System
-from evolvent.base import progress, units
-from evolvent.base.errors import InputError, RunFailed
-from evolvent.base.schema import Section
 from evolvent.elements import Material, Rectangle
 from evolvent.parts import Joint, Rod
-from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent_base import progress, units
+from evolvent_base.errors import InputError, RunFailed
+from evolvent_base.figures import Figure, Line, Panel, stacked
+from evolvent_base.schema import Section
 from evolvent_papers.laboratory import tables
 from evolvent_papers.laboratory.book import Array, Band, Comparison, Set, Verdict
 from evolvent_papers.laboratory.clamped import Deviation

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base import safe_open, tables
-from evolvent.base.errors import InputError
+from evolvent_base import safe_open, tables
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.base.errors import InputError
-from evolvent.results.figures import Figure, Line, Panel
+from evolvent_base.errors import InputError
+from evolvent_base.figures import Figure, Line, Panel
 from evolvent_papers.laboratory.book import Array, Band, Comparison, NoSettings, Set, Verdict
 
 SOURCE = "public repository morloy/trifilar-mass-prop, folder data/Inertia/5s; GPL-2; not shipped"

@@ -10,9 +10,9 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from evolvent.base import progress, units
-from evolvent.base.schema import Section
-from evolvent.results.figures import Figure, Line, Panel, stacked
+from evolvent_base import progress, units
+from evolvent_base.figures import Figure, Line, Panel, stacked
+from evolvent_base.schema import Section
 from evolvent_papers.laboratory import tables
 from evolvent_papers.laboratory.book import Band, Comparison, Set, Verdict
 from evolvent_papers.laboratory.clamped import Clamped, Deviation, G

@@ -11,11 +11,11 @@ import importlib
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Literal
 
-from evolvent.base.errors import InputError, nearest
+from evolvent_base.errors import InputError, nearest
 from evolvent_papers.papers.rib_captions import CAPTIONS
 
 if TYPE_CHECKING:
-    from evolvent.results.figures import Figure
+    from evolvent_base.figures import Figure
 
 TENENBAUM = "Tenenbaum (2014)"
 YI = "Yi, Yuan, Dong & Li (2017)"

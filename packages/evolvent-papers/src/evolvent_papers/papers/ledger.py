@@ -20,8 +20,8 @@ from typing import Any, Literal, get_args
 
 from evolvent import __version__
 from evolvent.assembly import expressions
-from evolvent.base import files
-from evolvent.base.errors import InputError, nearest
+from evolvent_base import files
+from evolvent_base.errors import InputError, nearest
 from evolvent_papers import papers
 
 Verdict = Literal["holds", "in part", "refuted", "open"]

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.results.figures import Figure, Line, Panel
+from evolvent_base.figures import Figure, Line, Panel
 from evolvent_papers.papers import Made, Options
 from evolvent_papers.papers.rib_captions import title
 from evolvent_papers.papers.rib_chain import LINKS, Chain

@@ -15,7 +15,7 @@ import numpy as np
 
 import evolvent
 from evolvent import cases, closed_forms
-from evolvent.results.figures import Figure, Line, Panel
+from evolvent_base.figures import Figure, Line, Panel
 from evolvent_papers.papers import Made, Options
 from evolvent_papers.papers.winding import markdown
 

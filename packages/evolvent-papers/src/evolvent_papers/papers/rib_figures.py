@@ -11,8 +11,8 @@ import numpy as np
 
 from evolvent import closed_forms
 from evolvent.elements import axis_shape
-from evolvent.results.figures import Figure, Line, Panel, plain
 from evolvent.view.drawing import smooth
+from evolvent_base.figures import Figure, Line, Panel, plain
 from evolvent_papers.papers import Made, Options
 from evolvent_papers.papers.rib_captions import title
 from evolvent_papers.papers.rib_runs import ALPHAS, Run, of_the_paper, runs

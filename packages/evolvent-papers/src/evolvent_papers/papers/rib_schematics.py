@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.elements import axis_shape, nodal
-from evolvent.results.figures import Figure, Line, Note, Panel
+from evolvent_base.figures import Figure, Line, Note, Panel
 from evolvent_papers.papers import Made, Options
 from evolvent_papers.papers.rib_captions import title
 from evolvent_papers.papers.winding import markdown

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from evolvent import cases
-from evolvent.results.figures import Figure, Line, Map, Note, Panel
+from evolvent_base.figures import Figure, Line, Map, Note, Panel
 from evolvent_massprops.inertia import Body, NormalModes, Stand, vertical_model
 from evolvent_massprops.inertia_stand import chart
 from evolvent_papers.papers import Made, Options

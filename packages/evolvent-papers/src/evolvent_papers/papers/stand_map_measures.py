@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from evolvent.base.errors import InputError
+from evolvent_base.errors import InputError
 from evolvent_massprops.inertia import Body, from_three_frequencies, linear_model
 from evolvent_massprops.inertia_stand import chart
 from evolvent_papers.papers import Options

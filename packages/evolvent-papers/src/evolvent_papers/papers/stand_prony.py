@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError
-from evolvent.results.figures import Figure, Line, Panel
+from evolvent_base.errors import InputError
+from evolvent_base.figures import Figure, Line, Panel
 from evolvent_massprops.identification import Modes, cramer_rao, prony, varpro
 from evolvent_papers.papers import Made, Options
 from evolvent_papers.papers.stand import grid

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.results.figures import Figure, Line, Map, Panel
+from evolvent_base.figures import Figure, Line, Map, Panel
 from evolvent_massprops.inertia import Load, best_point, least_energy
 from evolvent_massprops.inertia_stand import chart
 from evolvent_massprops.planning.pulls import SHARES

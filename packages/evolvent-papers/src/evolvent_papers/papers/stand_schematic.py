@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent import cases
-from evolvent.results.figures import Figure, Line, Note, Panel
+from evolvent_base.figures import Figure, Line, Note, Panel
 from evolvent_massprops.inertia import NormalModes, Stand
 from evolvent_papers.papers import Made, Options
 from evolvent_papers.papers.winding import markdown

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.results.figures import Figure, Line, Panel
+from evolvent_base.figures import Figure, Line, Panel
 from evolvent_papers.papers import Made, Options
 from evolvent_papers.papers.thread_runs import (
     QUICK_STIFFNESS,

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.results.figures import Figure, Line, Note, Panel
+from evolvent_base.figures import Figure, Line, Note, Panel
 from evolvent_papers.papers import Made, Options
 from evolvent_papers.papers.thread_runs import RIGID, tree
 from evolvent_papers.papers.winding import markdown

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent.results.figures import Figure, Line, Map, Note, Panel
+from evolvent_base.figures import Figure, Line, Map, Note, Panel
 from evolvent_papers.papers import Made, Options
 from evolvent_papers.papers.thread_variants import Data, Deployment, Start, deploy
 from evolvent_papers.papers.winding import markdown

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.closed_forms import payout_buckling, payout_lag, payout_slack
-from evolvent.results.figures import Figure, Line, Panel
+from evolvent_base.figures import Figure, Line, Panel
 from evolvent_papers.papers import Made, Options
 from evolvent_papers.papers.thread_runs import RIGID, tree
 from evolvent_papers.papers.winding import markdown

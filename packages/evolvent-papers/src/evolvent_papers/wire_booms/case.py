@@ -6,9 +6,9 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
-from evolvent.base import units
-from evolvent.base.errors import InputError
-from evolvent.base.schema import Section
+from evolvent_base import units
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Section
 
 PAIRS = ("1-2", "3-4")
 Pair = Literal["1-2", "3-4"]

@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base import safe_open, tables, units
-from evolvent.base.errors import InputError
 from evolvent.results.measurements import Measurements, Series
+from evolvent_base import safe_open, tables, units
+from evolvent_base.errors import InputError
 from evolvent_papers.wire_booms.case import PAIRS
 from evolvent_papers.wire_booms.structure import SPEED, timeline
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of
 from evolvent.view import show
+from evolvent_base.figures import Figure, Line, Number, Panel, numbers_of
 
 RPM = 60.0 / (2.0 * np.pi)
 

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from evolvent import closed_forms
-from evolvent.base.errors import InputError, nearest
-from evolvent.base.file_keys import FileKey
-from evolvent.base.schema import Section
+from evolvent_base.errors import InputError, nearest
+from evolvent_base.file_keys import FileKey
+from evolvent_base.schema import Section
 from evolvent_papers.wrapped_rib.keys import (
     ALPHA,
     ENERGY,

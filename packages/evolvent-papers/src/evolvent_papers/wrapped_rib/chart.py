@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from evolvent import cases, closed_forms
-from evolvent.base.errors import InputError
-from evolvent.results.figures import Figure, Line, Panel
+from evolvent_base.errors import InputError
+from evolvent_base.figures import Figure, Line, Panel
 from evolvent_papers.wrapped_rib.show import comparable_string
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import product
 from evolvent.results.motion import rotation_matrices
+from evolvent_base.dense import product
+from evolvent_base.errors import InputError
 from evolvent_papers.wrapped_rib.case import Case
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from evolvent.base import units
-from evolvent.base.schema import Section
 from evolvent.parts.curve import AnyCurve
+from evolvent_base import units
+from evolvent_base.schema import Section
 
 if TYPE_CHECKING:
     from evolvent.elements import CrossSection, Material

@@ -10,8 +10,8 @@ import numpy as np
 
 from evolvent import cases, closed_forms
 from evolvent.results import regular, variables
-from evolvent.results.figures import Figure, Line, Number, Panel, numbers_of, stacked
 from evolvent.view import balance, show
+from evolvent_base.figures import Figure, Line, Number, Panel, numbers_of, stacked
 from evolvent_papers.wrapped_rib.case import Case
 from evolvent_papers.wrapped_rib.case_checks import bending_stiffness_ratio
 from evolvent_papers.wrapped_rib.keys import IMPLICIT

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from evolvent.base.errors import InputError
-from evolvent.elements.dense import product
+from evolvent_base.dense import product
+from evolvent_base.errors import InputError
 from evolvent_papers.wrapped_rib.case import Case
 from evolvent_papers.wrapped_rib.initial_state import Start
 from evolvent_papers.wrapped_rib.keys import IMPLICIT
