@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 import evolvent
 import evolvent_base.units
 from evolvent import InputError, cases, parts
+from evolvent_base import schema
 from evolvent_base.units.orientation import ORDERS, quaternion_about, quaternion_of_euler
 
 ANGLES = (0.4, -1.1, 2.3)
@@ -89,7 +90,7 @@ def test_keys_inside_can_be_set():
     assert np.isclose(system.parts["body"].orientation[3], np.sin(np.pi / 12.0))
     assert np.isclose(system.with_values({"body.orientation.angle": "90 deg"}).parts["body"].orientation[0], 0.5**0.5)
     kind = cases.system("structure").Case
-    found = evolvent_base.schema.locate(kind, "parts.body.orientation.angle", {"system": "structure", **case})
+    found = schema.locate(kind, "parts.body.orientation.angle", {"system": "structure", **case})
     assert found.types[0][0] is float
 
 
