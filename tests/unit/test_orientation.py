@@ -12,7 +12,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import evolvent
-import evolvent_base.schema
 from evolvent import InputError, cases, parts
 from evolvent_base import schema
 from evolvent_base.units.orientation import ORDERS, quaternion_about, quaternion_of_euler

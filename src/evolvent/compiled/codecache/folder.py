@@ -48,12 +48,16 @@ def _baseline() -> str | None:
     return name if all(features.get(feature) for feature in needed) else None
 
 
+#: What the source of a module has that declares compiled functions.
+_DECLARE = ("evolvent.compiled.jit", "@calls.")
+
+
 def sources() -> dict[str, pathlib.Path]:
     """Modules that declare compiled functions, of all packages of evolvent that are installed: names and files."""
     found = {}
     for package, folder in packages.folders().items():
         for path in sorted(folder.rglob("*.py")):
-            if "evolvent.compiled.jit" in path.read_text(encoding="utf-8"):
+            if any(words in path.read_text(encoding="utf-8") for words in _DECLARE):
                 parts = path.relative_to(folder).with_suffix("").parts
                 found[".".join((package, *parts)).removesuffix(".__init__")] = path
     return found
