@@ -19,7 +19,7 @@ from sphinx.util.docutils import SphinxDirective
 
 from evolvent import cases
 from evolvent.design import studies
-from evolvent.model import family
+from evolvent.model import family, registry as family_registry
 from evolvent.parts import registry
 from evolvent.parts.base import Part, Reference
 from evolvent.parts.expression import Law
@@ -145,7 +145,7 @@ def families_table() -> str:
         f"| family of parts | {' | '.join(family.SOLVERS.values())} | instead |",
         "|---" * (len(family.SOLVERS) + 2) + "|",
     ]
-    for row in (kind for one in family.families().values() for kind in one.kinds):
+    for row in (kind for one in family_registry.families().values() for kind in one.kinds):
         cells = ["supported" if solver in row.solvers else "refused" for solver in family.SOLVERS]
         text.append(f"| {' | '.join([row.name, *cells, _cell(row.advice)])} |")
     return "\n".join(text)

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from evolvent.assembly import families as table
-from evolvent.model.family import Kind, families
+from evolvent.model.family import Kind
+from evolvent.model.registry import families
 
 
 @dataclasses.dataclass(frozen=True)

@@ -10,7 +10,7 @@ import pytest
 from evolvent import System, analysis
 from evolvent.analysis import sensitivity
 from evolvent.analysis.sensitivity import Key
-from evolvent.model.family import whole
+from evolvent.model.registry import whole
 from evolvent.solvers.adjoint import Adjoint
 from evolvent.solvers.adjoint_events import between
 from evolvent.solvers.patches import Sides

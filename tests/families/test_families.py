@@ -20,7 +20,8 @@ import evolvent
 from evolvent import InputError
 from evolvent.assembly import families, needs
 from evolvent.compiled import jit
-from evolvent.model.family import ENERGY, EVERY, EXPLICIT, IMPLICIT, MODES, SOLVERS, STATIC, families as family_table
+from evolvent.model.family import ENERGY, EVERY, EXPLICIT, IMPLICIT, MODES, SOLVERS, STATIC
+from evolvent.model.registry import families as family_table
 from evolvent.solvers import solve
 from evolvent.solvers.energy_momentum import solve_energy
 from evolvent.solvers.implicit import solve_implicit

@@ -11,7 +11,7 @@ import evolvent
 import families.plain  # noqa: F401  (it imports all cases)
 from evolvent import System
 from evolvent.analysis.sensitivity import key_of
-from evolvent.model.family import families as family_table
+from evolvent.model.registry import families as family_table
 from evolvent.results.kept import kept_of
 from evolvent.results.tree import root_of
 from evolvent.solvers import implicit

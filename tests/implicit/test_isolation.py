@@ -15,8 +15,8 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.flow import implicit as flow
 from evolvent.kernels import blocks, rigid
-from evolvent.model.family import families
 from evolvent.model.powers import N_POWERS
+from evolvent.model.registry import families
 from evolvent.solvers import solve
 from evolvent.solvers.implicit_setup import acts_from_outside
 from families.case import CASES

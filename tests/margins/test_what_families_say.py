@@ -13,7 +13,7 @@ from evolvent import InputError, System
 from evolvent.analysis import sensitivity
 from evolvent.analysis.margins import elastic, shares
 from evolvent.assembly import variants
-from evolvent.model.family import families
+from evolvent.model.registry import families
 from evolvent.model.shares import DAMPING, SPRING
 from evolvent.solvers.implicit_method import NAME
 from margin_cases import case

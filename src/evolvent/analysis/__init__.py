@@ -15,7 +15,7 @@ from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.families.threads import is_open
 from evolvent.kernels import axial, joint, rigid, sides
-from evolvent.model import family
+from evolvent.model import family, registry as family_registry
 from evolvent.results.fine_samples import Times
 from evolvent.solvers import energy_momentum, explicit_plan, implicit, payout
 from evolvent.solvers.laws import refusing_laws
@@ -131,7 +131,7 @@ def _method_of(assembly: Assembly, method: str) -> tuple[str, str]:
     model = assembly.model
     if len(refused) == 3:
         raise InputError(f"no method supports this system: {refused[family.EXPLICIT]}; {refused[family.IMPLICIT]}")
-    own = [one for one in family.families().values() if one.records(model).size]
+    own = [one for one in family_registry.families().values() if one.records(model).size]
     conserved = [one.conserved for one in own if one.conserved]
     if conserved and family.ENERGY not in refused:
         return energy_momentum.NAME, f"{' and '.join(conserved)}: steps of any length gain no energy"
@@ -157,7 +157,7 @@ def _method_of(assembly: Assembly, method: str) -> tuple[str, str]:
 
 def _better_implicit(assembly: Any) -> str:
     """Why implicit methods suit a constraint (but for links and guides) or friction better; nothing without one."""
-    known = family.families()
+    known = family_registry.families()
     for one in known.values():
         mask, why = one.implicit or (None, "")
         for k in np.flatnonzero(mask(one.records(assembly.model))) if mask is not None else ():

@@ -16,7 +16,7 @@ from evolvent import cases
 from evolvent.analysis import variation
 from evolvent.analysis.closure import warning_of
 from evolvent.assembly.families import owner
-from evolvent.model.family import families
+from evolvent.model.registry import families
 from evolvent.results.fine_samples import Times
 from evolvent.results.kept import Kept, is_local, kept_of, refusal
 from evolvent.solvers import implicit

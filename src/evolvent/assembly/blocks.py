@@ -10,8 +10,8 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.kernels.blocks import ANGLE, POSITION, RATE, ROTATION, SCALAR, SLOPE
-from evolvent.model.family import families
 from evolvent.model.questions import Coordinates
+from evolvent.model.registry import families
 
 Array = np.ndarray
 #: Numbers of velocities, by kind.

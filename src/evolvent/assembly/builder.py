@@ -20,7 +20,7 @@ from evolvent.compiled import laws
 from evolvent.compiled.pointer import zeros_record
 from evolvent.flow.implicit import add_weight
 from evolvent.kernels import ancf, rigid, rod_strains, springs
-from evolvent.model.family import asked, families
+from evolvent.model.registry import asked, families
 from evolvent_base.dense import product
 from evolvent_base.errors import InputError, nearest
 

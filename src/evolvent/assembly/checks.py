@@ -9,7 +9,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.flow.impulse import prepare
 from evolvent.kernels import constraint_rows
-from evolvent.model.family import asked
+from evolvent.model.registry import asked
 from evolvent_base.errors import InputError
 
 

@@ -8,7 +8,7 @@ from evolvent import model as mdl
 from evolvent.assembly.assembled import Array
 from evolvent.assembly.order import reverse_cuthill_mckee
 from evolvent.kernels import ancf_beams, constraint_rows, rigid
-from evolvent.model.family import asked
+from evolvent.model.registry import asked
 
 
 def constraint_families(families: dict[str, Array], masses: Array, n_q: int) -> dict[str, Array]:

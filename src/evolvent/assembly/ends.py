@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from evolvent.kernels import rigid
-from evolvent.model.family import End, Family, Records, acting, families
+from evolvent.model.family import End, Family, Records
+from evolvent.model.registry import acting, families
 
 Array = np.ndarray
 

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from evolvent.model import Model
-from evolvent.model.family import ENERGY, EXPLICIT, IMPLICIT, SOLVERS, STATIC, Kind, asked, families
+from evolvent.model.family import ENERGY, EXPLICIT, IMPLICIT, SOLVERS, STATIC, Kind
+from evolvent.model.registry import asked, families
 from evolvent_base.errors import InputError
 
 Array = np.ndarray

@@ -15,8 +15,8 @@ from evolvent.compiled import jit, lookups
 from evolvent.compiled.codecache import Linked, names_in
 from evolvent.kernels import ancf_beams
 from evolvent.model import Model, has
-from evolvent.model.family import QUESTIONS, families
 from evolvent.model.having import Condition
+from evolvent.model.registry import QUESTIONS, families
 
 
 def has_explicit_forces(model: Model) -> bool:

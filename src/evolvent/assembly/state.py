@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.model.family import Family, events, families
+from evolvent.model.family import Family
 from evolvent.model.layout import Accounts, Switches, counted
+from evolvent.model.registry import events, families
 
 Array = np.ndarray
 #: Places, among the accounts, of what friction takes under explicit methods, and, among the switches, of those that

@@ -21,8 +21,9 @@ from evolvent.assembly.blocks import is_of, note_inertia, owners
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.order import in_order
 from evolvent.flow.implicit import add_weight
-from evolvent.model.family import Family, families
+from evolvent.model.family import Family
 from evolvent.model.records import OWN_RECORDS
+from evolvent.model.registry import families
 from evolvent_base.errors import InputError
 
 #: Lists of a builder that parts append to, beside its rows.

@@ -1,1 +1,1 @@
-"""The families of parts: one module a topic, found by being here (`evolvent.model.family`)."""
+"""The families of parts: one module a topic, found by being here (`evolvent.model.registry`)."""

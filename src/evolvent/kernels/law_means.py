@@ -27,7 +27,7 @@ from evolvent.kernels.law_slopes import (
 )
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
-from evolvent.model.family import families
+from evolvent.model.registry import families
 
 
 def USED_FOR(model):  # noqa: N802

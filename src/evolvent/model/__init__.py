@@ -19,12 +19,12 @@ from numba.np import numpy_support
 
 from evolvent.compiled.jit import ADDRESSES
 from evolvent.compiled.pointer import Struct, array, record, shared, zeros_record
-from evolvent.model.family import QUESTIONS, calls_of, families, kept_of
 from evolvent.model.having import has as has, having as having, nonzero as nonzero, not_negative as not_negative
 from evolvent.model.interval import NUMBERS
 from evolvent.model.powers import N_POWERS
 from evolvent.model.records import *  # noqa: F403  (the names of the model are those of this package)
 from evolvent.model.records import OWN_RECORDS
+from evolvent.model.registry import QUESTIONS, calls_of, families, kept_of
 
 Array = np.ndarray
 
@@ -92,7 +92,7 @@ class Model(Struct):
     F, P : (nv,) float, scratch, generalised forces and the loads among them
     work, e, f, K24, K12 : scratch of an element, and of tangents
     J : (3, 3, 9) float, scratch, columns of sides
-    kept : (m, 6) int, fields that a run keeps at its samples (`evolvent.model.family.kept_of`)
+    kept : (m, 6) int, fields that a run keeps at its samples (`evolvent.model.registry.kept_of`)
     *_calls : (n,) int, the functions of the families that it has, by question (`evolvent.kernels.calls`)
     addresses : of functions that compiled code calls by address (`evolvent.compiled.jit.Indirect`)
     """

@@ -1,23 +1,13 @@
-"""What a family of records is, and which families there are.
-
-A family is declared by one module: of the package `evolvent.families`, or of another distribution that has an entry
-point of the group `evolvent.families`. Nothing else names it: whatever the package asks about parts, it asks every
-family of a model.
-"""
+"""What a family of records is: the questions that solvers and results ask about the parts of a model."""
 
 from __future__ import annotations
 
 import dataclasses
-import functools
-import importlib
-import pkgutil
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
-from types import MappingProxyType
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from evolvent.compiled import lookups
 from evolvent.model.layout import Accounts, Events, Rows, Switches
 from evolvent.model.questions import (
     AdjointSupport,
@@ -29,8 +19,6 @@ from evolvent.model.questions import (
     Records as Records,
 )
 from evolvent.model.shares import Rule, Shares
-from evolvent_base import plugins
-from evolvent_base.errors import InputError
 
 Array = np.ndarray
 
@@ -44,8 +32,6 @@ SOLVERS = {
     MODES: "modes",
 }
 EVERY = frozenset(SOLVERS)
-#: Group of entry points, and package, of modules that declare families.
-GROUP, PACKAGE = "evolvent.families", "evolvent.families"
 #: How fields are kept at samples, in the order in which they stand there (`Family.kept`).
 CLEARED, BETWEEN, NEARER, SUMMED = range(4)
 #: Words of the work of a load.
@@ -54,9 +40,6 @@ WORK = "work since the first sample, of the power interpolated between the sampl
 End = tuple[str, int]
 #: An answer that is a compiled function, which walks over a model's families call (`evolvent.kernels.calls`).
 Call = Any
-#: What questions begin with that are answered as those without it where they have no answer: of a step of implicit
-#: methods, of a state of explicit ones.
-_PREFIXES = ("step_", "explicit_")
 #: For all records of a family, or a function of the records to a mask of those for which it is so.
 Some = bool | Callable[[Array], Array]
 
@@ -407,136 +390,3 @@ class Family:
         """Its records in a model."""
         found: Array = getattr(model, self.name)
         return found
-
-
-@functools.cache
-def _modules_and_failures() -> tuple[list[Any], dict[str, str]]:
-    """Modules that declare families: those of the package, then those of other distributions; and why others do not."""
-    package, wrong = importlib.import_module(PACKAGE), dict[str, str]()
-    found = [importlib.import_module(f"{PACKAGE}.{one.name}") for one in pkgutil.iter_modules(package.__path__)]
-    found.sort(key=lambda module: str(module.__name__))
-    for entry in plugins.entry_points(GROUP):
-        try:
-            found.append(plugins.load(entry, f"the families of the entry point {entry.name!r}"))
-        except InputError as error:
-            wrong[entry.name] = str(error)
-    return found, wrong
-
-
-def modules() -> list[Any]:
-    """Modules that declare families: those of the package, then those of other distributions that can be loaded."""
-    return _modules_and_failures()[0]
-
-
-def unusable() -> Mapping[str, str]:
-    """Sentences on modules of other distributions that cannot be loaded, by the name of the entry point."""
-    return _modules_and_failures()[1]
-
-
-def _declared() -> Iterator[Family]:
-    """Families of the package by their order, then those of other distributions."""
-    for is_own in (True, False):
-        found: dict[str, Family] = {}
-        for module in modules():
-            if module.__name__.startswith(f"{PACKAGE}.") == is_own:
-                found |= {value.name: value for value in vars(module).values() if isinstance(value, Family)}
-        yield from sorted(found.values(), key=lambda family: (family.order, family.name))
-
-
-@functools.cache
-def families() -> dict[str, Family]:
-    """All families, by name and in their order; families of other distributions come last."""
-    return {family.name: family for family in _declared()}
-
-
-def whole() -> Iterator[Family]:
-    """Families of records that belong to no other family's."""
-    return (family for family in families().values() if not family.of)
-
-
-@functools.cache
-def acting() -> tuple[Family, ...]:
-    """Families that act between parts, but those whose ends are those of another family."""
-    every = families()
-    found = [family for family in every.values() if family.ends is not None and not family.through]
-    return tuple(family for family in found if not family.of or every[family.of].ends is None)
-
-
-def forget_steps(model: Any) -> None:
-    """Make all records of a model forget the steps before."""
-    for forget in asked("forget").values():
-        forget(model)
-
-
-@functools.cache
-def events() -> tuple[tuple[Family, Events], ...]:
-    """Events of all families, in the order of their numbers."""
-    own = ((family, one) for family in families().values() for one in family.events)
-    return tuple(sorted(own, key=lambda found: found[1].order))
-
-
-@functools.cache
-def asked(question: str) -> Mapping[str, Any]:
-    """Answers of the families that have one to a question, by name.
-
-    Parameters
-    ----------
-    question : str, attribute of `Family`
-    """
-    found = ((name, getattr(family, question)) for name, family in families().items())
-    return MappingProxyType({name: answer for name, answer in found if answer is not None})
-
-
-#: Questions whose answers are compiled functions.
-QUESTIONS = tuple(field.name for field in dataclasses.fields(Family) if field.type == "Call")
-
-
-def _slots(question: str, present: Collection[str]) -> Array:
-    """Slots of the answers of some families to a question, in their order, each once."""
-    found = []
-    for family in families().values():
-        answer = getattr(family, question)
-        for prefix in _PREFIXES:
-            if answer is None and question.startswith(prefix):
-                answer = getattr(family, question.removeprefix(prefix), None)
-        if answer is None and question == "evaluate" and family.results:
-            answer = family.force
-        if answer and family.name in present:
-            found.append(lookups.slot(answer))
-    return np.array([*dict.fromkeys(found)], dtype=np.int64)
-
-
-@functools.cache
-def _tables(present: tuple[str, ...], rub: tuple[str, ...]) -> dict[str, Array]:
-    """Tables of calls of models with records of some families, and with frictions of some."""
-    asked_of = dict.fromkeys(QUESTIONS, present) | {"until_turn": rub}
-    return {f"{question}_calls": _slots(question, of) for question, of in asked_of.items()}
-
-
-def calls_of(model: Mapping[str, Any]) -> dict[str, Array]:
-    """Tables of calls of a model, of the families of which it has records; they are those of all models alike."""
-    present = tuple(name for name in families() if model[name].size)
-    masks = ((name, families()[name].rubs) for name in present)
-    return _tables(present, tuple(name for name, mask in masks if mask is None or np.any(mask(model[name]))))
-
-
-def kept_of(model: Mapping[str, Any], places: Mapping[str, int]) -> Array:
-    """Fields that a run keeps at its samples, in their order: (m, 6) int.
-
-    Parameters
-    ----------
-    places : of each family, the word of the model at which its records are found
-
-    Returns
-    -------
-    Of each field the place of its family, bytes from record to record, number of records, bytes of the field in a
-    record, number of its numbers, and how it is kept (`Family.kept`)
-    """
-    found = []
-    for family in families().values():
-        if family.kept and (family.keeps is None or family.keeps(model.__getitem__)):
-            record, size = family.record, model[family.name].size
-            for field, how in family.kept.items():
-                kind, offset = record.fields[field][:2]  # type: ignore[index]
-                found.append((places[family.name], record.itemsize, size, offset, kind.itemsize // 8, how))
-    return np.array(sorted(found, key=lambda row: row[-1]), dtype=np.int64).reshape(-1, 6)

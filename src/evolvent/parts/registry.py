@@ -13,7 +13,7 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from evolvent import parts
 from evolvent.assembly.references import check_name
-from evolvent.model import family
+from evolvent.model import registry as family_registry
 from evolvent.parts import repetition
 from evolvent.parts.base import Part, kind_of
 from evolvent_base import plugins
@@ -53,7 +53,7 @@ def not_known(kind: Any) -> str:
 @functools.cache
 def _kinds_and_failures() -> tuple[Mapping[str, type[Part]], Mapping[str, str]]:
     """Kinds of parts that can be used, and why others cannot."""
-    wrong = dict(family.unusable())
+    wrong = dict(family_registry.unusable())
     built_in = (getattr(parts, name) for name in parts.__all__)
     found: dict[str, type[Part]] = {kind: part for part in built_in if (kind := kind_of(part))}
 
@@ -63,7 +63,7 @@ def _kinds_and_failures() -> tuple[Mapping[str, type[Part]], Mapping[str, str]]:
         else:
             found[kind] = part
 
-    for module in family.modules():
+    for module in family_registry.modules():
         for part in vars(module).values():
             if kind_of(part) and part.__module__ == module.__name__:
                 add(kind_of(part), part, kind_of(part), f"the module {module.__name__!r}")

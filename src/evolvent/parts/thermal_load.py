@@ -10,7 +10,7 @@ from pydantic import BeforeValidator
 
 from evolvent.assembly.builder import Builder
 from evolvent.elements.sections import TapeSection
-from evolvent.model.family import families
+from evolvent.model.registry import families
 from evolvent.parts.base import BeamName, Part
 from evolvent.parts.profile import GradientProfile, TemperatureProfile, write_profile
 from evolvent_base import units

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from evolvent.model.family import events
 from evolvent.model.layout import LATCHED as LATCHED
+from evolvent.model.registry import events
 from evolvent.results import variables
 from evolvent.solvers.solution import Solution
 from evolvent_base.units import unit_text

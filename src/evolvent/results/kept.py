@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from evolvent.model.family import families
+from evolvent.model.registry import families
 from evolvent.parts.base import Part
 from evolvent.results import variables
 from evolvent.results.observe import observe_part

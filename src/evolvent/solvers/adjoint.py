@@ -20,8 +20,9 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.flow.implicit import residual
 from evolvent.kernels.blocks import displace
 from evolvent.kernels.sparse import INNER
-from evolvent.model.family import some, whole
+from evolvent.model.family import some
 from evolvent.model.questions import AdjointSupport
+from evolvent.model.registry import whole
 from evolvent.solvers import implicit_loop, run as runs, tape as tapes, tape_energy
 from evolvent.solvers.adjoint_events import Jump, Jumps, Parameter, carried, difference, state_of
 from evolvent.solvers.implicit_method import METHODS

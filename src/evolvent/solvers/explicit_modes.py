@@ -17,7 +17,7 @@ from evolvent.flow.rhs import rhs
 from evolvent.kernels import contact_laws
 from evolvent.kernels.ancf_beams import beam_rates
 from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, ROTATION, SCALAR, SLOPE, block_at
-from evolvent.model.family import asked, families
+from evolvent.model.registry import asked, families
 
 #: Up to so many velocities the eigenvalues are those of the whole matrix.
 _DENSE = 120

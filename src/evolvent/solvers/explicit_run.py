@@ -13,7 +13,7 @@ from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.compiled.pointer import zeros_record
-from evolvent.model.family import forget_steps
+from evolvent.model.registry import forget_steps
 from evolvent.solvers import balance as eb, event_search, explicit, explicit_events as ex, run
 from evolvent.solvers.explicit_methods import METHODS, Method
 from evolvent.solvers.implicit_setup import round_off_energy, strain_round_off

@@ -18,7 +18,7 @@ from evolvent.kernels import joint
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.blocks import ANGLE
 from evolvent.kernels.drive import FREE
-from evolvent.model.family import families
+from evolvent.model.registry import families
 from evolvent.solvers.ordering import Pattern
 
 Array = np.ndarray

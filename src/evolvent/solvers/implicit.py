@@ -14,7 +14,7 @@ from evolvent.compiled.pointer import zeros_record
 from evolvent.kernels import rigid, thread
 from evolvent.kernels.sparse import SparseBlocks
 from evolvent.model import Model
-from evolvent.model.family import families as table
+from evolvent.model.registry import families as table
 from evolvent.parts.checks import number, positive
 from evolvent.solvers import balance as eb, reactions
 from evolvent.solvers.explicit_plan import STEP_ALLOWED, sample_times

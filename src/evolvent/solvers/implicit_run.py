@@ -13,7 +13,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.flow.implicit import residual, tangent
 from evolvent.kernels import joint
 from evolvent.kernels.sparse import INNER, SparseBlocks
-from evolvent.model.family import families as table
+from evolvent.model.registry import families as table
 from evolvent.solvers import balance as eb, implicit_loop, implicit_samples, reactions, redundancy, run
 from evolvent.solvers.alpha_state import SHORT
 from evolvent.solvers.captures import Captures

@@ -19,9 +19,10 @@ from evolvent.kernels import joint, rigid
 from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, SCALAR, indices
 from evolvent.kernels.drive import drive
 from evolvent.kernels.sparse import SparseBlocks
-from evolvent.model.family import EXPLICIT, SOLVERS, asked, families, forget_steps
+from evolvent.model.family import EXPLICIT, SOLVERS
 from evolvent.model.interval import NUMBERS, Interval
 from evolvent.model.powers import N_POWERS
+from evolvent.model.registry import asked, families, forget_steps
 from evolvent.solvers import event_search, graph, ordering, reactions
 from evolvent.solvers.balance import BALANCE, LEAST_ENERGY, RESOLVED
 from evolvent.solvers.implicit_state import LOOP, Workspace

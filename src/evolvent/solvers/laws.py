@@ -16,8 +16,8 @@ from evolvent.assembly.families import owner
 from evolvent.compiled import laws
 from evolvent.flow.impulse import prepare
 from evolvent.model import Model
-from evolvent.model.family import families
 from evolvent.model.questions import EVENT, Law, Moment
+from evolvent.model.registry import families
 from evolvent_base.errors import EvolventError, InputError
 
 Array = np.ndarray

@@ -6,7 +6,7 @@ import numpy as np
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
-from evolvent.model.family import asked
+from evolvent.model.registry import asked
 
 
 def passages(assembly: Assembly) -> tuple[tuple[float, str], ...]:

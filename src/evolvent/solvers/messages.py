@@ -11,7 +11,7 @@ from evolvent.assembly.blocks import owner_of
 from evolvent.assembly.families import owner
 from evolvent.kernels.blocks import POSITION, block_at, indices
 from evolvent.kernels.sparse import SparseBlocks
-from evolvent.model.family import asked
+from evolvent.model.registry import asked
 from evolvent.solvers import balance as eb, explicit_events, ordering
 from evolvent.solvers.implicit_state import GAINED, NO_CONVERGENCE, NOT_FINITE, REDUNDANT, SINGULAR
 from evolvent.solvers.laws import broken_law, large_law, states_energy, what_may_jump

@@ -7,8 +7,8 @@ import numpy as np
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SLOPE, idle
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
-from evolvent.model.family import families
 from evolvent.model.questions import LinearizedPoint
+from evolvent.model.registry import families
 from evolvent.solvers.static_work import velocity_slice
 from evolvent_base.errors import InputError, nearest
 

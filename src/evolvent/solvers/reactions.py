@@ -18,7 +18,8 @@ from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.compiled.jit import INTEGERS, MATRIX, indirect
 from evolvent.kernels.sparse import SPARSE, SparseBlocks
-from evolvent.model.family import some, whole
+from evolvent.model.family import some
+from evolvent.model.registry import whole
 from evolvent.solvers.alpha_start import forces_at
 from evolvent.solvers.implicit_state import DONE, WORKSPACE
 

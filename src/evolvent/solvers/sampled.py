@@ -13,7 +13,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.flow.kept_fields import write_forces
 from evolvent.flow.rhs import rhs
 from evolvent.kernels import constraint_rows, coordinate, joint
-from evolvent.model.family import asked, families
+from evolvent.model.registry import asked, families
 from evolvent.solvers import balance as eb
 
 Array = np.ndarray

@@ -11,7 +11,7 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.flow.impulse import prepare
-from evolvent.model.family import asked
+from evolvent.model.registry import asked
 from evolvent.solvers.explicit_methods import Method
 
 

@@ -13,7 +13,7 @@ from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.compiled import codecache
 from evolvent.model import family
-from evolvent.model.family import asked
+from evolvent.model.registry import asked
 from evolvent.parts.checks import number, positive
 from evolvent.solvers.fixed_lengths import given_positions
 from evolvent.solvers.laws import law_failure, refusing_laws, try_laws

@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent.assembly import families
 from evolvent.kernels import joint
-from evolvent.model.family import asked
+from evolvent.model.registry import asked
 from evolvent.solvers import balance as eb, equilibrium as eq
 from evolvent.solvers.linear_motion import growing_motions, has_gyroscopic_forces
 from evolvent.solvers.rod_messages import bending_hint

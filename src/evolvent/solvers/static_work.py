@@ -22,8 +22,8 @@ from evolvent.kernels import rigid, sparse_lu
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SCALAR, SLOPE, idle, indices
 from evolvent.kernels.sparse import INNER, SparseBlocks, clear
 from evolvent.kernels.springs import ON_BODY
-from evolvent.model.family import asked, families
 from evolvent.model.powers import N_POWERS
+from evolvent.model.registry import asked, families
 from evolvent.solvers import equilibrium as eq, ordering, redundancy
 from evolvent.solvers.implicit_setup import matrix_of, sizes
 from evolvent.solvers.steady_turn import check_turn

@@ -16,7 +16,8 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.ends import ends_of
 from evolvent.assembly.families import owner
 from evolvent.kernels import rigid
-from evolvent.model.family import Family, families
+from evolvent.model.family import Family
+from evolvent.model.registry import families
 from evolvent_base.errors import InputError
 
 Array = np.ndarray

@@ -12,7 +12,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import rigid, springs, thread
 from evolvent.kernels.blocks import idle, indices
 from evolvent.kernels.drive import FREE, RAMPS, drive
-from evolvent.model.family import asked
+from evolvent.model.registry import asked
 from evolvent.solvers import payout
 from evolvent.solvers.fixed_lengths import hold_segments
 from evolvent_base.errors import InputError

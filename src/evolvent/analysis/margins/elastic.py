@@ -31,7 +31,7 @@ from evolvent.analysis.margins.shares import is_held, of_family
 from evolvent.flow.implicit import energies, tangent
 from evolvent.kernels.blocks import displace
 from evolvent.kernels.sparse import clear
-from evolvent.model.family import families
+from evolvent.model.registry import families
 from evolvent.solvers import equilibrium
 from evolvent.solvers.implicit_setup import matrix_of, sizes
 from evolvent.solvers.static_work import spare_of, sparse_of

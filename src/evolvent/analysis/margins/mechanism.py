@@ -39,8 +39,8 @@ from evolvent.flow.implicit import residual
 from evolvent.kernels import axial
 from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
-from evolvent.model.family import forget_steps
 from evolvent.model.powers import N_POWERS
+from evolvent.model.registry import forget_steps
 from evolvent.model.shares import Elastic as ElasticShares, Tie
 from evolvent.solvers import equilibrium
 from evolvent.solvers.still_threads import at_time

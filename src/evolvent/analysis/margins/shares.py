@@ -11,7 +11,8 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner, records
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model import zeros
-from evolvent.model.family import Family, families
+from evolvent.model.family import Family
+from evolvent.model.registry import families
 from evolvent.model.shares import INERTIA, Rule, Shares, Tie
 from evolvent_base.errors import InputError
 

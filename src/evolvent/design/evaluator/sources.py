@@ -9,7 +9,7 @@ import platform
 
 import evolvent
 from evolvent import cases
-from evolvent.model import family
+from evolvent.model import registry as family_registry
 from evolvent.parts import registry
 from evolvent_base import file_keys, packages, plugins
 
@@ -47,7 +47,7 @@ def sources() -> str:
             name = f"{package}/{path.relative_to(folder).as_posix()}"
             if not name.startswith(_NOT_SOURCES):
                 digest.update(name.encode() + b"\0" + path.read_bytes())
-    for group in (cases.GROUP, registry.GROUP, family.GROUP):
+    for group in (cases.GROUP, registry.GROUP, family_registry.GROUP):
         for point in plugins.outside(group):
             for label, path in plugins.files_of(point):
                 digest.update(label.encode() + b"\0" + file_keys.digest(str(path)).encode())
@@ -57,7 +57,7 @@ def sources() -> str:
 def versions() -> dict[str, str]:
     """Versions of what computes; also of packages outside that add systems and parts."""
     found = {"evolvent": evolvent.__version__, "python": platform.python_version()}
-    for group in (cases.GROUP, registry.GROUP, family.GROUP):
+    for group in (cases.GROUP, registry.GROUP, family_registry.GROUP):
         added = [point.dist for point in plugins.outside(group) if point.dist is not None]
         found |= {package.name: package.version for package in added}
     return found | {name: importlib.metadata.version(name) for name in ("numpy", "scipy", "numba")}

@@ -11,7 +11,7 @@ import importlib
 import pkgutil
 from collections.abc import Iterable
 
-from evolvent.model.family import families
+from evolvent.model.registry import families
 from evolvent.results.observe import symbols
 from evolvent.results.observe.variables import OBSERVERS, Observed, Variable
 from evolvent.results.observe.view import View
