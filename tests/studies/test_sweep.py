@@ -160,6 +160,11 @@ def test_a_folder_is_not_shared(study, tmp_path, monkeypatch):
         studies.sweep(study, output=tmp_path / "f")
     with pytest.raises(InputError, match="is not a folder"):
         studies.sweep(study, output=tmp_path / "f" / "letter.txt")
+    shutil.copytree(tmp_path / "s", tmp_path / "t")
+    for path in (tmp_path / "t" / "results.zarr", tmp_path / "t" / "study.json"):
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+    with pytest.raises(InputError, match="holds other files and no study"):
+        studies.sweep(study, output=tmp_path / "t")
     with store.opened(tmp_path / "s", studies.read(study)), pytest.raises(InputError, match="another process works"):
         studies.sweep(study, output=tmp_path / "s")
 

@@ -133,4 +133,4 @@ def one_thread(is_wanted: bool) -> contextlib.AbstractContextManager[Any]:
         return contextlib.nullcontext()
     from threadpoolctl import threadpool_limits
 
-    return threadpool_limits(limits=1)  # type: ignore[no-any-return]
+    return threadpool_limits(limits=1)

@@ -12,6 +12,7 @@ import numpy as np
 from evolvent.design.evaluator.evaluator import Evaluator
 from evolvent.design.evaluator.record import Row
 from evolvent.design.evaluator.runs import CaseRuns, files_of
+from evolvent.design.evaluator.task import Point
 from evolvent.design.optimization.problem import Problem, Progress, Requirement
 from evolvent.results.kept import stored_name
 from evolvent_base.errors import InputError
@@ -90,17 +91,16 @@ class Designs:
         keys = [(place.tobytes(), chosen) for place in places]
         new = {key: place for key, place in zip(keys, places, strict=True) if key not in self._known}
         each = [(key, self._cases(place, chosen)) for key, place in new.items()]
-        new_runs = sum(len(runs) for _, runs in each if not isinstance(runs, str))
-        if self.count + new_runs > self.most:
+        several = [runs for _, runs in each if not isinstance(runs, str)]
+        if self.count + sum(map(len, several)) > self.most:
             raise OutOfRuns
-        outcomes = iter(self._evaluator.of([one for _, runs in each if not isinstance(runs, str) for one in runs]))
+        results = iter(self._results(several))
         for key, runs in each:
             if isinstance(runs, str):
                 self._known[key] = self._nothing(runs)
                 continue
-            own = [next(outcomes) for _ in runs]
-            self.count += len(own)
-            found = self._known[key] = self._result(own)
+            self.count += len(runs)
+            found = self._known[key] = next(results)
             if found.sound:
                 self._sizes = self._sizes or (size(found.objective), self._sizes_of(found.values))
                 self.history.append((self.count, found.objective, self.meets(found)))
@@ -116,15 +116,12 @@ class Designs:
         OutOfRuns
         """
         several = [[{**run, **one} for run in self.problem.runs(place, chosen)] for one in changes]
-        if self.count + sum(map(len, several)) > self.most:
-            raise OutOfRuns
-        outcomes = iter(self._evaluator.of([run for own in several for run in own]))
-        self.count += sum(map(len, several))
-        return [self._result([next(outcomes) for _ in own]) for own in several]
+        self.take(sum(map(len, several)))
+        return self._results(several)
 
     def finer(self, place: Array, chosen: tuple[int, ...]) -> Result:
         """What a design gives with finer integration of its runs, which are not counted."""
-        return self._result(self._evaluator.of(self.problem.runs(place, chosen), level=1.0))
+        return self._results([self.problem.runs(place, chosen)], level=1.0)[0]
 
     def take(self, runs: int) -> None:
         """Count runs that are made elsewhere.
@@ -163,6 +160,11 @@ class Designs:
 
     def _nothing(self, reason: str) -> Result:
         return Result(math.nan, np.full(len(self.problem.requirements), math.nan), reason)
+
+    def _results(self, several: Sequence[Sequence[Point]], level: float = 0.0) -> list[Result]:
+        """The results of designs from the keys of their runs, which are evaluated together."""
+        rows = iter(self._evaluator.of([run for own in several for run in own], level=level))
+        return [self._result([next(rows) for _ in own]) for own in several]
 
     def _result(self, outcomes: Sequence[Row]) -> Result:
         """The result of a design from those of its runs: of a dispersion quantiles, with failed runs as worst."""

@@ -90,11 +90,6 @@ def start_key(stages: Sequence[Stage], module: Any, system: str, given: Collecti
     return str(key)
 
 
-def check(before: Any, after: Any, module: Any) -> None:
-    """Refuse a stage that cannot follow another; both are checked cases."""
-    module.check_follows(before, after)
-
-
 def check_keep(keep: Sequence[str], stages: Sequence[Stage]) -> None:
     """Refuse names of `keep` that do not say whose they are."""
     names = [stage.name for stage in stages]

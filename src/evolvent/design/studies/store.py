@@ -69,12 +69,15 @@ def opened(folder: str | os.PathLike[str], study: Study) -> Iterator[Log]:
     manifest = {"study": study.name, "cases": study.count, "versions": versions()}
     manifest["hashes"] = {**study.digests, "sources": sources()}
     existing = os.listdir(place) if place.is_dir() else []
+    strange = InputError(f"the folder {str(place)!r} holds other files and no study; give another one with -o")
     if _MANIFEST not in existing and any(n != _STUDY and not n.startswith((".", _LOG)) for n in existing):
-        raise InputError(f"the folder {str(place)!r} holds other files and no study; give another one with -o")
+        raise strange
     files.make_folder(place)
     with contextlib.closing(Log(place / _LOG)) as log:
         if _MANIFEST in existing:
             _compare(place, _manifest(place), manifest)
+        elif log.found:
+            raise strange
         else:
             _write_text(place / _STUDY, study.text)
             _write_text(place / _MANIFEST, json.dumps(manifest, indent=2) + "\n")

@@ -420,7 +420,7 @@ def first_plan(study: Study, keep: Sequence[str] = ()) -> cases.Plan:
     for index in corners(study):
         try:
             case = cases.load(study.content, study.overrides(index))
-            return cases.system(case.system).plan(case, keep=keep)  # type: ignore[no-any-return]
+            return cases.system(case.system).plan(case, keep=keep)
         except InputError as error:
             refused = refused or error
     raise refused if refused is not None else InputError("the study has no cases")
@@ -452,7 +452,7 @@ def _loaded(study: Study, index: int, module: Any) -> Iterator[tuple[str, Any]]:
         try:
             case = cases.load(study.content, overrides)
             if before is not None:
-                st.check(before, case, module)
+                module.check_follows(before, case)
         except InputError as error:
             places = np.unravel_index(index, study.shape) * (1 if study.sample == "grid" else len(study.axes))
             varied = zip(study.axes, places, strict=True)
