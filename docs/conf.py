@@ -78,8 +78,9 @@ nitpick_ignore_regex = [
     ("py:class", r"(?!evolvent).*"),
     (
         "py:class",
-        r"evolvent\.(assembly|model|analysis\.system\.Part|parts\.(?:drive|profile|expression)|massprops\.inertia\.problem|design\.studies\.axes|massprops\.(?!inertia|identification|signals)\w+)\b.*",
+        r"evolvent\.(assembly|model|analysis\.system\.Part|parts\.(?:drive|profile|expression)|design\.studies\.axes)\b.*",
     ),
+    ("py:class", r"evolvent_massprops\.(inertia\.problem|(?!inertia|identification)\w+)\b.*"),
 ]
 
 # ------------------------------------------------------------------------------------------------ pages

@@ -89,7 +89,7 @@ SHORT = {
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
-    """A wheel as `start.py wheel` builds it, with this process's cache."""
+    """The core's wheel as `start.py wheel` builds it, with this process's cache; those of the others are beside it."""
     spec = importlib.util.spec_from_file_location("start", ROOT / "start.py")
     assert spec is not None
     assert spec.loader is not None
@@ -97,20 +97,22 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     spec.loader.exec_module(start)
     folder = tmp_path_factory.mktemp("dist")
     assert start.build_wheel(pathlib.Path(sys.executable), folder, tmp_path_factory.mktemp("kernels")) == 0
-    (found,) = folder.glob("*.whl")
+    (found,) = folder.glob("evolvent-*.whl")
     return found
 
 
 @pytest.fixture(scope="module")
 def installed(wheel: pathlib.Path, tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
-    """A fresh environment with the wheel; what it needs is this environment's."""
+    """A fresh environment with the wheels; what they need is this environment's."""
     folder = tmp_path_factory.mktemp("fresh")
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder)], check=True)
     (packages,) = folder.rglob("site-packages")
     others = [path for path in sys.path if path.endswith(("site-packages", "dist-packages"))]
     (packages / "others.pth").write_text("\n".join(others))
     pip = [sys.executable, "-m", "pip", "--python", str(python_of(folder)), "install", "-q", "--no-index", "--no-deps"]
-    subprocess.run([*pip, "--no-compile", "--disable-pip-version-check", str(wheel)], check=True)
+    subprocess.run(
+        [*pip, "--no-compile", "--disable-pip-version-check", *map(str, wheel.parent.glob("*.whl"))], check=True
+    )
     return folder
 
 
