@@ -60,7 +60,8 @@ def simulate_many(
         system._run_settings(settings)  # refuses what concerns all variants
     runs = SystemRuns(system=system, keep=margins.keep, settings=settings)
     workers = min(pools.cores(), MOST_THREADS) if workers is None else workers
-    with Evaluator(runs, workers=workers, batch=1, progress=progress) as evaluator:
+    batch = 0 if progress is None else 1
+    with Evaluator(runs, workers=workers, batch=batch, progress=progress) as evaluator:
         evaluator.of(listed, numbered=True)
     along = {key: _column([one.get(key) for one in listed]) for key in dict.fromkeys(k for one in listed for k in one)}
     found = label.table(evaluator.table(), ("variant",), (len(listed),))
