@@ -43,12 +43,14 @@ class Commands(SphinxDirective):
 
 def command_names() -> list[str]:
     """The commands of `evolvent`, in the order of its help."""
-    return cli.commands.list_commands(click.Context(cli.commands, info_name="evolvent"))
+    return cli.commands.list_commands(
+        click.Context(cli.commands, info_name="evolvent", **cli.commands.context_settings)
+    )
 
 
 def command_text(name: str) -> str:
     """Usage, help and options of a command of `evolvent`, in Markdown."""
-    root = click.Context(cli.commands, info_name="evolvent")
+    root = click.Context(cli.commands, info_name="evolvent", **cli.commands.context_settings)
     command = cli.commands.get_command(root, name)
     assert command is not None
     context = click.Context(command, info_name=name, parent=root)

@@ -48,8 +48,8 @@ def test_list_show_schema(call):
     code, out, _ = call("--version")
     assert (code, out) == (0, f"evolvent {evolvent.__version__}\n")
     for words in (["-h"], ["run", "--help"]):
-        code, out, _ = call(*words)
-        assert code == 0
+        code, out, err = call(*words)
+        assert (code, err) == (0, "")
         assert "Usage" in out
 
 

@@ -81,7 +81,7 @@ def test_the_python_of_the_readme_runs(tmp_path, monkeypatch):
 def test_a_command_of_the_pages_exists_with_its_options(line, page):
     """Options and built-in cases; files are not looked for."""
     words = shlex.split(re.split(r" [>|] | {2,}#", line)[0], comments=True)[1:]
-    root = click.Context(cli.commands, info_name="evolvent")
+    root = click.Context(cli.commands, info_name="evolvent", **cli.commands.context_settings)
     command = cli.commands.get_command(root, words[0])
     assert command is not None, line
     context = click.Context(command, info_name=words[0], parent=root)

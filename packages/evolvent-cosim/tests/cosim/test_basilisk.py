@@ -13,10 +13,11 @@ import numpy as np
 import pytest
 
 import evolvent
+import evolvent_cosim
 from evolvent import Stepper, System, parts
 from evolvent_base.errors import InputError
 
-FILE = pathlib.Path(evolvent.__file__).parent / "exports" / "basilisk.py"
+FILE = pathlib.Path(evolvent_cosim.__file__).with_name("basilisk.py")
 HAS = importlib.util.find_spec("Basilisk") is not None
 needs_basilisk = pytest.mark.skipif(not HAS, reason="bsk has its own environment: start.py test --release")
 
