@@ -280,6 +280,7 @@ class Builder:
             **scratch,
             **found,
         )
+        model.info.generalized = needs.has_explicit_forces(model)
         if np.any(self.gravity):
             needs.load(model, add_weight)
             add_weight(self.gravity, n_q, model, model.G)

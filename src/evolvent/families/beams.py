@@ -15,7 +15,7 @@ from evolvent.kernels.beam_strains import POINTS
 from evolvent.kernels.blocks import POSITION, SLOPE
 from evolvent.kernels.sparse import add_entry
 from evolvent.model.family import ENERGY, EVERY, Family, Kind, Records, record, where
-from evolvent.model.powers import MASS_DAMPING, STIFFNESS_DAMPING
+from evolvent.model.powers import MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
 from evolvent.model.questions import AdjointSupport, Block, Coordinates, LinearizedPoint, along, never, skew
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
@@ -252,7 +252,13 @@ def explicit_force(interval, model):
 
 @calls.force
 def explicit_rate(interval, model):
-    """Rates of all beams' coordinates."""
+    """Rates of all beams' coordinates; the power of their loads."""
+    n_q, given = model.info.nq, 0.0
+    for k in range(model.beams.size):
+        first = model.beams[k].iv - n_q
+        for i in range(first, first + 3 * ancf_beams.NODE_VECTORS[model.beams[k].kind] * model.beams[k].nodes):
+            given += model.P[i] * interval.ym[n_q + i]
+    interval.powers[MARKER_LOADS] += given
     ancf_beams.beam_rates(interval.ym, model, interval.rates)
 
 

@@ -45,8 +45,9 @@ def rhs(t, y, s, model, dy):
     info.step = math.inf
     for i in range(y.size):
         dy[i] = 0.0
-    for i in range(n_v):
-        F[i] = P[i] = 0.0
+    if info.generalized != 0:
+        for i in range(n_v):
+            F[i] = P[i] = 0.0
     for i in range(N_POWERS):
         powers[i] = 0.0
     rigid.kinematics(t, y, model)
@@ -60,10 +61,9 @@ def rhs(t, y, s, model, dy):
     calls = model.explicit_force_calls
     for k in range(calls.size):
         force_at(model, calls[k])(interval, model)
-    for i in range(n_v):
-        powers[MARKER_LOADS] += P[i] * y[n_q + i]
-    points.pass_to_beams(n_q, model.points, F)
-    points.take_forces(n_q, model.points, F)
+    if info.generalized != 0:
+        points.pass_to_beams(n_q, model.points, F)
+        points.take_forces(n_q, model.points, F)
     calls = model.explicit_rate_calls
     for k in range(calls.size):
         force_at(model, calls[k])(interval, model)

@@ -34,9 +34,11 @@ OWN_RECORDS: dict[str, np.dtype] = {
     # nothing has friction; stepping: 1 while an explicit method steps, whose frictions go on from the start of the
     # step; outside: 1 where something at all times ties the system to bodies that are not free, open: where forces act
     # from outside (`assembly.ends`). So has a record of joints, contact_surfaces and body_contacts that does so when it
-    # acts. causes: 1 where losses by their causes are among the accounts, as with beams or rods
+    # acts. generalized: 1 where under explicit methods forces act on coordinates (`F`, `P`), not on bodies and points
+    # alone; causes: 1 where losses by their causes are among the accounts, as with beams or rods
     "info": _record(
-        "nq nv ny ns ne bandwidth penalties brakes redundant exact rubbed stepping outside open checks causes",
+        "nq nv ny ns ne bandwidth penalties brakes redundant exact rubbed stepping outside open checks causes "
+        "generalized",
         "gravity",
         "step compliance over",
         gravity=_3,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import math
 
 import numpy as np
@@ -83,18 +84,24 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     weight = np.ones(int(model.info.nv))
     positions, inertia = blocks["kind"] == POSITION, blocks["inertia"][:, 0]
     placed = assembly.y[indices(blocks[positions & (blocks["switch"] == MOVES)], "iq")]
-    own = families().values()
-    lengths = [(one, 0.0, 0.0) for f in own if f.extents is not None for one in f.extents(f.records(model))]
+    own = asked("extents").items()
+    lengths = [(one, 0.0, 0.0) for name, extents in own for one in extents(getattr(model, name))]
     length = _extent(np.concatenate([model.bodies["x"], placed, np.reshape(lengths, (-1, 3))]))
     weight[indices(blocks[positions], "iv") - n_q] = length
     for sizes_of in asked("sizes").values():
         for velocities, size in sizes_of(model, length):
             weight[velocities - n_q] = size
     # the first node of a beam has the mass of half an element; a point mass has that of a thread's end on it
-    first = np.array([max(one.first for one in families()[name].coordinates) for name in owners()])[blocks["family"]]
+    first = _first_masses()[blocks["family"]]
     typical = (positions & ((first == 0.0) | (blocks["node"] == 0)) | (blocks["kind"] == ANGLE)) & (inertia > 0.0)
     masses = np.where(first > 0.0, first, 1.0)[typical] * inertia[typical]
     return weight, float(np.exp(np.mean(np.log(masses)))) if masses.size else 1.0
+
+
+@functools.cache
+def _first_masses() -> np.ndarray:
+    """What the first coordinate of an owner has of the typical mass, by the codes of owners: (n,)."""
+    return np.array([max(one.first for one in families()[name].coordinates) for name in owners()])
 
 
 def _extent(places: np.ndarray) -> float:

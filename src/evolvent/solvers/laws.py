@@ -70,11 +70,11 @@ def largest_works(assembly: Assembly, time: float) -> float:
 
     A state is known to some 1e-16 of its coordinates, and so is the work of the laws.
     """
+    if not any(use.law.is_force for use in _uses(assembly)):
+        return 0.0
     y, s, found = assembly.y.copy(), assembly.s.copy(), 0.0
     assembly = dataclasses.replace(assembly, model=assembly.model.copy())  # the state of which is that at the start
     uses = [use for use in _uses(assembly) if use.law.is_force]
-    if not uses:
-        return 0.0
     needs.load(assembly.model, prepare)
     prepare(time, y, s, assembly.model)
     for use in uses:
