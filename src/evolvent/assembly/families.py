@@ -57,7 +57,8 @@ def check(assembly: Any, solver: str, called: str = "") -> None:
     supported = set() if assembly.shared is None else assembly.shared.setdefault("supported", set())
     if solver in supported:
         return
-    found = list(_unsupported(assembly, solver))
+    added = {name: k for k, name in enumerate(assembly.names)}
+    found = sorted(_unsupported(assembly, solver), key=lambda one: added.get(one[0], -1))
     if not found:
         supported.add(solver)
         return
