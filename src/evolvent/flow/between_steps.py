@@ -2,7 +2,7 @@
 
 from numba import types, void
 
-from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import (
     constraint_rows,
     contact,
@@ -74,6 +74,12 @@ def end_frictions(y, step, model):
             taken += end_friction_at(model, calls[k])(y, model)
     turning.keep_rates(model)
     y[model.info.nq + model.info.nv + DISSIPATED] += taken
+
+
+@inlined
+def may_release(model):
+    """Whether a model has records that a trigger releases or switches off."""
+    return model.joints.size > 0 or model.motors.size > 0
 
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64), used_for=("motors", constraint_rows.HELD, _has_penalties))

@@ -5,7 +5,7 @@ from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.compiled.lookups import event_law_at
-from evolvent.flow.between_steps import release_by
+from evolvent.flow.between_steps import may_release, release_by
 from evolvent.flow.impulse import impulse, prepare, strike
 from evolvent.flow.inventory import inventory
 from evolvent.flow.rhs import rhs
@@ -152,12 +152,12 @@ def apply_event(t, y, s, model, k, g):
         return 0
     if k >= 2 * n + model.events.size:
         latch = k - 2 * n - model.events.size
-        if model.joints.size > 0 or model.motors.size > 0:
+        if may_release(model):
             release_by(t, y, s, model, -2 - latch)
         coordinate_laws.lock(s, model.coordinates, latch)
         return 0
     if k >= 2 * n:
-        if model.joints.size > 0 or model.motors.size > 0:
+        if may_release(model):
             release_by(t, y, s, model, k - 2 * n)
         return model.events[k - 2 * n].stops
     p = k // 2

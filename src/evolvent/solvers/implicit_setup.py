@@ -269,6 +269,11 @@ def stops_of(assembly: Assembly, times: np.ndarray) -> np.ndarray:
     return stops[(stops > times[0]) & (stops < times[-1])]
 
 
+def _most_logged(model: mdl.Model) -> int:
+    """Most latches and events that a run notes the times of."""
+    return int(model.coordinates.size + model.events.size)
+
+
 def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options: np.record) -> Workspace:
     """The loop's workspace at the start of a run; the model's history is cleared.
 
@@ -283,11 +288,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
     model.switches[:] = assembly.s
     forget_steps(model)
     out, evaluated = empty(model, n_t), n_t if reactions.applies(model, options) else 0
-    balance, fields, logged = (
-        np.zeros(1, dtype=BALANCE),
-        len(BALANCE.names or ()),
-        model.coordinates.size + model.events.size,
-    )
+    balance, fields, logged = np.zeros(1, dtype=BALANCE), len(BALANCE.names or ()), _most_logged(model)
     shared = {name: assembly.y.copy() for name in ("y", "y0")} | {name: np.zeros((n_b, 3)) for name in ("x0", "x1")}
     shared |= {name: np.zeros((n_b, 3, 3)) for name in ("R0", "R1")}
     shared |= {"dq": np.zeros(n_v), "la": np.zeros(n_j), "r": np.zeros(n_v + n_j), "powers": np.zeros((2, N_POWERS))}

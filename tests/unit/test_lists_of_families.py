@@ -1,0 +1,46 @@
+"""Nothing lists the families of records: what is asked about them is asked of them (`evolvent.model.family`)."""
+
+from __future__ import annotations
+
+import ast
+import pathlib
+from collections.abc import Iterator
+
+import evolvent
+from evolvent.model.registry import whole
+
+ROOT = pathlib.Path(evolvent.__file__).parent
+#: From here on what names families is a list of them.
+SEVERAL = 5
+
+
+def named(node: ast.AST, names: set[str]) -> set[str]:
+    """Families that are named in some code, as attributes or words."""
+    attributes = {one.attr for one in ast.walk(node) if isinstance(one, ast.Attribute)}
+    words = {one.value for one in ast.walk(node) if isinstance(one, ast.Constant) and isinstance(one.value, str)}
+    return (attributes | words) & names
+
+
+def pieces(tree: ast.Module) -> Iterator[ast.FunctionDef | ast.Assign | ast.AnnAssign]:
+    """Functions, methods and tables of a module."""
+    for node in tree.body:
+        for one in node.body if isinstance(node, ast.ClassDef) else [node]:
+            if isinstance(one, ast.FunctionDef | ast.Assign | ast.AnnAssign):
+                yield one
+
+
+def test_no_function_and_no_table_names_many_families() -> None:
+    names = {family.name for family in whole()}
+    assert len(names) > 20
+    found = []
+    for path in sorted(ROOT.rglob("*.py")):
+        for one in pieces(ast.parse(path.read_text(encoding="utf-8"))):
+            if len(named(one, names)) >= SEVERAL:
+                found.append(f"{path.relative_to(ROOT)}:{one.lineno}")
+    assert not found
+
+
+def test_a_list_would_be_found() -> None:
+    tree = ast.parse('def f(model):\n    return model.springs, model.loads, model.joints, "rods", model.threads.size\n')
+    (one,) = pieces(tree)
+    assert len(named(one, {family.name for family in whole()})) == SEVERAL
