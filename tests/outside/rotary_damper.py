@@ -63,7 +63,7 @@ ROTARY_DAMPERS = Family(
     },
     kinds=(Kind("a rotary damper", symmetric=True),),
     ends=of_bodies("a", "b"),
-    force=force, tangent=tangent, evaluate=force, category=DAMPING, smooth=True, stiff=False,
+    force=force, tangent=tangent, isolated=True, category=DAMPING, smooth=True, stiff=False,
     adjoint=AdjointSupport("its torque follows from the state, with all derivatives", timed=False),
 )  # fmt: skip
 

@@ -39,9 +39,10 @@ def mark_outside(found: Mapping[str, Array], info: Any) -> None:
         return np.asarray(np.array(tied, dtype=bool) | by_itself)
 
     for family in acting():
+        tied = ties(family)
         if "outside" in (family.record.names or ()):
-            found[family.name]["outside"] = ties(family)
-        elif not family.within:
-            info["outside"] |= np.any(ties(family))
+            found[family.name]["outside"] = tied
+        if not family.within and not family.at_times:
+            info["outside"] |= np.any(tied)
     for family in families().values():
         info["open"] |= not family.of and not family.may_be_isolated(found[family.name], records)

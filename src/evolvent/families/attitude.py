@@ -261,7 +261,7 @@ THRUSTERS = Family(
         "body iv profile", "local direction force limit", "command push push0 impulse place vector",
         local=_3, direction=_3, place=_3, vector=_3,
     ),
-    order=270,
+    order=400,
     results={
         "push": ("thrust", "N", "force of the thruster"),
         "impulse": ("impulse", "N s", "integral of the thrust since the start"),

@@ -203,4 +203,5 @@ BEARINGS = Family(
     shares=Shares((Rule(FRICTION),), place=7, together=_powers, measured="coordinate"),
     accounts=(Accounts(1, order=7),),
     start=start,
+    isolated=True,
 )  # fmt: skip

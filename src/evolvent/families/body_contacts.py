@@ -263,4 +263,6 @@ BODY_CONTACTS = Family(
     rubs=has_friction,
     stiffest=_without_stiffness,
     without_normal=_without_normal,
+    isolated=True,
+    at_times=True,
 )  # fmt: skip

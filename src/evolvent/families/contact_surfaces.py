@@ -290,6 +290,8 @@ CONTACT_SURFACES = Family(
     rubs=has_friction,
     stiffest=_without_stiffness,
     jumps=lambda found: (found["law"] == contact_laws.PAPER) & (found["damping"] > 0.0),
+    isolated=True,
+    at_times=True,
 )  # fmt: skip
 
 

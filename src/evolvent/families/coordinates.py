@@ -294,4 +294,5 @@ COORDINATES = Family(
     rubs=has_friction,
     start=start,
     stiffest=_stiffen,
+    isolated=True,
 )  # fmt: skip

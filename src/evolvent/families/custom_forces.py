@@ -81,4 +81,5 @@ CUSTOM_FORCES = Family(
     scratch=lambda records, _: {
         "custom": np.zeros(max(map(custom.scratch_size, records("custom_forces")["points"].tolist()), default=0))
     },
+    isolated=True,
 )  # fmt: skip

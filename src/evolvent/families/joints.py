@@ -278,4 +278,5 @@ JOINTS = Family(
     times=("until",),
     rows=Rows(constraint_rows.JOINT, _rows),
     totals={"penalties": lambda found: int(np.sum(found["stiffness"] > 0.0))},
+    at_times=True,
 )  # fmt: skip

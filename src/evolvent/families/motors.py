@@ -163,6 +163,7 @@ MOTORS = Family(
     evaluate=False,
     accounts=(Accounts(1, order=2),),
     times=("until",),
+    isolated=True,
 )  # fmt: skip
 
 
@@ -281,4 +282,5 @@ DRIVETRAINS = Family(
     accounts=(Accounts(DRIVETRAIN_ACCOUNTS, order=6),),
     rubs=lambda found: np.ones(found.size, dtype=bool),
     start=start,
+    isolated=True,
 )  # fmt: skip

@@ -201,13 +201,13 @@ RESISTANCES = Family(
         force=_force,
         power=_power,
     ),
-    until_turn=until_turn,
     evaluate=False,
     rubbed=lambda found: iter([found["account"]]),
     no_balance=_no_balance,
     accounts=(Accounts(1, order=4),),
     switches=(Switches(1, lambda found, _: found["start"], order=3),),
     start=start,
+    isolated=True,
 )  # fmt: skip
 
 # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the

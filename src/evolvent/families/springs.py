@@ -160,4 +160,5 @@ SPRINGS = Family(
     evaluate=evaluate,
     no_balance=_no_balance,
     passages=_passages,
+    isolated=True,
 )  # fmt: skip

@@ -92,4 +92,5 @@ SYNCHRONIZATIONS = Family(
     uneven=never,
     evaluate=False,
     accounts=(Accounts(1, order=3),),
+    isolated=True,
 )  # fmt: skip

@@ -122,8 +122,9 @@ class Family:
     kinds : what messages call its records, and which solvers support them; each record is of one kind
     of : str, family to which the records belong, whose part wrote them; supported where that is
     ends : function of a record and `Records` to what it acts on (`End`), for families that act between parts; the index
-        of vectors is that in the state of the first velocity, of reduced bodies the modal coordinates are meant. A
-        record with a field `outside` acts at times: it is 1 where an end of it is no free body
+        of vectors is that in the state of the first velocity, of reduced bodies the modal coordinates are meant.
+    at_times : whether its records act at times, which `flow.implicit.is_isolated` asks of their field `outside`, 1
+        where an end is no free body; such a field of other families only says so
     through : whether its records act through those of others, whose ends theirs are
     couples : function of a record and `Records` to the groups of ends that are coupled with one another in the matrix
         of an implicit method; None where all ends of a record are
@@ -131,9 +132,10 @@ class Family:
     outside : function of its records to those that act from outside, whatever their ends; None for none
     isolated : whether nothing but gravity and loads on beams, whose torque is known, acts from outside in a system with
         its records that tie nothing to other than free bodies: for all of them, or a function of them and `Records`;
-        None stands for those with ends
+        None stands for none of them
     by_rates : whether explicit methods find its fastest mode from the rates of the whole model
-        (`solvers.explicit_modes`), or a function of the model; None stands for those with a force
+        (`solvers.explicit_modes`), or a function of the model; None stands for those with a force. Those whose forces
+        act on coordinates (`Model.F`, `Model.P`), not on bodies and points alone, are always among them
     force, tangent : functions of `evolvent.kernels.calls`: forces of its records in a state or over a step, and their
         derivatives; step_force, step_tangent over a step, where that is another function
     inertia, inertia_tangent, step_inertia, step_inertia_tangent : the same of masses, after all forces
@@ -254,6 +256,7 @@ class Family:
     kinds: tuple[Kind, ...] = ()
     of: str = ""
     ends: Callable[[Any, Records], Iterator[End]] | None = None
+    at_times: bool = False
     through: bool = False
     couples: Callable[[Any, Records], Iterator[Iterable[End]]] | None = None
     within: bool = False
@@ -360,9 +363,9 @@ class Family:
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""
-        if self.isolated is None:
-            return self.ends is not None or not found.size
-        return self.isolated(found, records) if callable(self.isolated) else self.isolated or not found.size
+        if callable(self.isolated):
+            return self.isolated(found, records)
+        return bool(self.isolated) or not found.size
 
     def is_by_rates(self, model: Any) -> bool:
         """Whether explicit methods find the fastest mode of its records in a model from the rates of that."""

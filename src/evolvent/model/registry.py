@@ -52,24 +52,46 @@ def modules() -> list[Any]:
 
 
 def unusable() -> Mapping[str, str]:
-    """Sentences on modules of other distributions that cannot be loaded, by the name of the entry point."""
+    """Sentences on modules and families of other distributions that cannot be used, by their names."""
+    families()
     return _modules_and_failures()[1]
 
 
-def _declared() -> Iterator[Family]:
-    """Families of the package by their order, then those of other distributions."""
+def _refused(family: Family, taken: Collection[str]) -> str:
+    """Why a family of another distribution cannot be used; '' where it can."""
+    if family.name in taken:
+        return f"the family {family.name!r} has the name of a field of the model; it needs one of its own"
+    if family.events or family.rows is not None:
+        return f"the family {family.name!r} states events or rows of constraint, which only families of evolvent have"
+    if family.force and not family.tangent:
+        return f"the family {family.name!r} has a force without its tangent, which statics and modes need"
+    return ""
+
+
+def _declared(wrong: dict[str, str]) -> Iterator[Family]:
+    """Families of the package by their order, then those of other distributions; into `wrong` why some are not used."""
+    from evolvent.model import Model  # whose further fields are the families
+
+    taken = {*Model._declared}
     for is_own in (True, False):
         found: dict[str, Family] = {}
         for module in modules():
-            if module.__name__.startswith(f"{PACKAGE}.") == is_own:
-                found |= {value.name: value for value in vars(module).values() if isinstance(value, Family)}
+            if module.__name__.startswith(f"{PACKAGE}.") != is_own:
+                continue
+            for family in (value for value in vars(module).values() if isinstance(value, Family)):
+                why = "" if is_own else _refused(family, {*taken, *found})
+                if why:
+                    wrong[family.name] = why
+                else:
+                    found[family.name] = family
+        taken |= found.keys()
         yield from sorted(found.values(), key=lambda family: (family.order, family.name))
 
 
 @functools.cache
 def families() -> dict[str, Family]:
     """All families, by name and in their order; families of other distributions come last."""
-    return {family.name: family for family in _declared()}
+    return {family.name: family for family in _declared(_modules_and_failures()[1])}
 
 
 def whole() -> Iterator[Family]:

@@ -20,7 +20,7 @@ from evolvent.solvers.newton import solve_end
 
 _I = types.int64
 #: Iterations to the accelerations where friction depends on reactions, which the matrix does not have there.
-RUBBED = 20
+RUBBING = 20
 
 
 @indirect(void(REAL, VECTOR, MODEL, SPARSE, WORKSPACE, VECTOR, VECTOR))
@@ -37,7 +37,7 @@ def accelerations_at(t, state, model, matrix, work, A, la):
     c_mass = short_c_mass(options)
     scale = c_mass * options.mass
     d = 1e-3 * options.span
-    for _ in range(3 if model.bearings.size == 0 else RUBBED):
+    for _ in range(3 if model.bearings.size == 0 else RUBBING):
         residual(t, state, A, la, 0.0, 1.0, model, work.r, work.powers[0])
         for side in range(2):
             for i in range(n_v):

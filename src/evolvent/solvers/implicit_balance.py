@@ -51,8 +51,13 @@ def add_step_to_balance(t, h, model, work):
     balance.spools += 0.5 * h * (p[eq.SPOOLS] + p0[eq.SPOOLS])
     booked = work.booked
     end_step(t, h, 0.5 if midpoint else 1.0, 0.0, work.y, work.dq, model, booked)
+    balance.loads += booked[eq.MARKER_LOADS]
+    balance.by_mass += booked[eq.MASS_DAMPING]
+    balance.by_stiffness += booked[eq.STIFFNESS_DAMPING]
     balance.by_springs += booked[eq.SPRINGS]
+    balance.by_joints += booked[eq.JOINTS]
     balance.drives += booked[eq.DRIVEN]
+    balance.spools += booked[eq.SPOOLS]
     if midpoint:
         balance.by_contact += work.step.contact[0]
         balance.by_friction += work.step.contact[1]

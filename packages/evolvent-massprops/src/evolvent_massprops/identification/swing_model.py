@@ -24,7 +24,7 @@ REWEIGHTS = 3
 
 
 class Restoring(NamedTuple):
-    """What turns a body back: w0^2 (sine sin(x) H(0) / H(x) + line x), with the lift's inertia, see `kernels.swing`.
+    """What turns a body back: w0^2 (sine sin(x) H(0) / H(x) + line x), with the lift's inertia, see `swing`.
 
     Attributes
     ----------
@@ -171,7 +171,7 @@ class Component:
         return float(np.sqrt(max(abs(self.square), 1e-12))) if not self.restoring.linear else 1.0
 
     def kernel_parameters(self) -> Array:
-        """What `kernels.swing.motion` takes."""
+        """What `evolvent_massprops.swing.motion` takes."""
         assert self.rates is not None
         w, a = self.pole.imag, self.amplitude
         d, dry, drag = self.rates
