@@ -39,10 +39,12 @@ def mark_outside(found: Mapping[str, Array], info: Any) -> None:
         return np.asarray(np.array(tied, dtype=bool) | by_itself)
 
     for family in acting():
+        if family.within:
+            continue
         tied = ties(family)
         if "outside" in (family.record.names or ()):
             found[family.name]["outside"] = tied
-        if not family.within and not family.at_times:
+        if not family.at_times:
             info["outside"] |= np.any(tied)
     for family in families().values():
         info["open"] |= not family.of and not family.may_be_isolated(found[family.name], records)

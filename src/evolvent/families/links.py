@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record
@@ -22,6 +24,18 @@ def _unmet_guide(name: str, _: float, rate: float, __: float, moves: bool) -> st
     return f"guide {name!r}: the body moves against it, at {rate:.6g}, at the start" if moves else ""
 
 
+#: What is said of both: their constraints are records of the family `joints`.
+_HELD_BY_JOINTS: dict[str, Any] = {
+    "isolated": True,
+    "smooth": True,
+    "shares": Shares(),
+    "explicit": True,
+    "of_step": False,
+    "stiff": False,
+    "adjoint": AdjointSupport("joints hold it", timed=False),
+    "uneven": never,
+}
+
 LINKS = Family(
     "links",
     record("a b sense", "length drum axis zero", axis=_3, zero=_3),
@@ -29,14 +43,7 @@ LINKS = Family(
     kinds=(
         Kind("a link", symmetric=True),
     ),
-    isolated=True,
-    smooth=True,
-    shares=Shares(),
-    explicit=True,
-    of_step=False,
-    stiff=False,
-    adjoint=AdjointSupport("joints hold it", timed=False),
-    uneven=never,
+    **_HELD_BY_JOINTS,
     unmet=_unmet_link,
 )  # fmt: skip
 
@@ -48,13 +55,6 @@ GUIDES = Family(
     kinds=(
         Kind("a guide", symmetric=True),
     ),
-    isolated=True,
-    smooth=True,
-    shares=Shares(),
-    explicit=True,
-    of_step=False,
-    stiff=False,
-    adjoint=AdjointSupport("joints hold it", timed=False),
-    uneven=never,
+    **_HELD_BY_JOINTS,
     unmet=_unmet_guide,
 )  # fmt: skip

@@ -3,21 +3,9 @@
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import (
-    constraint_rows,
-    contact,
-    coordinate,
-    joint,
-    rigid,
-    turning,
-)
+from evolvent.kernels import constraint_rows, contact, coordinate, joint, rigid, turning
 from evolvent.kernels.calls import end_friction_at
-from evolvent.model import (
-    DISSIPATED,
-    KEPT,
-    MODEL,
-    RELEASE,
-)
+from evolvent.model import DISSIPATED, KEPT, MODEL, RELEASE
 
 
 def _has_penalties(model):

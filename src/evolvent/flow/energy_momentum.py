@@ -52,9 +52,7 @@ from evolvent.kernels.rotations import turn
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.model.interval import INTERVAL
-from evolvent.model.powers import (
-    N_POWERS,
-)
+from evolvent.model.powers import N_POWERS
 
 _I = types.int64
 

@@ -22,9 +22,7 @@ from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.model.interval import state_interval
-from evolvent.model.powers import (
-    N_POWERS,
-)
+from evolvent.model.powers import N_POWERS
 
 
 @indirect(void(REAL, VECTOR, VECTOR, VECTOR, REAL, REAL, MODEL, VECTOR, VECTOR))

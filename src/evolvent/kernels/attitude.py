@@ -41,12 +41,6 @@ FADE = 0.01
 
 
 @inlined
-def has_actuators(model):
-    """Whether a model has wheels or thrusters."""
-    return model.wheels.size + model.thrusters.size > 0
-
-
-@inlined
 def quaternion_product(a, b):
     """Quaternion a b, scalar first."""
     return (

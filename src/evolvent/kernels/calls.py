@@ -5,8 +5,9 @@ A walk over the families is a loop over a table:
     for k in range(model.force_calls.size):
         force_at(model, model.force_calls[k])(interval, model)
 
-A question is an attribute of `Family` with the metadata ``calls``; its answer is a function made by the decorator of
-the same name here. `Model` looks the slots up when it is made, and `assembly.needs` loads what the tables name.
+A question is an attribute of `Family` of the type `Call`; its answer is a function made by a decorator of this module,
+that of the signature with which the walk calls it. `Model` looks the slots up when it is made, and `assembly.needs`
+loads what the tables name.
 """
 
 from __future__ import annotations

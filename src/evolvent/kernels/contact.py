@@ -11,7 +11,7 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
-from evolvent.kernels import ancf, body_gaps, contact_laws, contact_tangent, rigid, surfaces
+from evolvent.kernels import ancf, body_gaps, contact_laws, rigid, surfaces
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.rotations import cross, dot, turn, turn_back
 from evolvent.model import MODEL
@@ -24,15 +24,6 @@ _PAIR = types.UniTuple(REAL, 2)
 def any_contact(model):
     """Whether a model has contacts."""
     return model.contact_surfaces.size > 0 or model.body_contacts.size > 0
-
-
-@inlined
-def measure(y, what, model):
-    """Gaps of all contacts by the state y and the bodies' current positions (`surfaces.measure_points`)."""
-    if model.contact_surfaces.size > 0:
-        surfaces.measure_points(y, what, model)
-    if model.body_contacts.size > 0:
-        body_gaps.measure_bodies(what, model)
 
 
 @inlined
@@ -59,15 +50,6 @@ def add_contacts(y0, y1, h, step, soft, chi, ratio, model, F):
         by_bodies, by_rubbing = add_bodies(y1, h, step, soft, chi, ratio, model)
         lost, rubbed = lost + by_bodies, rubbed + by_rubbing
     return lost, rubbed
-
-
-@inlined
-def add_tangents(y0, y1, h, c_rate, model, matrix):
-    """Add the derivative of `add_contacts` by y1, twice that of a step; with c_rate times that by velocity."""
-    if model.contact_surfaces.size > 0:
-        contact_tangent.add_point_tangents(y0, y1, h, c_rate, model, matrix)
-    if model.body_contacts.size > 0:
-        contact_tangent.add_body_tangents(h, c_rate, model, matrix)
 
 
 @inlined

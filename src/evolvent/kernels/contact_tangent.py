@@ -86,7 +86,7 @@ def _add_column(W, c, n_a, b, n_b, J, T, arm_a, arm_b, f, k, df):
 
 @indirect(void(VECTOR, VECTOR, REAL, REAL, MODEL, SPARSE), used_for="contact_surfaces")
 def add_point_tangents(y0, y1, h, c_rate, model, matrix):
-    """`contact.add_tangents` of contact points of beams."""
+    """Derivatives of `contact.add_points` by y1, twice those of a step; with c_rate times those by velocity."""
     bodies, n_q, none = model.bodies, model.info.nq, (0.0, 0.0, 0.0)
     contact_surfaces, contacts = model.contact_surfaces, model.contact_points
     W, K, H, factor = model.K24, model.K12, model.K12[3:6], 1.0 if h == 0.0 else 2.0
@@ -233,7 +233,9 @@ def _add_inner(matrix, point, row, factor, slope, lower, half, n_q, B):
 
 @indirect(void(REAL, REAL, MODEL, SPARSE), used_for="body_contacts")
 def add_body_tangents(h, c_rate, model, matrix):
-    """`contact.add_tangents` of two bodies; that of a state is exact, over a step the place on a's axis stays.
+    """Derivatives of `contact.add_bodies`, as of `add_point_tangents`.
+
+    Those of a state are exact; over a step the place on a's axis stays.
 
     Notes
     -----

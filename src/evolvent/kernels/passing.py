@@ -19,11 +19,6 @@ from evolvent.model import MODEL
 USED_FOR = CONTACTS
 
 
-def can_pass(model):
-    """Whether a model has contacts through which something could pass. Not compiled."""
-    return bool(model.body_contacts.size or model.contact_surfaces.size)
-
-
 @inlined
 def note_places(bodies, R, x):
     """Rotations R (nb, 3, 3) and positions x (nb, 3) of the bodies as they stand."""

@@ -124,7 +124,7 @@ class Family:
     ends : function of a record and `Records` to what it acts on (`End`), for families that act between parts; the index
         of vectors is that in the state of the first velocity, of reduced bodies the modal coordinates are meant.
     at_times : whether its records act at times, which `flow.implicit.is_isolated` asks of their field `outside`, 1
-        where an end is no free body; such a field of other families only says so
+        where an end is no free body. Records of other families count as acting at all times
     through : whether its records act through those of others, whose ends theirs are
     couples : function of a record and `Records` to the groups of ends that are coupled with one another in the matrix
         of an implicit method; None where all ends of a record are

@@ -30,7 +30,7 @@ _MANY = 50
 _LONG = 10.0
 #: Tasks that wait at every worker.
 _AHEAD = 2
-#: How often a point may end its process while it is evaluated alone, before it is given up.
+#: Number of times that a point may terminate its process while it is evaluated alone; then it is marked as failed.
 _DEATHS = 2
 
 Progress = Callable[[int, int], None]

@@ -140,7 +140,7 @@ class CaseRuns(Runs):
             assert self._system is not None
             variant = _variant(self._system, own, self.keep, check, {})
             if isinstance(variant, Kept) and not variant.missing:
-                return variant  # what another is refused for is found again, in a sentence that names its key
+                return variant  # otherwise the whole case is read below, whose error names the key
         try:
             case = cases.load(self.content, point)
             plan = cases.system(case.system).finer(level).plan(case, keep=self.keep, variants=self._shared)
