@@ -28,7 +28,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 #: The table that is shipped: a row a line, in the order of `_in_order`.
 SHIPPED = ROOT / "packages/evolvent-papers/src/evolvent_papers/laboratory/data/checks.json"
 #: What saved results carry of it, a sentence.
-STATEMENT = ROOT / "src" / "evolvent" / "results" / "credibility.txt"
+STATEMENT = ROOT / "packages/evolvent/src/evolvent" / "results" / "credibility.txt"
 #: Errors below it are round-off, which is each processor's own.
 ROUND_OFF = 1e-9
 #: How a row of the table is found again, and what of it a test states.

@@ -233,7 +233,7 @@ def test_the_table_of_layers_is_that_of_the_import_linter():
     rows = [row.split("|")[1] for row in table.splitlines()[2:]]
     found = [sorted(name.rstrip("/") for name in re.findall(r"`([^`]+)`", row)) for row in rows]
     assert found == wanted
-    package = ROOT / "src" / "evolvent"
+    package = ROOT / "packages/evolvent/src/evolvent"
     modules = {path.stem for path in package.glob("*.py")} - {"__init__"}
     folders = {path.name for path in package.iterdir() if (path / "__init__.py").exists()}
     assert sorted(name for row in found for name in row) == sorted(modules | folders)

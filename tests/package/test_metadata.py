@@ -159,7 +159,7 @@ def test_hooks_use_the_checkers_of_the_project():
 
 
 #: Folders of sources.
-FOLDERS = ("src/evolvent", *sorted(ROOT.glob("packages/*/src")))
+FOLDERS = tuple(sorted(ROOT.glob("packages/*/src")))
 
 
 def files_that_are_not_code() -> list[str]:
