@@ -29,7 +29,7 @@ from scipy.integrate import solve_ivp
 
 from evolvent import System, elements, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 G, LOOPS, END, STEP, RADIUS = 9.81, 40, 1.0, 5e-4, 0.9
 THIN = 1e-3

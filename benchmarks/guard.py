@@ -136,8 +136,9 @@ def works() -> dict[str, Work]:
 
     import evolvent
     from evolvent import elements, parts
-    from evolvent.solvers import energy_momentum, solve
-    from evolvent.solvers.implicit import solve_implicit
+    from evolvent.solvers import solve
+    from evolvent.solvers.time.implicit import energy_momentum
+    from evolvent.solvers.time.implicit.plan import solve_implicit
 
     thread, step = run.heliogyro("springs", stiffness=1e4, out=0.5 * run.LENGTH), run.rk4_step(1e4)
     chain = run.chain()

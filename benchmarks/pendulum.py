@@ -22,7 +22,7 @@ import numpy as np
 from exudyn_pendulum import pendulum
 
 from evolvent import System, elements, parts
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 LENGTH, SIDE, E, NU, DENSITY, G = 2.0, 0.02, 2e6, 0.3, 1000.0, 9.81
 STEP, RADIUS, SAMPLES = 1e-3, 0.9, (0.0, 1.0, 2.0)

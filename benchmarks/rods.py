@@ -22,8 +22,8 @@ import numpy as np
 from exudyn_pendulum import pendulum
 
 from evolvent import System, elements, parts
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 LENGTH, SIDE, E, NU, DENSITY, G = 1.0, 0.02, 2e7, 0.3, 7200.0, 9.81
 STEP, RADIUS, END = 1e-3, 0.9, 1.0
@@ -52,7 +52,7 @@ def ours(method: str, n: int, repeat: int, step: float = STEP) -> tuple[float, f
 
 def position(assembly: Any, y: np.ndarray) -> np.ndarray:
     """LinearizedPoint of the tip."""
-    from evolvent.solvers.positions import linearized_points
+    from evolvent.solvers.modal.positions import linearized_points
 
     return linearized_points(assembly, y)["rod.tip"].position
 

@@ -27,8 +27,8 @@ from evolvent import parts, spring_law
 from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import Solution, solve
-from evolvent.solvers.explicit_plan import choose_step
-from evolvent.solvers.observations import observe
+from evolvent.solvers.common.observations import observe
+from evolvent.solvers.time.explicit.plan import choose_step
 
 # The deployment of Tenenbaum (2014): see README.md of the project.
 LENGTH, RADIUS, SPOOL_RATE, OFFSET = 5.0, 0.01, 3.5, 0.05

@@ -25,7 +25,7 @@ import evolvent
 from evolvent import cases
 from evolvent.assembly.variants import Variants
 from evolvent.design.studies import tasks
-from evolvent.solvers import run
+from evolvent.solvers.time import run
 
 #: Cases and what is kept of each.
 KEPT = (

@@ -34,8 +34,8 @@ import numpy as np
 
 from evolvent import System, elements, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 LENGTH, WIDTH, THICKNESS, E, DENSITY = 12.0, 0.03, 0.0003, 5e6, 1600.0
 HUB, RATE, FORCE, STIFFNESS, DAMPING, POINTS = 0.6, -0.2, 1.0 / 3.0, 1e4, 0.5, 4

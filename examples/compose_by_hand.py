@@ -13,7 +13,7 @@ import numpy as np
 
 from evolvent import System, force_law, parts
 from evolvent.solvers import solve
-from evolvent.solvers.observations import observe
+from evolvent.solvers.common.observations import observe
 
 
 @force_law

@@ -13,8 +13,8 @@ import numpy as np
 
 from evolvent import System, parts
 from evolvent.elements import Material, Rectangle
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
 
 LENGTH, RADIUS, COUNT = 12.0, 0.6, 40
 

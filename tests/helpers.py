@@ -9,17 +9,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent import model as mdl, parts
+from evolvent.algebra.sparse import OUTSIDE
 from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
-from evolvent.flow import implicit as equations
-from evolvent.flow.rhs import rhs
+from evolvent.equations import implicit as equations
+from evolvent.equations.rhs import rhs
 from evolvent.kernels import blocks
-from evolvent.kernels.sparse import OUTSIDE
 from evolvent.model.powers import N_POWERS
-from evolvent.solvers import Solution, equilibrium, solve
-from evolvent.solvers.implicit import matrix_of
-from evolvent.solvers.observations import Observations, observe
-from evolvent.solvers.static_work import Work, sparse_of
+from evolvent.solvers import Solution, solve
+from evolvent.solvers.common.observations import Observations, observe
+from evolvent.solvers.static import equilibrium
+from evolvent.solvers.static.work import Work, sparse_of
+from evolvent.solvers.time.implicit.plan import matrix_of
 
 Array = np.ndarray
 

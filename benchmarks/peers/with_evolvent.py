@@ -10,7 +10,7 @@ import numpy as np
 import evolvent
 from evolvent import System, elements, parts
 from evolvent.solvers import solve
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 
 def version() -> str:

@@ -9,8 +9,8 @@ import pytest
 
 from evolvent import InputError, System, elements, parts
 from evolvent.assembly.builder import Assembly
-from evolvent.flow import implicit
-from evolvent.flow.rhs import rhs
+from evolvent.equations import implicit
+from evolvent.equations.rhs import rhs
 from evolvent.kernels import constraint_rows, joint, rigid
 from evolvent.model import powers
 from evolvent.solvers import solve

@@ -11,7 +11,7 @@ import pytest
 from evolvent import InputError, System, event_law, parts, spring_law
 from evolvent.parts.base import Part
 from evolvent.solvers import solve
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 K, K3, C = 10.0, 4.0, 0.1
 TEXT, CONSTANTS = "k*x + k3*x**3 + c*v + where(t < 0.7, 0, 0.2)", {"k": K, "k3": K3, "c": C}

@@ -12,10 +12,10 @@ from scipy.integrate import solve_ivp
 from book import Book
 from evolvent import InputError, System, elements, parts
 from evolvent.solvers import Solution, solve
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from helpers import fitted_order, rotation
 from implicit.rigs import coordinates
 
@@ -276,7 +276,7 @@ def test_multipliers_of_redundant_hinges_are_those_of_least_norm(solver: str) ->
         arm = np.array([-0.4, 0.0, z])
         columns += [np.append(e, np.cross(arm, e)) for e in np.eye(3)]
         columns += [np.append(np.zeros(3), e) for e in np.eye(3)[:2]]
-    from evolvent.solvers.implicit_setup import sizes
+    from evolvent.solvers.time.implicit.setup import sizes
 
     length = float(sizes(found.assembly)[0].max())
     weight = np.tile([1.0, 1.0, 1.0, 1.0 / length, 1.0 / length], 2)  # moments count by the size of the system

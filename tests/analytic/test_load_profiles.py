@@ -12,8 +12,8 @@ from scipy.integrate import quad
 
 from evolvent import System, elements, parts
 from evolvent.solvers import solve
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 ROWS = [(0.0, 0.0), (0.31, 0.2), (0.77, -0.1), (1.3, 0.0)]
 PROFILES: dict[str, Any] = {

@@ -15,10 +15,10 @@ from evolvent import InputError, System, parts
 from evolvent.kernels import gaps, joint, rigid
 from evolvent.results.observe import observe
 from evolvent.solvers import Solution, solve
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from helpers import fitted_order
 from implicit.rigs import momenta
 

@@ -11,9 +11,9 @@ import pytest
 from evolvent import InputError, System, parts
 from evolvent.kernels import joint
 from evolvent.solvers import Solution, solve
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 G, M, J, PITCH = 9.81, 2.0, 0.05, 0.3
 METHODS = ("rk4", "generalized-alpha", "energy-momentum")

@@ -12,8 +12,8 @@ from attitude.building import J, bus
 from book import Book
 from evolvent import System, elements, parts
 from evolvent.solvers import Solution, solve
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from implicit.rigs import Equations, coordinates
 
 Array = np.ndarray

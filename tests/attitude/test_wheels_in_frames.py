@@ -10,8 +10,8 @@ import pytest
 
 from evolvent import System, parts
 from evolvent.kernels.blocks import displace
-from evolvent.solvers.equilibrium import unbalance
-from evolvent.solvers.modes import Where, at_equilibrium
+from evolvent.solvers.modal.modes import Where, at_equilibrium
+from evolvent.solvers.static.equilibrium import unbalance
 
 Array = np.ndarray
 

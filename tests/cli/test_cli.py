@@ -306,7 +306,7 @@ def test_unwritable_folder_is_refused_before_the_run(call, monkeypatch, tmp_path
 
 @pytest.mark.slow
 def test_a_failed_run_is_labelled_on_its_pictures_and_its_page_needs_nothing_else(call, monkeypatch):
-    from evolvent.solvers import balance
+    from evolvent.solvers.common import balance
 
     monkeypatch.setattr(balance, "GAINED", 1e-30)
     monkeypatch.setattr(balance, "ROUND_OFF", 0.0)

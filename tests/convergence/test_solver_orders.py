@@ -15,7 +15,8 @@ from book import Book
 from evolvent import parts
 from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
-from evolvent.solvers import explicit_methods, explicit_run, solve
+from evolvent.solvers import solve
+from evolvent.solvers.time.explicit import methods as explicit_methods, run as explicit_run
 from helpers import derivative, fitted_order, heliogyro, run
 
 ORDERS = {"heun": 2, "rk4": 4, "dopri5": 5}

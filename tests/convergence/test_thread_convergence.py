@@ -9,7 +9,7 @@ import pytest
 
 from book import Book
 from evolvent import parts
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from evolvent_papers.papers import thread_continuum as continuum
 from helpers import END, R, Run, V, fitted_order, heliogyro, observe, run
 

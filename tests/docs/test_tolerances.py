@@ -17,7 +17,9 @@ import pytest
 
 import evolvent as ev
 from evolvent import cases, parts
-from evolvent.solvers import explicit_plan, implicit, static
+from evolvent.solvers.static import static
+from evolvent.solvers.time.explicit import plan as explicit_plan
+from evolvent.solvers.time.implicit import plan as implicit
 
 PAGE = (pathlib.Path(__file__).parents[2] / "docs" / "guide" / "tolerances.md").read_text(encoding="utf-8")
 ROWS = re.findall(r"^\| (.+?) \| `([a-z0-9-]+)` \| `([^`]+)` \| (\S+) \| (\S+) \|$", PAGE, flags=re.MULTILINE)

@@ -10,11 +10,12 @@ import pytest
 
 from evolvent import System, parts
 from evolvent.elements import Material, Rectangle
-from evolvent.solvers import energy_momentum, solve
-from evolvent.solvers.balance import defect
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit_run import Run
-from evolvent.solvers.solution import Solution
+from evolvent.solvers import solve
+from evolvent.solvers.common.balance import defect
+from evolvent.solvers.common.solution import Solution
+from evolvent.solvers.time.implicit import energy_momentum
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.run import Run
 
 #: The least spectral radius, with the strongest filter.
 LEAST = 1.0 / 3.0

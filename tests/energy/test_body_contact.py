@@ -11,7 +11,7 @@ import xarray as xr
 
 from book import Book
 from evolvent import Stepper, System, parts
-from evolvent.solvers.modes import modes
+from evolvent.solvers.modal.modes import modes
 from families.contacts import pressed
 
 Array = np.ndarray

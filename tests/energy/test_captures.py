@@ -9,8 +9,8 @@ import pytest
 
 from evolvent import System, parts
 from evolvent.analysis.closure import unresolved_captures
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.solution import Solution
+from evolvent.solvers.common.solution import Solution
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 J, STIFFNESS = 0.5, 400.0
 METHODS = ("energy-momentum", "generalized-alpha")

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from evolvent import System, elements, parts
-from evolvent.flow import energy_momentum as flow
-from evolvent.kernels import sparse_lu
-from evolvent.solvers.energy_momentum import plan
+from evolvent.algebra import sparse_lu
+from evolvent.equations import energy_momentum as flow
+from evolvent.solvers.time.implicit.energy_momentum import plan
 
 Array = np.ndarray
 N = 6

@@ -11,8 +11,8 @@ import pytest
 from evolvent import InputError, System, parts
 from evolvent.elements import Material, Rectangle
 from evolvent.solvers import solve
-from evolvent.solvers.energy_momentum import plan, solve_energy
-from evolvent.solvers.solution import Solution
+from evolvent.solvers.common.solution import Solution
+from evolvent.solvers.time.implicit.energy_momentum import plan, solve_energy
 
 THIN = Rectangle(thickness=1e-3, width=0.02)
 STIFF = Material(young_modulus=1e9, poisson_ratio=0.3, density=1600.0)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from evolvent import RunFailed, System, elements, parts, spring_law
-from evolvent.solvers import pace
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.solution import Solution
+from evolvent.solvers.common.solution import Solution
+from evolvent.solvers.time import pace
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
 
 METHOD = "energy-momentum"
 

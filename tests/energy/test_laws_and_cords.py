@@ -9,8 +9,8 @@ import pytest
 
 from evolvent import System, element_law, parts
 from evolvent.solvers import solve
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.solution import Solution
+from evolvent.solvers.common.solution import Solution
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
 from implicit.test_custom_forces import connected, triangle
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from evolvent import System, element_law, motor_law, parts
-from evolvent.flow.energy_momentum import measure, residual, tangent
-from evolvent.solvers.energy_momentum import plan
-from evolvent.solvers.static_work import sparse_of
+from evolvent.equations.energy_momentum import measure, residual, tangent
+from evolvent.solvers.static.work import sparse_of
+from evolvent.solvers.time.implicit.energy_momentum import plan
 
 METHOD = "energy-momentum"
 #: Walls at +-0.5 of the stiffness k, by the coordinate that stands in the braces.

@@ -12,7 +12,7 @@ import pytest
 from evolvent import System, parts
 from evolvent.analysis import has_loops
 from evolvent.elements import Material, Rectangle
-from evolvent.solvers.step_error import rate_tolerance
+from evolvent.solvers.time.implicit.step_error import rate_tolerance
 from validation.test_mechanisms import four_bars
 
 ALUMINIUM = Material(young_modulus=70e9, poisson_ratio=0.3, density=2700.0)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from evolvent import System, parts, spring_law
-from evolvent.flow import energy_momentum as flow
-from evolvent.solvers import energy_momentum
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit_setup import matrix_of
-from evolvent.solvers.static_work import sparse_of
+from evolvent.equations import energy_momentum as flow
+from evolvent.solvers.static.work import sparse_of
+from evolvent.solvers.time.implicit import energy_momentum
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.setup import matrix_of
 
 
 @spring_law

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from evolvent import System, elements, parts
-from evolvent.solvers.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
 
 
 @pytest.mark.parametrize("motion", ["free", "spin"])

@@ -10,8 +10,8 @@ import pytest
 from evolvent import System, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import Solution, solve
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.sampled import angular_momentum
+from evolvent.solvers.common.sampled import angular_momentum
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
 
 END = 0.6
 DRIVE = parts.RampDrive(rate=0.0, angle=4.0, steps=[(0.1, 0.4, 10.0)])

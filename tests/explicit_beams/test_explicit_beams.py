@@ -13,9 +13,9 @@ from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import joint, rigid
 from evolvent.solvers import solve
-from evolvent.solvers.explicit_plan import choose_step
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.stability import fastest_mode
+from evolvent.solvers.time.explicit.plan import choose_step
+from evolvent.solvers.time.explicit.stability import fastest_mode
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from helpers import fitted_order, run
 
 LENGTH = 2.0

@@ -6,7 +6,8 @@ import pytest
 
 import evolvent
 from evolvent import results
-from evolvent.solvers import balance, explicit_run
+from evolvent.solvers.common import balance
+from evolvent.solvers.time.explicit import run as explicit_run
 
 SHORT = {
     "heliogyro": (

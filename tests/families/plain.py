@@ -17,11 +17,12 @@ import families.reduced
 import families.rods  # noqa: F401  (all enter their cases)
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Assembly
-from evolvent.flow import implicit, inventory
+from evolvent.equations import implicit, inventory
 from evolvent.model.family import EXPLICIT, IMPLICIT
-from evolvent.solvers import explicit_modes, solve
-from evolvent.solvers.fixed_lengths import with_positions
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers import solve
+from evolvent.solvers.common.fixed_lengths import with_positions
+from evolvent.solvers.time.explicit import fastest_modes as explicit_modes
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from families.case import CASES, Array
 from families.rows import FAMILIES
 from helpers import derivative

@@ -11,9 +11,9 @@ from evolvent import System, analysis
 from evolvent.analysis import sensitivity
 from evolvent.analysis.sensitivity import Key
 from evolvent.model.registry import whole
-from evolvent.solvers.adjoint import Adjoint
-from evolvent.solvers.adjoint_events import between
-from evolvent.solvers.patches import Sides
+from evolvent.solvers.sensitivity.adjoint import Adjoint
+from evolvent.solvers.sensitivity.adjoint_events import between
+from evolvent.solvers.sensitivity.patches import Sides
 from evolvent_base.errors import InputError
 from families.case import CASES
 from families.test_sensitivities import ENERGY, PAIRS, keys_of

@@ -23,11 +23,11 @@ from evolvent.compiled import jit
 from evolvent.model.family import ENERGY, EVERY, EXPLICIT, IMPLICIT, MODES, SOLVERS, STATIC
 from evolvent.model.registry import families as family_table
 from evolvent.solvers import solve
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.implicit_method import HHT, NAME
-from evolvent.solvers.modes import Where, at_equilibrium, modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import Where, at_equilibrium, modes
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.methods import HHT, NAME
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from families.case import CASES, Case
 from families.plain import numbers, print_numbers
 from families.rows import FAMILIES, Row, set_kinds

@@ -14,7 +14,7 @@ from evolvent.analysis.sensitivity import key_of
 from evolvent.model.registry import families as family_table
 from evolvent.results.kept import kept_of
 from evolvent.results.tree import root_of
-from evolvent.solvers import implicit
+from evolvent.solvers.time.implicit import plan as implicit
 from evolvent_base.errors import InputError
 from families.case import CASES
 from families.rows import FAMILIES

@@ -14,14 +14,14 @@ import pytest
 import families.plain  # noqa: F401  (all cases are entered)
 from evolvent import System
 from evolvent.assembly.assembled import Assembly
-from evolvent.flow import energy_momentum as flow
+from evolvent.equations import energy_momentum as flow
 from evolvent.kernels import attitude, attitude_tangent, blocks
 from evolvent.model.family import ENERGY, IMPLICIT, STATIC
-from evolvent.solvers import energy_momentum
-from evolvent.solvers.fixed_lengths import with_positions
-from evolvent.solvers.implicit_setup import matrix_of
-from evolvent.solvers.static_work import sparse_of
-from evolvent.solvers.still_threads import idle_nodes
+from evolvent.solvers.common.fixed_lengths import with_positions
+from evolvent.solvers.common.still_threads import idle_nodes
+from evolvent.solvers.static.work import sparse_of
+from evolvent.solvers.time.implicit import energy_momentum
+from evolvent.solvers.time.implicit.setup import matrix_of
 from families.case import CASES
 from families.moving import SYSTEMS
 from families.rows import FAMILIES
@@ -33,7 +33,7 @@ C_MASS, C_RATE, H, STEP = 20.0, 3.0, 1e-4, 0.5
 #: Increments of a step, so angles turned in it.
 TURNED = 1e-3
 #: What the tangent may be off, of its largest entry: round-off of the differences; under energy-momentum, what the
-#: angle turned in a step changes (see `flow.energy_momentum.tangent`).
+#: angle turned in a step changes (see `equations.energy_momentum.tangent`).
 OFF = {STATIC: 1e-7, IMPLICIT: 1e-8, ENERGY: TURNED}
 #: The direction of friction on beams follows that of the normal.
 KNOWN = {("a contact with friction", method): 1e-5 for method in (STATIC, IMPLICIT)}

@@ -7,14 +7,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent import elements
+from evolvent.algebra import sparse
 from evolvent.assembly.assembled import Assembly
-from evolvent.flow import implicit
-from evolvent.kernels import blocks, contact, sparse
+from evolvent.equations import implicit
+from evolvent.kernels import blocks, contact
 from evolvent.model import powers
 from evolvent.solvers import Solution
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.implicit_setup import matrix_of
-from evolvent.solvers.static_work import sparse_of
+from evolvent.solvers.static.work import sparse_of
+from evolvent.solvers.time.implicit.plan import solve_implicit
+from evolvent.solvers.time.implicit.setup import matrix_of
 
 Array = np.ndarray
 

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from evolvent import System, elements, parts
+from evolvent.algebra import sparse_lu
 from evolvent.assembly.assembled import Assembly
-from evolvent.flow import energy_momentum as flow
-from evolvent.kernels import blocks, contact, sparse_lu
+from evolvent.equations import energy_momentum as flow
+from evolvent.kernels import blocks, contact
 from evolvent.parts.base import unit
-from evolvent.solvers.energy_momentum import plan
+from evolvent.solvers.time.implicit.energy_momentum import plan
 from implicit.rigs import Equations, start_step
 from implicit.test_tangent import C_MASS, C_RATE, worst
 

@@ -14,9 +14,9 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.parts.base import unit
 from evolvent.results.observe import observe
 from evolvent.solvers import Solution, solve
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from implicit.rigs import Equations
 from implicit.test_tangent import bodies, disturbed, worst
 

@@ -11,9 +11,9 @@ import pytest
 from evolvent import InputError, System, element_law, parts
 from evolvent.results.observe import observe
 from evolvent.solvers import Solution, solve
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from evolvent_base import units
 from families.lumped import tie
 from implicit.test_body_hinges import METHODS, integrated

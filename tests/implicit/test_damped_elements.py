@@ -7,10 +7,10 @@ import pytest
 
 from evolvent import System, model as mdl, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.flow import implicit
+from evolvent.equations import implicit
 from evolvent.model import powers
-from evolvent.solvers.linear_motion import matrices
-from evolvent.solvers.static_work import Work
+from evolvent.solvers.static.linear_motion import matrices
+from evolvent.solvers.static.work import Work
 from helpers import accounts, derivative, run as run_explicit
 from implicit.rigs import RUBBER, SQUARE, run
 from implicit.test_tangent import disturbed, worst

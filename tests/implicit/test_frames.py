@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from evolvent import System, elements, parts
-from evolvent.solvers import ordering
-from evolvent.solvers.implicit import matrix_of, rows_of_part
+from evolvent.algebra import ordering
+from evolvent.solvers.time.implicit.plan import matrix_of, rows_of_part
 from implicit.rigs import SQUARE, coordinates, momenta, run
 
 #: Legs sway with about 3 Hz.

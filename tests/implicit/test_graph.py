@@ -10,11 +10,10 @@ from hypothesis import given, strategies as st
 from numpy.testing import assert_allclose
 from scipy.sparse.linalg import splu
 
-from evolvent.kernels import sparse, sparse_lu
-from evolvent.kernels.sparse import SparseBlocks
-from evolvent.solvers import ordering
-from evolvent.solvers.ordering import Pattern
-from evolvent.solvers.static_work import sparse_of
+from evolvent.algebra import ordering, sparse, sparse_lu
+from evolvent.algebra.ordering import Pattern
+from evolvent.algebra.sparse import SparseBlocks
+from evolvent.solvers.static.work import sparse_of
 
 Array = np.ndarray
 GROUND = -1

@@ -13,12 +13,12 @@ import families.plain
 from evolvent import System, parts
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.flow import implicit as flow
+from evolvent.equations import implicit as flow
 from evolvent.kernels import blocks, rigid
 from evolvent.model.powers import N_POWERS
 from evolvent.model.registry import families
 from evolvent.solvers import solve
-from evolvent.solvers.implicit_setup import acts_from_outside
+from evolvent.solvers.time.implicit.setup import acts_from_outside
 from families.case import CASES
 from families.moving import SYSTEMS, coupled
 from families.reduced import two_node_file

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from book import Book
 from evolvent import InputError, System, elements, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.solvers.implicit import rows_of_part, solve_implicit
+from evolvent.solvers.time.implicit.plan import rows_of_part, solve_implicit
 from implicit.rigs import RUBBER, SQUARE, coordinates, run
 
 Array = np.ndarray

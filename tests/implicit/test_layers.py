@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, System, elements, parts
+from evolvent.algebra import sparse
 from evolvent.assembly.assembled import Assembly
-from evolvent.flow import implicit
-from evolvent.kernels import sparse
+from evolvent.equations import implicit
 from evolvent.kernels.rotations import rotation_from_quaternion
-from evolvent.solvers.implicit import matrix_of
-from evolvent.solvers.static_work import sparse_of
+from evolvent.solvers.static.work import sparse_of
+from evolvent.solvers.time.implicit.plan import matrix_of
 from implicit.rigs import RUBBER, Equations, run, start_step
 
 Array = np.ndarray

@@ -13,8 +13,8 @@ import evolvent
 from evolvent import InputError, System, parts
 from evolvent.results.observe import observe
 from evolvent.solvers import Solution, solve
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 Array = np.ndarray
 INERTIA, TORQUE, LATCH, SPRING = 0.4, 0.3, 0.5, 40.0

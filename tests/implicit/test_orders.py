@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from book import Book
 from evolvent import System, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.solvers.implicit_method import HHT, NAME
+from evolvent.solvers.time.implicit.methods import HHT, NAME
 from helpers import rotation
 from implicit.rigs import RUBBER, SQUARE, run
 

@@ -14,8 +14,8 @@ from book import Book
 from evolvent import InputError, System, parts
 from evolvent.elements import Material, Rectangle, beam_form, beam_mass
 from evolvent.elements.forms import products, straight_beam
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
 from static.composing import EI, STEEL, STRIP, nodes, solved
 
 Array = np.ndarray

@@ -7,7 +7,7 @@ import pytest
 
 from book import Book
 from evolvent import System, elements, parts
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 #: Tip (x, y) of Exudyn 1.13.6, ANCFCable, 160 elements, h = 1 ms, spectral radius 0.9; m, at 0.5, 1 and 2 s.
 PEER = np.array([[1.330004, -1.203512], [-1.778448, -0.921687], [0.031765, -2.004549]])

@@ -3,7 +3,7 @@
 import pytest
 
 from evolvent import cases
-from evolvent.solvers import reactions
+from evolvent.solvers.time.implicit import reactions
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ import numpy as np
 import evolvent as ev
 from evolvent import parts
 from evolvent.analysis.system import System
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.static.static import solve_static
 
 
 def test_a_spring_at_the_tip_of_a_cantilever() -> None:

@@ -9,9 +9,9 @@ import pytest
 
 from evolvent import Stepper, System, parts, spring_law
 from evolvent.solvers import solve
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 MASS, LINEAR, CUBIC, G, DAMPING = 0.2, 50.0, 200.0, 9.81, 0.05
 

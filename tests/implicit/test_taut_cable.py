@@ -11,8 +11,8 @@ import pytest
 from evolvent import System, elements, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import Solution
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
 
 RADIUS, THICKNESS, WIDTH, STIFF = 0.1, 1e-3, 1e-2, 1e5
 

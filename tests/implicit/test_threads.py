@@ -12,9 +12,9 @@ from book import Book
 from evolvent import parts
 from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
-from evolvent.solvers.explicit_plan import choose_step
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.observations import observe
+from evolvent.solvers.common.observations import observe
+from evolvent.solvers.time.explicit.plan import choose_step
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from helpers import END, L0, RHO, TIP, L, R, Run, fitted_order, heliogyro, run, tangent_error
 
 #: N/m; RK4 would need steps below 6 us.

@@ -15,8 +15,8 @@ from evolvent import InputError, System, elements, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.parts.surface_contact import SLIDING_DAMPING
 from evolvent.solvers import Solution
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from implicit.rigs import Equations, coordinates, momenta, run
 
 Array = np.ndarray

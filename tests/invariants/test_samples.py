@@ -16,8 +16,8 @@ from evolvent.elements import Material, Rectangle
 from evolvent.results.observe.beams import observe_beam
 from evolvent.results.observe.view import View
 from evolvent.solvers import Solution, solve
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from helpers import fitted_order, heliogyro
 
 Array = np.ndarray

@@ -10,10 +10,10 @@ import pytest
 
 from book import Book
 from evolvent import System, elements, parts
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.linear import linearize
-from evolvent.solvers.linear_motion import gyroscopic
-from evolvent.solvers.static_work import Work
+from evolvent.solvers.modal.linear import linearize
+from evolvent.solvers.static.linear_motion import gyroscopic
+from evolvent.solvers.static.work import Work
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
 
 N = 0.7
 

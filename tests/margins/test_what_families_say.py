@@ -15,7 +15,7 @@ from evolvent.analysis.margins import elastic, shares
 from evolvent.assembly import variants
 from evolvent.model.registry import families
 from evolvent.model.shares import DAMPING, SPRING
-from evolvent.solvers.implicit_method import NAME
+from evolvent.solvers.time.implicit.methods import NAME
 from margin_cases import case
 
 

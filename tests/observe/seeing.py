@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from evolvent import System, analysis
 from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import Solution
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.static.static import solve_static
 
 Array = np.ndarray
 IMPLICIT, EXPLICIT = "generalized-alpha", "dopri5"

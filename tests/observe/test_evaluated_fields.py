@@ -9,7 +9,7 @@ import pytest
 
 import evolvent
 from evolvent import analysis, results
-from evolvent.flow.sampling import evaluate
+from evolvent.equations.sampling import evaluate
 from evolvent.model import RESULTS
 from evolvent.results.observe.view import View
 from evolvent.results.variables import get

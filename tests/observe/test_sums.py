@@ -84,7 +84,7 @@ def test_parts_add_up(family: str, method: str, monkeypatch: pytest.MonkeyPatch)
 def test_momenta_of_an_implicit_run_load_nothing_of_explicit_methods() -> None:
     """The whole tree of a beam on a joint."""
     from evolvent.assembly import needs
-    from evolvent.flow import inventory, rhs
+    from evolvent.equations import inventory, rhs
 
     needs.unload()
     found = seen("a joint that is a constraint", "generalized-alpha")

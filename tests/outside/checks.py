@@ -16,10 +16,10 @@ import evolvent
 import margin_cases
 from evolvent import System, parts
 from evolvent.assembly import families as table
-from evolvent.flow.implicit import is_isolated
+from evolvent.equations.implicit import is_isolated
 from evolvent.model.family import ENERGY, EVERY, IMPLICIT, Kind
 from evolvent.model.registry import families
-from evolvent.solvers.graph import pattern_of
+from evolvent.solvers.common.graph import pattern_of
 from evolvent_base.errors import InputError
 from families.rows import Row
 from families.test_families import VARIANTS, check_equilibrium, check_motion, check_poles

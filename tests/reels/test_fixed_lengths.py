@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, System, parts
+from evolvent.algebra.ordering import matrix_of, operations
 from evolvent.kernels import joint, rigid
 from evolvent.solvers import Solution, solve
-from evolvent.solvers.fixed_lengths import with_positions
-from evolvent.solvers.graph import pattern_of
-from evolvent.solvers.implicit import ENERGY_MOMENTUM, NAME as ALPHA, solve_implicit
-from evolvent.solvers.modes import modes
-from evolvent.solvers.ordering import matrix_of, operations
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.common.fixed_lengths import with_positions
+from evolvent.solvers.common.graph import pattern_of
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.implicit.plan import ENERGY_MOMENTUM, NAME as ALPHA, solve_implicit
 from implicit.rigs import Equations
 
 Array = np.ndarray

@@ -15,9 +15,9 @@ import pytest
 
 from evolvent import System, model as mdl, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.observations import observe
+from evolvent.solvers.common.observations import observe
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from helpers import Array, Run, fitted_order, run, tangent_error
 
 M, B0, SPEED, ACROSS, RADIUS = 1.0, 1.0, 0.2, 0.05, 0.1

@@ -10,8 +10,8 @@ import pytest
 from book import Book
 from evolvent import System, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.observations import observe
+from evolvent.solvers.common.observations import observe
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from helpers import Run, fitted_order, flying_apart, run, tangent_columns
 
 G, RADIUS = 9.81, 0.05

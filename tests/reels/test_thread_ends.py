@@ -11,8 +11,8 @@ from book import Book
 from evolvent import InputError, System, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import solve
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.observations import observe
+from evolvent.solvers.common.observations import observe
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from helpers import Run, flying_apart, run, tangent_error
 
 W = np.array((0.02, 0.1, 0.3))

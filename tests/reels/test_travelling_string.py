@@ -14,8 +14,8 @@ from book import Book
 from evolvent import InputError, System, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.parts.registry import read_parts
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.modes import modes
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from helpers import Run, fitted_order, observe, run, tangent_columns
 
 Array = np.ndarray

@@ -85,7 +85,7 @@ def test_tension_is_gone_after_separation() -> None:
     assembly = hub(drive, separates=True).assemble()
     found = solve(assembly, samples=[0.0, 3.0], method="dopri5")
     assert found.s[-1, 1] == 1
-    from evolvent.solvers.observations import observe
+    from evolvent.solvers.common.observations import observe
 
     tension = observe(assembly.model, found.t, found.y, found.s).tension
     assert tension[0, -1] > 0.0
@@ -138,7 +138,7 @@ def passes(t, y, p):
 @pytest.mark.parametrize(("method", "options"), [("rk4", {"step": 4e-4}), ("dopri5", {})])
 def test_the_log_of_events_grows(method: str, options: dict[str, float]) -> None:
     """Any number of events is logged, and a run does not depend on how often its log grew."""
-    from evolvent.solvers import explicit_run
+    from evolvent.solvers.time.explicit import run as explicit_run
 
     assembly = oscillator(parts.Event(law=passes, parameters=(1000.0,))).assemble()
     assembly.model = assembly.model._replace(breaks=4e-4 * np.arange(1, 10_000))  # no step passes over two events
@@ -160,7 +160,7 @@ def test_the_log_of_events_grows(method: str, options: dict[str, float]) -> None
 
 def test_an_event_that_fires_again_and_again_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     """A thousand events within a share of the run that is too small for them (here a half) are no events."""
-    from evolvent.solvers import explicit_run
+    from evolvent.solvers.time.explicit import run as explicit_run
 
     monkeypatch.setattr(explicit_run, "CHATTER", 0.5)
     system = oscillator(parts.Event(law=passes, parameters=(1000.0,)))

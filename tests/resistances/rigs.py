@@ -10,8 +10,8 @@ from evolvent import System, parts
 from evolvent.parts.base import Part
 from evolvent.results.observe import observe
 from evolvent.solvers import Solution, solve
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 Array = np.ndarray
 INERTIA = 0.4

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from book import Book
 from evolvent import InputError, System, parts
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.static.static import solve_static
 from resistances.rigs import IMPLICIT, run, seen
 
 Array = np.ndarray

@@ -10,8 +10,8 @@ import pytest
 
 from book import Book
 from evolvent import InputError, System, parts
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
 from resistances.rigs import IMPLICIT, INERTIA, run, seen, turned, wheel
 
 Array = np.ndarray

@@ -9,8 +9,8 @@ import numpy as np
 from evolvent import System, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.elements import Material, Rectangle
-from evolvent.solvers.positions import linearized_points
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.positions import linearized_points
+from evolvent.solvers.static.static import solve_static
 
 Array = np.ndarray
 ORIGIN = (0.0, 0.0, 0.0)

@@ -13,8 +13,8 @@ from evolvent import InputError, System, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.elements import Material, Rectangle, Strip, Taper, TapeSection
 from evolvent.solvers import solve
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.payout import angles_of
+from evolvent.solvers.common.payout import angles_of
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from helpers import fitted_order
 
 Array = np.ndarray

@@ -11,12 +11,12 @@ import pytest
 from book import Book
 from evolvent import System, drive_law, parts
 from evolvent.elements import Material, Rectangle
-from evolvent.flow.implicit import momenta
+from evolvent.equations.implicit import momenta
 from evolvent.kernels.rigid import kinematics
 from evolvent.solvers import solve
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.modes import modes
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from helpers import fitted_order
 from implicit.rigs import coordinates
 from rods.building import RUBBER, STRIP, cantilever, tip

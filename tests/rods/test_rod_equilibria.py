@@ -15,9 +15,9 @@ from book import Book
 from evolvent import System, parts
 from evolvent.elements import General, Material, Rectangle
 from evolvent.elements.rods import section_stiffness
-from evolvent.solvers.positions import linearized_points
-from evolvent.solvers.solution import Solution
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.common.solution import Solution
+from evolvent.solvers.modal.positions import linearized_points
+from evolvent.solvers.static.static import solve_static
 from rods.building import cantilever
 from static.composing import STEEL
 

@@ -10,14 +10,14 @@ import pytest
 from evolvent import System, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.elements import General, Material, Rectangle, SectionInertia, SectionStiffness, Taper, rods
-from evolvent.flow import energy_momentum as flow, implicit
+from evolvent.equations import energy_momentum as flow, implicit
 from evolvent.kernels import rod, rod_strains
 from evolvent.kernels.blocks import displace
 from evolvent.kernels.rigid import kinematics
 from evolvent.model.powers import N_POWERS
-from evolvent.solvers import energy_momentum
-from evolvent.solvers.implicit_setup import matrix_of
-from evolvent.solvers.static_work import sparse_of
+from evolvent.solvers.static.work import sparse_of
+from evolvent.solvers.time.implicit import energy_momentum
+from evolvent.solvers.time.implicit.setup import matrix_of
 from rods.building import RUBBER, STRIP
 
 Array = np.ndarray

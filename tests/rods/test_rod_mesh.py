@@ -13,7 +13,7 @@ from book import Book
 from evolvent import InputError, System, parts
 from evolvent.assembly.families import owner
 from evolvent.elements import Rectangle, SectionInertia
-from evolvent.solvers.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
 from rods.building import ORIGIN, RUBBER, STRIP, cantilever
 
 Array = np.ndarray

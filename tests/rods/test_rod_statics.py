@@ -10,8 +10,8 @@ import pytest
 from book import Book
 from evolvent import System, parts
 from evolvent.elements import General, Material, Rectangle, Taper
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
 from helpers import fitted_order
 from rods.building import RUBBER, STRIP, bent, cantilever, tip
 

@@ -12,7 +12,7 @@ import yaml
 import evolvent as ev
 from evolvent import InputError, System, parts
 from evolvent.elements import rods
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.static.static import solve_static
 from rods.building import RUBBER, STRIP, cantilever, tip
 
 Array = np.ndarray

@@ -13,11 +13,11 @@ from book import Book
 from evolvent import System, parts
 from evolvent.closed_forms import driven_twist, spinning_strip_modes, sunlight_coning
 from evolvent.elements import Circle, General, Material, Rectangle, Strip, Tube
-from evolvent.flow import implicit
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit_setup import matrix_of
-from evolvent.solvers.linear import linearize
-from evolvent.solvers.static_work import sparse_of
+from evolvent.equations import implicit
+from evolvent.solvers.modal.linear import linearize
+from evolvent.solvers.static.work import sparse_of
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.setup import matrix_of
 from evolvent_base.errors import InputError
 from rods.test_rod_kernels import by_differences, forces
 

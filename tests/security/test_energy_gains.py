@@ -13,7 +13,7 @@ from evolvent import parts
 from evolvent.analysis import closure
 from evolvent.analysis.system import System
 from evolvent.solvers import Solution
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 
 def beam(speed: float) -> System:

@@ -10,7 +10,7 @@ import pytest
 from evolvent import System, parts
 from evolvent.elements import Material, Rectangle
 from evolvent.kernels.beam_strains import POINTS
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.static.static import solve_static
 from static.composing import sections, solved
 
 THICK = Rectangle(thickness=0.02, width=0.03)

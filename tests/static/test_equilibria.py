@@ -11,9 +11,9 @@ from elements.test_beam_theory import elastica
 from evolvent import InputError, System, parts
 from evolvent.elements import Material, Rectangle
 from evolvent.kernels import rigid
-from evolvent.solvers.implicit import rows_of_part
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.implicit.plan import rows_of_part
 from static.composing import EI, STEEL, STRIP, beam, nodes, solved, tip_force
 
 # ------------------------------------------------------------------------------------------------ cantilevers

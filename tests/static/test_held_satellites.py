@@ -7,7 +7,7 @@ import pytest
 
 from evolvent import System, parts
 from evolvent.elements import Circle, Material
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.static.static import solve_static
 
 METAL = Material(young_modulus=70e9, poisson_ratio=0.3, density=2700.0)
 SECTION = Circle(radius=0.005)

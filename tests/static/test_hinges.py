@@ -9,9 +9,9 @@ from scipy.optimize import brentq
 from evolvent import System, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.elements import Material, Rectangle
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from static.composing import beam, nodes, solved
 
 SQUARE = Rectangle(thickness=0.02, width=0.02)

@@ -16,10 +16,10 @@ from evolvent import InputError, System, parts, spring_law
 from evolvent.assembly.assembled import Assembly
 from evolvent.elements import Material, Rectangle
 from evolvent.parts.base import unit
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.linear import StateSpace, linearize
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.linear import StateSpace, linearize
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from helpers import rotation
 from static.composing import STEEL, beam
 
@@ -414,7 +414,7 @@ def test_python_control_takes_the_model(cantilever):
 
 
 def test_signals_of_python_control_have_names_of_their_own():
-    from evolvent.solvers.linear import _signals
+    from evolvent.solvers.modal.linear import _signals
 
     names = ["boom[5].force.y", "hub.torque.z", "hub.torque.z", "panel 1.force.x", "hub_torque.z"]
     found = _signals(names)

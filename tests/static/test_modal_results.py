@@ -11,9 +11,9 @@ from evolvent.elements import General, Material, Rectangle
 from evolvent.kernels.blocks import displace
 from evolvent.kernels.rotations import rotation_from_quaternion
 from evolvent.parts.base import unit
-from evolvent.solvers.modes import modes
-from evolvent.solvers.observations import sums_of
-from evolvent.solvers.positions import linearized_points, rigid_motions
+from evolvent.solvers.common.observations import sums_of
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.modal.positions import linearized_points, rigid_motions
 from helpers import rotation
 from static.composing import STEEL, beam
 

@@ -9,13 +9,13 @@ from scipy.optimize import brentq
 from scipy.sparse.linalg import ArpackError
 
 from evolvent import InputError, RunFailed, System, parts
+from evolvent.algebra import eigenproblem
+from evolvent.algebra.eigenproblem import DENSE
 from evolvent.elements import General, Material, Rectangle
-from evolvent.solvers import eigenproblem
-from evolvent.solvers.eigenproblem import DENSE
-from evolvent.solvers.linear_motion import matrices
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
-from evolvent.solvers.static_work import Work, spin_of
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.linear_motion import matrices
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.static.work import Work, spin_of
 from helpers import stiffness_by_differences
 from static.composing import EI, STEEL, beam, solved, tip_force
 

@@ -12,8 +12,8 @@ from scipy import sparse
 
 import evolvent
 from evolvent import InputError, System, parts
+from evolvent.algebra.eigenproblem import Problem
 from evolvent.elements import Circle
-from evolvent.solvers.eigenproblem import Problem
 
 
 def wire(kind: type, *, elements: int, radius: float, length: float, rate: float) -> System:

@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from evolvent import InputError, System, parts
-from evolvent.solvers.static_work import spin_of
+from evolvent.solvers.static.work import spin_of
 
 SPIN = (0.0, 0.0, 10.0)
 ORIGIN, X, Z = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)

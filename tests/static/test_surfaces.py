@@ -9,8 +9,8 @@ import pytest
 
 from book import Book
 from evolvent import System, analysis, elements, parts
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
 from families.beams import K_TOUCH, SUNK, resting
 
 E, SIDE, LOAD, K = 2e9, 0.02, 1.0, 1e7

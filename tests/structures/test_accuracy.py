@@ -12,7 +12,7 @@ from evolvent.analysis import accuracy
 from evolvent.design import calibration, optimization
 from evolvent.design.calibration import report
 from evolvent.design.optimization import report as design_report
-from evolvent.solvers import implicit
+from evolvent.solvers.time.implicit import plan as implicit
 
 J, K, C, START = 2.0, 8.0, 0.2, 0.1
 

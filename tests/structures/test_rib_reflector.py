@@ -15,8 +15,8 @@ import evolvent as ev
 from evolvent import cases
 from evolvent.elements.materials import CFRP
 from evolvent.parts import Parabola
-from evolvent.solvers.static import solve_static
-from evolvent.solvers.static_work import Work
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.static.work import Work
 from helpers import stiffness_by_differences
 
 RIBS = 6

@@ -13,9 +13,9 @@ import evolvent
 from evolvent import System, elements, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.results.kept import kept_of
-from evolvent.solvers import implicit
-from evolvent.solvers.adjoint import Adjoint
-from evolvent.solvers.patches import Sides
+from evolvent.solvers.sensitivity.adjoint import Adjoint
+from evolvent.solvers.sensitivity.patches import Sides
+from evolvent.solvers.time.implicit import plan as implicit
 from evolvent_base.errors import InputError
 
 ALPHA, ENERGY = "generalized-alpha", "energy-momentum"

@@ -16,7 +16,8 @@ from evolvent.design import studies
 from evolvent.design.evaluator.evaluator import Evaluator
 from evolvent.design.evaluator.runs import CaseRuns
 from evolvent.design.studies.runner import Points, runs_of
-from evolvent.solvers import explicit, implicit_loop
+from evolvent.solvers.time.explicit import loop as explicit
+from evolvent.solvers.time.implicit import loop as implicit_loop
 from margin_cases import zero
 
 pytestmark = pytest.mark.slow

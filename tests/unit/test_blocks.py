@@ -8,10 +8,12 @@ import pytest
 from evolvent import model as mdl
 from evolvent.kernels.blocks import ANGLE, RATE, ROTATION, displace, indices
 from evolvent.model.interval import NUMBERS
-from evolvent.solvers import equilibrium, explicit_events, implicit_state
-from evolvent.solvers.balance import BALANCE
-from evolvent.solvers.implicit_setup import shares, sizes
-from evolvent.solvers.static_work import Work
+from evolvent.solvers.common.balance import BALANCE
+from evolvent.solvers.static import equilibrium
+from evolvent.solvers.static.work import Work
+from evolvent.solvers.time.explicit import events as explicit_events
+from evolvent.solvers.time.implicit import workspace as implicit_state
+from evolvent.solvers.time.implicit.setup import shares, sizes
 from families.plain import CASES
 from families.rows import FAMILIES
 

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from evolvent import RunFailed, System, element_law, parts
-from evolvent.solvers import balance as eb, solve
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers import solve
+from evolvent.solvers.common import balance as eb
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 #: Methods with the options that resolve a slow motion.
 METHODS: dict[str, dict[str, Any]] = {

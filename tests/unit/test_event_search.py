@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from evolvent.solvers.event_search import END, START, Search, begin_search, next_row, room
+from evolvent.solvers.time.event_search import END, START, Search, begin_search, next_row, room
 
 
 def found(*values: Callable[[float], float], always: bool = False) -> tuple[float, float, int]:

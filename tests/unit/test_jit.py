@@ -25,7 +25,7 @@ from evolvent.analysis.system import System
 from evolvent.assembly import needs
 from evolvent.compiled import codecache, jit, laws, lookups
 from evolvent.compiled.codecache import folder as cachefolder
-from evolvent.flow.impulse import prepare
+from evolvent.equations.impulse import prepare
 from evolvent.solvers import solve
 from evolvent_base.errors import InputError
 
@@ -63,7 +63,7 @@ def test_a_change_of_how_functions_are_compiled_gives_another_cache_folder(copie
     assert cachefolder._source_hash() != before
 
 
-@pytest.mark.parametrize("name", ["kernels/rotations.py", "solvers/messages.py", "parts/point.py"])
+@pytest.mark.parametrize("name", ["kernels/rotations.py", "solvers/time/messages.py", "parts/point.py"])
 def test_a_change_elsewhere_keeps_the_cache_folder(copied_package, name):
     before = cachefolder._source_hash()
     path = copied_package / name
@@ -342,7 +342,7 @@ EDITED = """
 import importlib, json, pathlib, sys
 sys.path.insert(0, sys.argv[1])
 from evolvent import parts
-from evolvent.flow.rhs import rhs
+from evolvent.equations.rhs import rhs
 from evolvent.solvers import explicit, solve
 from evolvent.analysis.system import System
 import my_law
@@ -401,7 +401,7 @@ TINY = """
 import json
 import numpy as np
 from evolvent import event_law, drive_law, force_law, parts, spring_law
-from evolvent.solvers.observations import observe
+from evolvent.solvers.common.observations import observe
 from evolvent.solvers import solve
 from evolvent.analysis.system import System
 

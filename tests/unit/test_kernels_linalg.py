@@ -8,7 +8,7 @@ from hypothesis import given, strategies as st
 from numpy.testing import assert_allclose
 from scipy import linalg as scipy_linalg
 
-from evolvent.kernels import linalg
+from evolvent.algebra import linalg
 
 seeds = st.integers(0, 2**32 - 1)
 

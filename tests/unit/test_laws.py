@@ -10,9 +10,9 @@ from numba import config
 
 from evolvent import InputError, RunFailed, Stepper, System, drive_law, event_law, force_law, parts, spring_law
 from evolvent.solvers import solve
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 HERE = r"\(.*test_laws\.py:\d+\)"
 METHODS = ["rk4", "heun", "dopri5", "generalized-alpha"]

@@ -10,9 +10,9 @@ import pytest
 import evolvent
 from evolvent import InputError, RunFailed, Stepper, System, parts, spring_law
 from evolvent.solvers import solve
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from evolvent_base.errors import in_keys, naming_keys
 
 KEYS = {"step": "solver.step", "method": "solver.method"}

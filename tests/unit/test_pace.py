@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from evolvent import RunFailed, System, parts
-from evolvent.solvers import pace
+from evolvent.solvers.time import pace
 
 
 def test_a_pace_that_leads_nowhere(monkeypatch):

@@ -12,7 +12,7 @@ from evolvent import InputError, RunFailed, System, cases, force_law, parts, spr
 from evolvent.analysis import closure
 from evolvent.compiled import laws
 from evolvent.results import variables
-from evolvent.solvers import rod_messages
+from evolvent.solvers.common import rod_messages
 from evolvent_base.errors import counted
 from rods.building import RUBBER, STRIP
 

@@ -430,7 +430,7 @@ def test_progress_is_told():
 
 
 def test_a_failed_run_is_raised_with_what_was_computed(monkeypatch):
-    from evolvent.solvers import balance
+    from evolvent.solvers.common import balance
 
     monkeypatch.setattr(balance, "GAINED", 1e-30)
     monkeypatch.setattr(balance, "ROUND_OFF", 0.0)

@@ -13,12 +13,15 @@ from evolvent import elements, parts, spring_law
 from evolvent.analysis.system import System
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.solvers import balance as eb, explicit_plan, implicit, implicit_loop, solve
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.implicit_method import ENERGY_MOMENTUM, METHODS, NAME
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers import solve
+from evolvent.solvers.common import balance as eb
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.explicit import plan as explicit_plan
+from evolvent.solvers.time.implicit import loop as implicit_loop, plan as implicit
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.methods import ENERGY_MOMENTUM, METHODS, NAME
+from evolvent.solvers.time.implicit.plan import solve_implicit
 from evolvent_base.errors import InputError
 
 SAMPLES = np.linspace(0.0, 0.5, 11)
@@ -168,8 +171,12 @@ def test_energy_momentum_takes_the_options_of_all_implicit_steps() -> None:
 @pytest.mark.parametrize(
     ("without", "own", "others"),
     [
-        (METHODS[ENERGY_MOMENTUM].modules, "evolvent.solvers.alpha", "evolvent.solvers.energy_step"),
-        (METHODS[NAME].modules, "evolvent.solvers.energy_step", "evolvent.solvers.alpha"),
+        (
+            METHODS[ENERGY_MOMENTUM].modules,
+            "evolvent.solvers.time.implicit.alpha",
+            "evolvent.solvers.time.implicit.energy_step",
+        ),
+        (METHODS[NAME].modules, "evolvent.solvers.time.implicit.energy_step", "evolvent.solvers.time.implicit.alpha"),
     ],
 )
 def test_a_run_needs_no_function_of_the_other_method(without: frozenset[str], own: str, others: str) -> None:
@@ -178,7 +185,7 @@ def test_a_run_needs_no_function_of_the_other_method(without: frozenset[str], ow
     modules = {function.py_func.__module__ for function in found}
     assert own in modules
     assert others not in modules
-    assert ("evolvent.flow.energy_momentum" in modules) == (own == "evolvent.solvers.energy_step")
+    assert ("evolvent.equations.energy_momentum" in modules) == (own == "evolvent.solvers.time.implicit.energy_step")
 
 
 def test_chosen_samples() -> None:

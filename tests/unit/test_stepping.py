@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 import evolvent
 from evolvent import InputError, RunFailed, Stepper, System, cases, elements, parts
 from evolvent.results import variables
-from evolvent.solvers.implicit import solve_implicit
+from evolvent.solvers.time.implicit.plan import solve_implicit
 
 
 def craft(gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> System:

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, System, parts
-from evolvent.solvers import explicit_plan
-from evolvent.solvers.explicit_methods import METHODS, RK4, Method
-from evolvent.solvers.stability import energy_change
+from evolvent.solvers.time.explicit import plan as explicit_plan
+from evolvent.solvers.time.explicit.methods import METHODS, RK4, Method
+from evolvent.solvers.time.explicit.stability import energy_change
 
 #: Kutta's method of third order, which no table of the package has.
 KUTTA3 = Method(

@@ -8,7 +8,7 @@ from book import Book
 from evolvent import System, parts
 from evolvent.elements import Material, Rectangle
 from evolvent.kernels import contact_laws
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.static.static import solve_static
 
 CHAPTER = "Contact"
 

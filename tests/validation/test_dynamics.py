@@ -9,8 +9,8 @@ from scipy.integrate import solve_ivp
 from book import Book
 from evolvent import System, drive_law, parts
 from evolvent.elements import Material, Rectangle
-from evolvent.flow.rhs import rhs
-from evolvent.solvers.static import solve_static
+from evolvent.equations.rhs import rhs
+from evolvent.solvers.static.static import solve_static
 from helpers import fitted_order, run as march
 from implicit.rigs import coordinates, run
 

@@ -8,10 +8,10 @@ from scipy.integrate import solve_ivp
 
 from book import Book
 from evolvent import System, parts
+from evolvent.algebra import ordering
 from evolvent.assembly.assembled import Assembly
-from evolvent.solvers import ordering
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.implicit import matrix_of
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.plan import matrix_of
 from helpers import fitted_order, rotation, run as march
 from implicit.rigs import coordinates, run
 

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from book import Book
 from evolvent.elements import Material, Rectangle
-from evolvent.solvers.modes import modes
+from evolvent.solvers.modal.modes import modes
 from helpers import fitted_order
 from static.composing import EI, STEEL, beam, tip_force
 from static.test_modes import BAR, UNIT, across

@@ -12,8 +12,8 @@ import pytest
 from book import Book
 from evolvent import System, parts
 from evolvent.elements import Angle, Arc, General, Rectangle, SectionInertia
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
 from static.composing import EI, STEEL, beam, nodes, sections, solved, tip_force
 
 Array = np.ndarray

@@ -10,9 +10,9 @@ from scipy.optimize import brentq, fsolve
 from book import Book
 from evolvent import System, parts
 from evolvent.elements import General, Material, Rectangle
-from evolvent.solvers.implicit import rows_of_part
-from evolvent.solvers.modes import modes
-from evolvent.solvers.static import solve_static
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
+from evolvent.solvers.time.implicit.plan import rows_of_part
 from helpers import fitted_order
 from static.composing import EI, STEEL, STRIP, beam, nodes, solved, tip_force
 

@@ -12,16 +12,17 @@ from scipy.integrate import solve_ivp
 import evolvent
 from evolvent import InputError, System, cases, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.flow import energy_momentum as flow
+from evolvent.equations import energy_momentum as flow
 from evolvent.kernels.thread import boundary
 from evolvent.parts.thread import Thread
-from evolvent.solvers import energy_momentum, solve
-from evolvent.solvers.energy_momentum import solve_energy
-from evolvent.solvers.explicit_plan import stable_step
-from evolvent.solvers.implicit import solve_implicit
-from evolvent.solvers.implicit_setup import matrix_of
-from evolvent.solvers.observations import observe
-from evolvent.solvers.static_work import sparse_of
+from evolvent.solvers import solve
+from evolvent.solvers.common.observations import observe
+from evolvent.solvers.static.work import sparse_of
+from evolvent.solvers.time.explicit.plan import stable_step
+from evolvent.solvers.time.implicit import energy_momentum
+from evolvent.solvers.time.implicit.energy_momentum import solve_energy
+from evolvent.solvers.time.implicit.plan import solve_implicit
+from evolvent.solvers.time.implicit.setup import matrix_of
 from evolvent_papers.papers.thread_variants import Data, deploy
 from helpers import Array, Run, heliogyro, run, tangent_columns
 

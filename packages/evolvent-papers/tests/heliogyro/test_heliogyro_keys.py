@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 import evolvent
 from evolvent import InputError, cases, model as mdl
-from evolvent.solvers.observations import observe
+from evolvent.solvers.common.observations import observe
 from helpers import L0, RHO, TIP, L, R
 
 FILM = {"blade.young_modulus": "4 GPa", "blade.thickness": "5 um", "blade.width": "2 cm"}

@@ -16,8 +16,8 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import constraint_rows, rigid, springs
-from evolvent.solvers import balance as eb
-from evolvent.solvers.solution import Solution
+from evolvent.solvers.common import balance as eb
+from evolvent.solvers.common.solution import Solution
 from evolvent_base.errors import InputError
 from evolvent_massprops.batch.rates import DISSIPATED, Q, V, W, X
 from evolvent_massprops.batch.suspended import Suspended, accurate_step, integrate, scheme, stability_limit, warm_up

@@ -2,8 +2,8 @@
 
 The bodies of a batch lie side by side: every quantity is a row of `WIDTH` numbers in a record, and each loop over a row
 is straight arithmetic that the compiler turns into vector instructions. Columns do not depend on one another, so a case
-gives the same bits in any company. A case costs a twentieth of what the general right-hand side (`evolvent.flow`) takes
-for it, which is what a map of a thousand cases is for; tests compare the two.
+gives the same bits in any company. A case costs a twentieth of what the general right-hand side (`evolvent.equations`)
+takes for it, which is what a map of a thousand cases is for; tests compare the two.
 
 Axes: inertial, y up. State of a case: position x of the centre of mass, quaternion q (body to inertial, scalar part
 first), velocity v and angular velocity w in inertial axes, and the energy that the dampers have taken.

@@ -20,7 +20,7 @@ from evolvent_massprops.inertia_stand.structure import Setup, setup_of
 
 if TYPE_CHECKING:
     from evolvent.analysis.definition import Variables
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 #: Change of length of a spring, of its natural one, above which there is a warning.
 STRETCH = 1.0

@@ -11,7 +11,7 @@ from evolvent.closed_forms import payout_buckling, payout_buckling_modes, payout
 from evolvent_papers.film_blade.case import BUCKLED, Case
 
 if TYPE_CHECKING:
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 Array = np.ndarray
 

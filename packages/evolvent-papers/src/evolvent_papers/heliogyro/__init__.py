@@ -115,7 +115,7 @@ class Heliogyro(SystemDefinition):
 
     def prepared_settings(self, case: Any, assembly: Assembly, laws: Mapping[str, Any]) -> dict[str, Any]:
         """As `settings`, of parts that are assembled; the end of a run follows from the drives."""
-        from evolvent.solvers import payout
+        from evolvent.solvers.common import payout
 
         solver, end = case.solver, case.solver.duration
         if end == "auto":

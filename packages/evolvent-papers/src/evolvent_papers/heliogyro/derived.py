@@ -146,7 +146,7 @@ def _winds(lag: Array | None, solution: Solution) -> str:
 
 
 def _lacks(solution: Solution) -> str:
-    from evolvent.solvers import balance as eb
+    from evolvent.solvers.common import balance as eb
 
     balance = solution.balance
     values = (eb.energy(balance), eb.dissipated(balance), *(balance[name] for name in eb.WORK))

@@ -244,8 +244,8 @@ def tables() -> Values:
 def stiffening() -> Values:
     """Slowest frequencies across and in the plane of a rib spinning at 0.3 rad/s, and of bending alone, by the rate."""
     from evolvent import System, parts
-    from evolvent.solvers.modes import modes
-    from evolvent.solvers.static import solve_static
+    from evolvent.solvers.modal.modes import modes
+    from evolvent.solvers.static.static import solve_static
 
     rate, system = 0.3, System()
     section, material = _materials()

@@ -19,7 +19,7 @@ from evolvent_papers.wrapped_rib.derived import FOLLOWED, touching_angle, wrap_a
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 Array = np.ndarray
 #: The paper's mass damping, 1/s, and the end of the run with each, s; those with damping come to rest on the hub.

@@ -93,7 +93,7 @@ def read(run: Any) -> Deployment:
 def stability_limit(nodes: int, stiffness: float, damping: float = 1e-3) -> float:
     """Longest stable step of RK4, s."""
     from evolvent import cases
-    from evolvent.solvers.explicit_plan import choose_step
+    from evolvent.solvers.time.explicit.plan import choose_step
 
     given = {"blade.nodes": nodes, "blade.stiffness": stiffness, "blade.damping": damping}
     case = cases.load(CASE, given)

@@ -13,11 +13,11 @@ import numpy as np
 
 from evolvent import analysis, cases
 from evolvent.results.observe import View
-from evolvent.solvers.explicit_plan import choose_step
+from evolvent.solvers.time.explicit.plan import choose_step
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 Array = np.ndarray
 ALPHA, ENERGY, EXPLICIT = "generalized-alpha", "energy-momentum", ("rk4", "heun")

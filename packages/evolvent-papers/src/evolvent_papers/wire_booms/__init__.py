@@ -39,7 +39,7 @@ from evolvent_papers.wire_booms.structure import (
 
 if TYPE_CHECKING:
     from evolvent.analysis.modal import ModalResults
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 
 class WireBooms(SystemDefinition):

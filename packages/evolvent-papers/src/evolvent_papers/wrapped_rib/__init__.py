@@ -31,7 +31,7 @@ from evolvent_papers.wrapped_rib.show import estimating_string, figures, motion,
 if TYPE_CHECKING:
     from evolvent.analysis.system import System
     from evolvent.cases import Plan
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 #: Interval, of the time in which a string would be wound, in which the tip's largest speed is sought between samples,
 #: and the times in it.

@@ -13,7 +13,7 @@ from evolvent_papers.wrapped_rib.initial_state import Start
 
 if TYPE_CHECKING:
     from evolvent.results.observe import View
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 Array = np.ndarray
 #: Pivot, over the largest entry of its column, below which a run warns.

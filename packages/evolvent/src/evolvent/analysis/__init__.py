@@ -17,15 +17,17 @@ from evolvent.families.threads import is_open
 from evolvent.kernels import axial, joint, rigid, sides
 from evolvent.model import family, registry as family_registry
 from evolvent.results.fine_samples import Times
-from evolvent.solvers import energy_momentum, explicit_plan, implicit, payout
-from evolvent.solvers.laws import refusing_laws
+from evolvent.solvers.common import payout
+from evolvent.solvers.common.laws import refusing_laws
+from evolvent.solvers.time.explicit import plan as explicit_plan
+from evolvent.solvers.time.implicit import energy_momentum, plan as implicit
 from evolvent_base import units
 from evolvent_base.errors import InputError, RunFailed, nearest
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 #: Methods that `simulate` takes by name.
 METHODS = (*explicit_plan.METHODS, *implicit.METHODS)
@@ -285,8 +287,8 @@ def at_start(assembly: Assembly, method: str, t: float = 0.0) -> Solution:
     method : one of `METHODS`
     t : float, s
     """
-    from evolvent.solvers.sampled import empty
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.sampled import empty
+    from evolvent.solvers.common.solution import Solution
 
     nothing = Solution(
         assembly=assembly,

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from evolvent.solvers import explicit_plan, implicit
+from evolvent.solvers.time.explicit import plan as explicit_plan
+from evolvent.solvers.time.implicit import plan as implicit
 
 if TYPE_CHECKING:
     import numpy as np

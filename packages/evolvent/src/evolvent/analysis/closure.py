@@ -14,13 +14,13 @@ from evolvent.kernels import thread
 from evolvent.parts.field import AccelerationField
 from evolvent.parts.load import Force, LawLoad
 from evolvent.parts.thread import Thread
-from evolvent.solvers import balance
-from evolvent.solvers.captures import STEPS, thread_captures
-from evolvent.solvers.laws import states_energy
-from evolvent.solvers.limits import limitations
+from evolvent.solvers.common import balance
+from evolvent.solvers.common.laws import states_energy
+from evolvent.solvers.common.limits import limitations
+from evolvent.solvers.time.implicit.captures import STEPS, thread_captures
 
 if TYPE_CHECKING:
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 #: Share of a thread's largest tension by which it may push before a run warns: springs ring after every release, and
 #: segments of fixed length do not.
@@ -28,7 +28,7 @@ PUSH_OF_SPRINGS, PUSH_OF_FIXED_LENGTHS = 0.05, 1e-6
 
 
 def check_energy_gain(solution: Solution) -> Solution:
-    """The solution, failed where its energy balance gains too much by the rule of `evolvent.solvers.balance`.
+    """The solution, failed where its energy balance gains too much by the rule of `evolvent.solvers.common.balance`.
 
     Implicit methods count a gain while they run; this is the balance of the whole run. Explicit methods judge it
     themselves.

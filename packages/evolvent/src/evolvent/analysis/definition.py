@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from evolvent.results.kept import Kept
     from evolvent.results.measurements import Measurements
     from evolvent.results.motion import Motion
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
     from evolvent_base.figures import Figure, Number
 
     #: Variables of the root: name -> (dimensions, values, units, long name).
@@ -151,7 +151,7 @@ class SystemDefinition:
         from evolvent.results.fine_samples import Times
         from evolvent.results.kept import is_local, kept_of
         from evolvent.results.tree import root_of
-        from evolvent.solvers import explicit_plan
+        from evolvent.solvers.time.explicit import plan as explicit_plan
 
         given = self._given(laws)
         keys = self.keys
@@ -229,7 +229,7 @@ class SystemDefinition:
             For parts and settings that cannot be used.
         """
         from evolvent import analysis
-        from evolvent.solvers.laws import refusing_laws
+        from evolvent.solvers.common.laws import refusing_laws
 
         assembly = self.build(case, laws=laws).assemble(variants)
         with refusing_laws(assembly):
@@ -248,7 +248,7 @@ class SystemDefinition:
         compiled functions by the function.
         """
         from evolvent import analysis
-        from evolvent.solvers import explicit_plan
+        from evolvent.solvers.time.explicit import plan as explicit_plan
 
         method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
         beams = assembly.model.beams.size > 0 or assembly.model.rods.size > 0
@@ -355,7 +355,7 @@ class SystemDefinition:
         if not self.steps:
             raise InputError(f"system is {case.system!r}, which is not stepped from outside")
         from evolvent import analysis
-        from evolvent.solvers import implicit
+        from evolvent.solvers.time.implicit import plan as implicit
 
         assembly = self.build(case).assemble()
         settings = self.prepared_settings(case, assembly, {})

@@ -24,8 +24,8 @@ from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
     from evolvent.analysis.stepping import Stepper
-    from evolvent.solvers.explicit_plan import Plan
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
+    from evolvent.solvers.time.explicit.plan import Plan
 
 Array = np.ndarray
 #: Parts of a period that are round-off of times.
@@ -291,7 +291,7 @@ def method_of(assembly: Assembly, method: str) -> tuple[str, str]:
     InputError
         If it is no explicit one, or does not support another part.
     """
-    from evolvent.solvers.explicit_plan import METHODS
+    from evolvent.solvers.time.explicit.plan import METHODS
 
     name = next(iter(reels(assembly)))
     if method not in ("auto", *METHODS):
@@ -355,9 +355,9 @@ def prepared(assembly: Assembly, samples: Array, **options: Any) -> Plan | Close
 
     Parameters
     ----------
-    options : of `evolvent.solvers.explicit_plan.plan`
+    options : of `evolvent.solvers.time.explicit.plan.plan`
     """
-    from evolvent.solvers import explicit_plan
+    from evolvent.solvers.time.explicit import plan as explicit_plan
 
     times = explicit_plan.sample_times(samples)
     whole, loops = with_tables(assembly, float(times[0]), float(times[-1]))

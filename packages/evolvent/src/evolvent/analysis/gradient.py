@@ -10,14 +10,14 @@ import numpy as np
 
 from evolvent.kernels.blocks import displace
 from evolvent.results.kept import Kept, kept_of, reduce, split
-from evolvent.solvers.adjoint import Adjoint
-from evolvent.solvers.laws import law_failure
-from evolvent.solvers.patches import Sides
+from evolvent.solvers.common.laws import law_failure
+from evolvent.solvers.sensitivity.adjoint import Adjoint
+from evolvent.solvers.sensitivity.patches import Sides
 from evolvent_base.errors import EvolventError, InputError, RunFailed
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 Array = np.ndarray
 #: Changes of keys, beside their sizes, and of coordinates and rates at samples, beside the sizes of the unknowns.

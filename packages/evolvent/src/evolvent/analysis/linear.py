@@ -12,14 +12,14 @@ import scipy.linalg
 
 from evolvent.elements.reduced_files import write_model
 from evolvent.elements.reduced_models import ReducedModel, check_model
-from evolvent.solvers.linear import FrequencyResponse, StateSpace
-from evolvent.solvers.reduction import CRAIG_BAMPTON, FULL, MODAL
+from evolvent.solvers.modal.linear import FrequencyResponse, StateSpace
+from evolvent.solvers.modal.reduction import CRAIG_BAMPTON, FULL, MODAL
 from evolvent_base.errors import InputError, counted
 from evolvent_base.figures import Figure, Line, Panel, stacked
 
 
 class Response(FrequencyResponse):
-    """`evolvent.solvers.linear.FrequencyResponse` with its figure."""
+    """`evolvent.solvers.modal.linear.FrequencyResponse` with its figure."""
 
     __slots__ = ()
 
@@ -68,7 +68,7 @@ class Response(FrequencyResponse):
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class LinearModel(StateSpace):
-    """`evolvent.solvers.linear.StateSpace` with what shows it."""
+    """`evolvent.solvers.modal.linear.StateSpace` with what shows it."""
 
     @classmethod
     def of(cls, found: StateSpace) -> Self:

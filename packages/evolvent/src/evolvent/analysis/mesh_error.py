@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 
 from evolvent.assembly.references import split_reference
 from evolvent.parts.base import Part, Reference
-from evolvent.solvers.modal import Modes
+from evolvent.solvers.modal.modal import Modes
 from evolvent.view import show
 from evolvent_base.errors import InputError
 from evolvent_base.schema import marks

@@ -10,9 +10,9 @@ import numpy as np
 
 from evolvent import __version__
 from evolvent.analysis.mesh_error import MeshError
-from evolvent.solvers.modal import NOTHING, Modes
-from evolvent.solvers.sampled import empty
-from evolvent.solvers.solution import Solution
+from evolvent.solvers.common.sampled import empty
+from evolvent.solvers.common.solution import Solution
+from evolvent.solvers.modal.modal import NOTHING, Modes
 from evolvent_base import files
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(frozen=True)
 class ModalResults(Modes):
-    """`evolvent.solvers.modal.Modes` with what shows them.
+    """`evolvent.solvers.modal.modal.Modes` with what shows them.
 
     Attributes
     ----------

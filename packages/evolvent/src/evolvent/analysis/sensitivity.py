@@ -1,7 +1,7 @@
 """Sensitivities of a run: derivatives of its values by keys of its parts, of the discrete solution.
 
 The system is assembled with every key a little larger and a little smaller, and these take the steps of the run beside
-it (`evolvent.solvers.neighbours`). A value of the results is the same function of all of them.
+it (`evolvent.solvers.sensitivity.neighbours`). A value of the results is the same function of all of them.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from evolvent.assembly.families import owner
 from evolvent.model.registry import families
 from evolvent.results.fine_samples import Times
 from evolvent.results.kept import Kept, is_local, kept_of, refusal
-from evolvent.solvers import implicit
-from evolvent.solvers.laws import law_failure
-from evolvent.solvers.neighbours import Neighbours, TooFar
+from evolvent.solvers.common.laws import law_failure
+from evolvent.solvers.sensitivity.neighbours import Neighbours, TooFar
+from evolvent.solvers.time.implicit import plan as implicit
 from evolvent_base import schema, units
 from evolvent_base.errors import EvolventError, InputError, RunFailed, nearest
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from evolvent.analysis.system import System
     from evolvent.assembly.assembled import Assembly
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 Array = np.ndarray
 #: Changes of a key to both sides, relative to it, or of one that is 0 in its SI unit: the next one where the runs

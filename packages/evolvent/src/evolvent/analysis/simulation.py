@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
     from evolvent.results.fine_samples import Times
     from evolvent.results.kept import Kept
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 
 def settings_of(own: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.results.observe import Observed, View, observe_part
-from evolvent.solvers.solution import Solution
+from evolvent.solvers.common.solution import Solution
 from evolvent_base.errors import InputError, nearest
 
 #: Families whose angle, and variables that, add up over all samples of a run; a stepper keeps the first and the last.

@@ -15,18 +15,20 @@ from evolvent.analysis.step_results import ResultAddress as ResultAddress, StepR
 from evolvent.analysis.system import System
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
+from evolvent.equations.rhs import rhs
 from evolvent.families.threads import is_open
-from evolvent.flow.rhs import rhs
 from evolvent.kernels import rigid
 from evolvent.parts.checks import number, positive, vector
 from evolvent.results.motion import quaternions
-from evolvent.solvers import balance as eb, explicit_plan, implicit
-from evolvent.solvers.explicit_plan import METHODS, STEP_ALLOWED
-from evolvent.solvers.laws import law_failure, refusing_laws
-from evolvent.solvers.limits import limitation_of
-from evolvent.solvers.releases import write_accounts
-from evolvent.solvers.sampled import Sampled, bristles
-from evolvent.solvers.solution import Solution
+from evolvent.solvers.common import balance as eb
+from evolvent.solvers.common.laws import law_failure, refusing_laws
+from evolvent.solvers.common.limits import limitation_of
+from evolvent.solvers.common.sampled import Sampled, bristles
+from evolvent.solvers.common.solution import Solution
+from evolvent.solvers.time.explicit import plan as explicit_plan
+from evolvent.solvers.time.explicit.plan import METHODS, STEP_ALLOWED
+from evolvent.solvers.time.implicit import plan as implicit
+from evolvent.solvers.time.implicit.releases import write_accounts
 from evolvent_base.errors import EvolventError, InputError, RunFailed, naming_keys, nearest
 
 #: Implicit methods that step: those whose forces are of the ends of steps, which an input is held over.
@@ -262,7 +264,7 @@ class Stepper:
 
     @property
     def warning(self) -> str:
-        """What the state now is beyond (`evolvent.solvers.limits`), one text; '' for nothing."""
+        """What the state now is beyond (`evolvent.solvers.common.limits`), one text; '' for nothing."""
         return limitation_of(self._solution())
 
     def results(self) -> dict[str, tuple[tuple[str, ...], str]]:

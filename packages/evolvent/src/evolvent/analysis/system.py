@@ -494,7 +494,7 @@ class System:
             If there is no equilibrium; ``.run`` holds the last state that was reached.
         """
         from evolvent import analysis
-        from evolvent.solvers.static import solve_static
+        from evolvent.solvers.static.static import solve_static
 
         found = solve_static(
             self.assemble(), load_steps=load_steps, arc_length=arc_length, time=time, rotating=rotating, centre=centre,
@@ -524,7 +524,7 @@ class System:
 
         Parameters
         ----------
-        count, damped, time, rotating, centre : as of `evolvent.solvers.modes.modes`
+        count, damped, time, rotating, centre : as of `evolvent.solvers.modal.modes.modes`
         mesh_error : bool
             Whether they are found once more with every element of beams, rods and threads in halves, for an estimate
             of the error of the mesh, ``modes.mesh``.
@@ -543,7 +543,7 @@ class System:
             If there is no equilibrium.
         """
         from evolvent.analysis.modal import ModalResults
-        from evolvent.solvers.modes import modes
+        from evolvent.solvers.modal.modes import modes
 
         given: Any = {"damped": damped, "time": time, "rotating": rotating, "centre": centre}
         found = ModalResults.of(modes(self.assemble(), count=count, **given))
@@ -589,7 +589,7 @@ class System:
         outputs : names such as "hub.rate.z" or "boom.tip.displacement.y"
         modes : int, optional, size of a reduced model
         method : {"modal", "craig-bampton"}
-        damped, time, rotating, centre, boundary, static_correction : as of `evolvent.solvers.linear.linearize`
+        damped, time, rotating, centre, boundary, static_correction : as of `evolvent.solvers.modal.linear.linearize`
 
         Returns
         -------
@@ -603,7 +603,7 @@ class System:
             As of `modes`.
         """
         from evolvent.analysis.linear import LinearModel
-        from evolvent.solvers.linear import linearize
+        from evolvent.solvers.modal.linear import linearize
 
         found = linearize(
             self.assemble(), inputs, outputs, modes=modes, method=method, damped=damped, time=time, rotating=rotating,

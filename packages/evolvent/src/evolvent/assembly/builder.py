@@ -18,7 +18,7 @@ from evolvent.assembly.references import Location, Named, split_reference
 from evolvent.assembly.state import has_causes, number_accounts, number_switches, stops, totals
 from evolvent.compiled import laws
 from evolvent.compiled.pointer import zeros_record
-from evolvent.flow.implicit import add_weight
+from evolvent.equations.implicit import add_weight
 from evolvent.kernels import ancf, rigid, rod_strains, springs
 from evolvent.model.registry import asked, families
 from evolvent_base.dense import product

@@ -20,7 +20,7 @@ from evolvent.assembly.assembled import Array, Assembly
 from evolvent.assembly.blocks import is_of, note_inertia, owners
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.order import in_order
-from evolvent.flow.implicit import add_weight
+from evolvent.equations.implicit import add_weight
 from evolvent.model.family import Family
 from evolvent.model.records import OWN_RECORDS
 from evolvent.model.registry import families

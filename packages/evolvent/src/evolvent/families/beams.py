@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.algebra.sparse import add_entry
 from evolvent.elements.thermal import thermal_form
 from evolvent.kernels import ancf, ancf_beams, beam_strains, calls, thermal
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS, beam_energies
 from evolvent.kernels.beam_strains import POINTS
 from evolvent.kernels.blocks import POSITION, SLOPE
-from evolvent.kernels.sparse import add_entry
 from evolvent.model.family import ENERGY, EVERY, Family, Kind, Records, record, where
 from evolvent.model.powers import MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
 from evolvent.model.questions import AdjointSupport, Block, Coordinates, LinearizedPoint, along, never, skew

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.algebra.sparse import add_entry
 from evolvent.kernels import attitude, body_step, calls, points, rigid
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION
 from evolvent.kernels.rotations import cross, rotation_about_axis, rotation_from_quaternion, turn_back
-from evolvent.kernels.sparse import add_entry
 from evolvent.model.family import CLEARED, Family, Kind, Records, record, where
 from evolvent.model.powers import DRIVEN
 from evolvent.model.questions import (

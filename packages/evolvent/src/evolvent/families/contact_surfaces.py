@@ -37,7 +37,7 @@ def _of_surface(row: Any, records: Records) -> Iterator[End]:
 
 
 def _coupled(row: Any, records: Records) -> Iterator[list[End]]:
-    """Point by point; turns on one another are coupled where they touch (`solvers.graph`)."""
+    """Point by point; turns on one another are coupled where they touch (`solvers.common.graph`)."""
     if row["under"] < 0:
         for point in records("contact_points")[int(row["first"]) : int(row["last"])]:
             yield [*(("vectors", int(iv)) for iv in point["iv"]), ("bodies", int(row["body"]))]

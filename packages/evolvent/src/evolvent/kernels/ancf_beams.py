@@ -8,13 +8,13 @@ import math
 
 from numba import types, void
 
+from evolvent.algebra.linalg import banded_solve_vectors
+from evolvent.algebra.sparse import SPARSE, add_block
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.lookups import element_energy_at, element_force_at, element_tangent_at
 from evolvent.kernels import ancf
 from evolvent.kernels.ancf import INTERVAL
-from evolvent.kernels.linalg import banded_solve_vectors
 from evolvent.kernels.rotations import cross
-from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
 
 USED_FOR = "elements"

@@ -22,6 +22,7 @@ import math
 
 from numba import types, void
 
+from evolvent.algebra.sparse import add_entry
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.lookups import spring_law_at
 from evolvent.kernels.drive import drive
@@ -31,7 +32,6 @@ from evolvent.kernels.profile import profile
 from evolvent.kernels.rigid import FREE, add_wrench, point_kinematics
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.rotor import acceleration_about, add_reaction, take_inertia
-from evolvent.kernels.sparse import add_entry
 from evolvent.model import MODEL
 
 USED_FOR = ("wheels", "thrusters", "controllers")

@@ -4,6 +4,7 @@ import math
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, add_block, add_entry
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels.attitude import FADE, WHEELS, linear_torque, wanted_by_motor
 from evolvent.kernels.fields import ORBIT
@@ -12,7 +13,6 @@ from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import FREE
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import turn_axis
-from evolvent.kernels.sparse import SPARSE, add_block, add_entry
 from evolvent.model import MODEL
 
 USED_FOR = ("wheels", "thrusters", "controllers")

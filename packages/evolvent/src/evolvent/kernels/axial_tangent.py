@@ -2,6 +2,7 @@
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, add_block, first_entry
 from evolvent.compiled.jit import MATRIX, REAL, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.axial import TRAVEL, angle_of, gradients, place_on_body, rate_gradients, second_derivative
@@ -17,7 +18,6 @@ from evolvent.kernels.sides import (
     turn_axis,
     write_axial,
 )
-from evolvent.kernels.sparse import SPARSE, add_block, first_entry
 from evolvent.model import MODEL, having
 
 USED_FOR = ("coordinates", "gear_coordinates")

@@ -4,12 +4,12 @@ import math
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, add_block, add_inner, inner
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.node_loads import FIELD, LINE, MOMENT, POINT, add_following_load, follows, node_vector
 from evolvent.kernels.profile import profile, window
 from evolvent.kernels.rotations import cross
-from evolvent.kernels.sparse import SPARSE, add_block, add_inner, inner
 from evolvent.kernels.work import note_load
 from evolvent.model import MODEL
 
@@ -178,7 +178,7 @@ def add_field_tangent(y, k, model, matrix):
     Notes
     -----
     With P = (T/J) M f, f = z x (e - c) + p z: -dP = -(T/J) M (z x de) + (T/J^2) M f dJ, and dJ = 2 M f0 . (z x de) of
-    f0 = z x (e - c) couples all nodes of the beam, by an inner unknown (`kernels.sparse`).
+    f0 = z x (e - c) couples all nodes of the beam, by an inner unknown (`algebra.sparse`).
     """
     n_q, row = model.info.nq, model.beam_loads[k]
     z, K, plain, whole = row.axis, model.K24, model.e[0], model.e[2]

@@ -19,6 +19,7 @@ import math
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, first_entry
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import axial, axial_tangent
 from evolvent.kernels.axial import TRAVEL, both_sides, gradients
@@ -26,7 +27,6 @@ from evolvent.kernels.axial_tangent import add_angle_tangent, add_outer
 from evolvent.kernels.gaps import ALONG, DIRECTION
 from evolvent.kernels.joint_friction import RELAX, bristle_energy, stick_or_slip, taken_by_friction
 from evolvent.kernels.rotations import cross, turn
-from evolvent.kernels.sparse import SPARSE, first_entry
 from evolvent.model import MODEL
 
 USED_FOR = "bearings"

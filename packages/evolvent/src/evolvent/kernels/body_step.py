@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from evolvent.algebra import sparse
+from evolvent.algebra.sparse import add_block
 from evolvent.compiled.jit import inlined
-from evolvent.kernels import attitude, rigid, sparse
+from evolvent.kernels import attitude, rigid
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import add_turning
-from evolvent.kernels.sparse import add_block
 
 
 @inlined

@@ -14,9 +14,9 @@ from __future__ import annotations
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled import lookups
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
-from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 from evolvent.model.interval import INTERVAL
 

@@ -8,9 +8,9 @@ of its M^-1, which is constant, times J . J.
 
 from numba import types, void
 
+from evolvent.algebra.linalg import banded_ldl, banded_ldl_solve
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import ancf_beams, joint, reduced, thread as chain
-from evolvent.kernels.linalg import banded_ldl, banded_ldl_solve
 from evolvent.kernels.rigid import SPIN, add_wrench, centripetal, respond, shift_body
 from evolvent.kernels.rotations import turn
 from evolvent.kernels.sides import ON_BODY

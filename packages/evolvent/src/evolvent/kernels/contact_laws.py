@@ -258,7 +258,7 @@ def press(point, row, gap0, gap1, rate, h, soft, chi, ratio):
     row : record with the law
     gap0, gap1 : float, m, at both ends; rate : float, m/s, of a state
     h : float, s, 0 of a state
-    soft, chi, ratio : float, of a step: factor of the stiffness; filter chi and ratio r of `flow.energy_momentum`
+    soft, chi, ratio : float, of a step: factor of the stiffness; filter chi and ratio r of `equations.energy_momentum`
     """
     d_rate = filtered = 0.0
     if h == 0.0:

@@ -10,13 +10,13 @@ import math
 import numpy as np
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, add_block, add_inner, first_entry, inner
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.compiled.views import matrix_view
 from evolvent.kernels import ancf, body_gaps, contact_laws, rigid, surfaces
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.rotations import cross, dot, turn, turn_back
 from evolvent.kernels.sides import body_columns, turn_axis
-from evolvent.kernels.sparse import SPARSE, add_block, add_inner, first_entry, inner
 from evolvent.model import MODEL
 
 USED_FOR = contact_laws.CONTACTS
@@ -365,8 +365,8 @@ def _friction_change(row, n, s, dn, change):
 def add_body_contact_bound(model, blocks):
     """Add the stiffness and damping of all contacts to blocks (2, bodies, 6, 6) of the bodies' unknowns. Not compiled.
 
-    Of every contact as if its bodies touched, in any direction, and twice as of springs (`solvers.stability`); of boxes
-    the `share` of the points that can touch at the same time.
+    Of every contact as if its bodies touched, in any direction, and twice as of springs
+    (`solvers.time.explicit.stability`); of boxes the `share` of the points that can touch at the same time.
     """
     for row in model.body_contacts:
         own = contact_laws.bound_of(row, "extent")

@@ -2,12 +2,12 @@
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import REAL, VECTOR, indirect
 from evolvent.kernels import axial_tangent
 from evolvent.kernels.axial import TRAVEL, gradients, rate_gradients
 from evolvent.kernels.axial_tangent import add_angle_tangent, add_damping, add_outer
 from evolvent.kernels.calls import tangent_at
-from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL, having
 from evolvent.model.interval import INTERVAL
 

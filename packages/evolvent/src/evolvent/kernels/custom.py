@@ -7,6 +7,7 @@ derivatives of the forces, (m, m), and the scratch and the values of `law_means.
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.compiled.lookups import element_law_at
 from evolvent.compiled.views import matrix_view
@@ -14,7 +15,6 @@ from evolvent.kernels.law_means import BETWEEN, integrate, room_size
 from evolvent.kernels.law_slopes import add_element_law_gradient
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sides import add_product, add_turning
-from evolvent.kernels.sparse import SPARSE
 from evolvent.kernels.springs import ON_BODY, marker_columns, marker_kinematics, marker_turning, push_marker
 from evolvent.model import MODEL
 

@@ -8,13 +8,13 @@ Coriolis force does no work.
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, add_block
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.law_means import add_force_gradient, force_of
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import ON_BODY, add_turning, side_columns
-from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
 
 USED_FOR = "fields"

@@ -8,9 +8,9 @@ import math
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import MATRIX, REAL, entry, indirect, inlined
 from evolvent.kernels.sides import ON_BODY, add_product, write_axial
-from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL
 
 _I = types.int64

@@ -8,6 +8,7 @@ import math
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, first_entry
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels.axial import (
     ANGLE,
@@ -20,7 +21,6 @@ from evolvent.kernels.axial import (
 )
 from evolvent.kernels.axial_tangent import add_angle_tangent, add_travel_tangent
 from evolvent.kernels.rotations import cross
-from evolvent.kernels.sparse import SPARSE, first_entry
 from evolvent.model import MODEL
 
 USED_FOR = "gear_coordinates"

@@ -2,6 +2,7 @@
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, add_entry, first_entry
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import reduced, rigid
 from evolvent.kernels.gaps import (
@@ -19,7 +20,6 @@ from evolvent.kernels.gear import add_gear, add_gear_rates
 from evolvent.kernels.joint import holds, joint_geometry, side_rates
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sides import ON_BODY, add_turning, side_columns
-from evolvent.kernels.sparse import SPARSE, add_entry, first_entry
 from evolvent.kernels.thread.joined import couple_spool, turn_spool
 from evolvent.model import MODEL
 

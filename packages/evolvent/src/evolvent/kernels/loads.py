@@ -4,6 +4,7 @@ import math
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, add_block
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.lookups import force_law_at
 from evolvent.kernels.law_means import add_mean_gradient, force_of, mean_force, turned_share
@@ -12,7 +13,6 @@ from evolvent.kernels.profile import factor_at, profile, window
 from evolvent.kernels.rigid import DRIVEN, FREE
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import ON_BODY, add_turning, side_columns, turn_axis
-from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.kernels.springs import ON_POINT, marker_kinematics, push_marker
 from evolvent.kernels.work import note_load
 from evolvent.model import MODEL

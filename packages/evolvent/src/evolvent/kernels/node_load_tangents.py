@@ -8,6 +8,7 @@ import math
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, add_block
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS
 from evolvent.kernels.law_means import force_gradient, moment_gradient
@@ -24,7 +25,6 @@ from evolvent.kernels.node_loads import (
     section_duals,
 )
 from evolvent.kernels.rotations import cross, dot
-from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL
 
 _I = types.int64

@@ -3,9 +3,9 @@
 A point without mass is a beam's node: it has that one's coordinates, and what acts on it acts on the beam.
 """
 
+from evolvent.algebra.sparse import add_entry
 from evolvent.compiled.jit import inlined
 from evolvent.kernels.rotations import cross
-from evolvent.kernels.sparse import add_entry
 
 
 @inlined

@@ -14,9 +14,9 @@ Craig, Bampton (1968), AIAA Journal 6, 1313-1319; Canavin, Likins (1977), Journa
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, first_entry
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid
-from evolvent.kernels.sparse import SPARSE, first_entry
 from evolvent.model import MODEL
 
 USED_FOR = "reduced_bodies"
@@ -77,7 +77,7 @@ def add_modes(y, h, chi, ratio, model, F):
     ----------
     y : (ny,) float, state, or mean state with rates that are increments over h
     h : float, s, length of the interval; 0 for a state
-    chi, ratio : float, filter of an interval (`evolvent.flow.energy_momentum`)
+    chi, ratio : float, filter of an interval (`evolvent.equations.energy_momentum`)
     """
     bodies, modes, n_q = model.reduced_bodies, model.modes, model.info.nq
     energy = lost = 0.0

@@ -9,10 +9,11 @@ import math
 import numpy as np
 from numba import types, void
 
+from evolvent.algebra.linalg import cholesky, cholesky_solve
+from evolvent.algebra.sparse import add_block, add_entry
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import rod_payout, tape
 from evolvent.kernels.drive import drive
-from evolvent.kernels.linalg import cholesky, cholesky_solve
 from evolvent.kernels.points import add_angular_momentum
 from evolvent.kernels.rotations import (
     cross,
@@ -22,7 +23,6 @@ from evolvent.kernels.rotations import (
     turn,
     turn_back,
 )
-from evolvent.kernels.sparse import add_block, add_entry
 from evolvent.model import MODEL, having, nonzero
 
 DRIVEN, SPIN, FREE = 0, 1, 2

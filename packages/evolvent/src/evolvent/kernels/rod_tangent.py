@@ -6,6 +6,7 @@ forces is J0^T (D0^T C D1 + S . d2E) J1, and p . (second derivatives of s, c and
 
 from numba import void
 
+from evolvent.algebra.sparse import SPARSE, add_block
 from evolvent.compiled.jit import REAL, indirect, inlined, kernel
 from evolvent.compiled.views import matrix_view
 from evolvent.kernels import tape
@@ -31,7 +32,6 @@ from evolvent.kernels.rod_strains import (
     strain_columns,
 )
 from evolvent.kernels.rotations import cross, turn, turn_back
-from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.kernels.strip import add_fibre_tangent
 from evolvent.model import MODEL
 

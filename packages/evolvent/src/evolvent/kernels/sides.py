@@ -7,10 +7,10 @@ of 24-coordinate elements. Its columns J : (3, n) are du over the side's unknown
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, add_entry, first_entry
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import cross, dot, turn, turn_back
-from evolvent.kernels.sparse import SPARSE, add_entry, first_entry
 from evolvent.model import MODEL
 
 _I = types.int64

@@ -11,6 +11,7 @@ import math
 import numpy as np
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, add_block
 from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined
 from evolvent.compiled.lookups import spring_law_at
 from evolvent.kernels.law_means import SPRING, scalar_mean, scalar_slope
@@ -18,7 +19,6 @@ from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import DRIVEN, add_wrench, point_kinematics
 from evolvent.kernels.rotations import turn_back
 from evolvent.kernels.sides import ON_BODY as ON_SIDE, ON_COORDINATES, add_product, add_turning, side_columns
-from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.model import MODEL, family_type
 
 USED_FOR = "springs"

@@ -28,9 +28,9 @@ from fractions import Fraction
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, add_block, add_entry
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.kernels.rod_strains import STRAIN
-from evolvent.kernels.sparse import SPARSE, add_block, add_entry
 from evolvent.model import MODEL
 
 USED_FOR = "tapes"

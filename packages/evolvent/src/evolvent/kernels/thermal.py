@@ -9,12 +9,12 @@ import math
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import ancf, ancf_beams, cable, rod
 from evolvent.kernels.profile import profile
 from evolvent.kernels.rod_strains import STRAIN
 from evolvent.kernels.rotations import dot
-from evolvent.kernels.sparse import SPARSE
 from evolvent.model import MODEL, having, not_negative
 
 USED_FOR = "thermal_loads"

@@ -1,6 +1,7 @@
 """Powers of loads and fields at the samples of a finished run, and their works since the first one.
 
-The pass over the samples (`evolvent.flow.sampling`) calls these in order: records hold the sample before until then.
+The pass over the samples (`evolvent.equations.sampling`) calls these in order: records hold the sample before until
+then.
 """
 
 import math

@@ -2,7 +2,7 @@
 
 A state is a vector ``y = [q | v | accounts]`` of floats and a vector ``s`` of integer switches: the nodes released of
 each thread, then whether the whole of each is, then quarter turns and latch of each coordinate, then the sense in which
-each spool with friction turns, 0 where it sticks. `evolvent.flow` holds the functions of it that a solver calls.
+each spool with friction turns, 0 where it sticks. `evolvent.equations` holds the functions of it that a solver calls.
 Families may be empty. Scratch memory lives in the model, so that nothing is
 allocated in a time loop; two threads of execution therefore need two models.
 """

@@ -123,7 +123,7 @@ class Family:
     of : str, family to which the records belong, whose part wrote them; supported where that is
     ends : function of a record and `Records` to what it acts on (`End`), for families that act between parts; the index
         of vectors is that in the state of the first velocity, of reduced bodies the modal coordinates are meant.
-    at_times : whether its records act at times, which `flow.implicit.is_isolated` asks of their field `outside`, 1
+    at_times : whether its records act at times, which `equations.implicit.is_isolated` asks of their field `outside`, 1
         where an end is no free body. Records of other families count as acting at all times
     through : whether its records act through those of others, whose ends theirs are
     couples : function of a record and `Records` to the groups of ends that are coupled with one another in the matrix
@@ -134,8 +134,8 @@ class Family:
         its records that tie nothing to other than free bodies: for all of them, or a function of them and `Records`;
         None stands for none of them
     by_rates : whether explicit methods find its fastest mode from the rates of the whole model
-        (`solvers.explicit_modes`), or a function of the model; None stands for those with a force. Those whose forces
-        act on coordinates (`Model.F`, `Model.P`), not on bodies and points alone, are always among them
+        (`solvers.time.explicit.fastest_modes`), or a function of the model; None stands for those with a force. Those
+        whose forces act on coordinates (`Model.F`, `Model.P`), not on bodies and points alone, are always among them
     force, tangent : functions of `evolvent.kernels.calls`: forces of its records in a state or over a step, and their
         derivatives; step_force, step_tangent over a step, where that is another function
     inertia, inertia_tangent, step_inertia, step_inertia_tangent : the same of masses, after all forces
@@ -196,7 +196,8 @@ class Family:
     bound : function of the model after `kinematics`, the state, and blocks of stiffness and damping that are felt, by
         family (2, n, size, size), to bounds of the fastest modes of its own; it adds to the blocks what its records
         make others feel. Where `stiff` records have none, the fastest mode is found by differences of accelerations
-    uneven : function of a steady turn (`solvers.steady_turn.Turn`) and of the records with an end on what does not
+    uneven : function of a steady turn (`solvers.static.steady_turn.Turn`) and of the records with an end on what does
+    not
         turn, of all without `ends`, to those that are not the same at every angle about its axis; None for all of them
     start : of a run by implicit steps, before its first forces
     end_step : of a step that has been taken: what the next one needs of it, and into `Interval.powers` the work and the
@@ -211,7 +212,7 @@ class Family:
         which rub, or without an answer to that; with measure_rates of the state at its end, keep_rates at the start of
         the next, and friction_power, of all frictions at the last evaluation
     end_friction : under explicit methods, frictions at the end of a step into the accounts; returns what they take, J
-    turning : accelerations of a steady turn, but those of vectors in `Model.blocks` (`solvers.equilibrium`), and
+    turning : accelerations of a steady turn, but those of vectors in `Model.blocks` (`solvers.static.equilibrium`), and
         turning_tangent, derivatives of the forces by these accelerations
     evaluate : fields that are results, at a sample; by `force` where a family with results has no answer, False for
         none. Before that of all families prepare_sample, then evaluate_rates of what follows from the rates of explicit
@@ -241,7 +242,7 @@ class Family:
     not_at_rest : function of the model after its first forces to records whose rate changes in statics, and why, as the
         end of a sentence
     stiffest : makes the records of a model as stiff as they can become, for the fastest mode by rates; what `bound`
-        counts, or `solvers.explicit_modes` adds, has no stiffness then
+        counts, or `solvers.time.explicit.fastest_modes` adds, has no stiffness then
     paid_out : function of the model, and of a function of a record to the largest rate of its drive in a run, to the
         kinetic energy of what drives pay out, J
     jumps : function of its records to contacts whose force jumps at the touch

@@ -10,9 +10,9 @@ from evolvent.compiled.pointer import Struct, array, on_stack, record
 #:
 #: t, h, tm: start, length and middle, s; span: h, or `KEPT` of a state of explicit methods, whose frictions are among
 #: its accounts; chi, chi_v, ratio: filter of strains and of velocities, and r of the step before
-#: (`flow.energy_momentum`); soft: share of the contacts' stiffness; held: 1 where velocities are not filtered, else
-#: 0; of the step before chi_p, and what it filters of accelerations: the largest beside the size, and the root mean
-#: square by shares of inertia (1/s2). rub: s, length of the step of friction of contacts that ends at a state
+#: (`equations.energy_momentum`); soft: share of the contacts' stiffness; held: 1 where velocities are not filtered,
+#: else 0; of the step before chi_p, and what it filters of accelerations: the largest beside the size, and the root
+#: mean square by shares of inertia (1/s2). rub: s, length of the step of friction of contacts that ends at a state
 #: (`kernels.contact.add_contacts`); factor: of loads on beams and of gravity; over: time in which `dv` changes
 #: velocities, h, or 1 of a state, whose `dv` are accelerations, and inertia: 1/over. Of a tangent: c_mass and c_rate,
 #: derivatives of accelerations and of velocities, and scale of the constraints. Of the end of a step: share, 1 where

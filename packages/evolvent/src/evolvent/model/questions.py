@@ -123,8 +123,8 @@ class Law:
     kind : str, of `compiled.laws.RETURNS`; one of time alone is a `DRIVE`
     which : function of the records to a mask of those that call one
     arguments : function of the model, the index of a record and a moment to the arguments of each call, but for the
-        parameters, after `flow.impulse.prepare`; with True as the fourth argument at all places, else at one of them;
-        not asked of a drive
+        parameters, after `equations.impulse.prepare`; with True as the fourth argument at all places, else at one of
+        them; not asked of a drive
     field : str, of the record, with the number of the law
     before : str, of the fields `first` and `last` with the range of the law's parameters
     room : function of a record to how many values the law writes into its last argument, of kind "element"

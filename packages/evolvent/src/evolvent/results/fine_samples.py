@@ -16,7 +16,7 @@ from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, ROTATION
 from evolvent.results.observe.view import View
 
 if TYPE_CHECKING:
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 Array = np.ndarray
 #: Variable of the root that marks fine samples; only of runs that have some.

@@ -14,7 +14,7 @@ import xarray as xr
 from evolvent.model.layout import LATCHED as LATCHED
 from evolvent.model.registry import events
 from evolvent.results import variables
-from evolvent.solvers.solution import Solution
+from evolvent.solvers.common.solution import Solution
 from evolvent_base.units import unit_text
 
 #: Attribute of a run with its events: columns of a table in JSON.

@@ -28,7 +28,7 @@ from evolvent_base.errors import InputError, nearest
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 #: What may be kept of a variable over time, ``NAME.last`` and so on: functions of the values and of the times.
 REDUCTIONS: dict[str, Callable[[np.ndarray, np.ndarray], Any]] = {

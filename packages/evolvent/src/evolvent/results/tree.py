@@ -22,8 +22,8 @@ from evolvent import results
 from evolvent.results import display
 from evolvent.results.observe import has_results, observe
 from evolvent.results.observe.variables import AXES
-from evolvent.solvers import balance as eb
-from evolvent.solvers.solution import Solution
+from evolvent.solvers.common import balance as eb
+from evolvent.solvers.common.solution import Solution
 from evolvent_base.units import units_as_written
 
 #: Energies and work of the root, each with its field in the balance; their names are in `references.OF_THE_RUN` too.
@@ -34,7 +34,7 @@ _ENERGIES = {
     "work_spools": ("spools", "work of spools since the start"),
     "energy_released": ("released", "energy that nodes brought in at their release since the start"),
 }
-#: What dissipates energy, in the order of `evolvent.solvers.balance.LOSSES`.
+#: What dissipates energy, in the order of `evolvent.solvers.common.balance.LOSSES`.
 CAUSES = ("mass damping", "stiffness damping", "contact", "friction", "joints", "springs")
 
 

@@ -1,6 +1,6 @@
 """Time integration of assembled models."""
 
-from evolvent.solvers.explicit_plan import METHODS, solve
-from evolvent.solvers.solution import Solution
+from evolvent.solvers.common.solution import Solution
+from evolvent.solvers.time.explicit.plan import METHODS, solve
 
 __all__ = ["METHODS", "Solution", "solve"]

@@ -10,7 +10,8 @@ from pydantic import Field
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.analysis.margins.keys import Margin
 from evolvent.parts.registry import PartsByName
-from evolvent.solvers import explicit_methods, implicit_method
+from evolvent.solvers.time.explicit import methods as explicit_methods
+from evolvent.solvers.time.implicit import methods as implicit_method
 from evolvent_base import units
 from evolvent_base.schema import Section
 

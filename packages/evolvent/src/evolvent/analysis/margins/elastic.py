@@ -27,14 +27,14 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from evolvent import model as mdl
+from evolvent.algebra.sparse import clear
 from evolvent.analysis.margins.shares import is_held, of_family
-from evolvent.flow.implicit import energies, tangent
+from evolvent.equations.implicit import energies, tangent
 from evolvent.kernels.blocks import displace
-from evolvent.kernels.sparse import clear
 from evolvent.model.registry import families
-from evolvent.solvers import equilibrium
-from evolvent.solvers.implicit_setup import matrix_of, sizes
-from evolvent.solvers.static_work import spare_of, sparse_of
+from evolvent.solvers.static import equilibrium
+from evolvent.solvers.static.work import spare_of, sparse_of
+from evolvent.solvers.time.implicit.setup import matrix_of, sizes
 from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:

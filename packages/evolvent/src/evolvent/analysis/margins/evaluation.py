@@ -16,13 +16,13 @@ from evolvent.analysis.margins.results import MarginResults
 from evolvent.analysis.margins.shares import Share
 from evolvent.analysis.margins.tables import Table
 from evolvent.model.shares import ACCELERATION
-from evolvent.solvers.laws import refusing_laws
-from evolvent.solvers.limits import limitations
+from evolvent.solvers.common.laws import refusing_laws
+from evolvent.solvers.common.limits import limitations
 from evolvent_base.errors import InputError, nearest
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

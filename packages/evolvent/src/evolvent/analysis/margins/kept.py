@@ -19,7 +19,7 @@ from evolvent_base.errors import InputError
 if TYPE_CHECKING:
     from evolvent.analysis.margins.evaluation import AtRest
     from evolvent.assembly.assembled import Assembly
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 AT_REST, IN_RUN = "margin", "margin_in_run"
 #: Words of each of them.

@@ -17,7 +17,7 @@ from evolvent.results.observe import observe
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 Array = np.ndarray
 

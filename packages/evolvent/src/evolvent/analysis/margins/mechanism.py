@@ -1,7 +1,8 @@
 """A mechanism at a position: the direction in which it moves there, and the virtual power of each part along it.
 
-Every force is the engine's: the residual of the equations of motion (`evolvent.flow.implicit.residual`) of the model
-with one part's force alone. So gradients of constraints, levers of weights and neighbours' springs are those of a run.
+Every force is the engine's: the residual of the equations of motion (`evolvent.equations.implicit.residual`) of the
+model with one part's force alone. So gradients of constraints, levers of weights and neighbours' springs are those of
+a run.
 
 Notes
 -----
@@ -35,20 +36,20 @@ from evolvent.analysis.margins.shares import (
 )
 from evolvent.assembly.assembled import Assembly
 from evolvent.compiled.pointer import Struct
-from evolvent.flow.implicit import residual
+from evolvent.equations.implicit import residual
 from evolvent.kernels import axial
 from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
 from evolvent.model.powers import N_POWERS
 from evolvent.model.registry import forget_steps
 from evolvent.model.shares import Elastic as ElasticShares, Tie
-from evolvent.solvers import equilibrium
-from evolvent.solvers.still_threads import at_time
+from evolvent.solvers.common.still_threads import at_time
+from evolvent.solvers.static import equilibrium
 from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     from evolvent.analysis.margins.elastic import Elastic
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 Array = np.ndarray
 
@@ -294,7 +295,7 @@ class Mechanism:
         y[self.n_q : self.n_q + self.n_v] = 0.0
         force = (self.left(at.t, y, model, factor=1.0) - self.left(at.t, y, self.bare, factor=1.0))[: self.n_v]
         if not elastic.alone:  # else it is that of the one with a stiffness, also on what it ends at
-            from evolvent.solvers.static_work import velocities_of
+            from evolvent.solvers.static.work import velocities_of
 
             own = velocities_of(whole, share.family, k)
             force, every = np.zeros(self.n_v), force

@@ -24,7 +24,7 @@ from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 Array = np.ndarray
 #: Share of the whole turn that counts as none.

@@ -16,7 +16,7 @@ from evolvent.analysis.margins.shares import Share
 from evolvent.model.shares import ACCELERATION, FRICTION, SPRING
 
 if TYPE_CHECKING:
-    from evolvent.solvers.solution import Solution
+    from evolvent.solvers.common.solution import Solution
 
 Array = np.ndarray
 

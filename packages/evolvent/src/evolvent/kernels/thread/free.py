@@ -9,13 +9,13 @@ import math
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, add_entry
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL, LEAST_OUT
 from evolvent.kernels.law_means import SPRING, scalar_slope
 from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import FREE, SPIN
 from evolvent.kernels.rotor import acceleration_about, add_reaction
-from evolvent.kernels.sparse import SPARSE, add_entry
 from evolvent.kernels.thread.boundary import pull_slopes
 from evolvent.kernels.thread.end import TINY
 from evolvent.kernels.thread.moving_tangent import add_payout

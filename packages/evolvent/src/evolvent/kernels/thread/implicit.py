@@ -8,11 +8,11 @@ import math
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, add_entry
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rotations import turn, turn_back
-from evolvent.kernels.sparse import SPARSE, add_entry
 from evolvent.kernels.thread.carried import add_carried_inertia, add_carried_weights
 from evolvent.kernels.thread.end import TINY, is_end
 from evolvent.kernels.thread.fields import add_wound_field_tangents, wound_fields
@@ -40,7 +40,7 @@ USED_FOR = "threads"
 
 @indirect(types.UniTuple(REAL, 3)(REAL, VECTOR, VECTOR, REAL, MODEL, VECTOR))
 def add_thread_residual(t, y, a, step, model, F):
-    """Add threads to a residual (`evolvent.flow.implicit.residual`): before points and bodies, which get their forces.
+    """Add threads to a residual (`equations.implicit.residual`): before points and bodies, which get their forces.
 
     Returns
     -------

@@ -7,11 +7,11 @@ forces of the joints on. Of a wound node the joint does not hold.
 
 import math
 
+from evolvent.algebra.sparse import add_entry
 from evolvent.compiled.jit import inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.gaps import SEGMENT
 from evolvent.kernels.rigid import add_wrench
-from evolvent.kernels.sparse import add_entry
 from evolvent.kernels.thread.spool import JOINED, MOVING, SPRINGS, held_tension, outer_radius, paid_out, pull_spool
 from evolvent.kernels.thread.wound import spool
 

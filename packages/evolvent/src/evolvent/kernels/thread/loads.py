@@ -4,6 +4,7 @@ import math
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, add_block
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.fields import acceleration, gradient
 from evolvent.kernels.law_means import force_gradient
@@ -20,7 +21,6 @@ from evolvent.kernels.loads import (
 from evolvent.kernels.profile import window
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import ON_BODY, add_product, add_turning, side_columns, write_axial
-from evolvent.kernels.sparse import SPARSE, add_block
 from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY, marker_turning
 from evolvent.kernels.thread.end import TINY, is_end, node_columns
 from evolvent.kernels.thread.fields import note_end_fields

@@ -2,11 +2,11 @@
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE, add_entry
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels.rigid import point_kinematics
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sides import ON_BODY, add_turning, side_columns
-from evolvent.kernels.sparse import SPARSE, add_entry
 from evolvent.kernels.thread.end import is_end
 from evolvent.kernels.thread.moving import FORCE, PAYOUT, PAYOUT_MASS, USED_FOR, flow_rates, inertia
 from evolvent.kernels.thread.springs import segment_vector

@@ -6,11 +6,11 @@ they change: its velocities and momenta are those of the whole.
 
 from numba import types, void
 
+from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.rotations import cross, turn
-from evolvent.kernels.sparse import SPARSE
 from evolvent.kernels.springs import ON_BODY
 from evolvent.kernels.thread.carried import add_carried_weights
 from evolvent.kernels.thread.end import is_end

@@ -15,7 +15,7 @@ from evolvent.model.registry import families
 from evolvent.results.observe import symbols
 from evolvent.results.observe.variables import OBSERVERS, Observed, Variable
 from evolvent.results.observe.view import View
-from evolvent.solvers.solution import Solution
+from evolvent.solvers.common.solution import Solution
 
 __all__ = ["OBSERVERS", "Observed", "Variable", "View", "has_results", "observe", "observe_part"]
 

@@ -20,7 +20,7 @@ from evolvent.model import (
 )
 from evolvent.results.observe.variables import Observed, observer
 from evolvent.results.observe.view import View
-from evolvent.solvers.solution import first_latch
+from evolvent.solvers.common.solution import first_latch
 
 Array = np.ndarray
 #: What the words of an angle are for a travel, in the order of replacement.

@@ -13,16 +13,16 @@ import numpy as np
 from evolvent.assembly import families, needs
 from evolvent.assembly.needs import has_explicit_forces
 from evolvent.compiled.pointer import address
-from evolvent.flow.sampling import evaluate_samples
+from evolvent.equations.sampling import evaluate_samples
 from evolvent.kernels import rigid, sides, springs
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.drive import drive
 from evolvent.model import RECORDS, RESULTS
 from evolvent.results.motion import rotation_matrices
 from evolvent.results.observe.variables import cross, turned
-from evolvent.solvers.explicit_plan import METHODS
-from evolvent.solvers.solution import Solution
-from evolvent.solvers.still_threads import end_ramps
+from evolvent.solvers.common.solution import Solution
+from evolvent.solvers.common.still_threads import end_ramps
+from evolvent.solvers.time.explicit.plan import METHODS
 
 Array = np.ndarray
 

@@ -1,0 +1,1 @@
+"""Dense and sparse linear algebra, and eigenproblems."""

@@ -1,0 +1,1 @@
+"""What solvers share: energy balances, solutions, the matrix graph, laws, limits."""

@@ -1,0 +1,303 @@
+"""Constraints that repeat one another: their rank, and what lets solvers run with them.
+
+Where the rows of the gradient G depend on one another, the multipliers are not unique. A compliance far below that of
+what the constraints hold, g - c la = 0, takes those of least norm: at the solution c la is in the range of G, as g is.
+Directions count with the size of the system, so that moments are forces at that distance. In motions the compliance
+acts on multipliers that make no force alone, so that the constraints hold to round-off (`least_norm`).
+
+The rank changes where joints are released, and may change where a latch locks: `Ranks` keeps what was found, and when.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from evolvent import model as mdl
+from evolvent.algebra import ordering, sparse_lu
+from evolvent.algebra.sparse import LOST, SparseBlocks
+from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.families import owner
+from evolvent.equations.implicit import residual, tangent
+from evolvent.kernels import joint, sides
+from evolvent.model.powers import N_POWERS
+from evolvent.solvers.time.implicit.setup import length_of
+from evolvent.solvers.time.messages import redundant
+from evolvent_base.errors import InputError
+
+if TYPE_CHECKING:
+    import scipy.sparse as sparse
+
+Array = np.ndarray
+
+#: Most constraints whose rank is found from singular values; of more, it is that of the factors of the tangent.
+MOST = 1500
+#: Singular value, beside the largest, that is zero.
+_ZERO = 1e-9
+#: Part in a dependence from which on a constraint counts as one of those that repeat one another.
+_PART = 1e-6
+#: Compliance beside that of a typical mass, and at least beside that of the lightest that takes part: round-off of its
+#: pivots must be far below.
+_COMPLIANCE, _ROUND_OFF = 1e-5, 2e-12
+#: What multiplies a mass so that the stiffness beside it is round-off.
+_HUGE = 1e40
+#: What constraints may be off, beside the size of the system, before they contradict one another.
+_CONTRADICTS = 1e-5
+
+
+@dataclasses.dataclass(frozen=True)
+class Redundancy:
+    """Constraints that repeat one another.
+
+    Attributes
+    ----------
+    constraints, rank : int, number of scalar constraints, and of independent ones
+    names : list of str, parts whose constraints depend on one another
+    rows : (n,) int, rows of the family joints that take part, with what they are connected to
+    length : float, m, size of the system
+    compliance : float, beside that of a typical mass
+    """
+
+    constraints: int
+    rank: int
+    names: list[str]
+    rows: Array
+    length: float
+    compliance: float
+
+    @property
+    def text(self) -> str:
+        """What is reported."""
+        return (
+            f"{self.rank} of {self.constraints} constraints are independent, those of {_listed(self.names)} are "
+            f"redundant: their multipliers are those of minimum norm"
+        )
+
+    def contradiction(self, gaps: Array, t: float) -> str:
+        """Why a run must end at t, by the gaps of all joints; '' where the constraints still agree."""
+        off = float(np.abs(gaps[self.rows]).max(initial=0.0))
+        if off <= _CONTRADICTS * self.length:
+            return ""
+        return (
+            f"the constraints of {_listed(self.names)} are inconsistent at t = {t:.6g} s: they are "
+            f"violated by {off:.3g}; remove a redundant one, or give one of them a `stiffness`"
+        )
+
+
+def _listed(names: list[str]) -> str:
+    shown = ", ".join(repr(name) for name in names[:6])
+    return shown + (f" and {len(names) - 6} others" if len(names) > 6 else "")
+
+
+def undetermined(model: mdl.Model, matrix: SparseBlocks, t: float, y: Array, inertia: tuple[float, float]) -> int:
+    """Number of unknowns that the tangent with masses leaves open at a state, by its factors, which stay in `matrix`.
+
+    Parameters
+    ----------
+    inertia : c_mass (1/s2) so great that stiffness does not count, and a typical mass (kg)
+    """
+    c_mass, mass = inertia
+    _write_tangent(model, matrix, t, y, c_mass, c_mass * mass)
+    return int(sparse_lu.factor(matrix))
+
+
+def _write_tangent(model: mdl.Model, matrix: SparseBlocks, t: float, y: Array, c_mass: float, scale: float) -> None:
+    """Evaluate a model at a state, and write its tangent with masses, without multipliers."""
+    n_v, n_j = int(model.info.nv), model.joints.size
+    la = np.zeros(n_j)
+    residual(t, y, np.zeros(n_v), la, 0.0, 1.0, model, np.zeros(n_v + n_j), np.zeros(N_POWERS))
+    tangent(t, y, la, c_mass, 0.0, scale, model, matrix)
+
+
+@dataclasses.dataclass(frozen=True)
+class Rank:
+    """What was found of the constraints at a time.
+
+    Attributes
+    ----------
+    since : float, s, from when on
+    held : (nj,) bool, joints that hold as constraints; latches : int, number of latches and events until then
+    slack : (nj,) float, compliance of the joints
+    redundancy : Redundancy, None where the constraints are independent
+    """
+
+    since: float
+    held: Array
+    latches: int
+    slack: Array
+    redundancy: Redundancy | None
+
+
+class Ranks:
+    """Ranks of the constraints of a run: found at the start, and again after every release and latch.
+
+    Attributes
+    ----------
+    found : list of Rank, in the order of time
+    """
+
+    def __init__(self, assembly: Assembly) -> None:
+        self.assembly, self.model = assembly, assembly.model
+        self.found: list[Rank] = []
+        self._apart: mdl.Model | None = None
+
+    @property
+    def now(self) -> Redundancy | None:
+        """What is redundant at present."""
+        return self.found[-1].redundancy if self.found else None
+
+    def is_due(self, t: float, latches: int) -> bool:
+        """Whether joints have been released or latches have locked since the rank was found."""
+        joints = self.model.joints
+        if not joints.size:
+            return False
+        last = self.found[-1] if self.found else None
+        own = joints["kind"] != joint.SEGMENT  # those of threads are independent of the others
+        return last is None or last.latches != latches or not np.array_equal(last.held[own], is_held(joints, t)[own])
+
+    def find(
+        self, t: float, y: Array, matrix: SparseBlocks, weight: Array, inertia: tuple[float, float], latches: int = 0
+    ) -> None:
+        """Find the rank at time t and state y; the entries of the matrix are lost.
+
+        Parameters
+        ----------
+        weight, inertia : as of `allow` and `undetermined`
+
+        Raises
+        ------
+        InputError
+            As `allow` does.
+        """
+        joints, info = self.model.joints, self.model.info
+        joints["slack"], info.redundant, info.exact = 0.0, 0, 1
+        held, found = is_held(joints, t), None
+        if np.any(held) and undetermined(self._model_apart(), matrix, t, y, inertia) > 0:
+            found = allow(self.assembly, matrix, weight, inertia[1], t, y)
+        self.found.append(Rank(t, held, latches, joints["slack"].copy(), found))
+
+    def _model_apart(self) -> mdl.Model:
+        """A model with the values of the run's at present, which may be evaluated."""
+        if self._apart is None:
+            self._apart = self.model.copy()
+        else:
+            self._apart.take(self.model)
+        return self._apart
+
+    def at(self, times: Array) -> Array:
+        """Number of the rank in `found` that the constraints had at times (n,), s: (n,) int."""
+        since = np.array([rank.since for rank in self.found])
+        return np.asarray(np.maximum(np.searchsorted(since, times, side="right") - 1, 0))
+
+    def use(self, number: int) -> None:
+        """Give the model the compliance that its joints had with a rank."""
+        if self.found:
+            self.model.joints["slack"] = self.found[number].slack
+
+    @property
+    def text(self) -> str:
+        """What is reported, '' where nothing has been redundant."""
+        texts: list[str] = []
+        for k, rank in enumerate(self.found):
+            if rank.redundancy is not None and rank.redundancy.text not in "; ".join(texts):
+                since = f"from t = {rank.since:.6g} s on " if k > 0 else ""
+                texts.append(since + rank.redundancy.text)
+        return "; ".join(texts)
+
+    @property
+    def statistics(self) -> dict[str, int]:
+        """Number of constraints and their rank where they were redundant first."""
+        first = next((rank.redundancy for rank in self.found if rank.redundancy is not None), None)
+        return {} if first is None else {"constraints": first.constraints, "rank": first.rank}
+
+
+def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, t: float, y: Array) -> Redundancy:
+    """Let the constraints of a model depend on one another: give them their share of the compliance.
+
+    Parameters
+    ----------
+    assembly : of the run's own, whose joints are changed
+    matrix : of which the last `factor` left unknowns open; its entries are lost
+    weight, mass : (nv,) float, size of each unknown that counts as 1, and a typical mass, kg
+    y : (ny,) float, state
+
+    Raises
+    ------
+    InputError
+        Where something beside the joints is undetermined, a driven joint is among them, or one holds what cannot move.
+    """
+    import scipy.sparse as sparse  # which most runs do not need
+    from scipy.sparse.csgraph import connected_components
+    from scipy.sparse.linalg import splu
+
+    model, n_v = assembly.model, int(assembly.model.info.nv)
+    unknowns = ordering.redundant_unknowns(matrix)
+    if np.any(unknowns < n_v):
+        raise InputError(redundant(assembly, matrix))
+    unresolved = unknowns.size + int(matrix.counts[LOST])
+    _write_tangent(model.copy(), matrix, t, y, _HUGE, 1.0)
+    values, places, columns = ordering.entries(matrix)
+    whole = sparse.coo_matrix((values, (places, columns)), shape=(n_v + model.joints.size,) * 2).tocsr()
+    G, M = whole[n_v:, :n_v], whole[:n_v, :n_v] / _HUGE
+    joints = model.joints
+    length = max(1.0, length_of(model, weight))
+    held = np.flatnonzero(is_held(joints, t))
+    scale = 1.0 / np.where(_turns(joints[held]), 1.0, length)
+    part = sparse.diags(scale) @ G[held] @ sparse.diags(weight)
+    size = np.asarray(abs(part).max(axis=1).todense()).ravel() if held.size else np.zeros(0)
+    for k in held[size <= 1e-12]:
+        raise InputError(
+            f"{owner(assembly, 'joints', int(k))!r} is redundant: its ends cannot move in the constrained direction"
+        )
+    rank, share = _rank_of(part, size, unresolved)
+    taking = held[share > _PART] if share is not None else held
+    for k in taking:
+        if joints["path"][k] != joint.STILL or joints["kind"][k] == joint.ANGLE:
+            name = owner(assembly, "joints", int(k))
+            raise InputError(f"{name!r} is redundant: it drives a motion that other joints already constrain or drive")
+    names = sorted({owner(assembly, "joints", int(k)) for k in taking})
+    _, group = connected_components(part @ part.T, directed=False)
+    rows = held[np.isin(group, group[np.isin(held, taking)])]
+    size = np.where(_turns(joints[rows]), 1.0 / length**2, 1.0)
+    yields = np.einsum("ij,ji->i", G[rows].toarray(), splu(M.tocsc()).solve(G[rows].T.toarray()))
+    compliance = max(_COMPLIANCE, _ROUND_OFF * mass * float(np.max(yields / size)))
+    joints["slack"][rows] = size * compliance
+    info = model.info
+    info.redundant = 1
+    return Redundancy(held.size, rank, names, rows, length, compliance)
+
+
+def _rank_of(part: Any, size: Array, unresolved: int) -> tuple[int, Array | None]:
+    """Rank of the gradients, and the largest part of each row in a dependence; None where there are too many rows."""
+    import scipy.sparse as sparse
+
+    n = part.shape[0]
+    if n > MOST:
+        return n - unresolved, None
+    U, values, _ = np.linalg.svd((sparse.diags(1.0 / size) @ part).toarray(), full_matrices=n > part.shape[1])
+    rank = min(int(np.sum(values > _ZERO * values[0])), n - 1)
+    return rank, np.abs(U[:, rank:]).max(axis=1)
+
+
+def independent(G: sparse.csr_matrix, rank: int) -> sparse.csr_matrix:
+    """As many rows of gradients as their rank, which span those of all."""
+    import scipy.sparse as sparse
+    from scipy.linalg import qr
+
+    norms = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
+    _, order = qr((sparse.diags(1.0 / norms) @ G).toarray().T, mode="r", pivoting=True)
+    return G[np.sort(order[:rank])]
+
+
+def is_held(joints: Array, t: float) -> Array:
+    """Which joints are constraints that hold at t: (nj,) bool."""
+    found: Array = (joints["stiffness"] == 0.0) & (t <= joints["until"])
+    return found
+
+
+def _turns(joints: Array) -> Array:
+    """Which joints hold directions, whose gaps have no unit: (n,) bool."""
+    directions = np.isin(joints["kind"], (joint.DIRECTION, joint.ANGLE, joint.GEAR))
+    return np.asarray(directions | ((joints["kind"] == joint.ALONG) & (joints["on"][:, 0] == sides.ON_NODE)))

@@ -1,0 +1,1 @@
+"""Modes, and linear models about an equilibrium."""

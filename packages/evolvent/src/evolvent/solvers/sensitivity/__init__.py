@@ -1,0 +1,1 @@
+"""Derivatives of a run: neighbours that take its steps, and the adjoint."""

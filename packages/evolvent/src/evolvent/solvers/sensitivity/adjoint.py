@@ -1,0 +1,451 @@
+"""The adjoint of a run by implicit steps: derivatives of few values by many parameters, in one pass backwards.
+
+The run keeps its steps as linear maps (`evolvent.solvers.sensitivity.recorded_steps`). Those that end on a latch, an
+event, a change of loads or the end of the run are found by neighbours that take them from states and parameters
+changed one by one.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numba import config
+
+from evolvent.algebra.sparse import INNER
+from evolvent.assembly import needs
+from evolvent.assembly.assembled import Assembly
+from evolvent.equations.implicit import residual
+from evolvent.kernels.blocks import displace
+from evolvent.model.family import some
+from evolvent.model.questions import AdjointSupport
+from evolvent.model.registry import whole
+from evolvent.solvers.sensitivity import recorded_energy_steps as tape_energy, recorded_steps as tapes
+from evolvent.solvers.sensitivity.adjoint_events import Jump, Jumps, Parameter, carried, difference, state_of
+from evolvent.solvers.sensitivity.patches import Patch, Sides
+from evolvent.solvers.sensitivity.recorded_steps import (
+    FULL,
+    KIND,
+    LANDS,
+    LATCH,
+    SEARCHES,
+    SHIFTED,
+    STEPS,
+    TIMED,
+    Linear,
+    Tape,
+)
+from evolvent.solvers.sensitivity.steps_beside import TOGETHER, step_beside, take_step
+from evolvent.solvers.time import run as runs
+from evolvent.solvers.time.implicit import loop as implicit_loop
+from evolvent.solvers.time.implicit.methods import METHODS
+from evolvent.solvers.time.implicit.run import Run
+from evolvent.solvers.time.implicit.setup import matrix_for, stops_of
+from evolvent.solvers.time.implicit.workspace import BUDGET, DONE, SAMPLED, STOPPED
+from evolvent.solvers.time.messages import reason
+from evolvent_base.errors import InputError
+
+Array = np.ndarray
+#: Steps of a tape, and bytes of all at most.
+STEPS_OF_TAPE, MOST_BYTES = 256, 4e9
+#: Correction at which an iteration has converged, at most: forces along stiff directions, which turn with
+#: them, are then those of the step.
+NEWTON = 1e-12
+#: States that are tried for the equations that a parameter changes; difference of the changes to both sides beside
+#: them, and round-off of the equations, below which they are as large: one side is then evaluated alone.
+TRIALS, EVEN, ROUND_OFF = 3, 1e-8, 1e-15
+
+
+def check(plan: Any) -> None:
+    """Refuse what has no adjoint, by name.
+
+    Raises
+    ------
+    InputError
+    """
+    model, options = plan.assembly.model, plan.options
+    supported: list[tuple[AdjointSupport, Array]] = []
+    for family in whole():
+        found = family.records(model)
+        if family.adjoint is not None:
+            supported.append((family.adjoint, found))
+        elif found.size:
+            raise InputError(f"the adjoint does not support {family.name}, which the system has; take mode 'forward'")
+    for support, found in supported:
+        for what, mask in support.refused.items():
+            if np.any(mask(found)):
+                raise InputError(f"{what}, which the adjoint does not support; take mode 'forward'")
+    if options.midpoint and model.beams.size and model.body_contacts.size:
+        raise InputError(
+            f"the adjoint does not support beams beside body_contacts under {plan.method}; take mode 'forward'"
+        )
+    if options.midpoint and options.chi > 0.0:
+        filtered = next((support.filtered for support, found in supported if support.filtered and found.size), "")
+        if filtered or options.tolerance > 0.0:
+            what = f"the filtered {filtered}" if filtered else "adaptive steps"
+            raise InputError(
+                f"the adjoint does not support {what} of {plan.method}; take `spectral_radius` 1, or mode 'forward'"
+            )
+
+
+def depends_on_time(model: Any) -> bool:
+    """Whether forces or constraints are functions of time, of the families that are supported."""
+    return any(some(family.adjoint.timed, family.records(model)) for family in whole() if family.adjoint is not None)
+
+
+def _stops(base: Assembly, patch: Patch, times: Array) -> Array:
+    """Times on which the steps of a neighbour land."""
+    if not {"beam_loads", "breaks"}.intersection(key for key, *_ in patch.changes):
+        return stops_of(base, times)
+    model = base.model.copy()
+    patch.write(model)
+    return stops_of(dataclasses.replace(base, model=model), times)
+
+
+class OtherEquations(Exception):
+    """A parameter changes other equations than at the start, in a group with others."""
+
+
+class Adjoint:
+    """A run by implicit steps that keeps them.
+
+    Parameters
+    ----------
+    make : returns a plan of the run, another one each time
+    parameters : name, change, and what the parameter changed by it to both sides changes
+
+    Attributes
+    ----------
+    lead : Run; parameters : list of Parameter
+    parts : list of (Tape, number of steps, Model at them) and Jump, in the order of time
+    begins : (m, parameters) float, derivatives of the state with which the run starts
+    """
+
+    def __init__(self, make: Callable[[], Any], parameters: Sequence[tuple[str, float, Sides]]) -> None:
+        plans = [make() for _ in range(2)]
+        for one in plans:
+            one.options.corrects = 0
+            if not one.options.midpoint:
+                one.options.newton = min(float(one.options.newton), NEWTON)
+        base = plans[0].assembly
+        check(plans[0])
+        self.lead, self.middle = (Run(one) for one in plans)
+        self.room, self.transposed, model, times = matrix_for(base), matrix_for(base), base.model, plans[0].times
+        self.n_v, self.n_u = int(model.info.nv), int(model.info.nv) + model.joints.size
+        self.parameters = [
+            Parameter(
+                name, change, sides, (_stops(base, sides.patches[0], times), _stops(base, sides.patches[1], times)),
+                np.zeros(self.n_u, dtype=bool),
+            )
+            for name, change, sides in parameters
+        ]  # fmt: skip
+        for one in self.parameters:
+            if any(stops.size != self.lead.work.stops.size for stops in one.stops):
+                raise InputError(
+                    f"{one.name!r} moves a time at which loads change onto another one; there is no derivative by it"
+                )
+        own = METHODS[plans[0].method]
+        others = frozenset().union(*(row.modules for row in METHODS.values() if row.code != own.code))
+        roots = [
+            tapes.advance_keeping,
+            tapes.note_start,
+            tapes.change_of,
+            tapes.find_mass,
+            tapes.pull_back_sample,
+            take_step,
+            step_beside,
+            implicit_loop.begin,
+        ]
+        if self.lead.midpoint:
+            roots += [tape_energy.evaluate, tape_energy.pull_back]
+            self.colours = tape_energy.colours_of(model, self.room)
+        else:
+            roots += [implicit_loop.restart, tapes.pull_back]
+        for run in (self.lead, self.middle):
+            needs.load(run.model, *roots, without=others)
+        self.jumps = Jumps(self.lead, self.middle, self.room, self.parameters)
+        self.parts: list[tuple[Tape, int, Any] | Jump] = []
+        self.bytes = 0
+        self.shifted, self.timed = False, depends_on_time(model)
+        self.begins = np.zeros(((2 + len(carried(self.lead.work))) * self.n_v + 1, len(self.parameters)))
+
+    # -------------------------------------------------------------------------------------------- forwards
+
+    def run(self, progress: Callable[[float], None] | None = None) -> runs.Ending:
+        """Run to the end; returns how.
+
+        Raises
+        ------
+        InputError
+            Where the motion has no derivative.
+        """
+        model, work = self.lead.model.copy(), self.lead.work.copy()
+        failure = self.lead.begin()
+        if failure:
+            return "failed", failure
+        if model.info.redundant or self.lead.model.info.redundant:
+            raise InputError("constraints are redundant, which the adjoint does not support; take mode 'forward'")
+        self._begin_neighbours(model, work)
+        self._group()
+        lead, tape, code = self.lead, self._new_tape(), BUDGET
+        self._at_steps = lead.model.copy()
+        while code not in (DONE, STOPPED):
+            code = tapes.advance_keeping(200, lead.model, lead.matrix, lead.work, tape)
+            searched = (BUDGET, int(tape.counts[KIND]), int(tape.counts[LATCH])) if code == SEARCHES else None
+            if code in (FULL, LANDS, SEARCHES):
+                tape = self._close(tape)
+            if code == TOGETHER:
+                raise InputError(
+                    f"a latch or event at t = {lead.reached:.6g} s is at the end of a step by chance; take another step"
+                )
+            if code in (LANDS, SEARCHES):
+                code, failure, jump = self.jumps.take(searched)
+                if jump is None:
+                    return "failed", failure
+                if lead.model.beams.size and not math.isnan(jump.event):
+                    raise InputError(
+                        "the adjoint does not support latches and events beside beams; take rods, or mode 'forward'"
+                    )
+                self.parts.append(jump)
+                self.shifted = True
+                tape = self._new_tape()
+                self._at_steps = lead.model.copy()
+            elif code == FULL:
+                code = BUDGET
+            elif code == DONE:
+                self._close(tape)
+            elif code not in (BUDGET, DONE, STOPPED):
+                return "failed", reason(code, lead)
+            if progress is not None:
+                progress(lead.reached)
+        return lead.stopped() if code == STOPPED else runs.FINISHED
+
+    def _new_tape(self) -> Tape:
+        n, work = STEPS_OF_TAPE, self.lead.work
+        counts = np.zeros(tapes.N_COUNTS, dtype=np.int64)
+        counts[SHIFTED], counts[TIMED] = self.shifted, self.shifted and self.timed
+        return Tape(
+            counts=counts, numbers=np.zeros((n, tapes.N_NUMBERS)), y0=np.zeros((n, work.y.size)),
+            y1=np.zeros((n, work.y.size)), dq=np.zeros((n, self.n_v)), a=np.zeros((n, self.n_v)),
+            la=np.zeros((n, work.la.size)), switches=np.zeros((n, self.lead.model.switches.size), dtype=np.int64),
+        )  # fmt: skip
+
+    def _close(self, tape: Tape) -> Tape:
+        """Keep a tape, if it has steps; returns another one."""
+        steps = int(tape.counts[STEPS])
+        if not steps:
+            return tape
+        self.parts.append((tape, steps, self._at_steps))
+        self.bytes += sum(value.nbytes for value in tape)
+        if self.bytes > MOST_BYTES:
+            raise InputError(
+                f"the steps to t = {self.lead.reached:.6g} s take {self.bytes / 1e9:.2g} GB; take a longer step, a "
+                f"shorter run, or mode 'forward'"
+            )
+        return self._new_tape()
+
+    def _begin_neighbours(self, model: Any, work: Any) -> None:
+        """Derivatives of the start by the parameters."""
+        own, start = model.copy(), work.copy()
+        moves = own.moves(model) + start.moves(work, without=SAMPLED)
+        for k, one in enumerate(self.parameters):
+            sides = []
+            for patch, y in zip(one.sides.patches, one.sides.starts, strict=True):
+                for move in moves:
+                    ctypes.memmove(*move)
+                patch.write(own)
+                start.y[:], start.loop.follows = y, self.lead.work.loop.resolves
+                if implicit_loop.begin(own, self.room, start) != DONE:
+                    raise InputError(f"with {one.name!r} a little larger or smaller the run does not start")
+                sides.append(state_of(start, model))
+            self.begins[:, k] = difference(sides[0], sides[1], 0.5 / one.change, model)
+
+    def _group(self) -> None:
+        """Parameters that change different equations in one group, by states about the start at times of the run."""
+        rng, work, model, scratch = np.random.default_rng(0), self.lead.work, self.lead.model.copy(), self.middle.work
+        n_q, n_v, h = int(model.info.nq), self.n_v, float(self.lead.work.loop.step)
+        for t in np.linspace(float(self.lead.reached), float(work.samples[-1]), TRIALS).tolist():
+            y, size = work.y.copy(), 1e-2 * work.weight[:n_v]
+            displace(work.y, size * rng.uniform(-1, 1, n_v), False, self.lead.model, y)
+            y[n_q : n_q + n_v] += 1e2 * size * rng.uniform(-1, 1, n_v) / float(work.options.span)
+            scratch.y0[:], scratch.dq[:] = y, size * rng.uniform(-1, 1, n_v)
+            a, la = rng.uniform(-1, 1, n_v), rng.uniform(-1, 1, work.la.size)
+            middle = self._residual(t, h, y, a, la, model)
+            for one in self.parameters:
+                sides = []
+                for patch in one.sides.patches:
+                    patch.write(model)
+                    sides.append(self._residual(t, h, y, a, la, model))
+                    patch.undo(model)
+                up, down = sides[0] - middle, middle - sides[1]
+                one.rows |= sides[0] != sides[1]
+                for own in (slice(0, n_v), slice(n_v, None)):  # forces and constraints have other sizes
+                    same = EVEN * np.abs(up[own]).max(initial=0.0) + ROUND_OFF * np.abs(middle[own]).max(initial=0.0)
+                    one.is_linear &= bool(np.all(np.abs(up[own] - down[own]) <= same))
+        taken: list[tuple[bool, Array]] = []
+        for one in self.parameters:
+            if not np.any(one.rows):
+                one.rows[:], one.is_linear = True, False
+            alike = (
+                k for k, (linear, rows) in enumerate(taken) if linear == one.is_linear and not any(rows & one.rows)
+            )
+            one.group = next(alike, len(taken))
+            if one.group == len(taken):
+                taken.append((one.is_linear, np.zeros(self.n_u, dtype=bool)))
+            taken[one.group][1][:] |= one.rows
+        groups = [one.group for one in self.parameters]
+        for one in self.parameters:
+            if groups.count(one.group) == 1:
+                one.rows[:] = True
+
+    def _residual(self, t: float, h: float, y: Array, a: Array, la: Array, model: Any) -> Array:
+        """Equations of a state, or of energy-momentum of a step from `middle.work.y0` with the increments there."""
+        scratch = self.middle.work
+        if self.lead.midpoint:
+            scratch.la[:] = la
+            tape_energy.evaluate(t, h, model, scratch)
+        else:
+            residual(t, y, a, la, 0.0, 1.0, model, scratch.r, scratch.powers[0])
+        return np.array(scratch.r)
+
+    def _part(self) -> None:
+        """Each parameter in a group of its own."""
+        for k, one in enumerate(self.parameters):
+            one.group, one.rows[:] = k, True
+
+    def _changed_models(self, model: Any) -> tuple[list[Any], Any]:
+        """Models of the neighbours of each group, from that of the run, and their addresses."""
+        groups = 1 + max((one.group for one in self.parameters), default=-1)
+        models = [model.copy() for _ in range(2 * groups)]
+        for one in self.parameters:
+            for side, patch in enumerate(one.sides.patches):
+                patch.write(models[2 * one.group + side])
+        if config.DISABLE_JIT:
+            return models, models
+        return models, np.array([one.address for one in models], dtype=np.int64)
+
+    # -------------------------------------------------------------------------------------------- backwards
+
+    def gradients(self, by_sample: Array, by_event: Array) -> Array:
+        """Derivatives of values by the parameters.
+
+        Parameters
+        ----------
+        by_sample : (values, samples, 2 nv) float, derivatives of the values by coordinates and rates at the samples
+        by_event : (values, events) float, by the times of events
+
+        Returns
+        -------
+        (values, parameters) float, without what parameters change in the values themselves
+
+        Raises
+        ------
+        InputError
+            Where a step has no derivative.
+        """
+        try:
+            return self._gradients(by_sample, by_event)
+        except OtherEquations:
+            self._part()
+            return self._gradients(by_sample, by_event)
+
+    def _gradients(self, by_sample: Array, by_event: Array) -> Array:
+        """As `gradients`.
+
+        Raises
+        ------
+        OtherEquations
+        """
+        n, m, lead = by_sample.shape[0], self.begins.shape[0], self.lead
+        now, found = np.zeros((n, m)), np.zeros((n, len(self.parameters)))
+        states, move, event = np.zeros((4, lead.work.y.size)), np.zeros(self.n_v), by_event.shape[1]
+        seeded = np.flatnonzero(np.any(by_sample, axis=(0, 2)))
+        change, linear, groups = np.zeros(2 * self.n_v), self._linear(n), self._sides().size
+        changed: tuple[Any, Any, Any] = None, None, None
+        for part in reversed(self.parts):
+            if isinstance(part, Jump):
+                times, seeds = np.zeros(n), by_sample[:, part.first : part.last]
+                if not math.isnan(part.event):
+                    event -= 1
+                    times = by_event[:, event]
+                if np.any(now) or np.any(seeds) or np.any(times):
+                    dense = part.dense()
+                    timed = np.outer(times, dense.event)
+                    found += now @ dense.by_parameter + np.einsum("vsi,sik->vk", seeds, dense.sampled) + timed[:, m:]
+                    now = now @ dense.by_state + np.einsum("vsi,sim->vm", seeds, dense.samples) + timed[:, :m]
+                continue
+            tape, steps, model = part
+            if changed[0] is not model:
+                changed = model, *self._changed_models(model)
+            rows = np.zeros((n * groups, self.n_u))
+            last = steps - 1
+            of = np.searchsorted(tape.numbers[:steps, tapes.END_SAMPLE], seeded, side="right")
+            of[seeded < tape.numbers[0, tapes.FIRST_SAMPLE]] = steps
+            for k in np.unique(of[of < steps])[::-1].tolist():
+                numbers, starts, own = tape.numbers[k], np.zeros((n, m)), seeded[of == k].tolist()
+                self._pull(k + 1, last, part, changed[2], linear, now, rows)
+                h = float(numbers[tapes.LENGTH])
+                for sample in own:
+                    theta = (float(lead.work.samples[sample]) - float(numbers[tapes.TIME])) / h
+                    for q in range(n):
+                        tapes.pull_back_sample(
+                            1.0 if theta > 1.0 - 1e-9 else max(theta, 0.0), h, tape.y0[k], tape.y1[k],
+                            by_sample[q, sample], lead.model, states, move, change, starts[q], now[q],
+                        )  # fmt: skip
+                self._pull(k, k, part, changed[2], linear, now, rows)
+                now += starts
+                last = k - 1
+            self._pull(0, last, part, changed[2], linear, now, rows)
+            by_group = rows.reshape(n, -1, self.n_u)
+            for k, one in enumerate(self.parameters):
+                found[:, k] -= np.sum(by_group[:, one.group] * one.rows, axis=1) / one.change
+        for one in self.parameters:
+            own_rows = [other.rows for other in self.parameters if other.group == one.group]
+            if len(own_rows) > 1 and np.any((linear.changes[one.group] != 0) & ~np.any(own_rows, axis=0)):
+                raise OtherEquations(one.name)
+        now[:, : 2 * self.n_v] += by_sample[:, 0]
+        return found + now @ self.begins
+
+    def _sides(self) -> Array:
+        """Neighbours that are evaluated of each group, (groups,) int."""
+        found = np.full(1 + max((one.group for one in self.parameters), default=-1), 2, dtype=np.int64)
+        for one in self.parameters:
+            if one.is_linear:
+                found[one.group] = 1
+        return found
+
+    def _linear(self, values: int) -> Linear:
+        """Room for a step as a linear map, with the mass matrix, and derivatives of values."""
+        size, sides = self.room.values.size, self._sides()
+        found = Linear(
+            K=np.zeros(size), M=np.zeros(size), rows=np.zeros((sides.size + 1, self.n_u)),
+            changes=np.zeros((sides.size, self.n_u), dtype=np.int64), sides=sides, r=np.zeros(self.n_u),
+            right=np.zeros(self.n_u), W=np.zeros((values, self.n_u)), parts=np.zeros((5, self.n_u)),
+        )  # fmt: skip
+        first = next((part for part in self.parts if not isinstance(part, Jump)), None)
+        if first is not None:
+            tapes.find_mass(0, first[2], self.lead.work, first[0], self.room, found)
+            if self.room.counts[INNER]:
+                raise InputError("torques spread over a beam are not supported by the adjoint; take mode 'forward'")
+        return found
+
+    def _pull(self, first: int, last: int, part: Any, models: Any, linear: Linear, now: Array, rows: Array) -> None:
+        if last < first or not np.any(now):
+            return
+        tape, _, model = part
+        if self.lead.midpoint:
+            left = tape_energy.pull_back(
+                first, last, tape, self.room, self.transposed, model, models, self.middle.work, linear, self.colours,
+                now, rows,
+            )  # fmt: skip
+        else:
+            left = tapes.pull_back(
+                first, last, tape, self.room, self.transposed, model, models, self.lead.work, linear, now, rows
+            )  # fmt: skip
+        if left >= 0:
+            t = float(tape.numbers[left - 1, tapes.TIME])
+            raise InputError(f"the step from t = {t:.6g} s has no derivative; take a shorter step, or mode 'forward'")

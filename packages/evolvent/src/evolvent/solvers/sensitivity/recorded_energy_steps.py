@@ -1,0 +1,338 @@
+"""Steps of energy-momentum as linear maps, and their transposes; see `solvers.sensitivity.recorded_steps`.
+
+Notes
+-----
+A step from z0 = (e0, v0, b0) to z1, with b the change of the velocities over the step before, has the equations
+R(u; z0, p) = 0 of its increments and multipliers u (`evolvent.equations.energy_momentum`) and, with c = 2/(1 + chi_v)
+and f = chi_v r/2::
+
+    e1 = T u + E e0,   v1 = v0 + b1,   b1 = c (u/h - v0 + f b0)
+
+T = s (1 - [p]x), E = C(2 p)^T of turns by the increments 2 p, s = 1/(1 + p.p). Backwards, with (x, y, w) by z1::
+
+    R_u^T W = T^T x + (c/h)(y + w),   dvalue -= W^T R_p dp
+    (x, y, w) <- (E^T x, y - c (y + w), c f (y + w)) - R_z0^T W
+
+R_u is the tangent of Newton's method, where that is exact: of point masses without joints. Else its columns, and R_e0
+always, are central differences of the residual, of many unknowns at once that have no equation in common. Columns by
+multipliers have a scale of their own, since nothing stands on the right of their equations. Velocities at the start,
+and b0, are only in the inertia.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types, void
+
+from evolvent.algebra import sparse, sparse_lu
+from evolvent.algebra.sparse import SPARSE
+from evolvent.assembly.blocks import is_of
+from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, indirect, inlined
+from evolvent.compiled.pointer import Struct, array, at_address
+from evolvent.equations.energy_momentum import measure, residual, tangent
+from evolvent.kernels.blocks import ANGLE, ROTATION, displace
+from evolvent.kernels.rotations import cross
+from evolvent.model import MODEL
+from evolvent.solvers.sensitivity.recorded_steps import (
+    CHANGE,
+    CHI,
+    CHI_V,
+    LENGTH,
+    LINEAR,
+    RATIO,
+    SHIFT,
+    TAPE,
+    TIME,
+    TIMED,
+    multiply,
+    transpose,
+)
+from evolvent.solvers.time.implicit import methods as method
+from evolvent.solvers.time.implicit.workspace import WORKSPACE
+
+_I = types.int64
+#: Change of coordinates by differences of the fourth order, and of multipliers, in which the residual is linear.
+WIDE = 1e-4
+_model_at = at_address(MODEL)
+#: Central differences of the second and of the fourth order, as of `Colours.stencil`. Those of the fourth are exact of
+#: beams, whose forces are cubic in their coordinates: changes are large, as their stiff directions leave round-off.
+STENCILS = (
+    ((CHANGE, 0.5 / CHANGE), (-CHANGE, -0.5 / CHANGE)),
+    ((WIDE, 2 / 3 / WIDE), (-WIDE, -2 / 3 / WIDE), (2 * WIDE, -1 / 12 / WIDE), (-2 * WIDE, 1 / 12 / WIDE)),
+)
+
+
+class Colours(Struct):
+    """Coordinates, and multipliers behind them, of which no two of a colour have an equation in common.
+
+    Attributes
+    ----------
+    starts : (colours + 1,) int; columns : (nv + nj,) int, unknowns of each colour
+    first : (nv + nj + 1,) int; rows : (n,) int, equations of each unknown
+    inexact : (1,) int, 1 where the tangent is not exact; coordinates : (1,) int, colours of coordinates
+    stencil : (n, 2) float, changes of a coordinate, beside its size, and factors of the residuals in its derivative
+    base : (ny,) float, and move : (nv,) float, scratch
+    """
+
+    starts: np.ndarray = array(1, np.int64)
+    columns: np.ndarray = array(1, np.int64)
+    first: np.ndarray = array(1, np.int64)
+    rows: np.ndarray = array(1, np.int64)
+    inexact: np.ndarray = array(1, np.int64)
+    coordinates: np.ndarray = array(1, np.int64)
+    stencil: np.ndarray = array(2)
+    base: np.ndarray = array(1)
+    move: np.ndarray = array(1)
+
+
+COLOURS = Colours._numba_type_
+
+
+@indirect(void(REAL, REAL, MODEL, WORKSPACE))
+def evaluate(t, h, model, work):
+    """Residual `work.r` of a step of length h from t, from `work.y0` with the increments and multipliers there are."""
+    step = work.step
+    step.step.t, step.step.h, step.step.soft = t, h, 1.0
+    measure(0, model, step)
+    residual(model, step)
+
+
+@inlined
+def _load(n, tape, model, work):
+    """Step n of a tape into the workspace; returns its time, length, c and f."""
+    step, numbers = work.step, tape.numbers[n]
+    step.step.chi, step.step.chi_v, step.step.ratio = numbers[CHI], numbers[CHI_V], numbers[RATIO]
+    for i in range(work.y0.size):
+        work.y0[i] = tape.y0[n, i]
+    for i in range(work.dq.size):
+        work.dq[i], step.before[i] = tape.dq[n, i], tape.a[n, i]
+    for i in range(work.la.size):
+        work.la[i] = tape.la[n, i]
+    for i in range(model.switches.size):
+        model.switches[i] = tape.switches[n, i]
+    return numbers[TIME], numbers[LENGTH], 2.0 / (1.0 + numbers[CHI_V]), 0.5 * numbers[CHI_V] * numbers[RATIO]
+
+
+@inlined
+def _find_rows(t, h, timed, model, models, work, linear):
+    """Derivatives of the equations by parameters and the time, as of `tape.Linear.rows`; those of the run stay."""
+    groups, rows, r = linear.sides.size, linear.rows, work.r
+    for g in range(groups):
+        for side in range(linear.sides[g]):
+            own = _model_at(models[2 * g + side])
+            for i in range(model.switches.size):
+                own.switches[i] = model.switches[i]
+            evaluate(t, h, own, work)
+            for i in range(r.size):
+                rows[g, i] = r[i] if side == 0 else 0.5 * (rows[g, i] - r[i])
+    for i in range(r.size):
+        rows[groups, i] = 0.0
+    if timed:
+        for side in (1.0, -1.0):
+            evaluate(t + side * SHIFT * h, h, model, work)
+            for i in range(r.size):
+                rows[groups, i] += 0.5 * side / (SHIFT * h) * r[i]
+    evaluate(t, h, model, work)
+    for g in range(groups):
+        for i in range(r.size):
+            if linear.sides[g] == 1:
+                rows[g, i] -= r[i]
+            if rows[g, i] != 0.0:
+                linear.changes[g, i] = 1
+
+
+@inlined
+def _size(j, n, tape, work, colours):
+    """Size of unknown j, in which its changes are given; of multipliers such that they change by `WIDE`."""
+    n_v = work.dq.size
+    return work.weight[j] if j < n_v else WIDE / colours.stencil[0, 0] * (1.0 + abs(tape.la[n, j - n_v]))
+
+
+@inlined
+def _difference(k, starts, t, h, tape, n, model, work, colours, out):
+    """Derivatives of the residual by the unknowns of colour k, times their sizes.
+
+    Parameters
+    ----------
+    starts : bool, whether coordinates of the start are changed, with the increments as they are; else increments
+    """
+    base, move, columns, stencil, r = colours.base, colours.move, colours.columns, colours.stencil, work.r
+    for i in range(move.size):
+        move[i] = 0.0
+    for i in range(r.size):
+        out[i] = 0.0
+    for s in range(stencil.shape[0]):
+        change, factor = stencil[s, 0], stencil[s, 1]
+        for p in range(colours.starts[k], colours.starts[k + 1]):
+            j = columns[p]
+            if starts:
+                move[j] = change * work.weight[j]
+            elif j < move.size:
+                work.dq[j] = tape.dq[n, j] + change * work.weight[j]
+            else:
+                work.la[j - move.size] = tape.la[n, j - move.size] + change * _size(j, n, tape, work, colours)
+        if starts:
+            displace(base, move, False, model, work.y0)
+        evaluate(t, h, model, work)
+        for i in range(r.size):
+            out[i] += factor * r[i]
+    for p in range(colours.starts[k], colours.starts[k + 1]):
+        if columns[p] < move.size:
+            work.dq[columns[p]] = tape.dq[n, columns[p]]
+        else:
+            work.la[columns[p] - move.size] = tape.la[n, columns[p] - move.size]
+
+
+@inlined
+def _row_scale(i, scale, model):
+    """What the equation of unknown i is multiplied by in the tangent."""
+    n_v = model.info.nv
+    if i < n_v:
+        return 2.0
+    return scale if model.joints[i - n_v].stiffness <= 0.0 else 2.0 * scale
+
+
+@inlined
+def _assemble(t, h, n, tape, scale, model, work, room, colours, out):
+    """The matrix of step n: the tangent, with columns by differences where it is not exact; after `evaluate`."""
+    model.info.compliance = 1.0 / scale
+    tangent(scale, model, work.step, room)
+    for k in range(colours.starts.size - 1 if colours.inexact[0] != 0 else 0):
+        _difference(k, False, t, h, tape, n, model, work, colours, out)
+        for p in range(colours.starts[k], colours.starts[k + 1]):
+            j, held = colours.columns[p], False
+            for q in range(colours.first[j], colours.first[j + 1]):
+                held = held or out[colours.rows[q]] != 0.0
+            for q in range(colours.first[j], colours.first[j + 1] if held else 0):  # not of joints that hold nothing
+                i = colours.rows[q]
+                at, _, _ = sparse.first_entry(room, i, j)
+                if at >= 0:
+                    room.values[at] = _row_scale(i, scale, model) * out[i] / _size(j, n, tape, work, colours)
+
+
+@inlined
+def _turn(dq, kind, model, x, out):
+    """Out = T^T x (`kind` 0), E^T x (1) or, of turns, C^T x (2)."""
+    blocks, n_q = model.blocks, model.info.nq
+    for i in range(dq.size):
+        out[i] = x[i]
+    for k in range(blocks.size):
+        at = blocks[k].iv - n_q
+        if blocks[k].kind == ANGLE and kind == 0:
+            out[at] = x[at] / (1.0 + 0.25 * dq[at] * dq[at])
+        elif blocks[k].kind == ROTATION:
+            a, b, c = 0.5 * dq[at], 0.5 * dq[at + 1], 0.5 * dq[at + 2]
+            s, back = 1.0 / (1.0 + a * a + b * b + c * c), 1.0 if kind != 2 else -1.0
+            ux, uy, uz = cross(back * a, back * b, back * c, x[at], x[at + 1], x[at + 2])
+            if kind == 0:
+                out[at], out[at + 1], out[at + 2] = s * (x[at] + ux), s * (x[at + 1] + uy), s * (x[at + 2] + uz)
+                continue
+            wx, wy, wz = cross(back * a, back * b, back * c, ux, uy, uz)
+            out[at] += 2.0 * s * (ux + wx)
+            out[at + 1] += 2.0 * s * (uy + wy)
+            out[at + 2] += 2.0 * s * (uz + wz)
+
+
+@indirect(_I(_I, _I, TAPE, SPARSE, SPARSE, MODEL, INTEGERS, WORKSPACE, LINEAR, COLOURS, MATRIX, MATRIX))
+def pull_back(first, last, tape, room, matrix, model, models, work, linear, colours, derivatives, found):
+    """Take derivatives of values by the state at the end of step `last` back to the start of step `first`.
+
+    Parameters and what is returned as of `tape.pull_back`; `derivatives` : (values, 3 nv + 1) float, by (e, v, b) and
+    the time by which the steps are shifted; `work` : Workspace, scratch.
+    """
+    n_v, groups, values = model.info.nv, linear.sides.size, derivatives.shape[0]
+    right, rows, parts = linear.right, linear.rows, linear.parts
+    for n in range(last, first - 1, -1):
+        t, h, c, f = _load(n, tape, model, work)
+        scale = method.scale_of(h, work.options)
+        _find_rows(t, h, tape.counts[TIMED] != 0, model, models, work, linear)
+        _assemble(t, h, n, tape, scale, model, work, room, colours, parts[0])
+        transpose(room.values, matrix)
+        if sparse_lu.factor(matrix) != 0:
+            return n + 1
+        for q in range(values):
+            W, x, y, w = linear.W[q], derivatives[q, :n_v], derivatives[q, n_v : 2 * n_v], derivatives[q, 2 * n_v :]
+            _turn(work.dq, 0, model, x, right[:n_v])
+            for i in range(right.size):
+                W[i] = right[i] + c / h * (y[i] + w[i]) if i < n_v else 0.0
+            sparse_lu.solve(matrix, W)
+            for i in range(W.size):
+                W[i] *= _row_scale(i, scale, model)
+            for g in range(groups):
+                for i in range(W.size):
+                    found[q * groups + g, i] += W[i] * rows[g, i]
+            for i in range(W.size):
+                derivatives[q, 3 * n_v] -= W[i] * rows[groups, i]
+            multiply(linear.M, matrix, W, parts[1])
+            _turn(work.dq, 2, model, W, parts[2])
+            for i in range(n_v, W.size):
+                parts[2, i] = W[i]
+            multiply(linear.M, matrix, parts[2], parts[3])
+            for i in range(n_v):
+                b = y[i] + w[i]
+                y[i] += ((c - 1.0) * parts[3, i] + parts[1, i]) / h - c * b
+                w[i] = c * f * (b - parts[3, i] / h)
+            _turn(work.dq, 1, model, x, parts[2])
+            for i in range(n_v):
+                x[i] = parts[2, i]
+        _pull_back_coordinates(t, h, n, tape, model, work, linear, colours, derivatives)
+    return -1
+
+
+@inlined
+def _pull_back_coordinates(t, h, n, tape, model, work, linear, colours, derivatives):
+    """Subtract R_e0^T W from the derivatives by coordinates."""
+    out = linear.parts[0]
+    for i in range(work.y0.size):
+        colours.base[i] = work.y0[i] = tape.y0[n, i]
+    for k in range(colours.coordinates[0]):
+        _difference(k, True, t, h, tape, n, model, work, colours, out)
+        for p in range(colours.starts[k], colours.starts[k + 1]):
+            j = colours.columns[p]
+            for q in range(derivatives.shape[0]):
+                total = 0.0
+                for at in range(colours.first[j], colours.first[j + 1]):
+                    total += linear.W[q, colours.rows[at]] * out[colours.rows[at]]
+                derivatives[q, j] -= total / work.weight[j]
+
+
+def colours_of(model, matrix):
+    """Colours of the coordinates of a model by the pattern of its matrix: `Colours`; not compiled."""
+    n_v, table, later, unknown = int(model.info.nv), matrix.table, matrix.later, matrix.unknown
+    n_u = n_v + model.joints.size
+    own = [unknown[row[sparse.START] : row[sparse.START] + row[sparse.SIZE]] for row in table]
+    beside = [{b} for b in range(len(own))]
+    for b, row in enumerate(table):
+        for other in later[row[sparse.FIRST] : row[sparse.FIRST] + row[sparse.COUNT], sparse.BLOCK]:
+            beside[b].add(int(other))
+            beside[int(other)].add(b)
+    rows = np.empty(n_u, dtype=object)
+    for b, others in enumerate(beside):
+        for j in own[b]:
+            rows[j] = np.sort(np.concatenate([own[k] for k in sorted(others)]))
+    exact = bool(np.all(is_of(model.blocks, "points"))) and n_u == n_v
+    taken: list = []
+    members: list = []
+    coordinates = 0
+    for j in range(n_u):
+        coordinates = len(taken) if j == n_v else coordinates
+        free = (k for k, used in enumerate(taken) if k >= coordinates and not np.any(used[rows[j]]))
+        k = next(free, len(taken))
+        if k == len(taken):
+            taken.append(np.zeros(n_u, dtype=bool))
+            members.append([])
+        taken[k][rows[j]] = True
+        members[k].append(j)
+    none = np.zeros(0, dtype=np.int64)
+    starts, first = ([0, *(len(one) for one in of)] for of in (members, rows))
+    return Colours(
+        starts=np.cumsum(starts),
+        columns=np.concatenate([*members, none]).astype(np.int64),
+        first=np.cumsum(first),
+        rows=np.concatenate([*rows, none]).astype(np.int64),
+        inexact=np.array([0 if exact else 1]),
+        coordinates=np.array([coordinates if n_u > n_v else len(taken)]),
+        stencil=np.array(STENCILS[1 if model.beams.size else 0]),
+        base=np.zeros(int(model.info.ny)),
+        move=np.zeros(n_v),
+    )

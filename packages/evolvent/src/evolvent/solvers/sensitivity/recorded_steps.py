@@ -1,0 +1,488 @@
+"""Steps of generalized-alpha as linear maps, kept while a run takes them, and their transposes (the adjoint).
+
+Notes
+-----
+A step from z0 = (e0, v0, a0, d0) to z1, with e changes of the coordinates along increments of the state (of a free
+body's attitude a turn in its axes), v velocities, a the algorithmic and d the true accelerations, is linear in the
+change u of its increments but for the turns::
+
+    e1 = T u + E e0,   v1 = r u + ...,   a1 = u/(beta h^2) + ...,   d1 = c u + ...          T = Jr(dq), E = exp(-dq)
+    K e1 + C v1 + M d1 + G^T mu + R_p dp = 0,   G e1 + g_p dp = 0                           r, c: `alpha.rates`
+
+The states are kept, from which K, C, M and R_p of each parameter follow. Backwards, with the derivatives
+(x, y, z, w) of a value by z1, the transposed equations have one solution W for all parameters::
+
+    (K T + r C + c M)^T W = T^T x + r y + z/(beta h^2) + c w,        dvalue -= W^T R_p dp
+
+Steps that end on a latch, an event, a change of loads or the end of the run are kept as dense maps, which
+`evolvent.solvers.sensitivity.adjoint` finds by neighbours.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import types, void
+
+from evolvent.algebra import sparse, sparse_lu
+from evolvent.algebra.sparse import AT, BLOCK, COLUMN, COUNT, FIRST, SIZE, SPARSE, START, WIDTH
+from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect, inlined
+from evolvent.compiled.pointer import Struct, array, at_address
+from evolvent.equations.implicit import residual, tangent
+from evolvent.kernels import coordinate, user_events
+from evolvent.kernels.blocks import RATE, ROTATION, displace
+from evolvent.model import MODEL
+from evolvent.solvers.sensitivity.steps_beside import NONE, TOGETHER, TRIED, take_step
+from evolvent.solvers.time.dense import interpolate
+from evolvent.solvers.time.implicit import alpha, loop as implicit_loop, methods as method
+from evolvent.solvers.time.implicit.workspace import BUDGET, WORKSPACE
+
+_I = types.int64
+#: Numbers of a step in `Tape.numbers`: time and length, part of the algorithmic accelerations that it starts from,
+#: scale of the constraints, its samples, from the first up to another one, and filter of energy-momentum.
+TIME, LENGTH, PART, SCALE, FIRST_SAMPLE, END_SAMPLE, CHI, CHI_V, RATIO, N_NUMBERS = range(10)
+#: `Tape.counts`: steps that are kept, whether the time of the steps depends on the parameters, and forces on that time;
+#: kind and latch of the last step (`steps_beside.step_beside`).
+STEPS, SHIFTED, TIMED, KIND, LATCH, N_COUNTS = range(6)
+#: Status of a tape that is full, before a step to a given time, and behind a step that is taken back to end on an
+#: event.
+FULL, LANDS, SEARCHES = 11, 12, 13
+#: Change of time by which forces are derived, of a step; and sizes of changes by which samples are.
+SHIFT, CHANGE = 1e-4, 1e-6
+#: Corrections of a solution at most, and where they have converged.
+MOST, CONVERGED = 12, 1e-11
+_model_at = at_address(MODEL)
+
+
+class Tape(Struct):
+    """Steps that are kept: n at most.
+
+    Attributes
+    ----------
+    counts : (N_COUNTS,) int; numbers : (n, N_NUMBERS) float
+    y0, y1 : (n, ny) float, states at the ends; dq : (n, nv) float, increments
+    a : (n, nv) float, true accelerations at the end, or of energy-momentum changes of velocities over the step before
+    la : (n, nj) float, multipliers at the end
+    switches : (n, ns) int, with which the step was solved
+    """
+
+    counts: np.ndarray = array(1, np.int64)
+    numbers: np.ndarray = array(2)
+    y0: np.ndarray = array(2)
+    y1: np.ndarray = array(2)
+    dq: np.ndarray = array(2)
+    a: np.ndarray = array(2)
+    la: np.ndarray = array(2)
+    switches: np.ndarray = array(2, np.int64)
+
+
+class Linear(Struct):
+    """A step as a linear map, and scratch memory.
+
+    Attributes
+    ----------
+    K, M : (nz,) float, values of the matrices, constraints times their scale
+    rows : (groups + 1, nv + nj) float, the residual of neighbours of each group of parameters less that of the run, or
+        half the difference of both sides; and the derivative by the time last
+    changes : (groups, nv + nj) int, 1 where rows have been other than 0
+    sides : (groups,) int, how many neighbours are evaluated
+    r, right : (nv + nj,) float; W : (values, nv + nj) float, solutions; parts : (5, nv + nj) float
+    """
+
+    K: np.ndarray = array(1)
+    M: np.ndarray = array(1)
+    rows: np.ndarray = array(2)
+    changes: np.ndarray = array(2, np.int64)
+    sides: np.ndarray = array(1, np.int64)
+    r: np.ndarray = array(1)
+    right: np.ndarray = array(1)
+    W: np.ndarray = array(2)
+    parts: np.ndarray = array(2)
+
+
+TAPE, LINEAR = Tape._numba_type_, Linear._numba_type_
+
+
+# ------------------------------------------------------------------------------------------------ forwards
+
+
+@indirect(void(MODEL, WORKSPACE))
+def note_start(model, work):
+    """What records keep of the start of a step, of a state that has been changed."""
+    t = work.loop.time
+    if model.coordinates.size > 0:
+        coordinate.note_turns(t, work.y, model.switches, model)
+    if model.events.size > 0:
+        user_events.note_values(t, work.y, model)
+        for k in range(model.events.size):
+            model.events[k].value = model.events[k].now
+
+
+@inlined
+def _keep_step(t0, part, h, first, model, work, tape):
+    """Keep the step of length h from t0 that a run has taken, with `part` of its algorithmic accelerations.
+
+    `first` is its first sample. Its switches stand in the tape: those of the model are counted on at its end.
+    """
+    n, numbers = tape.counts[STEPS], tape.numbers[tape.counts[STEPS]]
+    numbers[TIME], numbers[LENGTH], numbers[PART], numbers[SCALE] = t0, h, part, method.scale_of(h, work.options)
+    numbers[FIRST_SAMPLE], numbers[END_SAMPLE] = first, work.loop.sample
+    for i in range(work.y.size):
+        tape.y0[n, i], tape.y1[n, i] = work.y0[i], work.y[i]
+    numbers[CHI], numbers[CHI_V], numbers[RATIO] = work.step.step.chi, work.step.step.chi_v, work.step.step.ratio
+    for i in range(work.dq.size):
+        tape.dq[n, i] = work.dq[i]
+        if work.options.midpoint == 0:
+            tape.a[n, i] = work.dv1[i]
+    for i in range(work.la.size):
+        tape.la[n, i] = work.la[i]
+    tape.counts[STEPS] += 1
+
+
+@indirect(_I(_I, MODEL, SPARSE, WORKSPACE, TAPE))
+def advance_keeping(budget, model, matrix, work, tape):
+    """Go on for `budget` steps, and keep them; returns a status.
+
+    That is one of `steps_beside.take_step`; `FULL` or `LANDS` before a step that is not taken yet; or `SEARCHES` behind
+    one that has been taken back. `TOGETHER` where an event has come without a search.
+    """
+    loop, near = work.loop, 10.0 * work.options.smallest
+    end = work.samples[work.samples.size - 1]
+    for _ in range(budget):
+        n = tape.counts[STEPS]
+        if n == tape.numbers.shape[0]:
+            return FULL
+        stops = loop.stop < work.stops.size and work.stops[loop.stop] < end - near
+        target = work.stops[loop.stop] if stops else end
+        _, lands = implicit_loop.step_length(target - loop.time, model, work)
+        if lands and (stops or tape.counts[SHIFTED] != 0):
+            return LANDS
+        t0, steps, first, last = loop.time, loop.steps, loop.sample, loop.last
+        for i in range(model.switches.size):
+            tape.switches[n, i] = model.switches[i]
+        if work.options.midpoint != 0:
+            for i in range(work.dq.size):
+                tape.a[n, i] = work.step.before[i]
+        code, tape.counts[KIND], tape.counts[LATCH] = take_step(model, matrix, work)
+        if loop.steps > steps:
+            if tape.counts[LATCH] != NONE:
+                return TOGETHER
+            part = min(loop.last / last, 1.0) if last > 0.0 else 1.0
+            _keep_step(t0, part, loop.last, first, model, work, tape)
+        elif tape.counts[LATCH] == TRIED and math.isfinite(loop.event_step) and code == BUDGET:
+            return SEARCHES
+        if code != BUDGET:
+            return code
+    return BUDGET
+
+
+# ------------------------------------------------------------------------------------------------ backwards
+
+
+@inlined
+def _evaluate(t, n, model, work, tape, linear):
+    """Residual of a model at the end of step n, at time t, into `linear.r`."""
+    residual(t, tape.y1[n], tape.a[n], tape.la[n], 0.0, 1.0, model, linear.r, work.powers[1])
+
+
+@inlined
+def _differentiate(n, model, models, work, tape, room, linear):
+    """The equations of step n of a tape as a linear map: `Linear.rows`, K, and the matrix of the step in `room`."""
+    n_v, h, scale = model.info.nv, tape.numbers[n, LENGTH], tape.numbers[n, SCALE]
+    t, y, la, size = tape.numbers[n, TIME] + h, tape.y1[n], tape.la[n], linear.r.size
+    c_mass, c_rate = alpha.rates(h, work.options)
+    groups, rows = linear.sides.size, linear.rows
+    for i in range(model.switches.size):
+        model.switches[i] = tape.switches[n, i]
+    for g in range(groups):
+        for side in range(linear.sides[g]):
+            own = _model_at(models[2 * g + side])
+            for i in range(model.switches.size):
+                own.switches[i] = model.switches[i]
+            _evaluate(t, n, own, work, tape, linear)
+            for i in range(size):
+                rows[g, i] = linear.r[i] if side == 0 else 0.5 * (rows[g, i] - linear.r[i])
+    for i in range(size):
+        rows[groups, i] = 0.0
+    if tape.counts[TIMED] != 0:
+        for side in (1.0, -1.0):
+            _evaluate(t + side * SHIFT * h, n, model, work, tape, linear)
+            for i in range(size):
+                rows[groups, i] += 0.5 * side / (SHIFT * h) * linear.r[i]
+    _evaluate(t, n, model, work, tape, linear)
+    for g in range(groups + 1):
+        for i in range(size):
+            if g < groups and linear.sides[g] == 1:
+                rows[g, i] -= linear.r[i]
+            if g < groups and rows[g, i] != 0.0:
+                linear.changes[g, i] = 1
+            if i >= n_v:
+                rows[g, i] *= scale
+    tangent(t, y, la, 0.0, 0.0, scale, model, room)
+    for i in range(linear.K.size):
+        linear.K[i] = room.values[i]
+    tangent(t, y, la, c_mass, c_rate, scale, model, room)
+
+
+@indirect(void(_I, MODEL, WORKSPACE, TAPE, SPARSE, LINEAR))
+def find_mass(n, model, work, tape, room, linear):
+    """The mass matrix, which is constant, from step n of a tape."""
+    h, scale = tape.numbers[n, LENGTH], tape.numbers[n, SCALE]
+    t, y, la = tape.numbers[n, TIME] + h, tape.y1[n], tape.la[n]
+    c_mass = 1.0 / (h * h)
+    _evaluate(t, n, model, work, tape, linear)
+    tangent(t, y, la, 0.0, 0.0, scale, model, room)
+    for i in range(linear.K.size):
+        linear.K[i] = room.values[i]
+    tangent(t, y, la, c_mass, 0.0, scale, model, room)
+    for i in range(linear.K.size):
+        linear.M[i] = (room.values[i] - linear.K[i]) / c_mass
+
+
+@inlined
+def transpose(S, matrix):
+    """The transpose of a matrix, by its values, into a matrix."""
+    sparse.clear(matrix)
+    table, values = matrix.table, matrix.values
+    for b in range(table.shape[0]):
+        m, w, at = table[b, SIZE], table[b, WIDTH], table[b, AT]
+        for r in range(m):
+            for c in range(m):
+                values[at + r * m + c] = S[at + c * m + r]
+        upper, lower = at + m * m, at + m * m + m * w
+        for i in range(m * w):
+            values[upper + i], values[lower + i] = S[lower + i], S[upper + i]
+
+
+@inlined
+def multiply(S, matrix, x, out):
+    """Out = product of the transpose of a matrix, by its values, with x, by unknowns."""
+    table, later, unknown = matrix.table, matrix.later, matrix.unknown
+    for i in range(x.size):
+        out[i] = 0.0
+    for b in range(table.shape[0]):
+        m, w, at, start = table[b, SIZE], table[b, WIDTH], table[b, AT], table[b, START]
+        for c in range(m):
+            total = 0.0
+            for r in range(m):
+                total += S[at + r * m + c] * x[unknown[start + r]]
+            out[unknown[start + c]] += total
+        for p in range(table[b, FIRST], table[b, FIRST] + table[b, COUNT]):
+            first, column = table[later[p, BLOCK], START], later[p, COLUMN]
+            for r in range(m):
+                i = unknown[start + r]
+                xi, total, entry = x[i], 0.0, at + m * m + r * w + column
+                for c in range(table[later[p, BLOCK], SIZE]):
+                    j = unknown[first + c]
+                    out[j] += S[entry] * xi
+                    total += S[entry + m * w] * x[j]
+                    entry += 1
+                out[i] += total
+
+
+@inlined
+def _turn_factors(x, y, z):
+    """Factors a, b, c of [d]x and [d]x^2 in Jr(d) = 1 - a [d]x + b [d]x^2 and of both in exp(-d): 1 - c [d]x + a ..."""
+    square = x * x + y * y + z * z
+    if square < 1e-4:
+        return (
+            0.5 - square / 24.0 + square * square / 720.0, 1.0 / 6.0 - square / 120.0 + square * square / 5040.0,
+            1.0 - square / 6.0 + square * square / 120.0,
+        )  # fmt: skip
+    angle = math.sqrt(square)
+    return (
+        (1.0 - math.cos(angle)) / square, (angle - math.sin(angle)) / (square * angle), math.sin(angle) / angle,
+    )  # fmt: skip
+
+
+@inlined
+def _turn_transposed(dq, moves, model, x, out):
+    """Out = T^T x, or E^T x if `moves`: of turns by dq, the same for all other coordinates."""
+    blocks, n_q = model.blocks, model.info.nq
+    for i in range(dq.size):
+        out[i] = x[i]
+    for k in range(blocks.size):
+        if blocks[k].kind == ROTATION:
+            at = blocks[k].iv - n_q
+            a, b, c = dq[at], dq[at + 1], dq[at + 2]
+            by_turn, by_square, by_sine = _turn_factors(a, b, c)
+            first, second = (by_sine, by_turn) if moves else (by_turn, by_square)
+            px, py, pz = x[at], x[at + 1], x[at + 2]  # [d]x^T = -[d]x
+            ux, uy, uz = b * pz - c * py, c * px - a * pz, a * py - b * px
+            wx, wy, wz = b * uz - c * uy, c * ux - a * uz, a * uy - b * ux
+            out[at] += first * ux + second * wx
+            out[at + 1] += first * uy + second * wy
+            out[at + 2] += first * uz + second * wz
+
+
+@inlined
+def _turns(dq, model):
+    """Whether a body turns freely in a step."""
+    blocks, n_q, found = model.blocks, model.info.nq, False
+    for k in range(blocks.size):
+        at = blocks[k].iv - n_q
+        found = found or (blocks[k].kind == ROTATION and (dq[at] != 0.0 or dq[at + 1] != 0.0 or dq[at + 2] != 0.0))
+    return found
+
+
+@inlined
+def _solve_transposed(dq, c_mass, W, linear, matrix, model):
+    """Solve (K T + C + c_mass M)^T W = right with the factors of the same without T; whether that converges.
+
+    Then `parts` are K^T W, C^T W and M^T W, C times its rate.
+    """
+    right, parts = linear.right, linear.parts
+    n_v, size, turns = model.info.nv, right.size, _turns(dq, model)
+    r, turned = parts[3], parts[4]
+    for i in range(size):
+        W[i] = turned[i] = 0.0
+        parts[0, i] = 0.0
+    change = largest = 0.0
+    for _ in range(MOST):
+        for i in range(size):
+            r[i] = right[i] - (turned[i] - parts[0, i] if i < n_v else 0.0)
+        sparse_lu.solve(matrix, r)
+        change = largest = 0.0
+        for i in range(size):
+            change, largest = max(change, abs(r[i] - W[i])), max(largest, abs(r[i]))
+            W[i] = r[i]
+        multiply(linear.K, matrix, W, parts[0])
+        _turn_transposed(dq, False, model, parts[0], turned)
+        if not turns or not change > CONVERGED * largest:
+            break
+    multiply(linear.M, matrix, W, parts[2])
+    for i in range(n_v):
+        parts[1, i] = right[i] - turned[i] - c_mass * parts[2, i]
+    return not turns or change <= 1e-9 * largest
+
+
+@indirect(_I(_I, _I, TAPE, SPARSE, SPARSE, MODEL, INTEGERS, WORKSPACE, LINEAR, MATRIX, MATRIX))
+def pull_back(first, last, tape, room, matrix, model, models, work, linear, derivatives, found):
+    """Take derivatives of values by the state at the end of step `last` back to the start of step `first`.
+
+    Parameters
+    ----------
+    room, matrix : SparseBlocks as the run's, scratch
+    model : Model, as the run's at these steps
+    models : (2 groups,) int, addresses of the models of neighbours, at larger and smaller parameters
+    work : Workspace, of the method's constants
+    derivatives : (values, 4 nv + 1) float, by (e, v, a, d) and the time by which the steps are shifted
+    found : (values groups, nv + nj) float, to which products of W and the rows are added
+
+    Returns
+    -------
+    int, the number of steps that are left where one is singular; -1 where all are done
+    """
+    options, n_v, groups = work.options, model.info.nv, linear.sides.size
+    am, af, beta, gamma = options.alpha_m, options.alpha_f, options.beta, options.gamma
+    k, half = (1.0 - am) / (1.0 - af), 1.0 / (2.0 * beta) - 1.0
+    right, rows, parts = linear.right, linear.rows, linear.parts
+    for n in range(last, first - 1, -1):
+        h, part, dq = tape.numbers[n, LENGTH], tape.numbers[n, PART], tape.dq[n]
+        c_mass, c_rate = alpha.rates(h, options)
+        c_step = 1.0 / (beta * h * h)
+        _differentiate(n, model, models, work, tape, room, linear)
+        transpose(room.values, matrix)
+        if sparse_lu.factor(matrix) != 0:
+            return n + 1
+        for q in range(derivatives.shape[0]):
+            W, x, y = linear.W[q], derivatives[q, :n_v], derivatives[q, n_v : 2 * n_v]
+            z, w = derivatives[q, 2 * n_v : 3 * n_v], derivatives[q, 3 * n_v : 4 * n_v]
+            _turn_transposed(dq, False, model, x, parts[4])
+            for i in range(right.size):
+                right[i] = parts[4, i] + c_rate * y[i] + c_step * z[i] + c_mass * w[i] if i < n_v else 0.0
+            if not _solve_transposed(dq, c_mass, W, linear, matrix, model):
+                return n + 1
+            for g in range(groups):
+                for i in range(right.size):
+                    found[q * groups + g, i] += W[i] * rows[g, i]
+            for i in range(right.size):
+                derivatives[q, 4 * n_v] -= W[i] * rows[groups, i]
+            for i in range(n_v):
+                x[i] -= parts[0, i]
+                y[i] -= parts[1, i] / c_rate
+                w[i] -= parts[2, i]
+            _turn_transposed(dq, True, model, x, parts[4])
+            for i in range(n_v):
+                x[i] = parts[4, i]
+                yi, zi, wi = y[i], z[i], w[i]
+                y[i] = (1.0 - gamma / beta) * yi - (zi + k * wi) / (beta * h)
+                a = h * (1.0 - gamma - gamma * half) * yi - half * zi + (am / (1.0 - af) - k * half) * wi
+                z[i] = part * a
+                w[i] = (1.0 - part) * a - af / (1.0 - af) * wi
+    return -1
+
+
+@indirect(void(VECTOR, VECTOR, MODEL, VECTOR))
+def change_of(difference, y, model, out):
+    """Changes of the coordinates and rates, (2 nv,), from a difference of two states near y."""
+    blocks, n_q, n_v = model.blocks, model.info.nq, model.info.nv
+    for i in range(n_v):
+        out[i], out[n_v + i] = 0.0, difference[n_q + i]
+    for k in range(blocks.size):
+        q, at = blocks[k].iq, blocks[k].iv - n_q
+        if blocks[k].kind == ROTATION:  # twice the vector of the conjugate of y times the difference
+            a, b, c, d = y[q], y[q + 1], y[q + 2], y[q + 3]
+            p, r, s, u = difference[q], difference[q + 1], difference[q + 2], difference[q + 3]
+            out[at] = 2.0 * (a * r - b * p - c * u + d * s)
+            out[at + 1] = 2.0 * (a * s - c * p - d * r + b * u)
+            out[at + 2] = 2.0 * (a * u - d * p - b * s + c * r)
+        elif blocks[k].kind != RATE:
+            for i in range(blocks[k].count):
+                out[at + i] = difference[q + i]
+
+
+@inlined
+def _along(difference, y, seed, model, change):
+    """Product of a difference of two states near y, with the derivatives by changes of its coordinates and rates."""
+    change_of(difference, y, model, change)
+    found = 0.0
+    for i in range(change.size):
+        found += seed[i] * change[i]
+    return found
+
+
+@indirect(void(REAL, REAL, VECTOR, VECTOR, VECTOR, MODEL, MATRIX, VECTOR, VECTOR, VECTOR, VECTOR))
+def pull_back_sample(theta, h, y0, y1, seed, model, states, move, change, start, end):
+    """Add to derivatives by the ends of a step those of a value by a sample between them.
+
+    Parameters
+    ----------
+    theta : float, part of the step of length h
+    seed : (2 nv,) float, derivatives by coordinates and rates at the sample
+    states : (4, ny) float, scratch; move : (nv,) float, scratch; change : (2 nv,) float, scratch
+    start, end : (m,) float, as of `pull_back`, the time last
+    """
+    n_q, n_v = model.info.nq, model.info.nv
+    at, up, down, moved = states[0], states[1], states[2], states[3]
+    interpolate(theta, h, y0, y1, model, at)
+    for i in range(n_v):
+        move[i] = 0.0
+    for side in range(2):
+        own, to = (y0, start) if side == 0 else (y1, end)
+        for j in range(2 * n_v):
+            for sign in (1.0, -1.0):
+                out = up if sign > 0.0 else down
+                for i in range(own.size):
+                    moved[i] = own[i]
+                if j < n_v:
+                    move[j] = sign * CHANGE
+                    displace(own, move, False, model, moved)
+                    move[j] = 0.0
+                else:
+                    moved[n_q + j - n_v] += sign * CHANGE / h
+                if side == 0:
+                    interpolate(theta, h, moved, y1, model, out)
+                else:
+                    interpolate(theta, h, y0, moved, model, out)
+            for i in range(at.size):
+                up[i] -= down[i]
+            to[j] += _along(up, at, seed, model, change) / (2.0 * CHANGE if j < n_v else 2.0 * CHANGE / h)
+    if theta < 1.0:  # at a given time
+        d = min(1e-4, 0.5 * theta, 0.5 * (1.0 - theta))
+        interpolate(theta + d, h, y0, y1, model, up)
+        interpolate(theta - d, h, y0, y1, model, down)
+        for i in range(at.size):
+            up[i] -= down[i]
+        start[start.size - 1] -= _along(up, at, seed, model, change) / (2.0 * d * h)

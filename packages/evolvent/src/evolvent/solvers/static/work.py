@@ -1,0 +1,478 @@
+"""A model at rest, and what is asked of its equilibria: tangents, masses, what nothing holds."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse as sparse
+from scipy.sparse.linalg import splu
+
+from evolvent import model as mdl
+from evolvent.algebra import ordering, sparse_lu
+from evolvent.algebra.sparse import INNER, SparseBlocks, clear
+from evolvent.assembly import needs
+from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.blocks import of_part, owners
+from evolvent.assembly.families import bodies_of, has_symmetric_stiffness, owner
+from evolvent.compiled.pointer import zeros_record
+from evolvent.equations.implicit import residual, tangent
+from evolvent.equations.kept_fields import write_forces
+from evolvent.kernels import rigid
+from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SCALAR, SLOPE, idle, indices
+from evolvent.kernels.springs import ON_BODY
+from evolvent.model.powers import N_POWERS
+from evolvent.model.registry import asked, families
+from evolvent.solvers.common import redundancy
+from evolvent.solvers.common.still_threads import end_ramps, freeze_spools, stand_still
+from evolvent.solvers.static import equilibrium as eq
+from evolvent.solvers.static.steady_turn import check_turn
+from evolvent.solvers.time.implicit.setup import matrix_of, sizes
+from evolvent_base.errors import InputError
+
+Array = np.ndarray
+
+#: Unknowns up to which free motions of unsymmetric tangents are looked for, and their singular values, of the largest.
+MOST_DENSE, FREE = 600, 1e-14
+#: Pivot of the scaled tangent that is round-off: a motion without resistance has one of either sign.
+PIVOT_ROUND_OFF = 1e-13
+#: Iterations of one step.
+MOST_ITERATIONS = 25
+#: Pivots of statics that may be deferred at most.
+MOST_DEFERRED = 600
+#: What multiplies a mass so that the stiffness beside it is round-off.
+_HUGE = 1e40
+#: Compliance of redundant constraints, beside that of the stiffest part or of the loads.
+_STATIC_COMPLIANCE = 1e-10
+#: Pivot of constraints, beside the largest, below which they are redundant.
+REDUNDANT = 1e-9
+#: Stiffness, beside the largest, below which coordinates are alike in what depends on what.
+SOFT = 1e-8
+
+
+def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
+    """Rate and centre of a steady turn: (6,)."""
+    spin = np.zeros(6)
+    if rotating is None:
+        return spin
+    model = assembly.model
+    if isinstance(rotating, str):
+        body = model.bodies[assembly.index(rotating, "bodies")]
+        if body["motion"] != rigid.DRIVEN:
+            raise InputError(f"rotating is {rotating!r}; only a driven body's turn is given, a rate (3,) would be too")
+        spin[:3], spin[3:] = body["R0"] @ body["axis"] * body["rate"], body["x0"]
+    else:
+        spin[:3] = _vector("rotating", rotating)
+    if centre is not None:
+        spin[3:] = _vector("centre", centre)
+    axis, gravity = spin[:3], model.info.gravity
+    if not np.any(axis):
+        return spin
+    if model.fields.size:
+        name = next(name for name, found in assembly.names.items() if found[0] == "fields")
+        raise InputError(f"rotating does not support the field {name!r}; leave out rotating, or the field")
+    if np.linalg.norm(np.cross(axis, gravity)) > 1e-9 * np.linalg.norm(axis) * np.linalg.norm(gravity):
+        raise InputError(f"gravity {tuple(gravity)} is not along the axis of the steady turn, so nothing is steady")
+    refuse_thread_mass(assembly, "centrifugal forces equilibria in a steady turn leave out")
+    for name, (family, index) in assembly.names.items():
+        if family == "threads" and model.threads["take_drive"][index] >= 0:
+            raise InputError(f"rotating does not support the thread {name!r}, which flows to a take-up reel; leave out "
+                             f"rotating, or its `take_up`")  # fmt: skip
+    for name, (family, index) in assembly.names.items():
+        if family == "bodies" and model.bodies["motion"][index] == rigid.SPIN:
+            own = model.bodies["R0"][index] @ model.bodies["axis"][index]
+            if np.linalg.norm(np.cross(axis, own)) > 1e-9 * np.linalg.norm(axis):
+                raise InputError(f"the axis of {name!r} is not along that of the steady turn")
+    check_turn(assembly, spin)
+    return spin
+
+
+def refuse_thread_mass(assembly: Assembly, left_out: str) -> None:
+    """Refuse threads with mass on free bodies, of which a solver leaves something out; `left_out` names that."""
+    for name, (family, index) in assembly.names.items():
+        if family == "threads" and _has_mass_on_free_body(assembly.model, assembly.model.threads[index]):
+            raise InputError(
+                f"the thread {name!r} has mass on a free body, by wound_mass 'carried' or by its `end`, whose "
+                f"{left_out}; use wound_mass 'ignored', or end it at a point mass"
+            )
+
+
+def _has_mass_on_free_body(model: mdl.Model, thread: np.record) -> bool:
+    """Whether wound thread is carried by a free body, or a thread's end moves with one."""
+    free = model.bodies["motion"] == rigid.FREE
+    if thread["carried"] != 0 and free[thread["body"]]:
+        return True
+    marker = model.markers[thread["end"]] if thread["end"] >= 0 else None
+    return marker is not None and bool(marker["kind"] == ON_BODY and free[marker["index"]])
+
+
+def _vector(name: str, value: Any) -> Array:
+    try:
+        found = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        found = np.zeros(0)
+    if found.shape != (3,) or not np.all(np.isfinite(found)):
+        raise InputError(f"{name} is {value!r}; it must be 3 finite numbers")
+    return found
+
+
+def rubs(model: mdl.Model) -> bool:
+    """Whether friction acts that statics take by displacements."""
+    return any(bool(np.any(mask(getattr(model, name)))) for name, mask in asked("static_friction").items())
+
+
+def at_rest(model: mdl.Model, time: float) -> mdl.Model:
+    """A copy of a model for statics: driven bodies and spools stand where they are at `time`, ramps are over."""
+    copy = model.copy()
+    stand_still(copy, time)
+    end_ramps(copy)
+    for prepare in asked("at_rest").values():
+        prepare(copy)
+    return freeze_spools(copy, time)
+
+
+#: Smallest singular values of a scaled tangent, beside the largest, that are those of free motions; share of the
+#: forces that may act along them.
+HELD, BALANCED = 1e-10, 1e-8
+
+
+class Work:
+    """A copy of a model at rest, and room to look for its equilibria."""
+
+    def __init__(self, assembly: Assembly, y: Any, time: float, spin: Array) -> None:
+        self.assembly, self.time = assembly, float(time)
+        self.model = model = at_rest(assembly.model, time)
+        self.n_q, self.n_v = int(model.info.nq), int(model.info.nv)
+        self.n_j = model.joints.size
+        if self.n_v == 0:
+            raise InputError("nothing in the system can move")
+        self.matrix = matrix_of(model, spare=spare_of(model))
+        n_u = self.n_v + self.n_j
+        self.step = 1.0 if rubs(model) else -1.0
+        self.redundancy: redundancy.Redundancy | None = None
+        start = np.array(assembly.y if y is None else y, dtype=float)
+        if start.shape != assembly.y.shape or not np.all(np.isfinite(start)):
+            raise InputError(f"y has the shape {start.shape}; it must be {assembly.y.shape}, finite numbers")
+        spins = model.blocks["iv"][np.isin(model.blocks["family"], _spinning())]
+        spinning = start[spins]
+        start[self.n_q :] = 0.0
+        start[spins] = spinning
+        weight, _ = sizes(assembly)
+        #: Indices in the state of all slopes of beams, (n, 3).
+        self.slopes = indices(model.blocks[model.blocks["kind"] == SLOPE], "iq")
+        nodes = of_part(model, "bodies", [b for k in range(model.rods.size) for b in bodies_of(model, "rods", k)])
+        #: Indices in the state of the quaternions of all nodes of rods, (n, 4).
+        self.turns = indices(nodes[nodes["kind"] == ROTATION], "iq", 4)
+        #: What each equation stands for: of threads' nodes all copies, so that tangents are symmetric, (nu,).
+        self.copies = np.ones(n_u)
+        for family in families().values():
+            if "copies" in (family.record.names or ()):
+                for index, row in enumerate(family.records(model)):
+                    self.copies[velocities_of(model, family.name, index)] = row["copies"]
+        unknowns = {name: np.zeros(n_u) for name in ("r", "p", "x", "z", "start")}
+        moves = {name: np.zeros(self.n_v) for name in ("a", "d", "total", "before", "held")}
+        self.balance = eq.StaticWorkspace(
+            y=start,
+            la=np.zeros(self.n_j),
+            weight=weight,
+            is_moment=_moments(model),
+            history=np.full((MOST_ITERATIONS + 1, eq.N_HISTORY), np.nan),
+            powers=np.zeros(N_POWERS),
+            booked=np.zeros(N_POWERS),
+            spin=spin,
+            parameters=model.parameters.copy(),
+            gravity=np.array(model.info.gravity),
+            loop=zeros_record(eq.LOOP),
+            **unknowns,
+            **moves,
+        )
+        model.switches[:] = assembly.s
+        needs.load(model, eq.balance, eq.relax, eq.follow, eq.probe, eq.accept, write_forces)
+        # friction is that of displacements from here on
+        b = self.balance
+        residual(self.time, b.y, b.a, b.la, 0.0, 1.0, model, b.r, b.powers)
+        self._check_rest()
+        for name, settle in asked("settle").items():
+            if getattr(model, name).size:
+                settle(model, b.y)
+
+    def _check_rest(self) -> None:
+        """Refuse what does not stay at rest."""
+        for name, found in asked("not_at_rest").items():
+            for k, why in found(self.model):
+                raise InputError(f"at t = {self.time:.6g} s {owner(self.assembly, name, k)!r} {why}")
+
+    def allow_redundant(self) -> None:
+        """Allow constraints that others imply: the tangent with masses is singular only by them."""
+        b, model = self.balance, self.model
+        self.probe(0.0, 1e12)
+        if b.loop.loose <= 0:
+            return
+        own, mass = dataclasses.replace(self.assembly, model=model), sizes(self.assembly)[1]
+        self.redundancy = redundancy.allow(own, self.matrix, b.weight, mass, self.time, b.y)
+        self.probe(1.0)
+        length = self.redundancy.length
+        load = float(np.max(np.abs(model.P) * b.weight, initial=0.0))
+        energy = max(float(b.loop.stiffest), load) or mass * length**2
+        info = model.info
+        info.compliance = _STATIC_COMPLIANCE / self.redundancy.compliance * length**2 / energy
+
+    def probe(self, factor: float, shift: float = 0.0) -> int:
+        """Unbalance and factors of the tangent of the state."""
+        return int(eq.probe(self.time, self.step, factor, shift, self.model, self.matrix, self.balance))
+
+    def tangent(self, c_mass: float, c_rate: float) -> sparse.csr_matrix:
+        """Tangent of the last unbalance, constraints included, by velocities and then joints; the turn is left out."""
+        b = self.balance
+        tangent(self.time, b.y, b.la, c_mass, c_rate, 1.0, self.model, self.matrix)
+        return sparse.csr_matrix(sparse.diags(self.copies) @ sparse_of(self.matrix))
+
+    def turning_tangent(self) -> sparse.csr_matrix:
+        """What the accelerations of the turn add to the tangent, (nv, nv)."""
+        clear(self.matrix)
+        eq.add_turning_tangent(1.0, self.balance.spin, self.balance.y, self.model, self.matrix)
+        return sparse.csr_matrix(sparse.diags(self.copies) @ sparse_of(self.matrix))[: self.n_v, : self.n_v]
+
+    @property
+    def rows(self) -> Array:
+        """Unknowns of the multipliers."""
+        return self.n_v + np.arange(self.n_j)
+
+    def mass(self) -> sparse.csr_matrix:
+        """Mass matrix, (nv, nv)."""
+        return self._part(_HUGE, 0.0)
+
+    def damping(self) -> sparse.csr_matrix:
+        """Derivative of the forces by velocities at rest, (nv, nv)."""
+        return self._part(0.0, _HUGE)
+
+    def _part(self, c_mass: float, c_rate: float) -> sparse.csr_matrix:
+        found = self.tangent(c_mass, c_rate)[: self.n_v, : self.n_v] / _HUGE
+        found.data[np.abs(found.data) < 1e-25 * np.abs(found.data).max(initial=0.0)] = 0.0
+        found.data[np.abs(found.data) < 1e-28] = 0.0
+        found.eliminate_zeros()
+        return found
+
+    def falling_directions(self) -> int:
+        """In how many independent directions the energy falls about the last state (full load); -1 if that is unknown.
+
+        Notes
+        -----
+        Negative pivots of K on the moves that the constraints G allow, eliminated along its diagonal (Sylvester). The
+        constraints are eliminated exactly: a penalty would have to be much stiffer than the softest bending of a rod is
+        soft beside its extension, which leaves no digits for the latter.
+        """
+        whole = self.tangent(0.0, 0.0)
+        joints = self.model.joints
+        held = [k for k in range(self.n_j) if joints["stiffness"][k] == 0.0 and self.time <= joints["until"][k]]
+        G = whole[self.n_v :, : self.n_v][held]
+        K = whole[: self.n_v, : self.n_v]
+        if np.any(self.balance.spin[:3]):
+            K = K + self.turning_tangent()
+        A = 0.5 * (K + K.T)
+        if held:
+            T = _allowed_moves(G.toarray(), abs(K).max(axis=1).toarray().ravel())
+            A = T.T @ A @ T
+        if A.shape[0] == 0:
+            return 0
+        size = abs(A).max(axis=1).toarray().ravel()
+        d = 1.0 / np.sqrt(np.where(size > 0.0, size, 1.0))
+        A = A.tocoo()
+        A = sparse.csc_matrix((d[A.row] * A.data * d[A.col], (A.row, A.col)), shape=A.shape)
+        try:
+            lu = splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        except RuntimeError:  # a pivot is zero
+            return -1
+        return int(np.sum(lu.U.diagonal() < -PIVOT_ROUND_OFF)) if np.array_equal(lu.perm_r, lu.perm_c) else -1
+
+    def free_motions(self, factor: float) -> list[str]:
+        """Which parts move without resistance, by the tangent."""
+        b = self.balance
+        if self.probe(factor) < 0 or b.loop.loose == 0:
+            return []
+        count = int(b.loop.loose)
+        M = self.mass()
+        self.probe(factor)
+        K = self.tangent(0.0, 0.0)[: self.n_v, : self.n_v].diagonal()
+        m = M.diagonal()
+        shift = 1e-9 * float(np.median(np.abs(K[K != 0.0] / m[K != 0.0]))) if np.any(K) else 1.0
+        if self.probe(factor, shift) != 0:
+            return []
+        X = np.random.default_rng(0).standard_normal((self.n_v, count))
+        for _ in range(3):
+            for j in range(count):
+                b.x[:] = 0.0
+                b.x[: self.n_v] = M @ X[:, j]
+                sparse_lu.solve(self.matrix, b.x)
+                X[:, j] = b.x[: self.n_v]
+            X = np.linalg.qr(X / b.weight[:, None])[0] * b.weight[:, None]
+        return self._moved(X)
+
+    def unsymmetric_free_motions(self) -> tuple[int, list[str]]:
+        """How many motions an unsymmetric tangent leaves free, and the parts that they move; none of large systems.
+
+        The forces of constraints turn with such a motion: pivots of one row do not show it, singular values do.
+        """
+        K = self.tangent(0.0, 0.0)
+        n = K.shape[0]
+        if n > MOST_DENSE:
+            return 0, []
+        if np.any(self.balance.spin[:3]):
+            turning = self.turning_tangent()
+            K = K + sparse.block_diag([turning, sparse.csr_matrix((n - self.n_v, n - self.n_v))])
+        size = np.sqrt(abs(K).max(axis=1).toarray().ravel())
+        size[size == 0.0] = 1.0
+        D = sparse.diags(1.0 / size)
+        _, s, v = np.linalg.svd((D @ K @ D).toarray())
+        count = int(np.sum(s <= FREE * s[0]))
+        return count, self._moved((v[n - count :] / size).T[: self.n_v]) if count else []
+
+    def hold_free_motions(self) -> bool:
+        """Hold as many coordinates as there are free motions in Newton's method, once; returns whether it has begun.
+
+        Notes
+        -----
+        With free motions X, K X = 0, forces r that are in balance along them and independent coordinates P of them,
+        (K + k P P^T) d = -r has X^T P P^T d = 0: what holds takes no force, and d is a solution of K d = -r. Without
+        it the pivots of free motions are round-off, which their signs and sizes may not show.
+        """
+        b = self.balance
+        if b.loop.holds != 0 or np.any(b.spin[:3]) or not has_symmetric_stiffness(self.model):
+            return False
+        if self.n_v + self.n_j > MOST_DENSE:
+            return False
+        forces = []
+        for factor in (0.0, 1.0):
+            if self.probe(factor) < 0:
+                return False
+            forces.append(b.r[: self.n_v].copy())
+        K, X = self._null_space()
+        count, norms = X.shape[1], np.linalg.norm(X / b.weight[:, None], axis=0)
+        if count == 0 or not np.all(norms > 0.0):
+            return False
+        X /= norms
+        scale = max(float(np.abs(r * b.weight).max()) for r in forces)
+        if any(float(np.abs(X.T @ r).max()) > BALANCED * scale for r in forces):
+            return False
+        chosen = scipy.linalg.qr((X / b.weight[:, None]).T, pivoting=True)[2][:count]
+        k = np.abs(K.diagonal()[: self.n_v]) * b.weight**2
+        b.held[chosen] = float(np.median(k[k > 0.0])) / b.weight[chosen] ** 2
+        b.loop.holds = 1
+        return True
+
+    def count_free_motions(self, found: int) -> int:
+        """How many motions the tangent of the last unbalance leaves free, where pivots show `found` of them."""
+        if found <= 0 or self.n_v + self.n_j > MOST_DENSE or np.any(self.balance.spin[:3]):
+            return found
+        return self._null_space()[1].shape[1] or found
+
+    def _null_space(self) -> tuple[sparse.csr_matrix, Array]:
+        """Tangent of the last unbalance, and velocities (nv, k) of what it leaves free, by singular values."""
+        K = self.tangent(0.0, 0.0)
+        size = np.sqrt(abs(K).max(axis=1).toarray().ravel())
+        size[size == 0.0] = 1.0
+        D = sparse.diags(1.0 / size)
+        _, s, v = np.linalg.svd((D @ K @ D).toarray())
+        count = int(np.sum(s <= HELD * s[0]))
+        return K, (v[v.shape[0] - count :] / size).T[: self.n_v]
+
+    def _moved(self, X: Array) -> list[str]:
+        """Names of the parts that the motions X (nv, k) move."""
+        size = np.abs(X / self.balance.weight[:, None]).max(axis=1)
+        found = []
+        for name, (family, index) in self.assembly.names.items():
+            if size[velocities_of(self.model, family, index)].max(initial=0.0) > 0.05 * size.max():
+                found.append(name)
+        return found
+
+
+def _allowed_moves(G: Array, size: Array) -> Any:
+    """A basis of the null space of constraints G (m, n): a sparse matrix (n, n - rank).
+
+    Coordinates of small `size`, a stiffness, depend on the others: those of bodies follow the beams that hold them.
+    """
+    used = np.flatnonzero(np.any(G != 0.0, axis=0))
+    scale = np.sqrt(np.maximum(size[used], SOFT * float(size.max(initial=1.0))))
+    _, R, order = scipy.linalg.qr(G[:, used] / scale, mode="economic", pivoting=True)
+    pivots = np.abs(np.diagonal(R))
+    rank = int(np.sum(pivots > REDUNDANT * pivots[0]))
+    depends, rest = used[order[:rank]], used[order[rank:]]
+    follow = -scipy.linalg.solve_triangular(R[:rank, :rank], R[:rank, rank:])
+    follow *= scale[order[rank:]] / scale[order[:rank], None]
+    follow[np.abs(follow) < 1e-14 * np.abs(follow).max(initial=0.0)] = 0.0
+    free = np.setdiff1d(np.arange(size.size), depends)
+    i, j = np.nonzero(follow)
+    rows, columns = np.concatenate([free, depends[i]]), np.concatenate([free, rest[j]])
+    values = np.concatenate([np.ones(free.size), follow[i, j]])
+    return sparse.csr_array((values, (rows, np.searchsorted(free, columns))), shape=(size.size, free.size))
+
+
+def _spinning() -> list[int]:
+    """Codes of families whose rates go on in statics."""
+    return [code for code, name in enumerate(owners()) if any(own.spins for own in families()[name].coordinates)]
+
+
+def _moments(model: mdl.Model) -> Array:
+    """1 of velocities that are turns or rates of slopes, whose forces are moments, 0 of the others: (nv,)."""
+    found = np.ones(int(model.info.nv), dtype=np.int64)
+    found[indices(model.blocks[model.blocks["kind"] == POSITION], "iv") - int(model.info.nq)] = 0
+    return found
+
+
+def _blocks_of(model: mdl.Model, family: str, index: int) -> tuple[Array, Array]:
+    """Blocks of the nodes of a part that moves, or its own, and those of its inner coordinates."""
+    own, bodies = of_part(model, family, [index]), bodies_of(model, family, index)
+    if len(bodies) and family != "bodies":
+        return of_part(model, "bodies", bodies), own
+    return own[own["kind"] < SCALAR], own[:0]
+
+
+def velocities_of(model: mdl.Model, family: str, index: int) -> Array:
+    """Velocities of a part, (n,) int as the model counts them: of its nodes, then modal and transverse ones."""
+    own = np.concatenate(_blocks_of(model, family, index))
+    found = [np.arange(row["iv"], row["iv"] + row["count"]) for row in own]
+    return np.concatenate([np.zeros(0, dtype=int), *found]) - int(model.info.nq)
+
+
+def velocity_slice(model: mdl.Model, family: str, index: int) -> slice | None:
+    """Velocities of the nodes of a part, or its own, as the model counts them; None of one that does not move."""
+    own, n_q = _blocks_of(model, family, index)[0], int(model.info.nq)
+    return slice(int(own["iv"][0]) - n_q, int(own["iv"][-1] + own["count"][-1]) - n_q) if own.size else None
+
+
+def spare_of(model: mdl.Model) -> int:
+    """Pivots that statics may defer: without masses a beam or a body may be held by its joints only."""
+    loose = (own.loose(family.records(model)) for family in families().values() for own in family.coordinates)
+    return min(sum(loose), MOST_DEFERRED)
+
+
+def sparse_of(matrix: SparseBlocks) -> sparse.csr_matrix:
+    """A matrix before it is factored, inner unknowns included; by velocities and then joints."""
+    values, rows, columns = ordering.entries(matrix)
+    n = matrix.place.size
+    found = sparse.coo_matrix((values, (rows, columns)), shape=(n, n)).tocsr()
+    found.eliminate_zeros()
+    inner = int(matrix.counts[INNER])
+    if inner:
+        B, C = (sparse.csr_matrix(part[matrix.place, :inner]) for part in (matrix.B, matrix.C))
+        found = found + B @ C.T
+    return found
+
+
+def add_turn(model: mdl.Model, spin: Array, y: Array) -> None:
+    """Velocities of a steady turn into a state."""
+    w, c = spin[:3], spin[3:]
+    if not np.any(w):
+        return
+    for block in model.blocks[~idle(model, model.switches)]:
+        q, v, b = int(block["iq"]), int(block["iv"]), block["owner"]
+        if block["kind"] == POSITION:
+            y[v : v + 3] = np.cross(w, y[q : q + 3] - c)
+        elif block["kind"] == SLOPE:
+            y[v : v + 3] = np.cross(w, y[q : q + 3])
+        elif block["kind"] == ROTATION:
+            y[v : v + 3] = model.bodies["R"][b].T @ w
+        elif block["kind"] == ANGLE:
+            y[v] = (model.bodies["R"][b] @ model.bodies["axis"][b]) @ w

@@ -1,0 +1,1 @@
+"""Time integration: runs by explicit and implicit methods."""

@@ -1,0 +1,163 @@
+"""What the loops of explicit methods carry, and their events: found, carried out and logged."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numba import types
+
+from evolvent.compiled.jit import REAL, entry, indirect, inlined
+from evolvent.compiled.pointer import Struct, array, record, struct
+from evolvent.equations.events import DUE, apply_event, event_values, is_release
+from evolvent.model import MODEL
+from evolvent.solvers.time.event_search import Search
+
+# status codes of a loop
+BUDGET, DONE, STOPPED, LOG_FULL, NOT_FINITE, TOO_SMALL, NO_THREAD = 0, 1, 2, 3, -1, -2, -3
+#: Part of a step without an event.
+NO_EVENT = 2.0
+#: A loop's counters and clock. sample, grid, next_break: numbers of the next sample, step of the grid and break;
+#: starts: 1 before the first step; stale: 1 where the first stage is not that of the state; origin: s, of the grid of
+#: steps; last_error: of the last step accepted; turn: s, length of the next step, at whose end a friction turns back;
+#: rubs0, rubs1: W, powers of frictions at both ends of a step.
+LOOP = np.dtype(
+    [(name, np.int64) for name in ("steps", "rhs_evaluations", "rejected", "events", "sample", "grid", "next_break",
+                                   "starts", "stale")]
+    + [(name, np.float64) for name in ("time", "step", "origin", "last_error", "turn", "rubs0", "rubs1")],
+    align=True,
+)  # fmt: skip
+
+
+class ExplicitWorkspace(Struct):
+    """What a time loop carries from call to call.
+
+    Attributes
+    ----------
+    y, s : state, overwritten
+    loop : record (see `LOOP`)
+    samples : (nt,) float, times to keep the state at
+    out_y, out_s : (nt, ny) float, (nt, ns) int, states kept
+    log_t, log_k : (nlog,) float and int, time and number of every event; a loop returns where they run short
+    jump : (ny,) float, what frictions have added to the end of the step; (0,) without
+    K : (stages, ny) float, stages; w, y1 : (ny,) and g, g0 : (ne,) float, scratch
+    search : Search, of events within a step
+    R0, x0, R1, x1 : (nb, 3, 3) and (nb, 3) float, rotations and positions of the bodies at both ends of a step
+    """
+
+    y: np.ndarray = array(1)
+    s: np.ndarray = array(1, np.int64)
+    loop: np.record = record(LOOP)
+    samples: np.ndarray = array(1)
+    out_y: np.ndarray = array(2)
+    out_s: np.ndarray = array(2, np.int64)
+    log_t: np.ndarray = array(1)
+    log_k: np.ndarray = array(1, np.int64)
+    K: np.ndarray = array(2)
+    w: np.ndarray = array(1)
+    y1: np.ndarray = array(1)
+    jump: np.ndarray = array(1)
+    g: np.ndarray = array(1)
+    g0: np.ndarray = array(1)
+    search: Search = struct(Search)
+    R0: np.ndarray = array(3)
+    R1: np.ndarray = array(3)
+    x0: np.ndarray = array(2)
+    x1: np.ndarray = array(2)
+
+
+def always_due(model: Any) -> np.ndarray:
+    """Which events fire from zero on wherever their values come from: those of threads and spools."""
+    found = np.zeros(int(model.info.ne), dtype=bool)
+    found[: 2 * model.threads.size] = True
+    found[found.size - int(model.info.brakes) :] = True
+    return found
+
+
+WORKSPACE = ExplicitWorkspace._numba_type_
+_I = types.int64
+
+
+@inlined
+def highest(model, t, y, s, work):
+    """The largest value of the events that can fire (thread events always, a user's only once it was negative)."""
+    event_values(t, y, s, model, work.g)
+    value = -1.0
+    threads, brakes = 2 * model.threads.size, work.g.size - model.info.brakes
+    for k in range(work.g.size):
+        if (k < threads or k >= brakes or work.g0[k] < 0.0) and work.g[k] > value:
+            value = work.g[k]
+    return value
+
+
+@entry(types.int64)
+@inlined
+def rounds(threads):
+    """How often `fire` looks for events at one time; each round carries out one, or one of every thread."""
+    return 2 * threads + 64
+
+
+@inlined
+def log_is_short(model, work):
+    """Whether the log may not hold all that `fire` could write into it."""
+    n = model.threads.size
+    return work.log_t.size - work.loop.events < rounds(n) * (n + 1)
+
+
+@indirect(_I(MODEL, REAL, WORKSPACE))
+def fire(model, t, work):
+    """Carry out every event that is due at time t; the releases among them together.
+
+    Returns 1 to stop the run, a negative status where it has failed.
+    """
+    y, s, g = work.y, work.s, work.g
+    threads = model.threads
+    stop = 0
+    for _ in range(rounds(threads.size)):
+        event_values(t, y, s, model, g)
+        due = -1
+        for k in range(g.size):
+            of_reels = k < 2 * threads.size or k >= g.size - model.info.brakes
+            if (of_reels and g[k] >= DUE) or (not of_reels and work.g0[k] < 0.0 and g[k] >= 0.0):
+                due = k
+                break
+        if due < 0:
+            break
+        if due >= 2 * threads.size:
+            work.g0[due] = g[due]
+        for k in range(due, g.size):
+            if k > due and not (is_release(s, threads, g, due) and is_release(s, threads, g, k)):
+                continue
+            n = work.loop.events
+            work.log_t[n] = t
+            work.log_k[n] = k
+            work.loop.events = n + 1
+        answer = apply_event(t, y, s, model, due, g)
+        if answer < 0:
+            return NO_THREAD
+        stop = max(stop, answer)
+    event_values(t, y, s, model, g)
+    for k in range(g.size):
+        work.g0[k] = g[k]
+    return stop
+
+
+@inlined
+def next_break(model, work, t):
+    """Time of the next break after t, or infinity."""
+    i = work.loop.next_break
+    while i < model.breaks.size and model.breaks[i] <= t:
+        i += 1
+    work.loop.next_break = i
+    if i < model.breaks.size:
+        return model.breaks[i]
+    return math.inf
+
+
+@inlined
+def bracket(low, f_low, high, f_high, bias):
+    """A point inside a bracket of a sign change: false position (Illinois), or the middle where that stalls."""
+    if bias or f_high == f_low:
+        return 0.5 * (low + high)
+    return min(max(low - f_low * (high - low) / (f_high - f_low), low), high)

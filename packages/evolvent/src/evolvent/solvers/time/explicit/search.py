@@ -1,0 +1,92 @@
+"""The first event within a step of an explicit method: looked for between the ends of the step, and refined there."""
+
+from __future__ import annotations
+
+from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
+from evolvent.equations.events import DUE, USED_FOR as EVENTS, event_values
+from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.model import MODEL
+from evolvent.solvers.time.event_search import END, START, begin_search, next_row
+from evolvent.solvers.time.explicit.events import NO_EVENT, WORKSPACE, bracket, highest
+from evolvent.solvers.time.explicit.stages import find_state, interpolate
+
+
+@inlined
+def interpolate_spools(P, y, K, h, theta, threads, out):
+    """`interpolate` of the angles and rates of free spools, which alone the events of threads depend on."""
+    for p in range(threads.size):
+        if threads[p].drive == FREE_SPOOL:
+            for n in (threads[p].spool_q, threads[p].spool_v):
+                out[n] = y[n]
+                for i in range(P.shape[0]):
+                    a = theta * (P[i, 0] + theta * (P[i, 1] + theta * (P[i, 2] + theta * P[i, 3])))
+                    out[n] += h * a * K[i, n]
+
+
+@indirect(REAL(MATRIX, VECTOR, VECTOR, MATRIX, MATRIX, REAL, REAL, REAL, REAL, REAL, MODEL, WORKSPACE), used_for=EVENTS)
+def event_in_step(A, b, c, P, Q, t, h, target, end, until, model, work):
+    """Part of a step at which its first event falls; NO_EVENT where it has none."""
+    search, g, g0 = work.search, work.g, work.g0
+    event_values(target, work.y1, work.s, model, g)
+    for k in range(g.size):
+        search.values[START, k], search.values[END, k] = g0[k], g[k]
+    begin_search(search)
+    row = next_row(search)
+    while row >= 0:
+        theta = search.place[row]
+        if model.events.size > 0 or model.coordinates.size > 0 or model.info.brakes > 0:
+            interpolate(Q, work.y, work.K, h, theta, work.w)
+        else:
+            interpolate_spools(Q, work.y, work.K, h, theta, model.threads, work.w)
+        event_values(t + theta * h, work.w, work.s, model, g)
+        for k in range(g.size):
+            search.values[row, k] = g[k]
+        row = next_row(search)
+    part, first, last = NO_EVENT, search.state.low, search.state.high
+    if last >= 0:
+        low, high = search.place[first], search.place[last]
+        for k in range(g.size):
+            g0[k] = search.values[first, k]
+        part = root_in_step(A, b, c, P, t, h, target, until, low, high, model, work)
+        if part == NO_EVENT:
+            for k in range(g.size):
+                g0[k] = search.values[START, k]
+    f = highest(model, target, work.y1, work.s, work)  # whose values are noted
+    if part == NO_EVENT and target == end and f >= DUE:
+        return 1.0
+    return part
+
+
+@inlined
+def root_in_step(A, b, c, P, t, h, target, until, low, high, model, work):
+    """Part of a step at which the first event between the parts low and high falls; NO_EVENT where none does.
+
+    Methods without a continuous extension of their order look for events in a coarser one.
+    """
+    if low > 0.0:
+        find_state(A, b, c, P, t, h, low, until, model, work)
+        f_low = highest(model, t + low * h, work.w, work.s, work)
+    else:
+        f_low = highest(model, t, work.y, work.s, work)
+    if high < 1.0:
+        find_state(A, b, c, P, t, h, high, until, model, work)
+        f_high = highest(model, t + high * h, work.w, work.s, work)
+    else:
+        f_high = highest(model, target, work.y1, work.s, work)
+    if f_high < 0.0:
+        return NO_EVENT
+    for trial in range(80):
+        if f_low >= 0.0 or (high - low) * h <= 2e-16 * max(abs(target), h):
+            break
+        middle = bracket(low, f_low, high, f_high, trial % 3 == 2)
+        if middle <= low or middle >= high:
+            middle = 0.5 * (low + high)
+        find_state(A, b, c, P, t, h, middle, until, model, work)
+        f = highest(model, t + middle * h, work.w, work.s, work)
+        if f >= 0.0:
+            high, f_high = middle, f
+            if f < 1e-13:
+                break
+        else:
+            low, f_low = middle, f
+    return high

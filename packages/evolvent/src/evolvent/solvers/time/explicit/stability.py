@@ -1,0 +1,126 @@
+"""Highest frequency of an assembled model, and the largest step at which an explicit method is stable on it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from evolvent.assembly import needs
+from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.families import owner
+from evolvent.equations.impulse import prepare
+from evolvent.model.registry import asked
+from evolvent.solvers.time.explicit.methods import Method
+
+
+class Mode(NamedTuple):
+    """The fastest mode: bounds of frequency (rad/s) and damping rate (1/s), where it is, and the largest rate."""
+
+    frequency: float
+    damping_rate: float
+    where: str
+    largest_damping_rate: float
+
+
+def fastest_mode(assembly: Assembly) -> Mode:
+    """A bound of the highest frequency of the springs and threads of a model, all nodes taken as released.
+
+    Beams, contacts and penalties count with what they have (see `evolvent.solvers.time.explicit.fastest_modes`).
+
+    Notes
+    -----
+    A spring k between a and b holds k (x_a - x_b)^2 <= 2 k (x_a^2 + x_b^2), so that the stiffness matrix is bounded by
+    its diagonal blocks, counted twice where both ends move: omega^2 <= max over a of the largest eigenvalue of
+    M_a^-1 K_aa. A uniform chain reaches this bound, 4 c / m. Damping is bounded in the same way.
+    """
+    model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
+    needs.load(model, prepare)
+    prepare(0.0, y, s, model)
+    own = asked("felt")
+    felt = {name: np.zeros((2, getattr(model, name).size, one.size, one.size)) for name, one in own.items()}
+    best = [(0.0, 0.0, "nothing")]
+    for name, bound in asked("bound").items():
+        best += [(square, rate, owner(assembly, name, k)) for k, square, rate in bound(model, y, felt)]
+    for name, one in own.items():
+        for k in np.flatnonzero(one.which(getattr(model, name))).tolist():
+            best.append(_largest(one.answer(model, k, felt[name][:, k]), owner(assembly, name, k)))
+    largest = 0.0
+    if needs.has_explicit_forces(model):
+        from evolvent.solvers.time.explicit.fastest_modes import fastest_explicit_mode
+
+        square, damping, place, largest = fastest_explicit_mode(assembly)
+        best.append((square, damping, place))
+    squared, damping, where = max(best, key=lambda bound: (bound[0], -bound[1]))
+    return Mode(math.sqrt(squared), damping, where, max(largest, *(bound[1] for bound in best)))
+
+
+def _largest(blocks: np.ndarray, where: str) -> tuple[float, float, str]:
+    values = [float(np.abs(np.linalg.eigvals(block)).max()) for block in blocks]
+    return values[0], values[1], where
+
+
+def stability_polynomial(method: Method) -> list[float]:
+    """Coefficients of R(z) = 1 + z b^T (I - z A)^-1 1 of an explicit method, from the highest power on."""
+    power, found = np.ones(method.b.size), [1.0]
+    for _ in range(method.b.size):
+        found.append(float(method.b @ power))
+        power = method.A @ power
+    return found[::-1]
+
+
+def amplification(coefficients: list[float], z: Any) -> Any:
+    """|R(z)| of a complex number or an array, by Horner's rule."""
+    found = 0.0 * z
+    for coefficient in coefficients:
+        found = found * z + coefficient
+    return abs(found)
+
+
+def stability_limit(method: Method, mode: Mode, duration: float) -> float:
+    """Largest step (s) at which the fastest mode does not grow, damping included, and no smaller step lets it grow.
+
+    Notes
+    -----
+    Heun's method has no stable step for an undamped mode, |R|^2 = 1 + z^4 / 4 on the imaginary axis: growth by a
+    twentieth over the whole `duration` is accepted of any method.
+    """
+    if mode.frequency == 0.0 and mode.largest_damping_rate == 0.0:
+        return math.inf
+    half = 0.5 * mode.damping_rate
+    root = np.sqrt(complex(half * half - mode.frequency**2))
+    poles = {complex(-half + root), complex(-half - root), complex(-mode.largest_damping_rate)}
+    poles = {pole for pole in poles if pole and pole.imag >= 0.0}  # |R| is 1 at 0, and the same of a conjugate
+    polynomial = stability_polynomial(method)
+
+    def stable(h: Any) -> Any:
+        found = h > 0.0
+        for pole in poles:
+            found = found & (amplification(polynomial, h * pole) <= 1.0 + 0.05 * h / duration)
+        return found
+
+    scale = max(mode.frequency, mode.largest_damping_rate)
+    if not stable(0.01 / scale):
+        scale *= 100.0 * max(1.0, (mode.frequency * duration) ** (1 / 3))
+    grows = np.flatnonzero(~stable(0.01 * np.arange(1, 801) / scale))
+    low = 0.01 * (int(grows[0]) if grows.size else 800) / scale
+    high = low + 0.01 / scale
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if stable(middle) else (low, middle)
+    return low
+
+
+def energy_change(method: Method) -> tuple[int, float]:
+    """(k, c) of the share c omega T (omega h)^k of its energy that an undamped mode loses or gains over a time T.
+
+    Notes
+    -----
+    |R(i z)|^2 = 1 + sum_k c_k z^(k + 1) of the stability polynomial R, with the first c_k that is not 0.
+    """
+    R = np.asarray(stability_polynomial(method), dtype=float)[::-1]  # from z^0 on
+    turned = R * 1j ** np.arange(R.size)
+    square = np.convolve(turned, turned.conj()).real
+    powers = np.flatnonzero(np.abs(square[1:]) > 1e-12)
+    return int(powers[0]), float(abs(square[1 + powers[0]]))

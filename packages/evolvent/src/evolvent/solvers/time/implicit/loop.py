@@ -1,0 +1,414 @@
+"""The loop of implicit steps: targets, step control, latches, events, samples and restarts, of both methods.
+
+A method has functions that start a step, predict its increments, evaluate the residual, factor the tangent, correct the
+increments, estimate the error, end the step, and start again where loads or joints change at once
+(`evolvent.solvers.time.implicit.methods`). What else differs are flags of `options`. The functions of a method are
+compiled and loaded with the first of its runs (`needs.load`).
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import types
+
+from evolvent.algebra.sparse import SPARSE
+from evolvent.compiled.jit import REAL, indirect, inlined
+from evolvent.equations.step_end import start_run
+from evolvent.kernels import (
+    contact,
+    coordinate,
+    coordinate_laws,
+    resistance,
+    rigid,
+    springs,
+    thread,
+    turning,
+    user_events,
+)
+from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.kernels.grazing import until_deepest, until_touch
+from evolvent.kernels.passing import note_places, passing
+from evolvent.model import MODEL
+from evolvent.solvers.common.balance import begin_extremes, energy_of, potential_of
+from evolvent.solvers.time.implicit import (
+    alpha_start,
+    energy_step,
+    events as implicit_events,
+    methods as method,
+    newton,
+)
+from evolvent.solvers.time.implicit.balance import add_step_to_balance, fill_energies, has_gained, note_drives
+from evolvent.solvers.time.implicit.samples import (
+    begin_next,
+    fill_forces,
+    keep_sample,
+    keep_samples,
+    restore_wrenches,
+    start_next,
+)
+from evolvent.solvers.time.implicit.step_error import fastest_rate, note_step
+from evolvent.solvers.time.implicit.workspace import (
+    AT_RESTART,
+    AT_STOP,
+    BUDGET,
+    DONE,
+    GAINED,
+    NO_CONVERGENCE,
+    STOPPED,
+    WORKSPACE,
+)
+
+_I = types.int64
+#: Part of a fixed step down to which generalized-alpha divides it where a thread goes slack or taut, or bodies may pass
+#: each other.
+SMALLEST_PART = 1e-4
+#: Steps of one length after which an adaptive step of generalized-alpha may grow, and by how much at most: a change of
+#: length leaves an error in the algorithmic accelerations that decays by (1 - 2 rho)/(2 - rho) a step, 0.7 for the
+#: radius 0.9, and that the estimate of the next steps takes for theirs.
+STEADY, GROWTH = 6, 1.5
+
+
+@indirect(_I(MODEL, SPARSE, WORKSPACE))
+def begin(model, matrix, work):
+    """Start the loop from work.y at its time: forces, energies, sample 0; returns a status."""
+    loop, n_q = work.loop, model.info.nq
+    start_run(loop.time, 0.5 if work.options.midpoint != 0 else 1.0, 0.0, work.y, model, work.booked)
+    if work.options.midpoint != 0:
+        energy_step.begin(model, work)
+    else:
+        status = alpha_start.begin(model, matrix, work)
+        if status != DONE:
+            return status
+    fill_energies(loop.time, model, work)
+    if model.springs.size > 0:
+        springs.note_lines(loop.time, True, model)
+    if turning.has_friction(model):
+        turning.measure_rates(work.y, model)
+        turning.keep_rates(model)
+    loop.fastest = fastest_rate(0.0, 1.0, work.y[n_q : n_q + work.dq.size], work.shares)
+    loop.start_energy = energy_of(work.balance)
+    begin_extremes(loop, work.balance.kinetic, potential_of(work.balance))
+    coordinate.count_quarter_turns(model.switches, model.coordinates)
+    user_events.start_events(loop.time, work.y, model)
+    if work.options.midpoint == 0:  # else those at the start are those of the first step
+        fill_forces(model, work)
+    start_next(work)
+    keep_sample(0, 1.0, loop.time, 0.0, model, work)
+    loop.sample = 1
+    return DONE
+
+
+@indirect(_I(MODEL, SPARSE, WORKSPACE, _I))
+def advance(model, matrix, work, budget):
+    """Go on for `budget` steps or to the last sample; returns a status."""
+    loop, options, midpoint = work.loop, work.options, work.options.midpoint != 0
+    adaptive, near = options.tolerance > 0.0, 10.0 * options.smallest  # times closer than this are one
+    end = work.samples[work.samples.size - 1]
+    passes = contact.any_contact(model)
+    if passes and not midpoint:
+        rigid.kinematics(loop.time, work.y, model)
+        note_places(model.bodies, work.R0, work.x0)
+    for _ in range(budget):
+        if loop.sample == work.samples.size:
+            return DONE
+        t = loop.time
+        stops = loop.stop < work.stops.size and work.stops[loop.stop] < end - near
+        target = work.stops[loop.stop] if stops else end
+        h, lands = step_length(target - t, model, work)
+        t1 = target if lands else t + h
+        before = max(1e-9 * h, 2.0 * near) if lands and stops else 0.0  # what begins or ends there has not done so yet
+        if midpoint:
+            h -= min(0.5 * h, before)
+        t_end = t + h if midpoint else t1 - before
+        iterations, error = try_step(t, t_end, h, passes, model, matrix, work)
+        if iterations <= 0 or error > 1.0:
+            restore_start(model, work)
+            if not is_tried_again(h, iterations, error, passes, model, work):
+                return iterations if iterations <= 0 else NO_CONVERGENCE
+            continue
+        part = until_event(t_end, h, model, work)
+        if part != 1.0 and h * part > options.smallest:
+            restore_start(model, work)
+            loop.event_step, loop.extended = h * part, loop.extended + (part > 1.0)
+            continue
+        turn = until_turn(t_end, h, model, work) if turning.has_friction(model) else turning.NO_TURN
+        if turn < turning.NO_TURN and h * turn > options.smallest:
+            restore_start(model, work)
+            loop.whole = loop.whole if loop.whole > 0.0 else h
+            loop.turn_step, loop.rejected = h * turn, loop.rejected + 1
+            continue
+        turned, rest = loop.turn_step < math.inf, loop.whole - h
+        accept_step(t1, t_end, h, model, work)
+        if not adaptive and rest > options.smallest:
+            loop.turn_step = rest
+        gained = has_gained(t1 >= end - near, model, work)
+        keep_samples(t, h if midpoint else t1 - t, model, work)
+        stopped = user_events.is_stopped(model)
+        if stopped and loop.sample < work.samples.size and t1 > work.samples[loop.sample - 1]:  # the last sample
+            keep_sample(loop.sample, 1.0, t, h if midpoint else t1 - t, model, work)
+            work.samples[loop.sample] = t1
+            loop.sample += 1
+        start_next(work)
+        if gained:
+            return GAINED
+        restarts = _latch(t1, model, work)
+        if model.events.size > 0:
+            restarts = user_events.fire_events(t1, model, work) or restarts
+            if stopped:
+                return STOPPED
+        if adaptive:
+            loop.step = next_step(h, error, iterations, lands or turned, work)
+        elif options.divides != 0 and not lands and not turned:
+            loop.step = min(2.0 * h, loop.wanted)
+        if lands and stops:
+            loop.stop += 1
+            restarts = True
+        if model.threads.size > 0 and ((lands and stops) or has_release(model, work)):
+            return AT_STOP
+        if restarts:
+            starts = method.restart(model, work)
+            if starts:
+                book_release(energy_of(work.balance), loop.time + 20.0 * options.smallest, model, work)
+            if adaptive and (starts or (lands and stops)):
+                shortest = options.first if starts else max(options.smallest * 10.0, 1e-3 * loop.step)
+                loop.step = min(loop.step, shortest)
+            return AT_RESTART
+    return BUDGET
+
+
+@inlined
+def step_length(left, model, work):
+    """Length of the next step, at most the time `left` to the target, and whether it lands there."""
+    loop, midpoint = work.loop, work.options.midpoint != 0
+    h = min(loop.step, loop.event_step, loop.turn_step)
+    h = min(h, coordinate.longest_step(model.coordinates), method.longest_step(model, work))
+    if h >= left * (1.0 - (1e-9 if midpoint else 1e-6)):  # which adds up round-off
+        return left, True
+    if work.options.tolerance > 0.0 and not midpoint and 2.0 * h > left:
+        h = 0.5 * left
+    return h, False
+
+
+@inlined
+def try_step(t, t_end, h, passes, model, matrix, work):
+    """Take a step of length h from t to t_end: (iterations, or a status below zero; error beside the tolerance)."""
+    error = 0.0
+    work.loop.tried = h
+    for i in range(work.y.size):
+        work.y0[i] = work.y[i]
+    method.start_step(t, h, model, work)
+    note_drives(t, h, model, work)
+    if work.options.midpoint != 0:
+        iterations = newton.solve_energy(model, matrix, work)
+    else:
+        iterations = newton.solve_end(t_end, h, model, matrix, work)
+    if work.options.tolerance > 0.0 and iterations > 0:
+        error = method.local_error(h, model, work)
+    if passes and iterations > 0:
+        far = passing(work.y0, work.R0, work.x0, work.y, work.R1, work.x1, model)
+        if model.body_contacts.size > 0:
+            part = until_deepest(h, work.y0, work.R0, work.x0, work.y, work.R1, work.x1, model)
+            far = max(far, 1.0 / part if part < 1.0 else 0.0)
+        error = max(error, far * far * far)
+    if work.options.laws != 0 and iterations > 0 and error <= 1.0:
+        error = max(error, energy_step.law_error(model, work))
+    return iterations, error
+
+
+@inlined
+def is_tried_again(h, iterations, error, passes, model, work):
+    """Whether a step without a solution, or with too large an error, is tried again; sets its length.
+
+    Energy-momentum divides fixed steps as well. Generalized-alpha does so only where a thread may go slack or bodies
+    may pass each other.
+    """
+    loop, options, divides = work.loop, work.options, work.options.divides != 0
+    adaptive, solved = options.tolerance > 0.0, iterations > 0
+    if not divides and not adaptive and (_goes_slack(model) or (passes and solved)) and h > SMALLEST_PART * loop.step:
+        loop.rejected += 1
+        loop.event_step = 0.35 * h
+        return True
+    if h <= options.smallest or not (adaptive or divides):
+        return False
+    if divides and not (adaptive and solved):
+        loop.divided += 1
+        loop.step = 0.5 * h
+        return True
+    loop.rejected += 1
+    loop.step = h * (max(0.2, 0.85 * error ** (-1.0 / 3.0)) if solved else 0.35)
+    return True
+
+
+@inlined
+def next_step(h, error, iterations, lands, work):
+    """Length of the next adaptive step after one of length h; it `lands` where its end was given."""
+    before, conserves = work.loop.step, work.options.conserves != 0
+    grow = 2.0 if error == 0.0 else min(2.0, 0.85 * error ** (-1.0 / 3.0))
+    if not conserves and grow > 1.0:
+        grow = 1.0 if work.loop.steady < STEADY else min(grow, GROWTH)
+    if iterations > (newton.PLAIN if conserves else 10):
+        grow = min(grow, 0.6 if conserves else 0.7)
+    if grow > 1.2 or grow < 1.0:
+        return min(max(h, before if lands else h) * grow, work.options.longest)
+    return before if lands or conserves else h
+
+
+@inlined
+def until_event(t, h, model, work):
+    """Length of the step that ends on the first latch, release or event, as a part of the step of length h to t; or 1.
+
+    It may be longer, to end behind an event.
+    """
+    part = until_coordinate(h, model, work)
+    if work.options.midpoint != 0 and work.options.tolerance > 0.0 and model.body_contacts.size > 0:
+        part = min(part, until_touch(h, work.y0, work.R0, work.x0, work.y, work.R1, work.x1, model))
+    if _has_free_spool(model):
+        part = min(part, thread.until_release(h, work.y0, work.y, model.switches, model))
+    if model.events.size > 0:
+        least = max(4.0 * work.options.smallest, user_events.SURE * work.loop.step)
+        limit, extended = work.loop.event_step, work.loop.extended
+        implicit_events.note_middle(t, h, model, work)
+        due = user_events.until_event(t, h, least, limit, extended, work.y, model)
+        if h > 2.0 * least:
+            due = implicit_events.rise_in_step(t, h, due, model, work)
+        part = due if part == 1.0 else min(part, due)
+    return part
+
+
+@indirect(REAL(REAL, REAL, MODEL, WORKSPACE), used_for=turning.USED_FOR)
+def until_turn(t, h, model, work):
+    """Part of the step of length h to t at which the first friction turns back, as of `turning.until_turn`."""
+    measure_rates(t, model, work)
+    return turning.until_turn(work.y0, work.y, h, model)
+
+
+@inlined
+def measure_rates(t, model, work):
+    """Rates of frictions at the end of a step, at t, after its last residual."""
+    if work.options.midpoint != 0:
+        fill_forces(model, work)
+        rigid.kinematics(t, work.y, model)
+        restore_wrenches(model, work)
+    turning.measure_rates(work.y, model)
+
+
+@inlined
+def until_coordinate(h, model, work):
+    """`coordinate.until_latch` of a step of length h."""
+    if model.coordinates.size == 0:
+        return 1.0
+    coordinate.measure_travels(h, work.loop.last, work.options.midpoint != 0, model.coordinates)
+    return coordinate.until_latch(model.switches, model)
+
+
+@inlined
+def _has_free_spool(model):
+    """Whether a thread is on a free spool."""
+    found = False
+    for p in range(model.threads.size):
+        found = found or model.threads[p].drive == FREE_SPOOL
+    return found
+
+
+@inlined
+def has_release(model, work):
+    """Whether a node on a free spool is due."""
+    return _has_free_spool(model) and thread.has_release(work.y, model.switches, model)
+
+
+@inlined
+def _goes_slack(model):
+    """Whether a thread can go slack, or stick on its spool: forces that Newton's method may not resolve in one step."""
+    found = False
+    for p in range(model.threads.size):
+        found = found or model.threads[p].slack != 0 or model.threads[p].drive == FREE_SPOOL
+    return found
+
+
+@inlined
+def restore_start(model, work):
+    """Restore the start of a step that is rejected."""
+    for i in range(work.y.size):
+        work.y[i] = work.y0[i]
+    method.restore_start(model, work)
+
+
+@inlined
+def accept_step(t1, t_end, h, model, work):
+    """Accept a step: its work and losses, forces and energies at its end."""
+    loop = work.loop
+    method.end_step(t_end, h, model, work)
+    add_step_to_balance(t_end, h, model, work)
+    for k in range(model.thrusters.size):  # whose impulses, noted just now, have no rate of their own
+        work.rate[model.thrusters[k].iv - model.info.nq] = work.y[model.thrusters[k].iv]
+    fill_forces(model, work)
+    fill_energies(t_end, model, work)
+    if model.springs.size > 0:
+        springs.note_lines(t1, False, model)
+    note_step(loop, fastest_rate(loop.fastest, h, work.dq, work.shares))
+    loop.steady = loop.steady + 1 if abs(h - loop.last) <= 1e-9 * h else 0
+    loop.last, loop.event_step, loop.turn_step, loop.whole, loop.extended = h, math.inf, math.inf, 0.0, 0
+    loop.found = 0
+    if turning.has_friction(model):
+        turning.keep_rates(model)
+    loop.time = t1
+    loop.steps += 1
+
+
+@inlined
+def _latch(t, model, work):
+    """Latch the joint coordinates that have reached their latches at the end of a step; returns whether any has.
+
+    Resistances whose curves have ended change over to others.
+    """
+    coordinates, s, found = model.coordinates, model.switches, False
+    for k in range(coordinates.size):
+        if coordinate.latch_reached(s, coordinates, k):
+            if work.options.midpoint != 0 and not found:
+                coordinate.note_turns(t, work.y, s, model)  # rates at the end; those of the step are means
+            lock(t, k, model, work)
+            found = True
+    if model.resistances.size > 0:
+        lost = resistance.change_curves(t, work.y, s, model)
+        if not math.isnan(lost):
+            work.balance.by_friction += lost
+            work.balance.coupled -= lost
+            found = True
+    coordinate.count_quarter_turns(s, coordinates)
+    return found
+
+
+@inlined
+def lock(t, k, model, work):
+    """Lock the latch of joint coordinate k at the end of a step."""
+    loop = work.loop
+    coordinate_laws.lock(model.switches, model.coordinates, k)
+    work.log_t[loop.latches], work.log_k[loop.latches] = t, k
+    loop.latches += 1
+    user_events.release(t, -2 - k, model)
+
+
+@inlined
+def book_release(before, t, model, work):
+    """Count the energy that a penalty or joint coordinate loses where it is released as a loss of the joints.
+
+    Parameters
+    ----------
+    before : float, J, energy before the release
+    """
+    fill_energies(t, model, work)
+    work.balance.by_joints += before - energy_of(work.balance)
+    for i in range(work.row.size):
+        work.row0[i] = work.row[i]
+
+
+@indirect(_I(REAL, MODEL, SPARSE, WORKSPACE))
+def restart(after, model, matrix, work):
+    """Start generalized-alpha again with the loads and joints just `after` the time reached; returns a status."""
+    before = energy_of(work.balance)
+    status = alpha_start.restart(after, model, matrix, work)
+    if status == DONE:
+        book_release(before, work.loop.time, model, work)
+        begin_next(model, work)
+    return status

@@ -1,0 +1,307 @@
+"""An implicit run: the compiled loop, with its energy balance checked, and what it returns."""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from typing import Any
+
+import numpy as np
+
+from evolvent.algebra.sparse import INNER, SparseBlocks
+from evolvent.assembly import needs
+from evolvent.assembly.assembled import Assembly
+from evolvent.equations.implicit import residual, tangent
+from evolvent.kernels import joint
+from evolvent.model.registry import families as table
+from evolvent.solvers.common import balance as eb, redundancy
+from evolvent.solvers.common.fixed_lengths import evaluate_tensions
+from evolvent.solvers.common.sampled import Sampled
+from evolvent.solvers.common.solution import Solution, first_latch
+from evolvent.solvers.time import run
+from evolvent.solvers.time.implicit import loop as implicit_loop, reactions, samples as implicit_samples
+from evolvent.solvers.time.implicit.alpha_tangent import SHORT
+from evolvent.solvers.time.implicit.captures import Captures
+from evolvent.solvers.time.implicit.methods import METHODS
+from evolvent.solvers.time.implicit.releases import Releases, write_accounts
+from evolvent.solvers.time.implicit.setup import acts_from_outside, matrix_of
+from evolvent.solvers.time.implicit.workspace import AT_RESTART, AT_STOP, BUDGET, DONE, STOPPED, Workspace
+from evolvent.solvers.time.messages import outrun, reason, stalled
+from evolvent.solvers.time.pace import Stall
+from evolvent_base.errors import InputError
+
+#: Inner unknowns, summed over steps, after which turns that have come to lie on one another are coupled directly.
+MOST_INNER = 20
+
+
+class Run(run.Run):
+    """A plan that runs: its workspace, and the switches and events that the loop does not keep.
+
+    Attributes
+    ----------
+    plan : implicit.Plan
+    work : implicit_state.Workspace
+    releases : Releases, of a model with threads, else None
+    ranks : redundancy.Ranks, of the constraints
+    captures : captures.Captures, by latches in steps of a fixed length
+    matrix : SparseBlocks, of the tangent; of energy-momentum ordered again where turns come to lie on one another
+    """
+
+    def __init__(self, of: Any) -> None:
+        super().__init__(of)
+        self.matrix = of.matrix
+        self.midpoint, self.inner, self.is_stopped = bool(of.options.midpoint), 0, False
+        self.has_layers = self.midpoint and bool(np.any(self.model.contact_surfaces["under"] >= 0))
+        self.ranks, self.captures = redundancy.Ranks(of.assembly), Captures()
+        began = clock.perf_counter()
+        self._hold_joints()
+        self.releases = Releases(of.assembly) if self.model.threads.size else None
+        self._load()
+        self.work: Workspace = of.workspace()
+        self.compile_time = clock.perf_counter() - began
+
+    def _load(self) -> None:
+        """Load the functions that the run calls."""
+        roots: list[Any] = [implicit_loop.begin, implicit_loop.advance]
+        if not self.midpoint:
+            roots.append(implicit_loop.restart)
+        elif self.model.joints.size:  # for the rank of the constraints
+            roots += [residual, tangent]
+        others = frozenset().union(*(row.modules for row in METHODS.values()))
+        needs.load(self.model, *roots, without=others - METHODS[self.plan.method].modules)
+
+    def _hold_joints(self) -> None:
+        """Records that events or latches release hold again, as before a run."""
+        for family in table().values():
+            if "latest" in (family.record.names or ()):
+                rows = family.records(self.model)
+                released = rows["event"] != -1
+                rows["until"][released] = rows["latest"][released]
+
+    @property
+    def tried(self) -> float:
+        """Length of the step that was tried last, s."""
+        if self.midpoint:
+            return float(self.work.step.step.h)
+        return self.plan.step if self.plan.step is not None else float(self.work.loop.step)
+
+    def begin(self) -> str:
+        """Start the loop; returns why that failed, '' where it did not.
+
+        Raises
+        ------
+        InputError
+            For redundant constraints that cannot be allowed.
+        """
+        if self.releases is not None and self.releases.fire(self.reached, self.work.y) < 0:
+            return outrun(self.reached)
+        if self.releases is not None:
+            self.work.dv1[:] = self.releases.accelerations(self.reached, self.work.y)
+        self.find_rank(self.reached, self.work.y)
+        code = implicit_loop.begin(self.model, self.matrix, self.work)
+        if self.has_layers:
+            self._couple_layers()
+        return "" if code == DONE else reason(code, self)
+
+    def find_rank(self, t: float, y: np.ndarray) -> str:
+        """Find the rank of the constraints at t again where it may have changed; returns why that failed, or ''.
+
+        Raises
+        ------
+        InputError
+            At the start of a run, for redundant constraints that cannot be allowed.
+        """
+        latches = int(self.work.loop.latches)
+        if not self.ranks.is_due(t, latches):
+            return ""
+        try:
+            self.ranks.find(t, y, self._rank_matrix(), self.plan.weight, self.inertia, latches)
+        except InputError as error:
+            if not self.work.loop.steps:
+                raise
+            return f"{error} (at t = {t:.6g} s)"
+        return ""
+
+    def _rank_matrix(self) -> SparseBlocks:
+        """Room for the tangent by which the rank is found, which does not couple turns on one another directly."""
+        return matrix_of(self.model) if self.has_layers else self.matrix
+
+    @property
+    def inertia(self) -> tuple[float, float]:
+        """c_mass (1/s2) of a step too short to feel stiffness, and a typical mass (kg)."""
+        return SHORT / float(self.plan.options.span) ** 2, float(self.plan.options.mass)
+
+    @property
+    def after(self) -> float:
+        """Just after the time reached, where what ends then does not act any more, s."""
+        return self.reached + max(1e-9 * float(self.work.loop.last), 20.0 * float(self.work.options.smallest))
+
+    def restart(self) -> str:
+        """Start again where loads or joints change at once; returns why that failed, '' where it did not."""
+        after = self.after
+        if self.midpoint:
+            step = self.work.step.step
+            step.held = float(self.plan.options.chi > 0.0 and acts_from_outside(self.model, after))
+        failure = self.find_rank(after, self.work.y)
+        if failure or self.midpoint:
+            return failure
+        code = implicit_loop.restart(after, self.model, self.matrix, self.work)
+        return "" if code == DONE else reason(code, self)
+
+    def _couple_layers(self) -> None:
+        """Order the tangent again where turns have come to lie on one another."""
+        self.matrix, self.inner = matrix_of(self.model, layers=True), 0
+        self.work.loop.factored = 0.0
+
+    def advance(self, budget: int) -> tuple[bool, str]:
+        """Take `budget` steps; returns whether the loop goes on after them, and why it failed, '' where it did not."""
+        budget = 1 if self.captures.is_due else budget
+        if not self.has_layers:
+            code = implicit_loop.advance(self.model, self.matrix, self.work, budget)
+        for _ in range(budget if self.has_layers else 0):
+            code = implicit_loop.advance(self.model, self.matrix, self.work, 1)
+            self.inner += int(self.matrix.counts[INNER])
+            if self.inner > MOST_INNER:
+                self._couple_layers()
+            if code != BUDGET:
+                break
+        if self.plan.step is not None:
+            self.captures.look(self.model.coordinates, self.work)
+        if code == AT_STOP and self.releases is not None:
+            if self.releases.resume(self.work) < 0:
+                return True, outrun(self.reached)
+            return True, self.restart() if self.ranks.is_due(self.after, int(self.work.loop.latches)) else ""
+        if code == AT_RESTART:
+            return True, self.restart()
+        if code == BUDGET:
+            return True, ""
+        if code == STOPPED:
+            self.is_stopped = True
+            return False, ""
+        return False, "" if code == DONE else reason(code, self)
+
+    def start(self) -> run.Ending | None:
+        """Start the loop; returns how that failed, None where it did not."""
+        failure = self.begin()
+        return ("failed", failure) if failure else None
+
+    def slice(self, budget: int) -> run.Ending | None:
+        """Go on for `budget` steps; returns how the run has ended, None where it goes on."""
+        goes_on, failure = self.advance(budget)
+        if self.ranks.now is not None and not failure:
+            failure = self.ranks.now.contradiction(self.gaps(), self.reached)
+        if goes_on and not failure:
+            return None
+        if self.is_stopped and not failure:
+            return self.stopped()
+        if self.releases is not None and not failure:  # what is due at the very end still happens
+            if self.releases.resume(self.work) < 0:
+                failure = outrun(self.reached)
+            implicit_samples.keep_sample(self.work.samples.size - 1, 1.0, self.reached, 0.0, self.model, self.work)
+        return ("failed", failure) if failure else run.FINISHED
+
+    def stopped(self) -> run.Ending:
+        """How a run ends that an event has stopped."""
+        return "stopped by event", f"an event stopped the run at t = {self.reached:.9g} s"
+
+    def stall_message(self, stall: Stall) -> str:
+        """Why a run of ever smaller steps is ended."""
+        return stalled(stall, self)
+
+    def gaps(self) -> np.ndarray:
+        """Gaps of the joints at the end of the last step, (nj,)."""
+        return np.array(self.model.joints["gap1"] if self.midpoint else self.model.joints["gap"])
+
+    def moments(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
+        """Times and states at which the last step may have called a user's law."""
+        work, s = self.work, self.model.switches
+        if self.midpoint:
+            t, h = float(work.step.step.t), float(work.step.step.h)
+            return [(t + 0.5 * h, work.step.ym, s), (t + h, work.y, s), (t, work.y0, s)]
+        t, h = self.reached, float(work.loop.step)
+        later = np.append(work.stops, work.samples[-1])
+        ends = [t + h, *np.sort(later[later > t])[:1].tolist()]
+        return [(end, work.y, s) for end in ends] + [(t, work.y0, s), (t, work.y, s)]
+
+    def _events(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times and kinds of all events: of threads, the user's, and latches."""
+        count, releases = int(self.work.loop.latches), self.releases
+        own, first = self.work.log_k[:count], 2 * self.model.threads.size  # of users' events
+        latches = np.where(own >= 0, first_latch(self.model) + own, first - 1 - own)
+        times = np.append(np.array(releases.times if releases is not None else [], float), self.work.log_t[:count])
+        kinds = np.append(np.array(releases.kinds if releases is not None else [], np.int64), latches)
+        order = np.argsort(times, kind="stable")
+        return times[order], kinds[order]
+
+    def result(self, status: str, message: str, wall_time: float) -> Solution:
+        """What the run has reached, with what the loop has counted."""
+        if self.ranks.text:
+            message = f"{message}; {self.ranks.text}"
+        work, loop = self.work, self.work.loop
+        self.model.info.over, self.model.info.checks = 0.0, 0  # where a law has raised within a step
+        n, steps = int(loop.sample), int(loop.steps)
+        balance = work.out_balance[:n].copy().view(eb.BALANCE).reshape(n).view(np.recarray)
+        write_accounts(self.model, work.out_y[:n], balance)
+        event_times, event_kinds = self._events()
+        counted: dict[str, float] = {"energy_gained": float(loop.gain)}
+        if self.midpoint:
+            counted = {"divided_steps": int(loop.divided), "staged_steps": int(loop.stages)}
+        found = Solution(
+            assembly=self.assembly,
+            method=self.plan.method,
+            t=work.samples[:n].copy(),
+            y=work.out_y[:n],
+            s=work.out_s[:n],
+            status=status,
+            message=message,
+            statistics={
+                "steps": steps,
+                "rejected_steps": int(loop.rejected),
+                "iterations": int(loop.iterations),
+                "factorizations": int(loop.factorizations),
+                "events": event_times.size,
+                "step": math.nan if self.plan.step is None else self.plan.step,
+                "mean_step": (self.reached - float(self.plan.times[0])) / max(steps, 1),
+                "smallest_pivot": float(loop.quality),
+                "energy_moved": float(eb.moved(loop)),
+                **counted,
+            },
+            event_times=event_times,
+            event_kinds=event_kinds,
+            wall_time=wall_time,
+            compile_time=self.compile_time,
+            kept=self._kept(n, balance),
+            reactions=self._reactions(n),
+            captures=tuple(self.captures.found),
+        )
+        found.statistics |= {"energy_moved": found.closure.moved, "energy_defect": found.closure.share}
+        found.statistics |= self.ranks.statistics
+        return found
+
+    def _kept(self, n: int, balance: Any) -> Sampled:
+        """What the loop has kept of the first n samples."""
+        work = self.work
+        evaluate_tensions(self.assembly, work.samples[:n], work.out_y[:n], work.out_s[:n], work.out_la[:n])
+        return Sampled(
+            work.out_a[:n],
+            work.out_la[:n],
+            balance,
+            work.out_forces[:n],
+            work.out_points[:n] if self.midpoint else None,
+            None if self.model.threads.size else work.out_momenta[:n],
+        )
+
+    def _reactions(self, n: int) -> reactions.Pending | None:
+        """What evaluates reactions at the first n samples; None where the loop keeps them."""
+        if not reactions.applies(self.model, self.plan.options):
+            return None
+        done = np.zeros(n, dtype=bool)
+        return reactions.Pending(self.model, self.matrix, self.work, self.ranks, np.arange(n), done)
+
+
+def rows_of_part(assembly: Assembly, name: str) -> slice:
+    """Rows of the multipliers `la` that belong to the joint called `name`."""
+    start = assembly.index(name, "joints")
+    others = [index for family, index in assembly.names.values() if family == "joints" and index > start]
+    segments = assembly.model.joints["kind"] == joint.SEGMENT  # which stand behind those of parts
+    return slice(start, min(others, default=int(np.sum(~segments))))
