@@ -343,7 +343,8 @@ import importlib, json, pathlib, sys
 sys.path.insert(0, sys.argv[1])
 from evolvent import parts
 from evolvent.equations.rhs import rhs
-from evolvent.solvers import explicit, solve
+from evolvent.solvers import solve
+from evolvent.solvers.time.explicit import loop as explicit
 from evolvent.analysis.system import System
 import my_law
 

@@ -246,7 +246,7 @@ def take_step(model, matrix, run):
 
     Returns
     -------
-    status : of `implicit_loop.advance`, `TOGETHER`, or `HASTY`
+    status : of `loop.advance`, `TOGETHER`, or `HASTY`
     kind, latch : as of `step_beside`
     """
     loop, near, end = run.loop, 10.0 * run.options.smallest, run.samples[run.samples.size - 1]
@@ -277,7 +277,7 @@ def take_step(model, matrix, run):
 def advance_beside(budget, run_model, run_matrix, run, model, matrix, work, models, works, pace, factored):
     """Go on for `budget` steps, tried ones among them, of the run, its middle and its neighbours.
 
-    Returns a status: one of `implicit_loop.advance`, `TOGETHER`, `HASTY`, or `LEFT` where a neighbour does not
+    Returns a status: one of `loop.advance`, `TOGETHER`, `HASTY`, or `LEFT` where a neighbour does not
     take a step.
     """
     loop = run.loop

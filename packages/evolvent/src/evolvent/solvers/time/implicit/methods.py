@@ -205,7 +205,7 @@ def longest_step(model, work):
 def restart(model, work):
     """Forget the step before, where loads or joints change at once, of a method that then starts by itself.
 
-    Returns whether it does; generalized-alpha starts by `implicit_loop.restart`.
+    Returns whether it does; generalized-alpha starts by `loop.restart`.
     """
     if work.options.method == ENERGY:
         energy_step.restart(model, work)

@@ -57,7 +57,7 @@ class Plan:
     step : float, s, of fixed steps; None where they follow from the tolerance
     matrix : SparseBlocks, room for the tangent and its factors
     weight : (nv,) float, size of each unknown that counts as 1
-    options : record `implicit_state.OPTIONS`
+    options : record `workspace.OPTIONS`
     """
 
     assembly: Assembly

@@ -284,7 +284,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
     ----------
     times : (nt,) float, s, of the samples
     weight : (nv,) float, size of each unknown that counts as 1
-    options : record `implicit_state.OPTIONS`
+    options : record `workspace.OPTIONS`
     """
     model, midpoint = assembly.model, bool(options.midpoint)
     n_v, n_j, n_b, n_t = int(model.info.nv), model.joints.size, model.bodies.size, times.size

@@ -81,7 +81,7 @@ class Workspace(Struct):
     dq0, la1 : (nv,) and (nj,) float, increments and multipliers of the last stage that has converged
     rate, acceleration : (nv,) float, mean rates of the step before, and accelerations by it and the one before that
     weight, error_weight : (nu,) float, size of each unknown that counts as 1, in iterations and in errors of steps
-        (`implicit_setup.error_sizes`); shares : (nv,) float, see `implicit_setup.shares`
+        (`setup.error_sizes`); shares : (nv,) float, see `setup.shares`
     kept : (12,) float, angular momentum that an isolated system keeps (see `keep_momentum`)
     momenta : (6,) float, scratch; search : Search, of events within a step
     booked : (N_POWERS,) float, scratch, what families book of a step
