@@ -68,11 +68,13 @@ def synchronized() -> ev.System:
     """The built-in solar array with cables from hinge to hinge, and softer latches."""
     given, system = ev.load("solar-array"), ev.System()
     for name, part in given.parts.items():
-        if isinstance(part, parts.RotationalSpring):
+        if isinstance(part, parts.JointSpring):
             part = part.replaced(latch_stiffness=LATCH[0], latch_damping=LATCH[1])
         system.add(part, name)
     hinges = ["hinge 1", "hinge 2", "hinge 3"]
-    cables = parts.Synchronization(joints=hinges, ratios=tuple(RATIOS), stiffness=STIFFNESS, damping=DAMPING)
+    cables = parts.Joint(
+        type="synchronization", joints=hinges, ratios=tuple(RATIOS), stiffness=STIFFNESS, damping=DAMPING
+    )
     system.add(cables, "cables")
     return system
 

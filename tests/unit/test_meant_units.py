@@ -55,4 +55,4 @@ def test_the_sentence_of_a_part():
     ):
         parts.Torque(at="x", torque=(0, 0, "5 Nm"))
     with pytest.raises(InputError, match="did you mean 'N m s'"):
-        parts.RotationalSpring(a="ground", b="x", damping="5 Nms")
+        parts.JointSpring(a="ground", b="x", damping="5 Nms")

@@ -108,25 +108,26 @@ EVERY: dict[str, Part] = {
         until=3.0,
     ),
     "joint of bodies": parts.Joint(a="hub", b="panel", position=(1.0, 0.0, 0.0)),
-    "link": parts.Link(a=(0.0, 0.0, 0.0), b="bob", length=2.0, drum=0.1, sense=-1),
+    "link": parts.Joint(a=(0.0, 0.0, 0.0), b="bob", type="link", length=2.0, drum=0.1, sense=-1),
     "spring": parts.Spring(a=(0.0, 0.0, 0.1), b="hub.left", stiffness=3.0, damping=0.1, length=0.0),
-    "guide": parts.Guide(body="hub", direction=(1.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0)),
-    "rotational spring": parts.RotationalSpring(
-        body="hub", node="boom.root", stiffness=0.5, low="-10 deg", high=0.3, stop=9.0, latch=0.2, latch_stiffness=7.0
+    "guide": parts.Joint(a="ground", b="hub", type="guide", axis=(1.0, 0.0, 0.0), axis_b=(0.0, 1.0, 0.0)),
+    "rotational spring": parts.JointSpring(
+        a="hub", b="boom.root", stiffness=0.5, low="-10 deg", high=0.3, stop=9.0, latch=0.2, latch_stiffness=7.0
     ),
-    "spring of a joint": parts.RotationalSpring(
-        joint="pin", stiffness=0.5, friction_torque="0.1 N m", bristle_stiffness=900.0
-    ),
-    "translational spring": parts.TranslationalSpring(
+    "spring of a joint": parts.JointSpring(joint="pin", stiffness=0.5, friction="0.1 N m", bristle_stiffness=900.0),
+    "translational spring": parts.JointSpring(
         a="hub",
         b=("panel", (0.1, 0.0, 0.0)),
         axis=(0.0, 0.0, 1.0),
-        travel="1 mm",
-        friction_force=0.2,
+        motion="translation",
+        start="1 mm",
+        friction=0.2,
         low=-0.1,
         stop=1e4,
     ),
-    "synchronization": parts.Synchronization(joints=["one", "two"], ratios=(2.0, -1.0), stiffness="20 N m/rad"),
+    "synchronization": parts.Joint(
+        type="synchronization", joints=["one", "two"], ratios=(2.0, -1.0), stiffness="20 N m/rad"
+    ),
     "bearing": parts.Bearing(
         joint="pin",
         coefficient=0.1,
@@ -212,18 +213,10 @@ def test_a_part_in_a_file_is_the_same_part(part: Part) -> None:
 def test_every_kind_is_tried_above() -> None:
     """All but those that hold a drive, a law or a load, which have tests of their own."""
     tried = {type(part) for part in EVERY.values()}
-    own = {"beam", "joint", "link", "reel", "spring", "thread", "guide", "point", "rigid_body", "rotational_spring"}
-    own |= {
-        "surface_contact",
-        "self_contact",
-        "translational_spring",
-        "synchronization",
-        "motor",
-        "attitude",
-        "resistance",
-    }
+    own = {"beam", "joint", "joint_spring", "reel", "spring", "thread", "point", "rigid_body"}
+    own |= {"surface_contact", "self_contact", "motor", "attitude", "resistance"}
     there = {part for part in kinds().values() if part.__module__.rpartition(".")[2] in own}
-    assert there - tried == {parts.Reel, parts.PrescribedMotion, parts.PrescribedRotation} & there
+    assert there - tried == {parts.Reel} & there
 
 
 def test_a_body_written_by_hand() -> None:
@@ -321,9 +314,9 @@ BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
         "parts.j.b is 'boom.tip.end'; it must be a point",
     ),
     "one name is meant": (
-        {"g": {"kind": "guide", "body": "hub.left", "direction": [1, 0, 0]}},
-        ("g", "body"),
-        "a body",
+        {"b": {"kind": "bearing", "joint": "pin.left", "coefficient": 0.1}},
+        ("b", "joint"),
+        "a joint",
     ),
     "a point's name": (
         {"h": {"kind": "rigid-body", "points": {"a.b": [0, 0, 0]}}},
@@ -543,7 +536,7 @@ def test_a_mass_at_a_place_starts_there_with_its_velocity() -> None:
         (parts.Spring(a=r"hub[2]", b="bob"), r"held.a is 'hub\[2\]'; 'hub' has no node 2; known: left"),
         (parts.Spring(a="bob.tip", b="hub"), "held.a is 'bob.tip'; 'bob' is a point mass, which has no 'tip'"),
         (
-            parts.Link(a="bob", b="boom.tip"),
+            parts.Joint(a="bob", b="boom.tip", type="link"),
             "held.b is 'boom.tip', a node of a beam, .* add a Point with at='boom.tip'",
         ),
         (parts.RigidBody(mass=1, inertia=1, at="bob"), "held.at is 'bob'; it must be a node of a beam"),
@@ -572,7 +565,7 @@ def test_a_mass_at_a_place_starts_there_with_its_velocity() -> None:
             parts.Joint(a="hub", b="near", type="revolute"),
             "held.type is 'revolute', but a point mass has no directions",
         ),
-        (parts.RotationalSpring(a="hub", b="bob"), "held.b is 'bob'"),
+        (parts.JointSpring(a="hub", b="bob"), "held.b is 'bob'"),
         (parts.Point(mass=1.0, at="boom.tip", position=(0, 0, 1)), "held.position and held.at are both given"),
     ],
 )

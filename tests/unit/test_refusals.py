@@ -39,11 +39,11 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         "'qqq' is not a kind; known: constant, expression, pulse, ramp, sine, table",
     ),
     "kind of a drive": (
-        with_part(kind="prescribed-rotation", body="wheel", drive={"kind": "ramp", "rate": 1}),
+        with_part(kind="joint", a="ground", b="wheel", type="revolute", drive={"kind": "ramp", "rate": 1}),
         "did you mean {ramp: ...}?",
     ),
     "drive as a word": (
-        with_part(kind="prescribed-rotation", body="wheel", drive="constnt"),
+        with_part(kind="joint", a="ground", b="wheel", type="revolute", drive="constnt"),
         "parts.x.drive is 'constnt'; the kind is the key of a mapping; did you mean {constant: ...}?",
     ),
     "axis by name": (with_part(**WHEEL | {"axis": "-Z"}), "it is not a list; did you mean [0, 0, -1]?"),
@@ -56,7 +56,9 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         "x.profile.constants has 'b', which x.profile.expression, 'a*t', does not use",
     ),
     "unused constant of a drive": (
-        with_part(kind="prescribed-rotation", body="wheel", drive={"expression": "t", "constants": {"w": 4}}),
+        with_part(
+            kind="joint", a="ground", b="wheel", type="revolute", drive={"expression": "t", "constants": {"w": 4}}
+        ),
         "has 'w', which x.expression, 't', does not use",
     ),
     "constants without a law": (
@@ -73,7 +75,11 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "mixed units of a drive": (
         with_part(
-            kind="prescribed-rotation", body="wheel", drive={"table": {"time": [0, 1, 2], "rate": ["1 rpm", 2, 3]}}
+            kind="joint",
+            a="ground",
+            b="wheel",
+            type="revolute",
+            drive={"table": {"time": [0, 1, 2], "rate": ["1 rpm", 2, 3]}},
         ),
         "'1 rpm' has a unit and 2 has none",
     ),
@@ -87,11 +93,11 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         "x.at is (0.0, 0.0, 1.0), on the ground, which no load moves",
     ),
     "travel on an angle": (
-        with_part(kind="prescribed-rotation", body="wheel", drive={"constant": {"rate": "1 m/s"}}),
+        with_part(kind="joint", a="ground", b="wheel", type="revolute", drive={"constant": {"rate": "1 m/s"}}),
         "x.drive.rate is 1 m/s, but its coordinate is an angle; give it in rad/s",
     ),
     "angle on a travel": (
-        with_part(kind="prescribed-motion", at="bob", drive={"constant": {"rate": "6 rpm"}}),
+        with_part(kind="joint", a="ground", b="bob", type="point-on-line", drive={"constant": {"rate": "6 rpm"}}),
         "x.drive.rate is 0.628319 rad/s, but its coordinate is a travel; give it in m/s",
     ),
 }

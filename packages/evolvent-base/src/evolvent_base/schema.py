@@ -47,6 +47,10 @@ class Annotation:
         """`value` as a file holds it."""
         return value
 
+    def meant(self, *, second: bool) -> Annotation:
+        """The annotation of one of two quantities; itself where it is of one alone."""
+        return self
+
     def inner_keys(self) -> Mapping[str, tuple[Any, Any]]:
         """Keys of a mapping that may stand for the value: the type of each and its annotation, None for none."""
         return {}
@@ -233,6 +237,9 @@ class SectionsByName(Protocol):
     def written_out(self, contents: Mapping[str, Any], name: str) -> Mapping[str, Any]:
         """The contents such that the section of a name stands there by itself; as they are where none stands for it."""
 
+    def is_second(self, contents: Any, name: str) -> bool:
+        """Whether keys of one of two quantities (`units.Either`) mean the second one in the section of a name."""
+
     def members_of(self, content: Any) -> Iterable[Any]:
         """The contents of the sections for which one stands that is repeated; of others its own."""
 
@@ -302,7 +309,7 @@ def locate(kind: type[Section], key: str, content: Any = None) -> Located:
     InputError
         If the case has no such key; the sentence names the nearest.
     """
-    found = Located([(kind, ())], "", entry=False)
+    found, is_second = Located([(kind, ())], "", entry=False), lambda: False
     names = key.split(".")
     for k, name in enumerate(names):
         inner = within(found, name, content)
@@ -310,11 +317,16 @@ def locate(kind: type[Section], key: str, content: Any = None) -> Located:
             raise InputError(_unlocated(kind, key, names[:k], name, found, content))
         mark = _by_name_mark(found)
         if mark is not None:
+            is_second = functools.partial(mark.is_second, content, name)
             content = mark.content_of(content, name)
         else:
             content = content.get(name) if isinstance(content, Mapping) else None
         found = inner
-    return found
+    kinds = []
+    for one, own in found.types:
+        marks_ = (mark.meant(second=is_second()) if isinstance(mark, Annotation) else mark for mark in own)
+        kinds.append((one, tuple(marks_)))
+    return found._replace(types=kinds)
 
 
 def _by_name_mark(place: Located) -> SectionsByName | None:

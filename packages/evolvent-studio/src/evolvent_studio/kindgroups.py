@@ -9,10 +9,8 @@ from evolvent.parts.registry import kinds
 #: Groups of the kinds that are built in.
 GROUPS: dict[str, tuple[str, ...]] = {
     "bodies, beams and threads": ("rigid-body", "reduced-body", "point", "beam", "rod", "reel", "thread"),
-    "joints": ("joint", "link", "gear", "synchronization", "guide", "prescribed-motion", "prescribed-rotation"),
-    "springs and resistances": (
-        "spring", "rotational-spring", "translational-spring", "tape-spring-hinge", "harness", "bearing", "adhesion",
-    ),
+    "joints": ("joint",),
+    "springs and resistances": ("spring", "joint-spring", "tape-spring-hinge", "harness", "bearing", "adhesion"),
     "motors, control and events": ("motor", "reaction-wheel", "thruster", "attitude-controller", "event"),
     "contact": (
         "plane-contact", "cylinder-contact", "capsule-contact", "sphere-contact", "body-contact", "self-contact",

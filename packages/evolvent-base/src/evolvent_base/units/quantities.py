@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import math
 import numbers
@@ -51,8 +50,8 @@ class Quantity(Annotation):
     auto: bool = False
 
     @property
-    def allowed(self) -> str:
-        """What is allowed, as the end of a sentence."""
+    def bounded(self) -> str:
+        """What it is, with its bounds."""
         unit = f" {self.unit}" if self.unit else ""
         bounds = []
         if self.above is not None:
@@ -63,7 +62,12 @@ class Quantity(Annotation):
             bounds.append(f" up to {self.most:g}{unit}")
         if self.below is not None:
             bounds.append(f" below {self.below:g}{unit}")
-        text = f"{self.what}{' and'.join(bounds)}, such as {self.example!r}"
+        return f"{self.what}{' and'.join(bounds)}"
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, as the end of a sentence."""
+        text = f"{self.bounded}, such as {self.example!r}"
         if self.unit:
             text += f" (a plain number is in {self.unit})"
         return text + (", or 'auto'" if self.auto else "")
@@ -127,25 +131,41 @@ class Either(Annotation):
     other: Quantity
 
     @property
+    def unit(self) -> str:
+        """Units of a plain number."""
+        return f"{self.one.unit} or {self.other.unit}"
+
+    def meant(self, *, second: bool) -> Quantity:
+        """The quantity that is meant."""
+        return self.other if second else self.one
+
+    @property
     def allowed(self) -> str:
         """What is allowed, as the end of a sentence."""
         return (
-            f"{self.one.what} or {self.other.what}, such as {self.one.example!r} or {self.other.example!r} "
-            f"(a plain number is in {self.one.unit} or {self.other.unit})"
+            f"{self.one.what} or {self.other.bounded}, such as {self.one.example!r} or {self.other.example!r} "
+            f"(a plain number is in {self.unit})"
         )
 
     def read(self, value: Any) -> float | str:
         """`value` in SI units, a `Measured` where it has a unit; a `PydanticCustomError` says what is allowed."""
+        reasons = []
         for quantity in (self.one, self.other):
             if isinstance(value, Measured) and value.unit != quantity.unit:
                 continue
-            with contextlib.suppress(PydanticCustomError):
+            try:
                 found = quantity.read(value)
-                if isinstance(found, Measured):
-                    return found
-                has_unit = isinstance(value, Measured) or unit_of(value)
-                return Measured(found, quantity.unit) if has_unit else found
-        raise PydanticCustomError("quantity", "it must be {allowed}", {"allowed": self.allowed})
+            except PydanticCustomError as error:
+                reasons.append(str((error.context or {}).get("reason", "")))
+                continue
+            if isinstance(found, Measured):
+                return found
+            has_unit = isinstance(value, Measured) or unit_of(value)
+            return Measured(found, quantity.unit) if has_unit else found
+        meant = [reason for reason in reasons if "did you mean" in reason or reasons.count(reason) > 1]
+        raise PydanticCustomError(
+            "quantity", "it must be {allowed}{reason}", {"allowed": self.allowed, "reason": meant[0] if meant else ""}
+        )
 
     def write(self, value: float) -> float | str:
         """`value` as a case file holds it: exact, with its unit where it has been given one."""

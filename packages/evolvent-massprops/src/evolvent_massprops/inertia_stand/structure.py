@@ -110,9 +110,9 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
         _limit(system, setup, case)
     elif stand.support == "guided":
         along_x, along_z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
-        system.add(parts.Guide(body="body", direction=along_x), "guide-x")
-        system.add(parts.Guide(body="body", direction=along_z), "guide-z")
-        system.add(parts.Guide(body="body", direction=along_z, axis=along_x), "guide-yaw")
+        system.add(parts.Joint(a="ground", b="body", type="guide", axis=along_x), "guide-x")
+        system.add(parts.Joint(a="ground", b="body", type="guide", axis=along_z), "guide-z")
+        system.add(parts.Joint(a="ground", b="body", type="guide", axis=along_z, axis_b=tuple(R[:, 0])), "guide-yaw")
     return system
 
 

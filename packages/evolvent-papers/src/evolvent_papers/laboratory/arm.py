@@ -50,7 +50,7 @@ GAINS = (4000.0, 40.0)
 #: Resolution of the recorded angle, rad.
 STEP = 0.002914
 TOLERANCE, FINE = 1e-5, 1e-7
-FIT = ("parts.arm.mass", "parts.arm.inertia", "parts.bearing.damping", "parts.bearing.friction_torque")
+FIT = ("parts.arm.mass", "parts.arm.inertia", "parts.bearing.damping", "parts.bearing.friction")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -91,8 +91,8 @@ class Arm:
         }  # fmt: skip
         pivot = {"kind": "joint", "a": [0.0, 0.0, 0.0], "b": "arm.joint", "type": "revolute", "axis": [0.0, 0.0, 1.0]}
         bearing = {
-            "kind": "rotational-spring", "joint": "pivot", "angle": angle, "damping": self.viscous,
-            "friction_torque": self.dry,
+            "kind": "joint-spring", "joint": "pivot", "start": angle, "damping": self.viscous,
+            "friction": self.dry,
         }  # fmt: skip
         return {"arm": arm, "pivot": pivot, "bearing": bearing, "motor": {"kind": "motor", "joint": "bearing", **motor}}
 

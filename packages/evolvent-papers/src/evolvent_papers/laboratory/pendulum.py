@@ -22,7 +22,7 @@ from pydantic import Field
 
 from evolvent import analysis
 from evolvent.analysis.system import System
-from evolvent.parts import Joint, RigidBody, RotationalSpring
+from evolvent.parts import Joint, JointSpring, RigidBody
 from evolvent_base import progress, units
 from evolvent_base.errors import InputError, RunFailed
 from evolvent_base.figures import Figure, Line, Panel, stacked
@@ -95,8 +95,8 @@ class Pendulum:
             found.add(arm, f"arm {k + 1}")
             above_it: Any = (0.0, 0.0, 0.0) if k == 0 else f"arm {k}.bottom"
             found.add(Joint(a=above_it, b=f"arm {k + 1}.top", type="revolute", axis=(0.0, 0.0, 1.0)), f"pivot {k + 1}")
-            bearing = RotationalSpring(
-                joint=f"pivot {k + 1}", damping=self.frictions[k], friction_torque=self.dry[k] if self.dry else 0.0
+            bearing = JointSpring(
+                joint=f"pivot {k + 1}", damping=self.frictions[k], friction=self.dry[k] if self.dry else 0.0
             )
             found.add(bearing, f"bearing {k + 1}")
             if k + 1 < self.arms:

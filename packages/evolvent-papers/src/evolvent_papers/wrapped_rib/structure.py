@@ -54,10 +54,10 @@ def build(case: Case, begin: Start) -> System:
         if max(rib.root_stiffness, rib.root_damping, rib.root_friction) > 0.0 or rib.root_latch is not None:
             outwards = tuple(product(begin.rotation, [math.cos(turn), math.sin(turn), 0.0]))
             spring: dict[str, Any] = {"zero": outwards, "stiffness": rib.root_stiffness, "damping": rib.root_damping}
-            spring |= {"rest": begin.rest[b], "friction_torque": rib.root_friction, "latch": rib.root_latch}
+            spring |= {"rest": begin.rest[b], "friction": rib.root_friction, "latch": rib.root_latch}
             if rib.root_latch is not None:
                 spring |= {"latch_stiffness": rib.root_latch_stiffness, "latch_damping": rib.root_latch_damping}
-            system.add(parts.RotationalSpring(a="hub", b=root, axis=axis, **spring), f"hinge-{k}")
+            system.add(parts.JointSpring(a="hub", b=root, axis=axis, **spring), f"hinge-{k}")
         system.add(parts.CylinderContact(beams=[f"rib-{k}"], **cylinder), f"contact-{k}")
         if drive is not None and drive.torque is not None:
             ramp = drive.ramp if drive.kind == "torque" else 0.0
@@ -65,17 +65,17 @@ def build(case: Case, begin: Start) -> System:
             system.add(spread, f"drive-{k}")
         if drive is not None and drive.kind == "tip":
             taut = case.strip.length * (1.0 + drive.stretch)
-            path = {"drive": _drive(case, taut / hub.radius), "radius": hub.radius, "length": taut}
-            path["centre"] = (0.0, 0.0, case.root_height + case.rise * (1.0 + drive.stretch))
-            path["zero"] = (math.cos(turn), math.sin(turn), 0.0)
-            system.add(parts.PrescribedMotion(at=f"rib-{k}.tip", **path), f"drive-{k}")
+            path = {"drive": _drive(case, taut / hub.radius), "drum": hub.radius, "length": taut}
+            path["a"] = (0.0, 0.0, case.root_height + case.rise * (1.0 + drive.stretch))
+            path["anchor"] = (math.cos(turn), math.sin(turn), 0.0)
+            system.add(parts.Joint(b=f"rib-{k}.tip", type="involute", **path), f"drive-{k}")
     for k in range(1, rib.count + 1) if case.contact.self else ():
         under = f"rib-{k % rib.count + 1}" if rib.count > 1 else None  # turns of the rib itself, or of the next one
         thickness = [rib.thickness_of(i) for i in range(rib.elements)]
         layer = {"body": "hub", "over": f"rib-{k}", "under": under, "thickness": thickness, "width": rib.width}
         system.add(parts.SelfContact(**layer, **law), f"layer-{k}")
     if hub.motion == "driven":
-        system.add(parts.PrescribedRotation(body="hub", drive=_drive(case, None)), "turn")
+        system.add(parts.Joint(a="ground", b="hub", type="revolute", drive=_drive(case, None)), "turn")
     return system
 
 

@@ -6,6 +6,7 @@ it (`evolvent.solvers.sensitivity.neighbours`). A value of the results is the sa
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,8 @@ from evolvent.analysis import variation
 from evolvent.analysis.closure import warning_of
 from evolvent.assembly.families import owner
 from evolvent.model.registry import families
+from evolvent.parts.joint import Joint
+from evolvent.parts.joint_spring import JointSpring
 from evolvent.results.fine_samples import Times
 from evolvent.results.kept import Kept, is_local, kept_of, refusal
 from evolvent.solvers.common.laws import law_failure
@@ -72,7 +75,7 @@ def key_of(system: System, name: str) -> Key:
     named = variation.parts_of(system, words) if rest else []
     if named:
         part = named[0]
-        place, content = f"parts.{part}.{rest}", {"parts": {part: system._written(part)}}
+        place, content = f"parts.{part}.{rest}", {"parts": {part: system._written(part), **_joints_of(system, part)}}
         values: Any = {"parts": {part: system.parts[part].model_dump()}}
     elif part == "gravity":
         place, content, values = name, {}, {"gravity": system._gravity.tolist()}
@@ -92,6 +95,18 @@ def key_of(system: System, name: str) -> Key:
     if quantity is None:
         raise InputError(f"{name!r} is no quantity; a derivative is by a number with a unit")
     return Key(name, float(value), quantity.unit, abs(float(value)) or 1.0)
+
+
+def _joints_of(system: System, name: str) -> dict[str, Any]:
+    """What a part acts on, joints and springs of them, as a case file holds it."""
+    found: dict[str, Any] = {}
+    for other in system.parts[name].references():
+        part = system.parts.get(other)
+        if isinstance(part, Joint | JointSpring) and other != name:
+            with contextlib.suppress(InputError):
+                found[other] = system._written(other)
+                found = _joints_of(system, other) | found
+    return found
 
 
 def check(assembly: Assembly, method: str) -> None:

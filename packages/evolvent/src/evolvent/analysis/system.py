@@ -49,7 +49,7 @@ class System:
     >>> from evolvent import System, parts
     >>> system = System(gravity=(0.0, 0.0, -9.81))
     >>> bob = system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)))
-    >>> rod = system.add(parts.Link(a=(0.0, 0.0, 0.0), b=bob, length=1.0))
+    >>> rod = system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=bob, type="link", length=1.0))
     >>> assembly = system.assemble()
     """
 

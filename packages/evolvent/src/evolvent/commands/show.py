@@ -81,7 +81,7 @@ def list_parts(kind: str | None) -> None:
         own = list(marks(field))
         unit = next((f" [{found}]" for mark in own if (found := _unit_of(mark))), "")
         default = field.get_default(call_default_factory=True)
-        if field.is_required():
+        if field.is_required() or name in part.needed:
             value = ", required"
         else:
             value = "" if default in (None, (), {}, "") else f" = {_written(default)}"

@@ -251,6 +251,23 @@ class _ByName(Annotation):
             found |= members if one == written else {one: own}
         return found
 
+    def is_second(self, contents: Any, name: str) -> bool:
+        """Whether keys of an angle or a travel are of a travel in the part of a name."""
+        seen: set[str] = set()
+
+        def travels(where: Any) -> bool:
+            """Whether the coordinate of a part, which may be repeated, is a travel."""
+            if not isinstance(where, str) or where in seen:
+                return False
+            seen.add(where)
+            content = self.content_of(contents, repetition.NUMBERED.sub("", where))
+            part = self.section_of(content)
+            return part is not None and part.has_travel(content, travels)
+
+        content = self.content_of(contents, name)
+        part = self.section_of(content)
+        return part is not None and part.acts_on_travel(content, travels)
+
     def members_of(self, content: Any) -> Iterator[Any]:
         """The contents of the parts for which one stands, with their numbers put into texts."""
         if not isinstance(content, Mapping) or repetition.KEY not in content:

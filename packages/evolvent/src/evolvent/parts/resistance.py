@@ -17,8 +17,7 @@ from evolvent.parts import hysteresis, table_file
 from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import CoordinateName, Part
 from evolvent.parts.checks import check_units
-from evolvent.parts.find_coordinate import find_coordinate
-from evolvent.parts.joint_coordinate import PRESLIDING
+from evolvent.parts.joint_coordinate import PRESLIDING, find_coordinate
 from evolvent.parts.profile import table_rows
 from evolvent_base import tables, units
 from evolvent_base.errors import InputError
@@ -110,7 +109,7 @@ class Harness(Part):
     Parameters
     ----------
     joint : str
-        A `RotationalSpring` or `TranslationalSpring`, or a revolute or prismatic `Joint`, whose coordinate is then 0 at
+        A `JointSpring`, or a revolute or prismatic `Joint`, whose coordinate is then 0 at
         the start.
     torque : rows [angle, torque] or [travel, force], optional
         Elastic curve, the middle of the loop; straight lines between the rows and beyond them. A positive torque
@@ -211,7 +210,7 @@ class TapeSpringHinge(Part):
     Parameters
     ----------
     joint : str
-        A `RotationalSpring` or `TranslationalSpring`, or a revolute or prismatic `Joint`, whose coordinate is then 0 at
+        A `JointSpring`, or a revolute or prismatic `Joint`, whose coordinate is then 0 at
         the start.
     straight : rows [angle, moment] or [travel, force]
         Of the straight tape, until it buckles: at the last row where it folds towards larger angles, at the first row
@@ -304,7 +303,7 @@ class Adhesion(Part):
     Parameters
     ----------
     joint : str
-        A `RotationalSpring` or `TranslationalSpring`, or a revolute or prismatic `Joint`.
+        A `JointSpring`, or a revolute or prismatic `Joint`.
     torque : float, N m or N
         Torque or force at which it breaks, either way.
     distance : float, rad or m, optional
