@@ -70,7 +70,7 @@ def find_coordinate(builder: Builder, key: str, name: str) -> int:
     family, index = builder.names.get(name, ("", -1))
     if family == "coordinates":
         return index
-    spec = builder.specs.get(name)
+    spec: Any = builder.specs.get(name)
     if joint_of(builder, name) is None:
         known = [n for n, part in builder.specs.items() if getattr(part, "kind", "") in ("joint", "joint-spring")]
         what = f"a {type(spec).__name__}" if spec is not None else "no part"
@@ -203,7 +203,7 @@ def ends_of_joint(builder: Builder, key: str, joint: str, types: Sequence[str]) 
     ----------
     key : str, that names the joint, for messages
     """
-    spec = builder.specs.get(joint)
+    spec: Any = builder.specs.get(joint)
     if joint_of(builder, joint) is None:
         known = [name for name in builder.specs if joint_of(builder, name) is not None]
         what = f"a {type(spec).__name__}" if spec is not None else "no part"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,16 +18,13 @@ from evolvent.parts.release import release_fields
 from evolvent_base.dense import dot, norm, product
 from evolvent_base.errors import InputError
 
-if TYPE_CHECKING:
-    from evolvent.parts.joint import Joint
-
 #: Types of joints that a drive may move.
 DRIVEN = ("revolute", "point-on-line", "involute")
 #: What the axis of a driven body and its point on the driven line may be off those of the joint.
 _LEAST_OFF = 1e-6
 
 
-def write_driven(joint: Joint, builder: Builder, name: str) -> None:
+def write_driven(joint: Any, builder: Builder, name: str) -> None:
     """Write the rows of the family `joints` that hold an angle or a point where the drive has it."""
     if joint.drive is None:
         raise InputError(f"{name}.drive is missing; a joint of type {joint.type!r} is moved by a drive")
@@ -62,7 +59,7 @@ def write_driven(joint: Joint, builder: Builder, name: str) -> None:
 
 
 def _write_line(
-    joint: Joint, builder: Builder, name: str, ends: tuple[Location, Location], path: dict[str, Any],
+    joint: Any, builder: Builder, name: str, ends: tuple[Location, Location], path: dict[str, Any],
     release: dict[str, Any],
 ) -> None:  # fmt: skip
     """Three rows: along the line by the drive, from where the point starts, and across it."""
@@ -79,7 +76,7 @@ def _write_line(
 
 
 def _write_involute(
-    joint: Joint, builder: Builder, name: str, ends: tuple[Location, Location], path: dict[str, Any]
+    joint: Any, builder: Builder, name: str, ends: tuple[Location, Location], path: dict[str, Any]
 ) -> None:
     """Three rows that hold the end of a thread as it winds onto a circle about a."""
     if joint.drum == 0.0 or joint.length is None:
@@ -94,7 +91,7 @@ def _write_involute(
         )  # fmt: skip
 
 
-def _check_jumps(joint: Joint, name: str, until: float, unit_of: str) -> None:
+def _check_jumps(joint: Any, name: str, until: float, unit_of: str) -> None:
     """Refuse a drive whose rate jumps under a constraint: it would take an infinite force."""
     drive = joint.drive
     if not isinstance(drive, RampDrive):

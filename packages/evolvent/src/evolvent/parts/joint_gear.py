@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import fractions
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import axial, joint as kernels, rigid, sides
@@ -17,16 +17,13 @@ from evolvent.parts.release import release_fields
 from evolvent_base.dense import product
 from evolvent_base.errors import InputError
 
-if TYPE_CHECKING:
-    from evolvent.parts.joint import Joint
-
 #: Most teeth that a ratio of angles may need.
 _MOST_TEETH = 200
 #: Types of joints, and which coordinate of them a gear takes.
 _COORDINATES = {"revolute": axial.ANGLE, "cylindrical": axial.ANGLE, "screw": axial.ANGLE, "prismatic": axial.TRAVEL}
 
 
-def write_gear(joint: Joint, builder: Builder, name: str) -> None:
+def write_gear(joint: Any, builder: Builder, name: str) -> None:
     """Write a row of the family `joints`, and one of `gear_coordinates` for each coordinate."""
     if joint.a == joint.b:
         raise InputError(f"{name}.a and {name}.b are both {joint.a!r}; a gear needs two coordinates")

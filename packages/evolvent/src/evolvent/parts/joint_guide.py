@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -14,11 +14,8 @@ from evolvent.parts.joint_sides import direction_side, ground_end, point_side
 from evolvent_base.dense import dot, product
 from evolvent_base.errors import InputError
 
-if TYPE_CHECKING:
-    from evolvent.parts.joint import Joint
 
-
-def write_guide(joint: Joint, builder: Builder, name: str) -> None:
+def write_guide(joint: Any, builder: Builder, name: str) -> None:
     """Write the guide into the family `guides`, and its row of `joints`, as which implicit methods have it."""
     ground_end(builder, name, joint)
     found = builder.location(joint.b, f"{name}.b")

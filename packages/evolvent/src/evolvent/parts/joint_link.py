@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -15,11 +15,8 @@ from evolvent.parts.release import release_fields
 from evolvent_base.dense import norm, product
 from evolvent_base.errors import InputError
 
-if TYPE_CHECKING:
-    from evolvent.parts.joint import Joint
 
-
-def write_link(joint: Joint, builder: Builder, name: str) -> None:
+def write_link(joint: Any, builder: Builder, name: str) -> None:
     """Write the link into the family `links`, and its row of `joints`, as which implicit methods have it."""
     if joint.a == joint.b:
         raise InputError(f"{name}.a and {name}.b are the same point, {joint.a!r}; give two points")
@@ -45,7 +42,7 @@ def write_link(joint: Joint, builder: Builder, name: str) -> None:
         add_row(builder, kernels.DISTANCE, *sides, value=length, **release)
 
 
-def _cord(joint: Joint, builder: Builder, name: str, a: int, distance: np.ndarray) -> tuple[float, np.ndarray]:
+def _cord(joint: Any, builder: Builder, name: str, a: int, distance: np.ndarray) -> tuple[float, np.ndarray]:
     """Length of a cord on a drum, whose position is checked, and the orientation of the drum's body at the start."""
     marker = builder.rows["markers"][a]
     if marker["kind"] != springs.ON_BODY:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -30,9 +30,6 @@ from evolvent.parts.thread_joint import check_type, fix_end
 from evolvent_base.dense import dot, norm, product
 from evolvent_base.errors import InputError
 
-if TYPE_CHECKING:
-    from evolvent.parts.joint import Joint
-
 _LEAST_OFF = 1e-6
 #: Types of which b stays on a line or in a plane through a.
 SLIDING = ("prismatic", "cylindrical", "screw", "point-on-line", "in-plane")
@@ -44,7 +41,7 @@ _ROPES = ("distance", "pulley")
 CLAMPS = ("clamp", "fixed")
 
 
-def write_pair(joint: Joint, builder: Builder, name: str) -> None:
+def write_pair(joint: Any, builder: Builder, name: str) -> None:
     """Write the joint's scalar constraints into the family `joints`; or fix the end of a thread."""
     check_type(builder, name, joint, turns=joint.type in _FREE_TO_TURN)
     if fix_end(builder, name, joint):
@@ -84,7 +81,7 @@ def write_pair(joint: Joint, builder: Builder, name: str) -> None:
         add_row(builder, held.kind, held.a, held.b, direction=held.along, value=held.value, **common)
 
 
-def _ends(joint: Joint, builder: Builder, name: str) -> tuple[Side, Side]:
+def _ends(joint: Any, builder: Builder, name: str) -> tuple[Side, Side]:
     """Both ends; a body named alone takes the place of the other end, or `position`."""
     ends = [builder.location(joint.a, f"{name}.a"), builder.location(joint.b, f"{name}.b")]
     if joint.type != "pulley" and ends[0].family == ends[1].family == "bodies" and ends[0].row == ends[1].row:
@@ -111,7 +108,7 @@ def _ends(joint: Joint, builder: Builder, name: str) -> tuple[Side, Side]:
     return found[0], found[1]
 
 
-def _write_slide(joint: Joint, builder: Builder, name: str, ends: tuple[Side, Side], common: dict[str, Any]) -> None:
+def _write_slide(joint: Any, builder: Builder, name: str, ends: tuple[Side, Side], common: dict[str, Any]) -> None:
     """Rows that keep b on a line or in a plane that is fixed to a."""
     (a, b), axis = ends, unit(joint.axis)
     key, off = f"{name}.type is {joint.type!r}", b.u - a.u
@@ -127,7 +124,7 @@ def _write_slide(joint: Joint, builder: Builder, name: str, ends: tuple[Side, Si
         add_row(builder, kernels.ALONG, a, b, direction=direction, value=dot(direction.u, b.u - a.u), **common)
 
 
-def _write_screw(joint: Joint, builder: Builder, name: str, ends: tuple[Side, Side], common: dict[str, Any]) -> None:
+def _write_screw(joint: Any, builder: Builder, name: str, ends: tuple[Side, Side], common: dict[str, Any]) -> None:
     """The row that keeps the travel of b to its angle; whole turns of it are not counted."""
     (a, b), axis = ends, unit(joint.axis)
     if joint.pitch is None or joint.pitch == 0.0:
@@ -142,7 +139,7 @@ def _write_screw(joint: Joint, builder: Builder, name: str, ends: tuple[Side, Si
     add_row(builder, kernels.GEAR, NOTHING, NOTHING, **whole, **common)
 
 
-def _write_pulley(joint: Joint, builder: Builder, name: str, ends: tuple[Side, Side], common: dict[str, Any]) -> None:
+def _write_pulley(joint: Any, builder: Builder, name: str, ends: tuple[Side, Side], common: dict[str, Any]) -> None:
     """The row that keeps the length of a cord over a point."""
     if joint.over is None:
         raise InputError(f"{name}.over is missing; the cord of a pulley runs over a point")
@@ -159,7 +156,7 @@ def _write_pulley(joint: Joint, builder: Builder, name: str, ends: tuple[Side, S
     add_row(builder, gaps.PULLEY, a, b, direction=over, radius=ratio, value=length, **common)
 
 
-def _directions(joint: Joint, builder: Builder, name: str, a: Side, b: Side, axis: np.ndarray) -> list[Held]:
+def _directions(joint: Any, builder: Builder, name: str, a: Side, b: Side, axis: np.ndarray) -> list[Held]:
     """Directions that the joint holds."""
     key = f"{name}.type is {joint.type!r}"
     if joint.type in ("revolute", "cylindrical", "screw"):

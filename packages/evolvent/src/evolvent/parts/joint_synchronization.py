@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import itertools
-from typing import TYPE_CHECKING
+from typing import Any
 
 from evolvent.assembly.builder import Builder
 from evolvent.parts.checks import check_units
 from evolvent.parts.joint_coordinate import find_coordinate
 from evolvent_base.errors import InputError
 
-if TYPE_CHECKING:
-    from evolvent.parts.joint import Joint
 
-
-def write_synchronization(joint: Joint, builder: Builder, name: str) -> None:
+def write_synchronization(joint: Any, builder: Builder, name: str) -> None:
     """Write a row of the family `synchronizations` for each loop."""
     joints = joint.joints or ()
     count = len(joints)

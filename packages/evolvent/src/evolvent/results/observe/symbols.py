@@ -327,8 +327,7 @@ def _driven(view: View, name: str, found: Observed) -> None:
     if part.type == "revolute":
         seat = seat_of(view, part.b)
         if seat is not None:
-            axis = _own_axis(view, seat)
-            solids = [_pin(0.8, -0.6, 0.6, axis, turned="angle")]
+            solids = [_pin(0.8, -0.6, 0.6, _own_axis(view, seat), turned="angle")]
             found.drawn.append(_entry(view, found, seat, solids=solids, lift=True))
         return
     on_line, axis = part.type == "point-on-line", np.array(part.axis, dtype=float)
