@@ -18,6 +18,7 @@ from evolvent.analysis.system import System
 from evolvent.parts import registry
 from evolvent.parts.base import Part
 from evolvent.parts.registry import PartsByName, kinds, read_parts
+from evolvent_base import schema
 from evolvent_base.errors import InputError
 from evolvent_base.schema import Section, descriptions
 
@@ -600,3 +601,29 @@ def test_a_beam_takes_a_normal_near_y_of_itself() -> None:
         nodes = parts.Beam(direction=direction, length=1.0, section=TUBE, material=ev.CFRP, elements=1).start_nodes()
         np.testing.assert_allclose(nodes[0, 2], np.array(normal) / np.linalg.norm(normal), atol=1e-15)
         np.testing.assert_allclose(nodes[0, 3], np.cross(nodes[0, 1], nodes[0, 2]), atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("key", "unit"),
+    [
+        ("spring.stiffness", "N/m"), ("spring.start", "m"), ("harness.stiffness", "N/m"), ("motor.limit", "N m"),
+        ("gear.stiffness", "N/m"), ("cables.damping", "N m s/rad"), ("pin.stiffness", "N/m"), ("other.rest", "m"),
+        ("many.latch", "m"), ("motor.motion.constant.rate", "rad/s"),
+    ],
+)  # fmt: skip
+def test_keys_of_an_angle_or_a_travel_have_the_unit_of_their_joint(key: str, unit: str) -> None:
+    """Studies, fits and sensitivities read such keys with it."""
+    content = {
+        "pin": {"kind": "joint", "type": "revolute"},
+        "rail": {"kind": "joint", "type": "prismatic"},
+        "rails": {"kind": "joint", "type": "prismatic", "repeat": {"count": 2}},
+        "spring": {"kind": "joint-spring", "joint": "rail"},
+        "other": {"kind": "joint-spring", "a": "ground", "motion": "translation"},
+        "many": {"kind": "joint-spring", "joint": "rails {n}", "repeat": {"count": 2}},
+        "harness": {"kind": "harness", "joint": "spring"},
+        "motor": {"kind": "motor", "joint": "pin"},
+        "gear": {"kind": "joint", "type": "gear", "a": "rail", "b": "pin"},
+        "cables": {"kind": "joint", "type": "synchronization", "joints": ["pin", "other pin"]},
+    }
+    found = schema.locate(cases.system("structure").Case, f"parts.{key}", {"system": "structure", "parts": content})
+    assert [mark.unit for _, own in found.types for mark in own] == [unit]

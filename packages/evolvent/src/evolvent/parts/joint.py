@@ -9,7 +9,6 @@ from evolvent.assembly.builder import Builder
 from evolvent.kernels import axial
 from evolvent.parts.applies import Applies, given, one_of
 from evolvent.parts.base import CoordinateNames, Part, PointReference
-from evolvent.parts.checks import check_units
 from evolvent.parts.joint_coordinate import TYPES
 from evolvent.parts.joint_drive import DRIVEN, write_driven
 from evolvent.parts.joint_gear import write_gear
@@ -108,7 +107,7 @@ class Joint(Part):
     until : float, s, optional
         Time at which the joint is released; never if left out.
     released_by : str, optional
-        `Event` that releases the joint, or spring of another joint whose latch does so when it locks.
+        `Event` that releases the joint, or spring of another joint whose latch does so when it locks; not with a drive.
 
     Notes
     -----
@@ -207,9 +206,12 @@ class Joint(Part):
                         raise InputError(f"{name}.{key} is given; a joint of type {self.type!r} has no {key}")
                     wanted = " or ".join(repr(one) for one in when.values)
                     raise InputError(f"{name}.{key} is given, but {name}.type is {self.type!r}, not {wanted}")
-        if self.type not in _COUPLED:
-            check_units(f"{name}.stiffness", self.stiffness, axial.TRAVEL)
-            check_units(f"{name}.damping", self.damping, axial.TRAVEL)
+        for key, wanted in (("stiffness", "N/m"), ("damping", "N s/m")):
+            value = getattr(self, key)
+            if self.type not in _COUPLED and isinstance(value, units.Measured) and value.unit != wanted:
+                raise InputError(
+                    f"{name}.{key} is {float(value):g} {value.unit}; of a joint of type {self.type!r} it is in {wanted}"
+                )
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the rows of the family `joints`, and those of links, guides, gears and synchronizations."""

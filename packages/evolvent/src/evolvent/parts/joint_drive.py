@@ -28,6 +28,8 @@ def write_driven(joint: Any, builder: Builder, name: str) -> None:
     """Write the rows of the family `joints` that hold an angle or a point where the drive has it."""
     if joint.drive is None:
         raise InputError(f"{name}.drive is missing; a joint of type {joint.type!r} is moved by a drive")
+    if joint.released_by is not None:
+        raise InputError(f"{name}.released_by is given, but a drive prescribes a motion; give {name}.until, its end")
     if joint.stiffness > 0.0:
         raise InputError(
             f"{name}.stiffness is {float(joint.stiffness)!r}, but a drive prescribes a motion; leave it out"
