@@ -16,7 +16,7 @@ from evolvent.model import powers
 from evolvent.solvers import solve
 
 Array = np.ndarray
-TYPES = ("revolute", "cylindrical", "prismatic", "spherical", "universal", "point-on-line", "in-plane", "fixed")
+TYPES = ("revolute", "cylindrical", "prismatic", "spherical", "universal", "point-on-line", "in-plane", "clamp")
 DOWN = (0.0, 0.0, -9.81)
 AXIS = (0.6, 0.0, 0.8)
 
@@ -29,7 +29,7 @@ def linked(kind: str) -> System:
         w = 1.5 * np.array(AXIS)
         moves = {"velocity": tuple(np.cross(w, place)), "angular_velocity": tuple(w)}
         found.add(parts.RigidBody(mass=2.0, inertia=(0.2, 0.3, 0.25), position=place, **moves), name)
-    axes: dict[str, Any] = {} if kind in ("spherical", "fixed") else {"axis": (0.0, 0.8, 0.6)}
+    axes: dict[str, Any] = {} if kind in ("spherical", "clamp") else {"axis": (0.0, 0.8, 0.6)}
     if kind == "universal":
         axes["axis_b"] = (1.0, 0.0, 0.0)
     found.add(parts.Joint(a="wheel", b="one", type=kind, position=(0.5, 0.1, 0.0), **axes), "joint")
@@ -104,7 +104,7 @@ def ribbed(kind: str, formulation: str) -> System:
     axes: dict[str, Any] = {"axis": (1.0, 0.0, 0.0)} if kind == "prismatic" else {}
     ends = ("craft", "rib.root") if formulation != "cable" or kind != "prismatic" else ("rib.root", "craft")
     found.add(parts.Joint(a=ends[0], b=ends[1], type=kind, **axes), "joint")
-    found.add(parts.Joint(a="rib.tip", b="tip.root", type="spherical" if formulation == "cable" else "fixed"), "knee")
+    found.add(parts.Joint(a="rib.tip", b="tip.root", type="spherical" if formulation == "cable" else "clamp"), "knee")
     bob = np.array([1.3, 0.0, -0.5])
     found.add(parts.Point(mass=0.3, position=tuple(bob), velocity=tuple(np.cross(w, bob))), "bob")
     found.add(parts.Joint(a="tip.tip", b="bob", type="distance"), "rod")

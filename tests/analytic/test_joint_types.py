@@ -561,7 +561,7 @@ def craft() -> System:
     [
         ({"a": "bob", "b": ("hub", ORIGIN), "type": "in-plane"}, "'in-plane', but a point mass has no directions"),
         ({"a": "cord.root", "b": "bob", "type": "point-on-line"}, "a node of a cable has no twist"),
-        ({"a": "cord.root", "b": "wire.root", "type": "fixed"}, "nodes of two cables have no twist to hold"),
+        ({"a": "cord.root", "b": "wire.root", "type": "clamp"}, "nodes of two cables have no twist to hold"),
         ({"a": "cord.root", "b": "wire.root", "type": "cylindrical"}, "a node of a cable has no twist"),
         ({"a": "hub", "b": "bob", "type": "prismatic"}, "'prismatic', but a point mass has no directions"),
         ({"a": "boom.tip", "b": "boom.tip"}, "held.a and held.b are both 'boom.tip'; a joint needs two points"),

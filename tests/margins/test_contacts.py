@@ -134,7 +134,7 @@ def test_a_strip_that_is_pressed_onto_a_plate() -> None:
         material={"young_modulus": young, "poisson_ratio": 0.3, "density": 2700.0},
     )  # fmt: skip
     system.add(strip, "strip")
-    system.add(parts.Joint(a="slider", b="strip.root", type="fixed"), "clamp")
+    system.add(parts.Joint(a="slider", b="strip.root", type="clamp"), "clamp")
     touch = {"stiffness": stiffness, "clearance": 1e-3, "centre": (0.0, -1e-3 - gap, 0.0), "normal": (0.0, 1.0, 0.0)}
     system.add(parts.PlaneContact(body="ground", beams=["strip"], skip=7, **touch), "plate")
     found = system.margin(zero=NONE, lines={"slide": {"travel": (0.0, 3e-4)}}, motion=False, stations=7)

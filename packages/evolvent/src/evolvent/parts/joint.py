@@ -14,7 +14,7 @@ from evolvent.parts.joint_drive import DRIVEN, write_driven
 from evolvent.parts.joint_gear import write_gear
 from evolvent.parts.joint_guide import write_guide
 from evolvent.parts.joint_link import write_link
-from evolvent.parts.joint_pairs import CLAMPS, SLIDING, write_pair
+from evolvent.parts.joint_pairs import SLIDING, write_pair
 from evolvent.parts.joint_synchronization import write_synchronization
 from evolvent.parts.law import PathDrive
 from evolvent.parts.release import ReleaseName
@@ -22,7 +22,7 @@ from evolvent_base import units
 from evolvent_base.errors import InputError
 
 #: Types whose two points coincide, or slide on one another.
-TOUCHING = ("spherical", "revolute", "universal", *CLAMPS, *SLIDING)
+TOUCHING = ("spherical", "revolute", "universal", "clamp", *SLIDING)
 #: Types that couple coordinates of joints.
 _COUPLED = ("gear", "synchronization")
 #: Types that are not points which coincide, slide or keep a length, and what writes them.
@@ -42,10 +42,10 @@ class Joint(Part):
         "tether.tip" (the end of a thread, which has no rotation), a point mass, or a position on the ground. A body
         named alone, "hub", means its point where the other end is at the start; in a joint of type "distance",
         "pulley", "link" or "guide" its origin. Of a gear, two joints or spinning bodies.
-    type : {"spherical", "revolute", "universal", "clamp", "fixed", "prismatic", "cylindrical", "screw", \
+    type : {"spherical", "revolute", "universal", "clamp", "prismatic", "cylindrical", "screw", \
 "point-on-line", "in-plane", "distance", "pulley", "link", "guide", "gear", "synchronization", "involute"}
         spherical: the points coincide, all rotations are free. revolute: they coincide, with rotation about `axis`.
-        universal: with rotations about `axis` of a and `axis_b` of b. clamp, or fixed: without rotation. prismatic: b
+        universal: with rotations about `axis` of a and `axis_b` of b. clamp: without rotation. prismatic: b
         slides along `axis`, without rotation. cylindrical: b slides along `axis` and rotates about it. screw: as
         cylindrical, and b travels by `pitch` a turn against a, both of them bodies. point-on-line, in-plane: b moves on
         the line through a along `axis`, or in the plane through a normal to `axis`, all rotations are free. distance:
@@ -145,7 +145,7 @@ class Joint(Part):
         "joints": (one_of("type", "synchronization"),),
         "ratios": (one_of("type", "synchronization"),),
         "drive": (one_of("type", *DRIVEN),),
-        "hold": (one_of("type", *CLAMPS),),
+        "hold": (one_of("type", "clamp"),),
         "position": (one_of("type", *TOUCHING),),
         "stiffness": (one_of("type", *TOUCHING, "distance", "pulley", *_COUPLED),),
         "rotational_stiffness": (one_of("type", *TOUCHING), given("stiffness")),
@@ -158,7 +158,7 @@ class Joint(Part):
     a: PointReference | None = None
     b: PointReference | None = None
     type: Literal[
-        "spherical", "revolute", "universal", "clamp", "fixed", "prismatic", "cylindrical", "screw", "point-on-line",
+        "spherical", "revolute", "universal", "clamp", "prismatic", "cylindrical", "screw", "point-on-line",
         "in-plane", "distance", "pulley", "link", "guide", "gear", "synchronization", "involute",
     ] = "spherical"  # fmt: skip
     axis: units.Direction = (0.0, 0.0, 1.0)

@@ -37,8 +37,6 @@ SLIDING = ("prismatic", "cylindrical", "screw", "point-on-line", "in-plane")
 _FREE_TO_TURN = ("spherical", "distance", "point-on-line", "in-plane", "pulley")
 #: Types that keep a length, of points that are apart.
 _ROPES = ("distance", "pulley")
-#: Types that let nothing move.
-CLAMPS = ("clamp", "fixed")
 
 
 def write_pair(joint: Any, builder: Builder, name: str) -> None:
@@ -53,7 +51,7 @@ def write_pair(joint: Any, builder: Builder, name: str) -> None:
     common = {"stiffness": joint.stiffness, "damping": joint.damping, **release_fields(builder, name, joint)}
     builder.names[name] = ("joints", len(builder.rows["joints"]))
     apart, axis = norm(b.u - a.u), unit(joint.axis)
-    if joint.hold == "all" and (joint.type not in CLAMPS or a.on != sides.ON_BODY or b.node is None):
+    if joint.hold == "all" and (joint.type != "clamp" or a.on != sides.ON_BODY or b.node is None):
         raise InputError(f"{name}.hold is 'all'; it needs a joint of type 'clamp' between a body and a beam's node")
     if joint.type == "distance":
         if apart == 0.0:
@@ -163,7 +161,7 @@ def _directions(joint: Any, builder: Builder, name: str, a: Side, b: Side, axis:
         return hinged(builder, key, a, b, axis)
     if joint.hold == "all":
         return all_slopes(builder, a, b)
-    if joint.type in (*CLAMPS, "prismatic"):
+    if joint.type in ("clamp", "prismatic"):
         if a.on == sides.ON_BODY and b.on == sides.ON_BODY:
             return clamped_bodies(builder, a, b, axis)
         return clamped(builder, key, a, b)

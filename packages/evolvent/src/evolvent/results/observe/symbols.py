@@ -225,7 +225,6 @@ _AT_ONE_PLACE: dict[str, Callable[[list[float]], list[dict[str, Any]]]] = {
     "universal": lambda axis: [_pin(0.25, -0.9, 0.9, axis), _ball(0.4)],
     "spherical": lambda _: [_ball(0.55)],
     "clamp": lambda _: [{"box": {"edges": [0.8, 0.8, 0.8]}}],
-    "fixed": lambda _: [{"box": {"edges": [0.8, 0.8, 0.8]}}],
 }
 _RAILS: dict[str, Callable[[list[float]], dict[str, Any]]] = {
     "prismatic": lambda axis: _pin(0.18, -2.5, 2.5, axis),

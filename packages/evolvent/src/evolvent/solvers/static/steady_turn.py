@@ -21,8 +21,6 @@ from evolvent.model.registry import families
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
-#: Types of joints that hold what they join against any turn.
-_CLAMPS = ("clamp", "fixed")
 
 
 class Turn:
@@ -38,7 +36,7 @@ class Turn:
         bodies = self.model.bodies
         self.still = np.array([row["motion"] == rigid.DRIVEN and not self._turns(row) for row in bodies])
         for name, spec in assembly.parts.items():
-            if getattr(spec, "kind", "") == "joint" and spec.type in _CLAMPS:
+            if getattr(spec, "kind", "") == "joint" and spec.type == "clamp":
                 family, first = assembly.names.get(name, ("", -1))
                 if family == "joints":
                     self.still[[i for what, i in self._ends("joints", first) if what == "bodies"]] = False
