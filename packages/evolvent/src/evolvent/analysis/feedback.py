@@ -357,9 +357,10 @@ def prepared(assembly: Assembly, samples: Array, **options: Any) -> Plan | Close
     ----------
     options : of `evolvent.solvers.time.explicit.plan.plan`
     """
+    from evolvent.solvers.common.start import sample_times
     from evolvent.solvers.time.explicit import plan as explicit_plan
 
-    times = explicit_plan.sample_times(samples)
+    times = sample_times(samples)
     whole, loops = with_tables(assembly, float(times[0]), float(times[-1]))
     plan = explicit_plan.plan(whole, samples=times, **options)
     if not loops:

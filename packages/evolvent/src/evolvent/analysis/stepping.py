@@ -25,8 +25,9 @@ from evolvent.solvers.common.laws import law_failure, refusing_laws
 from evolvent.solvers.common.limits import limitation_of
 from evolvent.solvers.common.sampled import Sampled, bristles
 from evolvent.solvers.common.solution import Solution
+from evolvent.solvers.common.start import STEP_ALLOWED
 from evolvent.solvers.time.explicit import plan as explicit_plan
-from evolvent.solvers.time.explicit.plan import METHODS, STEP_ALLOWED
+from evolvent.solvers.time.explicit.plan import METHODS
 from evolvent.solvers.time.implicit import plan as implicit
 from evolvent.solvers.time.implicit.releases import write_accounts
 from evolvent_base.errors import EvolventError, InputError, RunFailed, naming_keys, nearest

@@ -32,9 +32,10 @@ from evolvent.analysis.margins.shares import is_held, of_family
 from evolvent.equations.implicit import energies, tangent
 from evolvent.kernels.blocks import displace
 from evolvent.model.registry import families
+from evolvent.solvers.common.matrices import matrix_of
+from evolvent.solvers.common.sizes import sizes
 from evolvent.solvers.static import equilibrium
 from evolvent.solvers.static.work import spare_of, sparse_of
-from evolvent.solvers.time.implicit.setup import matrix_of, sizes
 from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:

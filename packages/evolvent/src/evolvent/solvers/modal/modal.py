@@ -20,9 +20,9 @@ from evolvent.kernels.blocks import displace
 from evolvent.model.questions import LinearizedPoint
 from evolvent.parts.checks import positive, vector
 from evolvent.solvers.common.limits import limitation_of
+from evolvent.solvers.common.sizes import sizes
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.modal.positions import find_moving, linearized_points, moving, rigid_motions
-from evolvent.solvers.time.implicit.setup import sizes
 from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:

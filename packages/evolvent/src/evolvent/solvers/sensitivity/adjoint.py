@@ -24,6 +24,7 @@ from evolvent.kernels.blocks import displace
 from evolvent.model.family import some
 from evolvent.model.questions import AdjointSupport
 from evolvent.model.registry import whole
+from evolvent.solvers.common.matrices import matrix_for
 from evolvent.solvers.sensitivity import recorded_energy_steps as tape_energy, recorded_steps as tapes
 from evolvent.solvers.sensitivity.adjoint_events import Jump, Jumps, Parameter, carried, difference, state_of
 from evolvent.solvers.sensitivity.patches import Patch, Sides
@@ -42,11 +43,11 @@ from evolvent.solvers.sensitivity.recorded_steps import (
 from evolvent.solvers.sensitivity.steps_beside import TOGETHER, step_beside, take_step
 from evolvent.solvers.time import run as runs
 from evolvent.solvers.time.implicit import loop as implicit_loop
+from evolvent.solvers.time.implicit.messages import reason
 from evolvent.solvers.time.implicit.methods import METHODS
 from evolvent.solvers.time.implicit.run import Run
-from evolvent.solvers.time.implicit.setup import matrix_for, stops_of
+from evolvent.solvers.time.implicit.setup import stops_of
 from evolvent.solvers.time.implicit.workspace import BUDGET, DONE, SAMPLED, STOPPED
-from evolvent.solvers.time.messages import reason
 from evolvent_base.errors import InputError
 
 Array = np.ndarray

@@ -34,9 +34,9 @@ from evolvent.solvers.sensitivity.steps_beside import (
     take_step,
 )
 from evolvent.solvers.time.implicit import loop as implicit_loop
+from evolvent.solvers.time.implicit.messages import reason
 from evolvent.solvers.time.implicit.run import Run
 from evolvent.solvers.time.implicit.workspace import AT_RESTART, BUDGET, DONE, SAMPLED, STOPPED
-from evolvent.solvers.time.messages import reason
 from evolvent_base.errors import InputError
 
 Array = np.ndarray

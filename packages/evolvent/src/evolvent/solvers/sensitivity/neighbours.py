@@ -27,10 +27,10 @@ from evolvent.solvers.sensitivity.steps_beside import (
     advance_beside,
 )
 from evolvent.solvers.time import run as runs
+from evolvent.solvers.time.implicit.messages import reason
 from evolvent.solvers.time.implicit.methods import METHODS
 from evolvent.solvers.time.implicit.run import Run
 from evolvent.solvers.time.implicit.workspace import AT_RESTART, BUDGET, DONE, STOPPED
-from evolvent.solvers.time.messages import reason
 from evolvent_base.errors import InputError
 
 #: Steps between two looks at a run.

@@ -19,22 +19,14 @@ from evolvent.parts.checks import number, positive
 from evolvent.solvers.common import balance as eb
 from evolvent.solvers.common.fixed_lengths import with_positions
 from evolvent.solvers.common.laws import has_means, refusing_laws, try_laws
+from evolvent.solvers.common.matrices import matrix_for, matrix_of
+from evolvent.solvers.common.sizes import energy_floor, round_off_energy, sizes
 from evolvent.solvers.common.solution import Solution
-from evolvent.solvers.time.explicit.plan import STEP_ALLOWED, sample_times
+from evolvent.solvers.common.start import STEP_ALLOWED, acts_from_outside, check_start, sample_times
 from evolvent.solvers.time.implicit import reactions
 from evolvent.solvers.time.implicit.methods import ENERGY_MOMENTUM, METHODS, NAME
 from evolvent.solvers.time.implicit.run import Run, rows_of_part
-from evolvent.solvers.time.implicit.setup import (
-    acts_from_outside,
-    check_start,
-    energy_floor,
-    matrix_for,
-    matrix_of,
-    paid_out_energy,
-    round_off_energy,
-    sizes,
-    workspace,
-)
+from evolvent.solvers.time.implicit.setup import paid_out_energy, workspace
 from evolvent.solvers.time.implicit.step_error import LEAST_NEWTON, LEFT_SHARE, rate_tolerance
 from evolvent.solvers.time.implicit.workspace import OPTIONS, Workspace
 from evolvent_base.errors import InputError
