@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from evolvent_base.dense import facing
 from evolvent_massprops.identification.signals import Array, Signal, basis, fit_linear, noise_of, split
-
-if TYPE_CHECKING:
-    from evolvent_massprops.identification.swings import Swing
+from evolvent_massprops.identification.swing_laws import Swing
 
 
 class OrderCriteria(NamedTuple):

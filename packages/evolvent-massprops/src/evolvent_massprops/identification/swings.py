@@ -9,21 +9,21 @@ describes the record better (Bayesian information criterion).
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
 from evolvent_massprops.identification import swing_model as model
-from evolvent_massprops.identification.decay_laws import DECISIVE, LAWS, Choice, best_law, density_at, is_white
+from evolvent_massprops.identification.decay_laws import DECISIVE, Choice, best_law, density_at, is_white
 from evolvent_massprops.identification.modes import Modes
 from evolvent_massprops.identification.orders import WHITE, search, whiteness
 from evolvent_massprops.identification.signals import Array, Signal, information
+from evolvent_massprops.identification.swing_laws import Swing
 from evolvent_massprops.identification.swing_model import Component, Found
 from evolvent_massprops.identification.swing_starts import Kind, start_of
 from evolvent_massprops.identification.variable_projection import colour, own_unknowns, remarks, unsupported
 
-_WORDS = ("viscous damping", "dry friction", "quadratic drag")
 #: Share of a group's amplitude below which a mode may be a part of it, at odd harmonics, or nearer than these lines.
 WEAK, HARMONICS, SIDE = 0.15, (3, 5, 7, 9), 10.0
 #: Share of the strongest amplitude below which a swing is not examined.
@@ -34,62 +34,6 @@ FAINT = 1e-5
 DOMINANT = 0.8
 #: Lines that may be added beside swings.
 _LINES = 3
-
-
-@dataclass(frozen=True, eq=False)
-class Swing:
-    """How one mode swings and decays.
-
-    Attributes
-    ----------
-    component : its parameters
-    std : of d, D, Q, 1/s; 0 for those that do not act
-    last : amplitude at the last sample over that at the first
-    amplitude, amplitude_std : rad at the first sample; nan where the frequency does not depend on it. Where it is not
-        seen, the deviation is about the largest that it may have.
-    """
-
-    component: Component
-    std: Array
-    last: float
-    amplitude: float
-    amplitude_std: float
-
-    @property
-    def law(self) -> str:
-        """In words."""
-        words = [w for w, acts in zip(_WORDS, self.component.law, strict=True) if acts]
-        return " and ".join(words) if len(words) < 3 else ", ".join(words[:-1]) + " and " + words[-1]
-
-    @property
-    def exponential(self) -> bool:
-        """Whether its amplitude decays exponentially."""
-        return self.component.law == LAWS["viscous"]
-
-    @property
-    def follows_amplitude(self) -> bool:
-        """Whether its frequency depends on its amplitude."""
-        return not self.component.restoring.linear or self.component.free_cube
-
-    def predict(self, time: Array, amplitude: Array) -> Array:
-        """(n, c) what sensors with complex amplitudes (c,) read at times (n,), s."""
-        first, second = self.component.phasors()
-        turn = np.array([[first.real, second.real], [first.imag, second.imag]])
-        coefficients = np.linalg.solve(turn, np.array([amplitude.real, amplitude.imag]))
-        return np.asarray(self.component.columns(np.asarray(time, dtype=float)) @ coefficients)
-
-    def __str__(self) -> str:
-        """Law of decay, with its rates at the first amplitude, and what the frequency does."""
-        rates = self.component.rates or ()
-        parts = [
-            f"{word} {rate:.3g} ± {std:.1g} 1/s"
-            for word, rate, std, acts in zip(_WORDS, rates, self.std, self.component.law, strict=True)
-            if acts
-        ]
-        text = f"{', '.join(parts)} at the first amplitude, {self.last:.2g} of which is left at the end"
-        if np.isfinite(self.amplitude):
-            text += f"; amplitude {self.amplitude:.4g} ± {self.amplitude_std:.1g} rad"
-        return text + ("; frequency at zero amplitude" if self.follows_amplitude else "")
 
 
 def resolved(signal: Signal) -> float:

@@ -11,7 +11,8 @@ import numpy as np
 from evolvent.analysis.margins import contacts, factors as of
 from evolvent.analysis.margins.factors import Standard
 from evolvent.analysis.margins.lines import MarginCoordinate
-from evolvent.analysis.margins.mechanism import Direction, Mechanism, Position
+from evolvent.analysis.margins.mechanism import Mechanism
+from evolvent.analysis.margins.positions import Direction, Position
 from evolvent.analysis.margins.shares import Share
 from evolvent.model.shares import ACCELERATION, FRICTION, SPRING
 

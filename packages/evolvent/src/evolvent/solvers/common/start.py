@@ -1,4 +1,4 @@
-"""Checks of a start: times of the samples, joints that the state must meet, redundant joints, what acts from outside."""
+"""Checks of a start: sample times, joints that it must meet, redundant joints; and what acts from outside."""
 
 from __future__ import annotations
 
