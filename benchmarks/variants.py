@@ -94,8 +94,8 @@ def per_second(count: int, workers: int) -> list[dict[str, Any]]:
             tasks.outcome_of(content, {f"parts.{key}": v for key, v in one.items()}, KEEP, shared) for one in listed
         ],
         "with_values": lambda: [system.with_values(one).simulate(keep=KEEP) for one in listed],
-        "simulate_many, 1": lambda: system.simulate_many(listed, KEEP, workers=1),
-        f"simulate_many, {workers}": lambda: system.simulate_many(listed, KEEP, workers=workers),
+        "simulate_many, 1": lambda: evolvent.simulate_many(system, listed, KEEP, workers=1),
+        f"simulate_many, {workers}": lambda: evolvent.simulate_many(system, listed, KEEP, workers=workers),
     }
     system.simulate(keep=KEEP)
     rows, bits = [], {}

@@ -81,7 +81,7 @@ def variants(spec: dict[str, Any], options: dict[str, Any], step: float) -> Call
     kept = {axis: f"body.position.{axis}.last" for axis in "xyz"}
 
     def run() -> dict[str, Any]:
-        found = system.simulate_many(
+        found = evolvent.simulate_many(system, 
             {"body.mass": spec["masses"]}, list(kept.values()), workers=options["threads"], until=until, every=until,
             method="rk4", step=step,
         )  # fmt: skip

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import analysis, cases
+from evolvent import cases
+from evolvent.analysis.runs import plan
+from evolvent.analysis.settings import sample_times
 from evolvent.results.fine_samples import Times
 from evolvent.results.observe import View
 from evolvent.results.observe.contact import touching_span
@@ -121,7 +123,7 @@ def simulated(assembly: Assembly, case: Any) -> Run:
     system = cases.system(case.system)
     settings = system.settings(case)
     settings.pop("fine", None)  # the samples about the whip are chosen here
-    even = analysis.sample_times(settings.pop("until"), settings.pop("every"), values=assembly.y.size)
+    even = sample_times(settings.pop("until"), settings.pop("every"), values=assembly.y.size)
     times = Times.of(even, system.between(case), fine=False, values=assembly.y.size)
     found = _read(_solved(assembly, times.all, settings), case, times.regular)
     at = found.t[found.peak]
@@ -134,7 +136,7 @@ def simulated(assembly: Assembly, case: Any) -> Run:
 
 
 def _solved(assembly: Assembly, times: Array, settings: Mapping[str, Any]) -> Solution:
-    prepared, _ = analysis.plan(assembly, times, **settings)
+    prepared, _ = plan(assembly, times, **settings)
     found: Solution = prepared.run(None).or_start(0.0)
     return found
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from evolvent.analysis.variation import Composed
 from evolvent.assembly.references import split_reference
 from evolvent.parts.base import Part, Reference
 from evolvent.solvers.modal.modal import Modes
@@ -17,7 +18,6 @@ from evolvent_base.schema import marks
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.analysis.system import System
 
 Array = np.ndarray
 #: Order p in the length of the elements of results of beams, rods and threads.
@@ -48,7 +48,7 @@ def richardson(coarse: Array, fine: Array) -> MeshError:
     return MeshError(found, np.divide(off, size, out=np.where(off == 0.0, 0.0, np.nan), where=size > 0.0))
 
 
-def refined(system: System) -> System:
+def refined(system: Composed) -> Composed:
     """The system with every element of its beams, rods and threads in halves; references to nodes follow.
 
     Raises

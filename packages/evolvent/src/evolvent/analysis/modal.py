@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from evolvent import __version__
 from evolvent.analysis.mesh_error import MeshError
 from evolvent.solvers.common.sampled import empty
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.modal.modal import NOTHING, Modes
-from evolvent_base import files
+from evolvent_base import __version__, files
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import __version__
 from evolvent.analysis.margins.factors import CATEGORIES, Standard
 from evolvent.analysis.margins.keys import Margin
 from evolvent.analysis.margins.tables import Table
 from evolvent.model.shares import DAMPING
-from evolvent_base import files
+from evolvent_base import __version__, files
 from evolvent_base.errors import InputError, nearest
 from evolvent_base.figures import Figure, Line, Panel, stacked
 

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from evolvent import analysis, cases
+from evolvent import cases
+from evolvent.analysis import trees
 from evolvent.analysis.sensitivity import jacobian
 from evolvent.design.calibration import observed, uncertainty
 from evolvent.design.evaluator.differences import central
@@ -106,7 +107,7 @@ class SeriesRuns(Runs):
             system = self.system.finer(level).system(cases.load(content))
 
             def series(solution: Any, content: Any = content) -> Array:
-                run = analysis.observed(solution, self._names, system=content["system"], root={})
+                run = trees.observed(solution, self._names, system=content["system"], root={})
                 both = zip(self.measured.series, self.weights, strict=True)
                 return np.concatenate([observed.values(run, one, content) * w for one, w in both])
 

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from evolvent import __version__
 from evolvent.design.evaluator.record import Table
 from evolvent.design.evaluator.sources import sources, versions
 from evolvent.design.studies.axes import Axis
 from evolvent.design.studies.study import Study
+from evolvent_base import __version__
 
 
 def table(rows: Table, dims: Sequence[str], shape: Sequence[int]) -> xr.Dataset:
