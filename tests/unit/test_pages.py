@@ -10,7 +10,8 @@ import pytest
 
 from evolvent.results.motion import Line, Motion
 from evolvent.view import animation
-from evolvent_base import pages
+from evolvent_base import pages, showing
+from evolvent_base.answer import Answer, Captioned, Frame, Listing, Points, Remark, Section, Table
 
 HOSTILE = (
     """</title></script><script>alert(1)</script>"' onload=alert(2) <img src=x onerror=alert(3)> & {{ 7 * 7 }} @DATA@"""
@@ -97,47 +98,24 @@ def picture():
     return pages.picture(b"<svg/>", "svg+xml", HOSTILE)
 
 
-def test_a_report_escapes_what_a_case_and_a_run_hold(picture):
-    names = ("results", "animation", "figures", "balances", "case", "provenance")
+def test_an_answer_escapes_every_text(picture):
     rows = [(HOSTILE, HOSTILE)]
-    text = pages.render(
-        "report.html",
-        title=HOSTILE,
-        status=HOSTILE,
-        good=True,
-        facts=[HOSTILE],
-        notes=[{"kind": "warning", "heading": HOSTILE, "texts": [HOSTILE]}],
-        sections=dict.fromkeys(names, HOSTILE),
-        results=rows,
-        animation={"title": HOSTILE, "page": HOSTILE, "stills": [picture]},
-        figures=[picture],
-        balances={
-            "defects": [(HOSTILE,) * 4],
-            "kept": [{"name": HOSTILE, "unit": HOSTILE, "rows": [(HOSTILE,) * 5]}],
-        },
-        case=HOSTILE,
-        provenance=rows,
-    )
-    page = check(text)
+    blocks = [
+        HOSTILE, Table(heads=(HOSTILE, HOSTILE), rows=rows, title=HOSTILE), Listing(HOSTILE), Points([HOSTILE]),
+        Remark(HOSTILE),
+        Captioned(picture, HOSTILE), Frame(HOSTILE, HOSTILE, [picture]), picture,
+    ]  # fmt: skip
+    answer = Answer(
+        title=HOSTILE, about=HOSTILE, status=(HOSTILE, True), facts=rows, heads=[HOSTILE], warnings=[HOSTILE],
+        sections=[Section(title=HOSTILE, blocks=blocks), Section(title=HOSTILE, blocks=[HOSTILE], kind="warning")],
+        notes=[HOSTILE], made=HOSTILE, contents=True,
+    )  # fmt: skip
+    page = check(showing.page(answer))
     (frame,) = (attrs for tag, attrs in page.tags if tag == "iframe")
     assert frame["srcdoc"] == frame["title"] == HOSTILE
     assert frame["sandbox"] == "allow-scripts"
     assert ("title", HOSTILE) in page.text
-
-
-def test_a_calibration_escapes_keys_and_values(picture):
-    text = pages.render(
-        "calibration.html",
-        title=HOSTILE,
-        parameters=[(HOSTILE,) * 4],
-        summary=[HOSTILE],
-        residuals=picture,
-        names=[HOSTILE],
-        correlation=[(HOSTILE, HOSTILE)],
-        values=[(HOSTILE,) * 4],
-        case=HOSTILE,
-    )
-    check(text)
+    check(showing.notebook(answer))
 
 
 def test_a_record_of_measurement_escapes_names_files_and_remarks(picture):

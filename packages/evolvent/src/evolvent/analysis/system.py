@@ -16,9 +16,11 @@ from evolvent.assembly.order import in_order
 from evolvent.assembly.variants import Variants
 from evolvent.parts.base import Part, check_name
 from evolvent_base import units
+from evolvent_base.answer import Answer, Section, Table
 from evolvent_base.errors import InputError, RunFailed, nearest
 from evolvent_base.progress import on_stderr
 from evolvent_base.schema import check_visible
+from evolvent_base.showing import Answered
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -34,7 +36,7 @@ def _check_part(part: Any) -> None:
 _GRAVITY = units.Vector(quantity=units.Quantity(what="an acceleration", unit="m/s^2", example="9.81 m/s^2"))
 
 
-class System:
+class System(Answered):
     """A mechanical system, composed part by part.
 
     Parameters
@@ -149,21 +151,21 @@ class System:
         """All parts by name, in the order in which they were added."""
         return MappingProxyType(self._parts)
 
-    def _repr_html_(self) -> str:
-        """Kinds and number of the parts, for notebooks."""
-        from evolvent.view import notebook
-
+    def answer(self) -> Answer:
+        """Kinds and number of the parts."""
         kinds: dict[str, list[str]] = {}
         for name, part in self._parts.items():
             kinds.setdefault(str(type(part).model_fields["kind"].default), []).append(name)
-        rows = [["kind", "number", "names"]] if kinds else []
-        for kind, names in kinds.items():
-            rows.append([kind, str(len(names)), ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")])
+        rows = [
+            (kind, str(len(names)), ", ".join(names[:6]) + (", ..." if len(names) > 6 else ""))
+            for kind, names in kinds.items()
+        ]
         facts = [("parts", str(len(self._parts)))]
         if np.any(self._gravity):
             facts.append(("gravity", f"{self._gravity.tolist()} m/s²"))
         facts += [(name, str(self.settings[name])) for name in ("until", "method") if name in self.settings]
-        return notebook.summary(self.title or "System", facts, rows=rows)
+        parts = Section(title="Parts", blocks=[Table(heads=("kind", "number", "names"), rows=rows)] if rows else [])
+        return Answer(title=self.title or "System", facts=facts, sections=[parts])
 
     def copy(self) -> System:
         """The same parts in its own system."""

@@ -12,10 +12,13 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.design.calibration import data, observed, uncertainty
+from evolvent.design.calibration.answer import answer_of
 from evolvent.design.calibration.residuals import Residuals, SeriesRuns
 from evolvent.results.measurements import Series
 from evolvent_base import schema, units
+from evolvent_base.answer import Answer
 from evolvent_base.errors import InputError, RunFailed, nearest
+from evolvent_base.showing import Shown
 
 Array = np.ndarray
 #: Smallest singular value of the scaled derivatives over the largest, below which the data cannot separate parameters:
@@ -51,7 +54,7 @@ class Reference:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
-class Calibration:
+class Calibration(Shown):
     """A fit.
 
     Attributes
@@ -92,19 +95,17 @@ class Calibration:
     model: str
     derivatives: str
 
+    named = "calibrations"
+    endings = (".json", ".yaml")
+
     @property
     def rms(self) -> float:
         """Root mean square of the residuals."""
         return float(np.sqrt(np.mean(self.residuals**2)))
 
-    def _repr_html_(self) -> str:
-        """Fitted values and residuals with their figure, for notebooks."""
-        from evolvent.design.calibration import report
-        from evolvent.view import notebook
-
-        rows = [report.HEADS, *report.rows(self)]
-        notes, drawn = report.summary(self), [report.figure(self)]
-        return notebook.summary(f"Calibration by {self.source}", rows=rows, notes=notes, figures=drawn)
+    def answer(self) -> Answer:
+        """Fitted values, residuals with their figure, and files."""
+        return answer_of(self)
 
 
 def calibrate(

@@ -14,13 +14,16 @@ import xarray as xr
 
 from evolvent import cases
 from evolvent.design.dispersions import order, sensitivity
+from evolvent.design.dispersions.answer import answer_of
 from evolvent.design.evaluator.evaluator import Progress
 from evolvent.design.evaluator.pools import Report
 from evolvent.design.studies import draws, runner
 from evolvent.design.studies.study import Study, first_plan, read as read_study
 from evolvent.results import variables
 from evolvent.results.kept import ENDINGS, split, stored_name
+from evolvent_base.answer import Answer
 from evolvent_base.errors import InputError
+from evolvent_base.showing import Shown
 from evolvent_base.units import unit_text
 
 Array = np.ndarray
@@ -113,7 +116,7 @@ class Output:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
-class Dispersion:
+class Dispersion(Shown):
     """An evaluated study.
 
     Attributes
@@ -139,6 +142,9 @@ class Dispersion:
     failures: tuple[Failure, ...]
     notes: tuple[str, ...]
 
+    named = "results"
+    endings = (".csv", ".nc")
+
     def __getitem__(self, name: str) -> Output:
         """The result of a name."""
         for one in self.outputs:
@@ -151,16 +157,9 @@ class Dispersion:
         """Coverage and confidence in short: "95/95"."""
         return f"{100 * self.coverage:.6g}/{100 * self.confidence:.6g}"
 
-    def _repr_html_(self) -> str:
-        """Bounds of the results, what the runs are, failures and the first figure, for notebooks."""
-        from evolvent.design.dispersions import report
-        from evolvent.view import notebook
-
-        rows = [report.heads(self), *report.summary(self)]
-        return notebook.summary(
-            f"Dispersion {self.name}", rows=rows, notes=report.sentences(self), figures=report.figures(self)[:1],
-            warnings=notebook.failed([one.reason for one in self.failures]),
-        )  # fmt: skip
+    def answer(self) -> Answer:
+        """Bounds of the results, what the runs are, sensitivities, failures, figures and files."""
+        return answer_of(self)
 
 
 def disperse(

@@ -12,11 +12,14 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.analysis.system import System
+from evolvent.design.optimization.answer import answer_of
 from evolvent.design.optimization.problem import Problem, Progress, read
 from evolvent.design.optimization.runs import Designs, OutOfRuns, Result, short
 from evolvent.design.optimization.slopes import DIFFERENCES, WAYS, Slopes
 from evolvent.design.optimization.trade import Trade, trade
+from evolvent_base.answer import Answer
 from evolvent_base.errors import InputError, RunFailed
+from evolvent_base.showing import Shown
 
 Array = np.ndarray
 #: Optimisers of SciPy that are used.
@@ -49,7 +52,7 @@ class Found:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
-class Design:
+class Design(Shown):
     """The outcome of a search.
 
     Attributes
@@ -79,6 +82,9 @@ class Design:
     derivatives: str
     finer: Result
 
+    named = "designs"
+    endings = (".yaml",)
+
     @property
     def values(self) -> dict[str, Any]:
         """Key of the case -> its value in the best design."""
@@ -94,13 +100,9 @@ class Design:
         """The case with the best design, as a file holds it."""
         return cases.written(cases.load(self.problem.content, self.values))
 
-    def _repr_html_(self) -> str:
-        """The design, its keys and the figure of the search, for notebooks."""
-        from evolvent.design.optimization import report
-        from evolvent.view import notebook
-
-        rows, notes = [report.KEY_HEADS, *report.key_rows(self)], report.sentences(self)
-        return notebook.summary("Design", rows=rows, notes=notes, figures=[report.figure(self)])
+    def answer(self) -> Answer:
+        """The design, what it was sought for, its keys, requirements and tolerances, figure and file."""
+        return answer_of(self)
 
     def missed(self) -> list[str]:
         """Requirements that the best design does not meet, with its values."""

@@ -1,43 +1,59 @@
-"""What is shown of a calibration: text, figure, files and report page."""
+"""A calibration as an answer: fitted parameters, residuals, correlation, a figure and files."""
 
 from __future__ import annotations
 
-import json
-import pathlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from evolvent import cases
-from evolvent.design.calibration.fit import Calibration
-from evolvent_base import files, pages
+from evolvent_base import answer as an
 from evolvent_base.figures import Figure, Line, Panel
+
+if TYPE_CHECKING:
+    from evolvent.design.calibration.fit import Calibration
 
 #: Correlations that are named in the text.
 STRONG = 0.95
-#: Heads of the columns of `rows`.
-HEADS = ("parameter", "fitted", "standard error", "start")
 #: Number of residuals from which their correlation is looked at.
 MANY = 10
 
 
-def rows(found: Calibration) -> list[tuple[str, str, str, str]]:
+def answer_of(found: Calibration) -> an.Answer:
+    """What was fitted."""
+    names = [p.key for p in found.parameters]
+    correlation = [
+        (name, *(f"{c:.3f}" for c in row)) for name, row in zip(names, found.correlation.tolist(), strict=True)
+    ]
+    values = [
+        (label, f"{measured:.6g} {one.unit}", f"{model:.6g} {one.unit}", f"{model - measured:.3g} {one.unit}")
+        for one, modelled in zip(found.series, found.modelled, strict=True)
+        for label, measured, model in zip(one.labels, one.values, modelled, strict=True)
+    ]
+    tables = {
+        "Correlation": an.Table(heads=("", *names), rows=correlation),
+        "Values": an.Table(heads=("", "measured", "model", "difference"), rows=values),
+    }
+    case = cases.to_yaml(cases.load(dict(found.case)))
+    return an.Answer(
+        title=f"Calibration of {found.case['system'].replace('-', ' ')} by {found.source}",
+        sections=[
+            an.Section(title="Parameters", blocks=[parameters(found), *summary(found), figure(found)]),
+            *(an.Section(title=name, blocks=[table], level=an.PAGE) for name, table in tables.items()),
+            an.Section(title="Case with the fitted values", blocks=[an.Listing(case)], level=an.PAGE),
+        ],
+        files={"calibration.json": lambda: an.as_json(to_dict(found)), "case.yaml": lambda: case},
+    )
+
+
+def parameters(found: Calibration) -> an.Table:
     """Key, fitted value, standard error and value at the start of every parameter."""
     table = []
     for p, value, error in zip(found.parameters, found.values, found.errors, strict=True):
         unit = f" {p.unit}" if p.unit else ""
         digits = max(2, int(np.ceil(np.log10(abs(value) / error))) + 2) if error > 0.0 and value != 0.0 else 6
         table.append((p.key, f"{value:.{min(digits, 12)}g}{unit}", f"{error:.2g}{unit}", f"{p.start:.6g}{unit}"))
-    return table
-
-
-def text(found: Calibration) -> str:
-    """The result as lines for the screen."""
-    table = [HEADS, *rows(found)]
-    widths = [max(len(row[k]) for row in table) for k in range(4)]
-    lines = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in table]
-    lines += ["", *summary(found)]
-    return "\n".join(lines)
+    return an.Table(heads=("parameter", "fitted", "standard error", "start"), rows=table)
 
 
 def summary(found: Calibration) -> list[str]:
@@ -103,70 +119,19 @@ def figure(found: Calibration) -> Figure:
     return Figure(name="calibration", title="Measured values, model and residuals", panels=panels, height=140.0)
 
 
-def write(found: Calibration, folder: pathlib.Path) -> list[str]:
-    """Write files of a calibration; returns their names."""
-    from evolvent_base import plots
-
-    content: dict[str, Any] = {
-        "source": found.source,
-        "model": found.model,
-        "derivatives": found.derivatives,
+def to_dict(found: Calibration) -> dict[str, Any]:
+    """Numbers and texts, as the JSON file has them."""
+    of = zip(found.parameters, found.values, found.errors, found.integration, strict=True)
+    both = zip(found.series, found.modelled, strict=True)
+    return {
+        "source": found.source, "model": found.model, "derivatives": found.derivatives,
         "parameters": [
-            {
-                "key": p.key,
-                "value": float(v),
-                "standard_error": float(e),
-                "of_integration": float(i),
-                "start": p.start,
-                "unit": p.unit,
-            }
-            for p, v, e, i in zip(found.parameters, found.values, found.errors, found.integration, strict=True)
+            {"key": p.key, "value": v, "standard_error": e, "of_integration": i, "start": p.start, "unit": p.unit}
+            for p, v, e, i in of
         ],
-        "correlation": found.correlation.tolist(),
-        "rms": found.rms,
-        "integration": found.accuracy,
+        "correlation": found.correlation, "rms": found.rms, "integration": found.accuracy,
         "references": {label: other.rms for label, other in found.references.items()},
         "series": [
-            {
-                "name": s.name,
-                "unit": s.unit,
-                "labels": list(s.labels),
-                "measured": s.values.tolist(),
-                "modelled": m.tolist(),
-            }
-            for s, m in zip(found.series, found.modelled, strict=True)
+            {"name": s.name, "unit": s.unit, "labels": s.labels, "measured": s.values, "modelled": m} for s, m in both
         ],
-    }
-    texts = {
-        "calibration.json": json.dumps(content, indent=1),
-        "case.yaml": cases.to_yaml(cases.load(dict(found.case))),
-        "report.html": page(found),
-    }
-    for name, body in texts.items():
-        files.write_file(str(folder / name), body)
-    plots.save(figure(found), str(folder / "calibration.png"))
-    return ["report.html", "calibration.png", "calibration.json", "case.yaml"]
-
-
-def page(found: Calibration) -> str:
-    """The report as one HTML page that needs nothing else."""
-    from evolvent.exports.figure_pictures import figure_picture
-
-    names = [p.key for p in found.parameters]
-    return pages.render(
-        "calibration.html",
-        title=f"Calibration: {found.case['system'].replace('-', ' ')}",
-        parameters=rows(found),
-        summary=summary(found),
-        residuals=figure_picture(figure(found)),
-        names=names,
-        correlation=[
-            (name, *(f"{c:.3f}" for c in row)) for name, row in zip(names, found.correlation.tolist(), strict=True)
-        ],
-        values=[
-            (label, f"{measured:.6g} {one.unit}", f"{model:.6g} {one.unit}", f"{model - measured:.3g} {one.unit}")
-            for one, modelled in zip(found.series, found.modelled, strict=True)
-            for label, measured, model in zip(one.labels, one.values, modelled, strict=True)
-        ],
-        case=cases.to_yaml(cases.load(dict(found.case))),
-    )
+    }  # fmt: skip
