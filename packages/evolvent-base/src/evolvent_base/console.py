@@ -62,7 +62,7 @@ def made_table(heads: Sequence[str], rows: Sequence[Sequence[str]], *, words: in
 
     headed = any(heads)
     made = Table(box=None, pad_edge=False, header_style="dim", show_header=headed)
-    for k in range(len(rows[0])):
+    for k in range(len(heads) or len(rows[0])):
         head = Text(visible(heads[k])) if headed else ""
         made.add_column(head, justify="right" if k >= words else "left", overflow="fold")
     for row in rows:

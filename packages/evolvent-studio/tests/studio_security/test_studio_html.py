@@ -16,7 +16,7 @@ from evolvent.results.motion import Line as Thread, Motion
 from evolvent.view import animation
 from evolvent_base import plots, showing
 from evolvent_base.figures import Figure, Line, Panel
-from evolvent_massprops import certificate, mass_properties
+from evolvent_massprops import mass_properties
 from studio.conftest import AT_ONCE, browser  # noqa: F401  (a fixture)
 from studio.serving import SHORT, WAIT, choose, part, serving, settle
 
@@ -134,7 +134,7 @@ def test_a_certificate_holds_texts_as_texts(tmp_path):
         "stand": {"kind": "torsion", "stiffness": "9 +- 0.009 N m/rad"},
         "tare": [{"inertia": "0.05 +- 0.0001 kg m^2", "name": IMAGE}],
     }
-    certificate.write(mass_properties(str(path), description), tmp_path / "certificate.html")
+    mass_properties(str(path), description).report(tmp_path / "certificate.html")
     page = (tmp_path / "certificate.html").read_text(encoding="utf-8")
     assert page.count("hacked") > 8
     assert_harmless(page, scripts=0)
