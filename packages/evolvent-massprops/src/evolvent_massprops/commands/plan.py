@@ -60,9 +60,7 @@ def plan(stand: str, uncertainty: str, runs: int | None, output: str | None, ass
             f"(each to {1.0 / math.sqrt(2.0 * runs):.0%})"
         )
     if drawn is not None and output is not None:
-        from evolvent_massprops.mode_figures import planned
-
-        echo(f"figure: {plots.save(planned(*drawn, found), output)}")
+        echo(f"figure: {plots.save(planning.planned(*drawn, found), output)}")
 
 
 def _share(text: str) -> float:

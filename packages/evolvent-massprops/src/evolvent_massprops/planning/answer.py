@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from evolvent_base import answer as an
+from evolvent_base.figures import Figure, Line, Panel
 from evolvent_massprops.rounding import shown
 from evolvent_massprops.spring_keys import CALIBRATED
 
@@ -147,3 +151,15 @@ def _options(title: str, options: tuple[Option, ...]) -> an.Table:
         least = (f"{o.pulls[0].least:.3g}",) if energy else ()
         rows.append((first, *least, length, f"{o.rate:.4g}", *(cells or [o.reason])))
     return an.Table(heads=heads, rows=rows, title=title)
+
+
+def planned(duration: np.ndarray, worst: np.ndarray, labels: Sequence[str], found: Plan) -> Figure:
+    """Largest relative uncertainty over the length of the record (n,), of every pull (pulls, n)."""
+    lines = [
+        Line(x=duration, y=100.0 * row, label=label, color=k, width=1.0)
+        for k, (row, label) in enumerate(zip(worst, labels, strict=True))
+    ]
+    wanted = Line(x=duration[[0, -1]], y=np.full(2, 100.0 * found.wanted), label="wanted", color="gray", width=0.8)
+    label = f"largest expanded uncertainty (k = {found.factor:g}), %"
+    panel = Panel(x_label="length of the record, s", y_label=label, lines=[*lines, wanted], log_x=True, log=True)
+    return Figure(name="plan", title="Uncertainty over the length of the record", panels=[panel], columns=1)

@@ -2,5 +2,4 @@
 
 from evolvent_papers.drives.bounds import Bounds as Bounds
 from evolvent_papers.drives.motion import Measures as Measures, Motion as Motion
-from evolvent_papers.drives.report import figure as figure, text as text
 from evolvent_papers.drives.search import Design as Design, design as design

@@ -9,8 +9,11 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
+from evolvent_base.answer import Answer
 from evolvent_base.errors import RunFailed
+from evolvent_base.showing import Shown
 from evolvent_papers.drives import motion as mo
+from evolvent_papers.drives.answer import answer_of
 from evolvent_papers.drives.bounds import Bounds, Task, task as task_of
 
 Array = np.ndarray
@@ -34,7 +37,7 @@ FURTHER, MOST_FURTHER = 4, 3
 
 
 @dataclasses.dataclass(frozen=True)
-class Design:
+class Design(Shown):
     """A drive that was found.
 
     Attributes
@@ -56,6 +59,13 @@ class Design:
     others: Mapping[str, mo.Motion]
     corners: Mapping[tuple[float, float], mo.Motion]
     evaluations: int
+
+    named = "drives"
+    endings = (".yaml",)
+
+    def answer(self) -> Answer:
+        """Measures beside bounds, models of the blade, corners, a figure and a file."""
+        return answer_of(self)
 
     @property
     def largest(self) -> mo.Measures:

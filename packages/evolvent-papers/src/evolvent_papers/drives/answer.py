@@ -1,12 +1,18 @@
-"""A designed drive as text and figure."""
+"""A designed drive as an answer: measures beside bounds, models of the blade, corners, a figure."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from evolvent import cases
+from evolvent_base import answer as an
 from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_papers.drives import motion as mo
-from evolvent_papers.drives.search import Design
+
+if TYPE_CHECKING:
+    from evolvent_papers.drives.search import Design
 
 #: Words, unit and factor to it of each measure.
 WORDS = {
@@ -17,6 +23,31 @@ WORDS = {
     "tension": ("tension at the spool", "mN", 1e3),
     "spool_torque": ("torque on the spool", "mN m", 1e3),
 }
+
+
+#: Heads of lags.
+_LAGS = ("peak lag, deg", "swing of the tip, deg", "swing at the spool, deg")
+
+
+def answer_of(found: Design) -> an.Answer:
+    """Measures beside bounds, models of the blade, corners, a figure and a file."""
+    last = ("worst corner",) if found.corners else ()
+    missed = text(found)
+    tables = {
+        "Designed drive": (("", "bound", "constant rate", "designed", "other models", *last), rows(found)),
+        "Models of the blade": (("segments", *_LAGS), models(found)),
+        "Errors of inertia and spin": (("inertia", "spin", *_LAGS), corners(found)),
+    }
+    first = "A designed drive; " + (f"bounds not met: {missed}" if missed else "all bounds are met")
+    return an.Answer(
+        title="Designed drive of the spools", warnings=[f"bounds are not met: {missed}"] if missed else [],
+        sections=[
+            *(an.Section(title=title, blocks=[an.Table(heads=heads, rows=of)])
+              for title, (heads, of) in tables.items() if of),
+            an.Section(title="Drive", blocks=[figure(found)], level=an.PAGE),
+        ],
+        files={"drive.yaml": lambda: f"# {first}\n{cases.dump(found.content)}"},
+    )  # fmt: skip
 
 
 def rows(found: Design) -> list[tuple[str, ...]]:
