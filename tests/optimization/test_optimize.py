@@ -9,7 +9,7 @@ import pytest
 
 import evolvent as ev
 from evolvent import cases, parts
-from evolvent.design.optimization import report
+from evolvent.design.optimization import answer
 from evolvent.design.optimization.problem import read
 from evolvent.design.optimization.runs import Designs, quantile
 from evolvent.design.optimization.slopes import Slopes
@@ -60,7 +60,7 @@ def test_the_softest_spring_that_latches_in_time() -> None:
     assert costs["parts.mass.mass"].changes[0] == pytest.approx(max(late, end * (1.0 - 0.98**0.5)), rel=1e-3)
     assert costs["parts.mass.mass"].cost == pytest.approx(rate_at(best) / end * late, rel=0.02)
     assert costs["parts.mass.mass"].exceeds == (0,)
-    text = report.text(found)
+    text = str(found)
     assert "slide.latch_time <= 4 s" in text
     assert "active" in text
     again = slide().with_values(found.values).simulate(keep=["slide.latch_time.last"])
@@ -80,7 +80,7 @@ def test_derivatives_of_the_discrete_solution_lead_to_the_same_design() -> None:
         assert found.trade is not None
         assert found.trade.multipliers[0] == pytest.approx(rate_at(best) / 4.0, rel=1e-3)
         assert found.derivatives == words
-        assert f"derivatives: {words}" in report.sentences(found)
+        assert f"derivatives: {words}" in found.answer().heads
 
 
 @pytest.mark.slow
@@ -135,7 +135,7 @@ def test_a_dispersion_takes_its_quantile() -> None:
     stiffness = found.values[STIFFNESS]
     assert found.objective == pytest.approx(REST * math.sqrt(stiffness / light) * math.sin(PHASE), rel=1e-4)
     assert found.runs % 10 == 0 or found.trade is not None
-    assert any("10 runs with dispersed keys" in line for line in report.sentences(found))
+    assert any("10 runs with dispersed keys" in line for line in found.answer().heads)
 
 
 @pytest.mark.slow
@@ -148,7 +148,7 @@ def test_choices_are_all_tried() -> None:
     assert found.values == {STIFFNESS: 0.25}
     assert found.runs == 4
     assert found.trade is None
-    rows = report.end_rows(found)
+    rows = answer.end_table(found).rows
     assert [row[3] for row in rows] == ["yes", "no", "yes", "yes"]
 
 
@@ -160,7 +160,7 @@ def test_what_cannot_be_met_is_reported_with_the_nearest_design() -> None:
     assert not found.met
     assert found.values[STIFFNESS] == pytest.approx(2.0, rel=1e-6)
     assert found.missed()[0].startswith("slide.latch_time <= 1 s (it is 1.40")
-    assert any("meets all requirements" in line for line in report.sentences(found))
+    assert any("meets all requirements" in line for line in found.answer().warnings)
 
 
 @pytest.mark.slow
@@ -196,17 +196,17 @@ def test_runs_are_limited_and_the_best_so_far_is_kept() -> None:
     assert found.exhausted
     assert found.runs <= 6
     assert found.met
-    assert any("no runs left" in line for line in report.sentences(found))
+    assert any("no runs left" in line for line in found.answer().heads)
 
 
 def test_a_design_is_a_case(tmp_path) -> None:
     found = ev.optimize(slide(0.4), vary={STIFFNESS: [0.25, 0.4]}, minimize="slide.latch_rate")
     loaded = cases.load(found.content)
     assert loaded.parts["slide"].stiffness == 0.25
-    report.write(found, tmp_path / "design.html")
+    found.report(tmp_path / "design.html")
     page = (tmp_path / "design.html").read_text()
     assert "Design: minimize slide.latch_rate" in page
-    assert report.figure(found).panels
+    assert found.answer().figures[0].panels
 
 
 def test_quantiles_are_order_statistics() -> None:

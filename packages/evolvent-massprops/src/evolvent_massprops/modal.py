@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from typing import NamedTuple
 
 import numpy as np
 
 from evolvent_base import units
+from evolvent_base.answer import Answer, Section, Table
 from evolvent_base.errors import InputError
+from evolvent_base.showing import Shown
+from evolvent_massprops import mode_figures
 from evolvent_massprops.description import Pendulum, Signalling
 from evolvent_massprops.identification import Modes, identify
 from evolvent_massprops.identification.clipping import clipped
@@ -17,6 +21,7 @@ from evolvent_massprops.identification.orders import WHITE, whiteness
 from evolvent_massprops.identification.signals import Signal, read_signal
 from evolvent_massprops.identification.swing_starts import Kind
 from evolvent_massprops.recordings import Reading
+from evolvent_massprops.rounding import shown
 
 #: A mode this near to half the sampling rate may be a faster one seen through too few samples.
 EDGE = 0.9
@@ -36,7 +41,7 @@ UNDERSTATED = 3.0
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Modal:
+class Modal(Shown):
     """Modes of a recording.
 
     Attributes
@@ -65,6 +70,24 @@ class Modal:
     warnings: tuple[str, ...]
     hum: tuple[int, ...] = ()
     clipped: tuple[str, ...] = ()
+
+    named = "modes"
+
+    def answer(self) -> Answer:
+        """Modes with the largest amplitude of each and where it is, figures, notes on the recording, and warnings."""
+        m, reading, turn, rows = self.modes, self.reading, 2.0 * np.pi, []
+        unit = "" if reading.unit == "dimensionless" else f" {reading.unit}"
+        for k in range(m.order):
+            wide, c = self.widening[k], int(m.amplitude[k].argmax())
+            f, std = m.frequency[k], wide * m.frequency_std[k]
+            row = shown(f / turn, std / turn), shown(f, std), shown(m.damping_ratio[k], wide * m.damping_ratio_std[k])
+            where = f", {reading.names[c]}" if len(reading.names) > 1 else ""
+            rows.append((f"mode {k + 1}", *row, f"{m.amplitude[k, c]:.4g}{unit}{where}"))
+        heads = ("", "frequency Hz", "frequency rad/s", "damping ratio", "largest amplitude")
+        title = f"modes of {os.path.basename(reading.source.path)}"
+        blocks = [Table(heads=heads, rows=rows), *mode_figures.figures(m, reading.unit)]
+        sections = [Section(title=title, blocks=blocks)]
+        return Answer(title=title, sections=sections, warnings=[*reading.notes, *self.warnings])
 
     @property
     def frequency_std(self) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent_base import progress
-from evolvent_massprops import certificate, description
+from evolvent_massprops import description
 from evolvent_massprops.measurement import mass_properties
 from evolvent_massprops.rounding import rounded
 from evolvent_studio.worker import CASE, CERTIFICATE, parsed
@@ -41,5 +41,5 @@ def identify(place: pathlib.Path, job: dict[str, Any], report: Any) -> None:
     )
     with progress.shown_by(report.stage):
         progress.report("drawing the certificate")
-        certificate.write(found, place / CERTIFICATE)
+        found.report(place / CERTIFICATE)
     report.send(status="success", message="")

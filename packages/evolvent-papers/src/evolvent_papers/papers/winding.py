@@ -153,7 +153,7 @@ class Model:
         return assembly
 
     def settings(self, trial: Trial) -> dict[str, Any]:
-        """Options of `analysis.plan`, as `evolvent run` has them; a share of the stability limit becomes a step."""
+        """Options of `runs.plan`, as `evolvent run` has them; a share of the stability limit becomes a step."""
         assembly = self.assembly("rk4" if trial.method in EXPLICIT else trial.method)
         if trial.method in EXPLICIT:
             limit = choose_step(assembly, trial.method, None, self.end)[1]

@@ -33,12 +33,12 @@ def settings_at(
     level : float, of finer integration: the tolerance times `TOLERANCE`, or the step times `STEP`, to its power; below
         0 of coarser
     samples : (nt,) float, s
-    settings : arguments of `evolvent.analysis.plan`; with others, which stay
+    settings : arguments of `evolvent.analysis.runs.plan`; with others, which stay
 
     Raises
     ------
     InputError
-        As of `evolvent.analysis.plan`, where a step that is chosen is asked for.
+        As of `evolvent.analysis.runs.plan`, where a step that is chosen is asked for.
     """
     found = dict(settings)
     if not level:

@@ -26,6 +26,7 @@ from evolvent.solvers.common.laws import law_failure
 from evolvent.solvers.sensitivity.neighbours import Neighbours, TooFar
 from evolvent.solvers.time.implicit import plan as implicit
 from evolvent_base import schema, units
+from evolvent_base.answer import Answer, Section, Table, as_csv
 from evolvent_base.errors import EvolventError, InputError, RunFailed, nearest
 
 if TYPE_CHECKING:
@@ -392,3 +393,21 @@ def _ratio(unit: str, by: str) -> str:
     if by in ("", "1"):
         return unit
     return f"{unit}/({by})" if any(mark in by for mark in " /") else f"{unit}/{by}"
+
+
+def answer(found: xr.Dataset) -> Answer:
+    """Derivatives of `sensitivity`: a row for every value and key, what the errors rest on, and a file."""
+    rows = [["value", "key", "derivative", "unit", "relative", "error"]]
+    for i, value in enumerate(found["value"].values):
+        for j, key in enumerate(found["key"].values):
+            derivative, relative = float(found.derivative[i, j]), float(found.relative[i, j])
+            error = f"{float(found.derivative_error[i, j]):.2g}" if "derivative_error" in found else "-"
+            unit = str(found.unit.values[i, j])
+            rows.append([str(value), str(key), f"{derivative:.7g}", unit, f"{relative:.5g}", error])
+    attrs, title = found.attrs, f"Sensitivities, by {found.attrs['method']}"
+    return Answer(
+        title=title, sections=[Section(title=title, blocks=[Table.of(rows)])],
+        notes=[attrs["integration"]] if "integration" in attrs else [],
+        warnings=[attrs["warning"]] if "warning" in attrs else [],
+        files={"sensitivities.csv": lambda: as_csv(rows)},
+    )  # fmt: skip

@@ -10,8 +10,10 @@ import numpy as np
 
 from evolvent.analysis import runs, trees, variation
 from evolvent.analysis.composition import Composition
+from evolvent_base.answer import Answer, Section, Table
 from evolvent_base.errors import RunFailed
 from evolvent_base.progress import on_stderr
+from evolvent_base.showing import Answered
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
     from evolvent.results.kept import Kept
 
 
-class System(Composition):
+class System(Composition, Answered):
     """A mechanical system, composed part by part.
 
     Parameters
@@ -38,21 +40,21 @@ class System(Composition):
     >>> assembly = system.assemble()
     """
 
-    def _repr_html_(self) -> str:
-        """Kinds and number of the parts, for notebooks."""
-        from evolvent.view import notebook
-
+    def answer(self) -> Answer:
+        """Kinds and number of the parts."""
         kinds: dict[str, list[str]] = {}
         for name, part in self._parts.items():
             kinds.setdefault(str(type(part).model_fields["kind"].default), []).append(name)
-        rows = [["kind", "number", "names"]] if kinds else []
-        for kind, names in kinds.items():
-            rows.append([kind, str(len(names)), ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")])
+        rows = [
+            (kind, str(len(names)), ", ".join(names[:6]) + (", ..." if len(names) > 6 else ""))
+            for kind, names in kinds.items()
+        ]
         facts = [("parts", str(len(self._parts)))]
         if np.any(self._gravity):
             facts.append(("gravity", f"{self._gravity.tolist()} m/s²"))
         facts += [(name, str(self.settings[name])) for name in ("until", "method") if name in self.settings]
-        return notebook.summary(self.title or "System", facts, rows=rows)
+        parts = Section(title="Parts", blocks=[Table(heads=("kind", "number", "names"), rows=rows)] if rows else [])
+        return Answer(title=self.title or "System", facts=facts, sections=[parts])
 
     def with_values(self, values: Mapping[str, Any]) -> Self:
         """The same system with other values of some keys, which shares what does not change.

@@ -47,10 +47,12 @@ def modes(
 
     Prints frequencies (Hz), damping ratios and effective masses.
     """
+    from evolvent_base import showing
+
     _check_targets(output, figures, case)
     loaded, definition = _loaded(case, assignments)
     found = definition.modes(loaded, count=count, mesh_error=mesh_error)
-    echo(found.table())
+    showing.show(found.answer())
     if output is not None:
         found.save(output)
         echo(f"modes: {output}")

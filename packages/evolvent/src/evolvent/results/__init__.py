@@ -416,11 +416,16 @@ def save(dataset: Any, path: str | os.PathLike[str]) -> None:
     InputError
         If the file cannot be written.
     """
+    write_file(path, image(dataset))
+
+
+def image(dataset: Any) -> memoryview:
+    """A run or data set as the bytes of a NetCDF file, with its digest."""
     dataset = _listed(dataset)
     dataset = dataset.copy()
     dataset.attrs = netcdf.CONVENTIONS | dataset.attrs
     dataset.attrs = dataset.attrs | {DIGEST: digest(dataset)}
-    write_file(path, netcdf.image(dataset))
+    return netcdf.image(dataset)
 
 
 def digest(run: Any) -> str:
