@@ -44,8 +44,8 @@ class _Solves:
     """Processor time that runs take from their start to their solution."""
 
     def __init__(self) -> None:
-        self.spent, self._solution = 0.0, run.Run.solution
-        run.Run.solution = self._timed(self._solution)  # type: ignore[method-assign]
+        self.spent, self._solution = 0.0, run.MotionRun.solution
+        run.MotionRun.solution = self._timed(self._solution)  # type: ignore[method-assign]
 
     def _timed(self, solution: Any) -> Any:
         def timed(of: Any, progress: Any) -> Any:
@@ -58,7 +58,7 @@ class _Solves:
         return timed
 
     def end(self) -> None:
-        run.Run.solution = self._solution  # type: ignore[method-assign]
+        run.MotionRun.solution = self._solution  # type: ignore[method-assign]
 
 
 def beyond(case: str, keep: list[str], repeat: int) -> dict[str, Any]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from evolvent_massprops.identification import swing_model as model
 from evolvent_massprops.identification.decay_laws import DECISIVE, Choice, best_law, density_at, is_white
-from evolvent_massprops.identification.modes import Modes
+from evolvent_massprops.identification.modes import IdentifiedModes
 from evolvent_massprops.identification.orders import WHITE, search, whiteness
 from evolvent_massprops.identification.signals import Array, Signal, information
 from evolvent_massprops.identification.swing_laws import Swing
@@ -41,7 +41,7 @@ def resolved(signal: Signal) -> float:
     return 2.0 * np.pi / float(signal.time[-1])
 
 
-def groups(modes: Modes, signal: Signal) -> list[list[int]]:
+def groups(modes: IdentifiedModes, signal: Signal) -> list[list[int]]:
     """Modes nearer to each other than the record, or their own decay, resolves; the strongest group first."""
     found: list[list[int]] = []
     for k in range(modes.order):
@@ -57,8 +57,8 @@ def groups(modes: Modes, signal: Signal) -> list[list[int]]:
 
 
 def refine(
-    modes: Modes, signal: Signal, kind: Kind | None = None, decay: str = "auto", *, fixed: bool = False
-) -> Modes:
+    modes: IdentifiedModes, signal: Signal, kind: Kind | None = None, decay: str = "auto", *, fixed: bool = False
+) -> IdentifiedModes:
     """The same record with swings in place of groups of exponential modes, where they describe it better.
 
     Parameters
@@ -115,7 +115,7 @@ def refine(
 
 
 def _choose(
-    modes: Modes,
+    modes: IdentifiedModes,
     signal: Signal,
     own: Kind,
     ways: list[tuple[set[int], set[int]]],
@@ -164,7 +164,7 @@ def _readings(kind: Kind) -> list[Kind]:
     return [kind, kind._replace(reach=kind.reach._replace(factor=np.nan))]
 
 
-def _misread(modes: Modes, given: Kind) -> tuple[str, ...]:
+def _misread(modes: IdentifiedModes, given: Kind) -> tuple[str, ...]:
     """A sentence on sensors of angles that do not show the amplitude by which the frequency changes."""
     if not np.isfinite(given.reach.factor):
         return ()
@@ -181,21 +181,21 @@ def _misread(modes: Modes, given: Kind) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _is_avoided(modes: Modes, group: Iterable[int], avoid: float) -> bool:
+def _is_avoided(modes: IdentifiedModes, group: Iterable[int], avoid: float) -> bool:
     return bool(np.any(np.abs(modes.natural_frequency[list(group)] / avoid - 1.0) < 0.05))
 
 
-def _share(modes: Modes, parts: Iterable[int]) -> float:
+def _share(modes: IdentifiedModes, parts: Iterable[int]) -> float:
     """Share of some modes in the squares of all amplitudes."""
     weight = ((modes.amplitude / modes.noise) ** 2).sum(axis=1)
     return float(weight[list(parts)].sum() / weight.sum())
 
 
-def _strongest(modes: Modes, group: list[int]) -> int:
+def _strongest(modes: IdentifiedModes, group: list[int]) -> int:
     return max(group, key=lambda k: float((modes.amplitude[k] ** 2).sum()))
 
 
-def _suspicious(modes: Modes, group: list[int], signal: Signal) -> bool:
+def _suspicious(modes: IdentifiedModes, group: list[int], signal: Signal) -> bool:
     """Whether a group of exponential modes may be one swing, or leaves something of it."""
     strength = np.sqrt((modes.amplitude**2).sum(axis=1))
     if strength[group].max() < SMALL * strength.max():
@@ -210,7 +210,7 @@ def _suspicious(modes: Modes, group: list[int], signal: Signal) -> bool:
     )
 
 
-def _parts(modes: Modes, group: list[int], signal: Signal) -> list[tuple[set[int], set[int]]]:
+def _parts(modes: IdentifiedModes, group: list[int], signal: Signal) -> list[tuple[set[int], set[int]]]:
     """Modes that may be parts of a swing, and those of them by which it begins.
 
     First a group with weaker modes near it or near odd multiples of its frequency; then with strong ones near it too.
@@ -227,7 +227,7 @@ def _parts(modes: Modes, group: list[int], signal: Signal) -> list[tuple[set[int
     return found if beside <= parts else [*found, (parts | beside, beside)]
 
 
-def _near(modes: Modes, signal: Signal) -> tuple[str, ...]:
+def _near(modes: IdentifiedModes, signal: Signal) -> tuple[str, ...]:
     """Sentences on exponential modes that are nearer than the record resolves and yet no single swing."""
     found = []
     for group in groups(modes, signal):
@@ -279,7 +279,7 @@ def _wild(found: Found, signal: Signal) -> bool:
 # ------------------------------------------------------------------------------------------------ result
 
 
-def _modes(found: Found, spreads: list[float], signal: Signal, before: Modes) -> Modes:
+def _modes(found: Found, spreads: list[float], signal: Signal, before: IdentifiedModes) -> IdentifiedModes:
     """Modes of the fit by rising frequency."""
     now = found.solution
     order = np.argsort([one.pole.imag for one in now.components], kind="stable")
@@ -304,7 +304,7 @@ def _modes(found: Found, spreads: list[float], signal: Signal, before: Modes) ->
         first += size
     coefficients = found.solution.coefficients
     drift = coefficients[2 * m + 1] / signal.time[-1] if signal.degree else np.zeros(sensors)
-    modes = Modes(
+    modes = IdentifiedModes(
         method=before.method,
         order=m,
         names=signal.names,
@@ -328,7 +328,7 @@ def _modes(found: Found, spreads: list[float], signal: Signal, before: Modes) ->
     return replace(modes, warnings=warnings)
 
 
-def _sentences(modes: Modes) -> tuple[str, ...]:
+def _sentences(modes: IdentifiedModes) -> tuple[str, ...]:
     """What is said of swings that do not decay exponentially, or whose stand is not known."""
     found = []
     for k, (w, one) in enumerate(zip(modes.natural_frequency, modes.swings, strict=True)):

@@ -13,7 +13,7 @@ from evolvent_base import answer as an
 from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_base.showing import Shown
 from evolvent_papers.drives import motion as mo
-from evolvent_papers.drives.bounds import Task
+from evolvent_papers.drives.bounds import DriveTask
 
 Array = np.ndarray
 #: Words, unit and factor to it of each measure.
@@ -152,7 +152,7 @@ class Design(Shown):
 
     Attributes
     ----------
-    task : Task, what was asked
+    task : DriveTask, what was asked
     table : list of (time s, rate rad/s) rows
     end : float, s
     nominal, constant : Motion, under this drive, and under the constant rate that starts and stops at once
@@ -161,7 +161,7 @@ class Design(Shown):
     evaluations : int, runs of the search
     """
 
-    task: Task
+    task: DriveTask
     table: list[list[float]]
     end: float
     nominal: mo.Motion

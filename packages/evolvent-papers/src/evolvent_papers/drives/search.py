@@ -11,7 +11,7 @@ from evolvent import cases
 from evolvent_base.errors import RunFailed
 from evolvent_papers.drives import motion as mo
 from evolvent_papers.drives.answer import Design
-from evolvent_papers.drives.bounds import Bounds, Task, task as task_of
+from evolvent_papers.drives.bounds import Bounds, DriveTask, task as task_of
 
 Array = np.ndarray
 #: Most nodes of the blade in the first round of the search.
@@ -71,13 +71,13 @@ def design(
     drive always takes the time of the bounds: the time is no unknown of the search.
     """
     given = bounds if isinstance(bounds, Bounds) else Bounds(**dict(bounds or {}))
-    return Search(task_of(cases.load(case, dict(overrides or {})), given), progress).design()
+    return DriveSearch(task_of(cases.load(case, dict(overrides or {})), given), progress).design()
 
 
-class Search:
+class DriveSearch:
     """The search for one task."""
 
-    def __init__(self, task: Task, progress: Callable[[int, float], None] | None = None) -> None:
+    def __init__(self, task: DriveTask, progress: Callable[[int, float], None] | None = None) -> None:
         self.task, self.progress = task, progress
         self.end = float(task.bounds.time or task.constant_time)
         self.start_share, self.stop_share = (

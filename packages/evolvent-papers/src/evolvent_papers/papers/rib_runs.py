@@ -33,7 +33,7 @@ WINDOW = 0.01
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Run:
+class RibRun:
     """A winding.
 
     Attributes
@@ -100,7 +100,7 @@ class Run:
         return smooth(self.x[:, :, 0], self.x[:, :, 1], self.case.rib.element_length, FOLLOWED)
 
 
-def winding(name: str = "wrapped-rib", **keys: Any) -> Run:
+def winding(name: str = "wrapped-rib", **keys: Any) -> RibRun:
     """A run of a case, kept for the next call.
 
     Parameters
@@ -112,13 +112,13 @@ def winding(name: str = "wrapped-rib", **keys: Any) -> Run:
 
 
 @functools.lru_cache(maxsize=24)
-def _winding(name: str, keys: tuple[tuple[str, Any], ...]) -> Run:
+def _winding(name: str, keys: tuple[tuple[str, Any], ...]) -> RibRun:
     case = cases.load(name, {key.replace("__", "."): value for key, value in keys})
     system = cases.system(case.system)
     return simulated(system.build(case).assemble(), case)
 
 
-def simulated(assembly: Assembly, case: Any) -> Run:
+def simulated(assembly: Assembly, case: Any) -> RibRun:
     """A run of the assembled parts of a case, sampled again about the largest tip speed where the tip whips."""
     system = cases.system(case.system)
     settings = system.settings(case)
@@ -141,11 +141,11 @@ def _solved(assembly: Assembly, times: Array, settings: Mapping[str, Any]) -> So
     return found
 
 
-def _read(solution: Solution, case: Any, kept: Array) -> Run:
+def _read(solution: Solution, case: Any, kept: Array) -> RibRun:
     view = View.of(solution)
     x, rates = view.nodes(view.index("rib-1"))
     contact = {field: values[:, view.index("contact-1")] for field, values in view.fields["contact_surfaces"].items()}
-    return Run(
+    return RibRun(
         case=case, status=solution.status, message=solution.message, statistics=solution.statistics,
         t=solution.t, even=kept[: solution.t.size], x=x, rates=rates,
         force=contact["normal"], impulse=contact["impulse"], points=contact["touching"],
@@ -153,7 +153,7 @@ def _read(solution: Solution, case: Any, kept: Array) -> Run:
     )  # fmt: skip
 
 
-def runs(wanted: Sequence[Mapping[str, Any]], report: Callable[[str], None]) -> Iterator[Run]:
+def runs(wanted: Sequence[Mapping[str, Any]], report: Callable[[str], None]) -> Iterator[RibRun]:
     """Run one after another; an interrupted run is the last one.
 
     Parameters

@@ -21,11 +21,11 @@ class ClosedPlan:
 
     Attributes
     ----------
-    plan : Plan, of the run with the tables
+    plan : ExplicitPlan, of the run with the tables
     stepper : SteppedAssembly, that follows the loops
     """
 
-    def __init__(self, plan: explicit_plan.Plan, stepper: SteppedAssembly) -> None:
+    def __init__(self, plan: explicit_plan.ExplicitPlan, stepper: SteppedAssembly) -> None:
         self.plan, self.stepper = plan, stepper
 
     @property
@@ -60,7 +60,7 @@ class ClosedPlan:
         return solution
 
 
-def prepared(assembly: Assembly, samples: np.ndarray, **options: Any) -> explicit_plan.Plan | ClosedPlan:
+def prepared(assembly: Assembly, samples: np.ndarray, **options: Any) -> explicit_plan.ExplicitPlan | ClosedPlan:
     """A prepared explicit run, whose loops of feedback are closed where there are any.
 
     Parameters

@@ -19,7 +19,7 @@ import numpy as np
 from evolvent.analysis import closure, runs, trees
 from evolvent.analysis.methods import choose_method
 from evolvent.analysis.settings import check_run, sample_times
-from evolvent.cases import Plan
+from evolvent.cases import CasePlan
 from evolvent_base.errors import InputError, RunFailed, in_keys, naming_keys, nearest
 from evolvent_base.schema import Section
 
@@ -133,7 +133,7 @@ class SystemDefinition:
     def plan(
         self, case: Any, *, laws: Mapping[str, Any] | None = None, keep: Sequence[str] = (),
         variants: Variants | None = None,
-    ) -> Plan:  # fmt: skip
+    ) -> CasePlan:  # fmt: skip
         """The case, checked and prepared; nothing long is compiled.
 
         Parameters
@@ -148,7 +148,7 @@ class SystemDefinition:
             For whatever can be found before the run.
         """
         from evolvent.analysis import accuracy
-        from evolvent.analysis.margins.kept import KeptMargins
+        from evolvent.analysis.margins.kept_margins import KeptMargins
         from evolvent.results.fine_samples import Times
         from evolvent.results.kept import is_local, kept_of
         from evolvent.results.tree import root_of
@@ -206,7 +206,7 @@ class SystemDefinition:
             return trees.tree(solution, case="", why="", system=case.system, root=self.findings(case, solution)[0])
 
         name = explicit_plan.cache_name(assembly, method)
-        return Plan(
+        return CasePlan(
             duration=float(times[-1]), run=run, solver=name, note=note, start=start, observe=observe,
             keep=kept_values if keep else None,
         )  # fmt: skip

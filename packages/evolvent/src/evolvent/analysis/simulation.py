@@ -12,7 +12,7 @@ from evolvent.analysis.methods import choose_method
 from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
-    from evolvent.analysis.margins.kept import KeptMargins
+    from evolvent.analysis.margins.kept_margins import KeptMargins
     from evolvent.assembly.assembled import Assembly
     from evolvent.results.fine_samples import Times
     from evolvent.results.kept import Kept
@@ -40,7 +40,7 @@ def margins_of(system: Composition, assembly: Assembly, keep: Sequence[str]) -> 
     InputError
         For names that its runs will not have.
     """
-    from evolvent.analysis.margins.kept import KeptMargins
+    from evolvent.analysis.margins.kept_margins import KeptMargins
 
     if isinstance(keep, str) or not all(isinstance(name, str) for name in keep):
         raise InputError(f"keep is {keep!r}; it must be a list of variables, such as ['hub.rate.z.last']")
@@ -90,7 +90,7 @@ def kept_of_variant(
     InputError
         For values that a case would refuse.
     """
-    from evolvent.analysis.margins.kept import KeptMargins
+    from evolvent.analysis.margins.kept_margins import KeptMargins
 
     own = variation.with_values(system, values)
     settings = own._run_settings(given)

@@ -74,7 +74,7 @@ class SteppedAssembly:
             feedback.method_of(assembly, method)
         assembly, loops = feedback.with_tables(assembly, self.time, self.until)
         if method in IMPLICIT:
-            self._run = implicit.Run(
+            self._run = implicit.ImplicitRun(
                 implicit.plan(
                     assembly,
                     samples=times,

@@ -24,7 +24,7 @@ from evolvent.design.evaluator.evaluator import Evaluator
 from evolvent.design.evaluator.log import Log
 from evolvent.design.evaluator.record import Outcome
 from evolvent.design.evaluator.sources import sources, versions
-from evolvent.design.evaluator.task import Check, Point, Runs, Task
+from evolvent.design.evaluator.task import Check, EvaluationTask, Point, Runs
 from evolvent.results.kept import split
 from evolvent.results.measurements import Measurements
 from evolvent_base import files
@@ -60,7 +60,7 @@ class SeriesRuns(Runs):
         """Definition of the system."""
         return cases.system(self.content["system"])
 
-    def outcomes(self, task: Task, check: Check | None = None) -> list[Outcome]:
+    def outcomes(self, task: EvaluationTask, check: Check | None = None) -> list[Outcome]:
         """Values of every series, in its unit, by its number."""
         return [
             Outcome(index=number, status="success", variables=self._values(point, task.level))

@@ -11,8 +11,8 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.design.dispersions.answer import short_name
-from evolvent.design.optimization.problem import Problem, Variable
-from evolvent.design.optimization.runs import Result, short
+from evolvent.design.optimization.problem import DesignProblem, Variable
+from evolvent.design.optimization.runs import DesignResult, short
 from evolvent.design.optimization.trade import Trade
 from evolvent.results import made_with
 from evolvent_base import answer as an
@@ -254,13 +254,13 @@ class Found:
     ----------
     place : (variables with bounds,) float, shares of the ways between their bounds
     chosen : tuple of int, numbers of the choices
-    result : Result
+    result : DesignResult
     message : str, of the optimiser
     """
 
     place: Array
     chosen: tuple[int, ...]
-    result: Result
+    result: DesignResult
     message: str
 
 
@@ -270,7 +270,7 @@ class Design(Shown):
 
     Attributes
     ----------
-    problem : Problem
+    problem : DesignProblem
     start : Found, the case as it is (its own choices, or the first ones)
     best : Found
     met : bool, whether the best design meets all requirements
@@ -280,10 +280,10 @@ class Design(Shown):
     runs : int
     exhausted : bool, whether the search ended since it had no runs left
     derivatives : str, how they were found, those of the discrete solution or differences; '' where none were
-    finer : Result, of the best design with finer integration of its runs: what differs is their error
+    finer : DesignResult, of the best design with finer integration of its runs: what differs is their error
     """
 
-    problem: Problem
+    problem: DesignProblem
     start: Found
     best: Found
     met: bool
@@ -293,7 +293,7 @@ class Design(Shown):
     runs: int
     exhausted: bool
     derivatives: str
-    finer: Result
+    finer: DesignResult
 
     named = "designs"
     endings = (".yaml",)

@@ -44,7 +44,7 @@ NOTHING = 1e-12
 
 @dataclasses.dataclass(frozen=True)
 class PartModes:
-    """How one part moves in the modes, per square root of kg as `Modes.shape`.
+    """How one part moves in the modes, per square root of kg as `VibrationModes.shape`.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class PartModes:
 
 
 @dataclasses.dataclass(frozen=True)
-class Modes:
+class VibrationModes:
     """Natural modes about an equilibrium, slowest first. ``modes["boom"]`` holds the shapes of one part.
 
     Attributes
@@ -193,7 +193,7 @@ class Modes:
 
     # -------------------------------------------------------------------------------------------- effective masses
 
-    def about(self, point: Sequence[float]) -> Modes:
+    def about(self, point: Sequence[float]) -> VibrationModes:
         """The same modes, with axes of rotation through `point`, (3,) float, m."""
         x = vector("point", point)
         return dataclasses.replace(self, point=(float(x[0]), float(x[1]), float(x[2])))

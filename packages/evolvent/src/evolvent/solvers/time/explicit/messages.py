@@ -9,10 +9,10 @@ from evolvent.solvers.common.laws import large_law, states_energy, what_may_jump
 from evolvent.solvers.time.explicit import events as explicit_events
 from evolvent.solvers.time.messages import outrun
 from evolvent.solvers.time.pace import Stall
-from evolvent.solvers.time.run import Run
+from evolvent.solvers.time.run import MotionRun
 
 
-def explicit_reason(code: int, run: Run) -> str:
+def explicit_reason(code: int, run: MotionRun) -> str:
     """Why the loop of an explicit method ended with a status below zero, or with its log of events full."""
     reached, work, method = run.reached, run.work, run.plan.method
     if code == explicit_events.NOT_FINITE:
@@ -31,7 +31,7 @@ def explicit_reason(code: int, run: Run) -> str:
     return f"{work.loop.events} events by t = {reached:.6g} s: one of them fires repeatedly"
 
 
-def explicit_stalled(stall: Stall, run: Run) -> str:
+def explicit_stalled(stall: Stall, run: MotionRun) -> str:
     """Why a run of ever smaller steps was ended."""
     law = large_law(run.assembly, run.moments())
     return f"{stall}{law}; " + (
@@ -39,7 +39,7 @@ def explicit_stalled(stall: Stall, run: Run) -> str:
     )
 
 
-def unbalanced(run: Run, found: eb.Closure) -> str:
+def unbalanced(run: MotionRun, found: eb.Closure) -> str:
     """What is known of an explicit run whose energy does not balance, and what to try."""
     smaller = "use a smaller `tolerance`"
     if run.plan.step is not None:

@@ -45,7 +45,7 @@ def cache_name(assembly: Assembly, method: str) -> str:
     return f"{method} with beams" if model.beams.size else f"{method} with rods"
 
 
-class Run(run.Run):
+class ExplicitRun(run.MotionRun):
     """A plan that runs: its loop, and the balances evaluated so far.
 
     The balance is checked after numbers of steps that do not depend on the machine's speed, so that a run ends the same

@@ -36,12 +36,12 @@ from evolvent_base.errors import InputError
 MOST_INNER = 20
 
 
-class Run(run.Run):
+class ImplicitRun(run.MotionRun):
     """A plan that runs: its workspace, and the switches and events that the loop does not keep.
 
     Attributes
     ----------
-    plan : implicit.Plan
+    plan : ImplicitPlan
     work : implicit_state.Workspace
     releases : Releases, of a model with threads, else None
     ranks : redundancy.Ranks, of the constraints
