@@ -137,10 +137,12 @@ def text(answer: Answer, *, level: int = EVERYWHERE) -> str:
 
 
 def _print(console: Any, answer: Answer, level: int) -> None:
-    """Print an answer: sentences, sections, notes, and warnings last, where a terminal shows them."""
+    """Print an answer: sentences, facts, sections, notes, and warnings last, where a terminal shows them."""
     from rich.text import Text
 
-    parts = [[(one, "") for one in answer.heads]]
+    wide = max((len(label) for label, _ in answer.facts), default=0)
+    facts = [(f"{label:<{wide}}  {value}", "") for label, value in answer.facts]
+    parts = [[(one, "") for one in answer.heads], facts]
     for section in answer.sections:
         if section.level <= level:
             parts.append(list(_section(section, level)))

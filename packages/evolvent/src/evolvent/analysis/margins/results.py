@@ -193,7 +193,6 @@ class MarginResults(Shown):
     def notes(self) -> list[str]:
         """Sentences on what was assumed, and on dead points that only speed passes."""
         found = [
-            f"factors: {self.label}, {self.standard.revision}",
             f"stations: the other coordinates stand at their {self.keys.others}; kinetic energy does not count",
             *self.remarks,
         ]
