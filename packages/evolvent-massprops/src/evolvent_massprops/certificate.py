@@ -58,8 +58,8 @@ def answer_of(found: MassProperties) -> an.Answer:
         notes=[*found.notes, *(f"assumed: {text}" for what, text in first.assumed if what == "sampling")],
         sections=[
             *([] if found.cautions else [good]),
-            _comparison(found) if several else _modes(found, first),
             _result(found),
+            _comparison(found) if several else _modes(found, first),
             an.Section(title="Measurement", level=an.PAGE, blocks=[
                 an.Table(heads=(), rows=_facts(found), words=2),
                 an.Table(heads=("file", "format", "samples", "rate Hz", "sensors", "SHA-256"), rows=_files(found),
@@ -197,7 +197,7 @@ def _budget(found: MassProperties) -> an.Section:
             for i in columns:
                 row += [f"{s.contribution[i]:.2g}", f"{percent[k, i]:.1f}"]
             rows.append(row)
-        tables.append(an.Table(heads=head, rows=[last, *rows], most=_MOST_ROWS + 1))
+        tables.append(an.Table(heads=head, rows=[last, *rows], most=_MOST_ROWS + 1, kind="budget"))
     text = (
         "Contribution of each input: the change of the result for a change of the input by its standard uncertainty "
         "(JCGM 100:2008, 5.1.3), with the second order where it matters (5.1.2, note); for groups the standard "
