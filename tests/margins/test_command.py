@@ -14,7 +14,7 @@ def test_prints_and_writes(call):
     assert (code, err) == (0, "")
     lines = out.splitlines()
     assert lines[0] == "every margin holds"
-    assert lines[2] == "Margins by ECSS-E-ST-33-01C"
+    assert "Margins by ECSS-E-ST-33-01C" in lines
     row = next(line.split() for line in lines if line.startswith("hinge 1 "))
     assert row == ["hinge", "1", "motorization", "+5.8752", "0", "deg", "holds"]
     assert "hinge 3: what counts where its margin is least" in out

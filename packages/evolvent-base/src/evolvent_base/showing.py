@@ -17,6 +17,8 @@ from evolvent_base.figures import Figure
 
 #: Columns of a text that no terminal bounds.
 _WIDE = 10_000
+#: Warnings that the screen shows.
+_MOST_WARNINGS = 8
 #: Rows of a table in a notebook, at most; dots per inch of its figures.
 MOST, _SMALL = 12, 80.0
 #: Largest figure that a page keeps as lines; a larger one is kept as points, bytes.
@@ -137,15 +139,21 @@ def text(answer: Answer, *, level: int = EVERYWHERE) -> str:
 
 
 def _print(console: Any, answer: Answer, level: int) -> None:
-    """Print an answer: sentences, sections, notes, and warnings last, where a terminal shows them."""
+    """Print an answer: sentences, facts, sections, notes, and warnings last, where a terminal shows them."""
     from rich.text import Text
 
-    parts = [[(one, "") for one in answer.heads]]
+    wide = max((len(label) for label, _ in answer.facts), default=0)
+    facts = [(f"{label:<{wide}}  {value}", "") for label, value in answer.facts]
+    parts = [[(one, "") for one in answer.heads], facts]
     for section in answer.sections:
         if section.level <= level:
             parts.append(list(_section(section, level)))
     parts.append([(one, "") for one in answer.notes])
-    parts.append([(Text.assemble(("warning: ", "yellow"), visible(one)), "") for one in answer.warnings])
+    left = len(answer.warnings) - _MOST_WARNINGS
+    warnings = answer.warnings[: _MOST_WARNINGS if left > 1 else None]
+    parts.append([(Text.assemble(("warning: ", "yellow"), visible(one)), "") for one in warnings])
+    if left > 1:
+        parts[-1].append((f"and {left} more warnings, all in the report", ""))
     for k, part in enumerate(one for one in parts if one):
         if k:
             console.print()

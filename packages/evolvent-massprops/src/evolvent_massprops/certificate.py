@@ -58,8 +58,8 @@ def answer_of(found: MassProperties) -> an.Answer:
         notes=[*found.notes, *(f"assumed: {text}" for what, text in first.assumed if what == "sampling")],
         sections=[
             *([] if found.cautions else [good]),
-            _comparison(found) if several else _modes(found, first),
             _result(found),
+            _comparison(found) if several else _modes(found, first),
             an.Section(title="Measurement", level=an.PAGE, blocks=[
                 an.Table(heads=(), rows=_facts(found), words=2),
                 an.Table(heads=("file", "format", "samples", "rate Hz", "sensors", "SHA-256"), rows=_files(found),
@@ -107,9 +107,8 @@ def _files(found: MassProperties) -> list[tuple[str, ...]]:
     ]
 
 
-def _result(found: MassProperties) -> an.Section:
-    """Values with their uncertainties, and their correlation."""
-    probability = 2.0 * scipy.stats.norm.cdf(found.description.uncertainty.coverage_factor) - 1.0
+def result_table(found: MassProperties) -> an.Table:
+    """Values with their uncertainties."""
     rows = []
     for k, o in enumerate(found.outputs):
         u, U, value = found.std[k], found.expanded[k], found.values[k]
@@ -125,12 +124,18 @@ def _result(found: MassProperties) -> an.Section:
             f"{low} … {high}",
         ))  # fmt: skip
     heads = ("quantity", "value", "unit", "u", "u / value", "dof", "k", "U = k u", "coverage interval")
+    return an.Table(heads=heads, rows=rows, kind="result")
+
+
+def _result(found: MassProperties) -> an.Section:
+    """Values with their uncertainties, and their correlation."""
+    probability = 2.0 * scipy.stats.norm.cdf(found.description.uncertainty.coverage_factor) - 1.0
     draws = found.description.uncertainty.draws
     interval = "value ± U"
     if found.evaluations[0].draws is not None:
         interval = f"the quantiles of a Monte Carlo of {draws} draws (JCGM 101:2008)"
     blocks: list[an.Block] = [
-        an.Table(heads=heads, rows=rows, kind="result"),
+        result_table(found),
         an.Remark(
             f"u is the standard uncertainty (JCGM 100:2008), dof its degrees of freedom, U the expanded uncertainty "
             f"with a coverage probability of {100.0 * probability:.2f} %; the coverage interval is {interval}."
@@ -192,7 +197,7 @@ def _budget(found: MassProperties) -> an.Section:
             for i in columns:
                 row += [f"{s.contribution[i]:.2g}", f"{percent[k, i]:.1f}"]
             rows.append(row)
-        tables.append(an.Table(heads=head, rows=[last, *rows], most=_MOST_ROWS + 1))
+        tables.append(an.Table(heads=head, rows=[last, *rows], most=_MOST_ROWS + 1, kind="budget"))
     text = (
         "Contribution of each input: the change of the result for a change of the input by its standard uncertainty "
         "(JCGM 100:2008, 5.1.3), with the second order where it matters (5.1.2, note); for groups the standard "

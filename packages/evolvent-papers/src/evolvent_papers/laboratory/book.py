@@ -301,7 +301,7 @@ def answer_of(found: Mapping[Set, Verdict | None]) -> an.Answer:
 
 def _overview(found: Mapping[Set, Verdict | None]) -> an.Table:
     """Sets, a row each."""
-    rows = []
+    rows = list[tuple[str, ...]]()
     for of, one in found.items():
         if one is None:
             rows.append((of.name, "-", "-", "no measurements: needs --data FOLDER"))

@@ -44,11 +44,11 @@ class ModalResults(Shown, VibrationModes):
 
     def answer(self) -> an.Answer:
         """Frequencies, damping ratios and effective masses, what the equilibrium is beyond, and a file."""
-        blocks = [self._modes(), *self._sums()]
+        parts = {"Modes": [self._modes()], "Effective masses": self._sums()}
         return an.Answer(
             title=f"{len(self.pole)} modes", warnings=[self.warning] if self.warning else [],
-            sections=[an.Section(title="Modes", blocks=blocks)], made=results.made_with(),
-            files={"modes.nc": self._netcdf},
+            sections=[an.Section(title=title, blocks=blocks) for title, blocks in parts.items() if blocks],
+            files={"modes.nc": self._netcdf}, made=results.made_with(),
         )  # fmt: skip
 
     def _modes(self) -> an.Table:
@@ -78,7 +78,7 @@ class ModalResults(Shown, VibrationModes):
             "sum": self.effective_mass.sum(axis=0), "all modes": self.movable_mass,
             "held by supports": self.held_mass, "whole structure": self.total_mass,
         }  # fmt: skip
-        heads = ["effective masses", *(f"mass {a}, kg" for a in "xyz"), *(f"inertia {a}, kg m²" for a in "xyz")]
+        heads = ["", *(f"mass {a}, kg" for a in "xyz"), *(f"inertia {a}, kg m²" for a in "xyz")]
         return [an.Table(heads=heads, rows=[[word, *(f"{m:.4g}" for m in values)] for word, values in of.items()])]
 
     def to_dataset(self) -> xr.Dataset:

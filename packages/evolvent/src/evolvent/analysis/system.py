@@ -46,14 +46,16 @@ class System(Composition, Answered):
         for name, part in self._parts.items():
             kinds.setdefault(str(type(part).model_fields["kind"].default), []).append(name)
         rows = [
-            (kind, str(len(names)), ", ".join(names[:6]) + (", ..." if len(names) > 6 else ""))
+            (kind, ", ".join(names[:6]) + (", ..." if len(names) > 6 else ""), str(len(names)))
             for kind, names in kinds.items()
         ]
         facts = [("parts", str(len(self._parts)))]
         if np.any(self._gravity):
             facts.append(("gravity", f"{self._gravity.tolist()} m/s²"))
         facts += [(name, str(self.settings[name])) for name in ("until", "method") if name in self.settings]
-        parts = Section(title="Parts", blocks=[Table(heads=("kind", "number", "names"), rows=rows)] if rows else [])
+        parts = Section(
+            title="Parts", blocks=[Table(heads=("kind", "names", "number"), rows=rows, words=2)] if rows else []
+        )
         return Answer(title=self.title or "System", facts=facts, sections=[parts])
 
     def with_values(self, values: Mapping[str, Any]) -> Self:

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from evolvent.commands.run import print_rows
 from evolvent_base import files, options as shared
 from evolvent_base.console import echo, once
 from evolvent_base.errors import RunFailed
@@ -83,9 +84,7 @@ def equilibrium(
     loaded, definition = _loaded(case, assignments)
     found = definition.equilibrium(loaded, mesh_error=mesh_error)
     rows = [("status", found.attrs["status"])] + [(n.label, n.value) for n in show.numbers(found)] + mesh.lines(found)
-    width = max(len(label) for label, _ in rows)
-    for label, value in rows:
-        echo(f"{label:<{width}}  {value}")
+    print_rows(rows, status=found.attrs["status"])
     if output is not None:
         results.save(found, output)
         echo(f"results: {output}")

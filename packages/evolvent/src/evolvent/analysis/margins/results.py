@@ -60,10 +60,10 @@ class MarginResults(Shown):
     def answer(self) -> an.Answer:
         """Verdict, tables, figure, what was assumed, and files."""
         sections = [
-            an.Section(title=f"Margins by {self.label}", blocks=[an.Table.of(self.rows())]),
+            an.Section(title=f"Margins by {self.label}", blocks=[an.Table.of(self.rows(), words=2)]),
             an.Section(title="What brings each margin to 0", blocks=[an.Table.of(self.balance_rows())]),
             *(an.Section(title=f"{name}: what counts where its margin is least", level=an.DETAIL,
-                         blocks=[an.Table.of(self.contributions(name))])
+                         blocks=[an.Table.of(self.contributions(name), words=3)])
               for name in (one.coordinate.name for one in self.tables)),
         ]  # fmt: skip
         if self.latches:
@@ -192,7 +192,6 @@ class MarginResults(Shown):
     def notes(self) -> list[str]:
         """Sentences on what was assumed, and on dead points that only speed passes."""
         found = [
-            f"factors: {self.label}, {self.standard.revision}",
             f"stations: the other coordinates stand at their {self.keys.others}; kinetic energy does not count",
             *self.remarks,
         ]
