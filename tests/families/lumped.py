@@ -147,9 +147,8 @@ def guide() -> Case:
         found = System(gravity=(3.0, 0.0, -G))
         held_body(found, tilt=0.3)
         found.add(parts.Joint(a="ground", b="body", type="guide", axis=(0.0, 0.0, 1.0)), "level")
-        found.add(
-            parts.Joint(a="ground", b="body", type="guide", axis=(0.0, 0.0, 1.0), axis_b=(1.0, 0.0, 0.0)), "upright"
-        )
+        along = (math.cos(TURNED), math.sin(TURNED), 0.0)
+        found.add(parts.Joint(a="ground", b="body", type="guide", axis=(0.0, 0.0, 1.0), axis_b=along), "upright")
         return found
 
     m, stiff, turn = BODY_MASS, 4.0 * BODY_STIFFNESS, 4.0 * BODY_STIFFNESS * INNER * OUTER

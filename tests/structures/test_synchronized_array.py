@@ -117,7 +117,7 @@ def test_the_guide(tmp_path: Any) -> None:
     (tmp_path / "array.yaml").write_text(FILE)
     system = ev.load(tmp_path / "array.yaml")
     programs = re.findall(r"^```python\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)
-    program = next(text for text in programs if "Synchronization" in text).split("opening =")[0]
+    program = next(text for text in programs if "synchronization" in text).split("opening =")[0]
     names: dict[str, Any] = {}
     exec(programs[0].split("run =")[0] + program, names)
     assert system.parts == names["together"].parts
