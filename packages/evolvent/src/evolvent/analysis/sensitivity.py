@@ -100,7 +100,7 @@ def key_of(system: Composition, name: str) -> Key:
     return Key(name, float(value), quantity.unit, abs(float(value)) or 1.0)
 
 
-def _joints_of(system: System, name: str) -> dict[str, Any]:
+def _joints_of(system: Composition, name: str) -> dict[str, Any]:
     """What a part acts on, joints and springs of them, as a case file holds it."""
     found: dict[str, Any] = {}
     for other in system.parts[name].references():
