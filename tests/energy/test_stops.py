@@ -47,7 +47,7 @@ def test_a_strip_that_slides_in_below_the_surface_brings_no_energy(step: float) 
     strip = {"section": elements.Rectangle(thickness=0.01, width=0.02), "elements": count - 1, "formulation": "cable"}
     material = elements.Material(young_modulus=1e8, poisson_ratio=0.0, density=1000.0)
     system.add(parts.Beam(length=0.1, material=material, nodes=nodes, rates=rates, **strip), "strip")
-    drum = parts.CylinderContact(body="ground", beams=["strip"], radius=0.5, half_length=0.1, stiffness=1e4)
+    drum = parts.Contact(a="strip", b="ground", shape=parts.Cylinder(radius=0.5, length=0.2), stiffness=1e4)
     system.add(drum, "drum")
     found = solve_energy(system.assemble(), samples=np.linspace(0.0, 1.0, 101), step=step)
     assert found.success

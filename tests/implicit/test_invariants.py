@@ -72,7 +72,8 @@ def craft(
     if touching:
         fields: dict[str, Any] = {"stiffness": 1e4, "damping": 0.1, "skip": 1, "friction": 0.2} | cylinder
         system.add(
-            parts.CylinderContact(body="hub", beams=[f"rib{k}" for k in range(ribs)], radius=0.5, **fields), "rim"
+            parts.Contact(a=[f"rib{k}" for k in range(ribs)], b="hub", shape=parts.Cylinder(radius=0.5), **fields),
+            "rim",
         )
     return system.assemble()
 

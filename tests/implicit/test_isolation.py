@@ -162,7 +162,7 @@ def harness(system: System, third: str) -> None:
 @tie("a contact")
 def contact(system: System, third: str) -> None:
     sphere = parts.Sphere(radius=0.99)
-    system.add(parts.BodyContact(a="b", b=at(third), shape_a=sphere, shape_b=sphere, stiffness=1e3))
+    system.add(parts.Contact(a="b", b=at(third), shape_a=sphere, shape=sphere, stiffness=1e3))
 
 
 @tie("the drum of a cord")

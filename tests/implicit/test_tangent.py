@@ -254,9 +254,9 @@ def pressed(
         pose = builder.poses[builder.find(body, "bodies")]
         centre, axis = tuple(pose.R.T @ -pose.x), tuple(pose.R.T @ np.array(axis))
     system.add(
-        parts.CylinderContact(
-            body=body, beams=["beam"], radius=0.4, centre=centre, axis=axis, law=law, stiffness=3e3, exponent=1.5,
-            damping=fields.get("damping", 0.0), friction=friction, bristle_stiffness=400.0, points=3,
+        parts.Contact(
+            a="beam", b=(body, centre), shape=parts.Cylinder(radius=0.4, axis=axis), law=law, stiffness=3e3,
+            exponent=1.5, damping=fields.get("damping", 0.0), friction=friction, bristle_stiffness=400.0, points=3,
         )
     )  # fmt: skip
     assembly = system.assemble()

@@ -56,9 +56,10 @@ def cable(
         else:
             force = sign * tension * nodes[k, 1] / (1.0 + strain)
             system.add(parts.Force(at=f"cable.{end}", force=tuple(force)), end)
-    drum = parts.CylinderContact(
-        body="ground", beams=["cable"], radius=RADIUS, law=law, stiffness=STIFF, friction=friction, initial_overlap=0.05
-    )
+    drum = parts.Contact(
+        a="cable", b="ground", shape=parts.Cylinder(radius=RADIUS), law=law, stiffness=STIFF, friction=friction,
+        initial_overlap=0.05,
+    )  # fmt: skip
     system.add(drum, "drum")
     return system.assemble(), tension
 

@@ -13,7 +13,7 @@ from scipy.linalg import null_space
 from book import Book
 from evolvent import InputError, System, elements, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.parts.surface_contact import SLIDING_DAMPING
+from evolvent.parts.contact import SLIDING_DAMPING
 from evolvent.solvers import Solution
 from evolvent.solvers.time.implicit.energy_momentum import solve_energy
 from evolvent.solvers.time.implicit.plan import solve_implicit
@@ -36,7 +36,9 @@ def bar(law: str, damping: float, *, modulus: float = 1e12, count: int = 1) -> A
     )
     system.add(beam, "bar")
     system.add(
-        parts.CylinderContact(body="ground", beams=["bar"], radius=1.0, law=law, stiffness=K, damping=damping, points=1)
+        parts.Contact(
+            a="bar", b="ground", shape=parts.Cylinder(radius=1.0), law=law, stiffness=K, damping=damping, points=1
+        )
     )
     return system.assemble()
 
@@ -144,10 +146,11 @@ def test_contact_forces_and_reactions_are_those_of_rest() -> None:
     system.add(beam, "bar")
     system.add(parts.Joint(a=(-1.0, 1.0, 0.0), b="bar.root", type="revolute"))
     system.add(
-        parts.CylinderContact(
-            body="ground", beams=["bar"], radius=1.0, law="conservative", stiffness=1e4, damping=1e3, points=1
+        parts.Contact(
+            a="bar", b="ground", shape=parts.Cylinder(radius=1.0), law="conservative", stiffness=1e4, damping=1e3,
+            points=1,
         )
-    )
+    )  # fmt: skip
     system.add(parts.Force(at="bar[4]", force=(0.0, -5.0, 0.0), ramp=0.5))
     assembly = system.assemble()
     solution = bounced(assembly, [0.0, 0.8, 1.2], tolerance=1e-5)
@@ -174,8 +177,8 @@ def dragged() -> Assembly:
     system.add(beam, "bar")
     system.add(parts.Joint(a=(-0.5, 1.0, 0.0), b="bar.root", type="revolute"))
     system.add(
-        parts.CylinderContact(
-            body="drum", beams=["bar"], radius=1.0, stiffness=1e4, damping=1.0, points=1, friction=0.3,
+        parts.Contact(
+            a="bar", b="drum", shape=parts.Cylinder(radius=1.0), stiffness=1e4, damping=1.0, points=1, friction=0.3,
             bristle_stiffness=1e4,
         )
     )  # fmt: skip
@@ -225,7 +228,9 @@ def test_a_beam_pressed_on_a_cylinder(book: Book) -> None:
     )
     system.add(beam, "beam")
     system.add(parts.Joint(a=(0.0, R, 0.0), b="beam.root", type="clamp"))
-    system.add(parts.CylinderContact(body="ground", beams=["beam"], radius=R, stiffness=1e6, damping=0.1, points=5))
+    system.add(
+        parts.Contact(a="beam", b="ground", shape=parts.Cylinder(radius=R), stiffness=1e6, damping=0.1, points=5)
+    )
     system.add(parts.Force(at="beam.tip", force=(0.0, -F, 0.0), ramp=0.5))
     assembly = system.assemble()
     solution = run(assembly, [0.0, 1.0, 3.0], tolerance=1e-5)
@@ -288,9 +293,9 @@ def capstan(
     )
     system.add(beam, "cable")
     system.add(
-        parts.CylinderContact(
-            body="drum" if turning else "ground", beams=["cable"], radius=RADIUS, stiffness=1e5, points=2,
-            friction=MU, bristle_stiffness=1e4, bristle_damping=1.0, **({"damping": 1.0} | contact),
+        parts.Contact(
+            a="cable", b="drum" if turning else "ground", shape=parts.Cylinder(radius=RADIUS), stiffness=1e5,
+            points=2, friction=MU, bristle_stiffness=1e4, bristle_damping=1.0, **{"damping": 1.0} | contact,
         )
     )  # fmt: skip
     system.add(parts.Force(at="cable.root", force=(0.0, -1.0, 0.0), ramp=0.05))

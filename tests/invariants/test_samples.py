@@ -53,7 +53,7 @@ def falling() -> Assembly:
     given: dict[str, Any] = {"section": section, "material": material, "elements": 4, "formulation": "cable"}
     system.add(parts.Beam(length=0.4, position=(-0.13, 0.6, 0.0), mass_damping=0.5, **given), "strip")
     contact = {"stiffness": 1e4, "damping": 0.3, "friction": 0.2, "points": 2}
-    system.add(parts.CylinderContact(body="ground", beams=["strip"], radius=0.5, **contact), "drum")
+    system.add(parts.Contact(a="strip", b="ground", shape=parts.Cylinder(radius=0.5), **contact), "drum")
     system.add(parts.Force(at="strip.tip", force=(0.0, 0.0, 0.1), start=0.3337), "push")
     return system.assemble()
 

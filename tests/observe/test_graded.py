@@ -26,9 +26,7 @@ def lying() -> Seen:
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type="spherical"), "left")
     system.add(parts.Joint(a=(1.0, 0.0, 0.0), b="beam.tip", type="spherical"), "right")
     system.add(parts.LineLoad(part="beam", force=(0.0, -1.0, 0.0)), "load")
-    drum = parts.CylinderContact(
-        body="ground", beams=["beam"], radius=0.2, centre=(0.5, -0.201, 0.0), stiffness=200.0, points=2
-    )
+    drum = parts.Contact(a="beam", b=(0.5, -0.201, 0.0), shape=parts.Cylinder(radius=0.2), stiffness=200.0, points=2)
     system.add(drum, "drum")
     return at_rest(system)
 

@@ -30,8 +30,10 @@ def propped(kind: type[Any]) -> System:
     system.add(
         parts.Force(at="boom[5]", direction=(0, 0, -1), profile={"ramp": {"final": 20.0, "duration": 0.02}}), "load"
     )
-    keys: Any = {"body": "ground", "beams": ["boom"], "radius": 0.1, "centre": (1, 0, -0.1), "stiffness": 1e6}
-    system.add(parts.SphereContact(**keys, skip=9, law="conservative"), "ball")
+    ball = parts.Contact(
+        a="boom", b=(1, 0, -0.1), shape=parts.Sphere(radius=0.1), stiffness=1e6, skip=9, law="conservative"
+    )
+    system.add(ball, "ball")
     return system
 
 

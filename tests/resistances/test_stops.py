@@ -80,9 +80,9 @@ def box() -> Law:
     found = System(gravity=(0.0, 0.0, -G))
     body = {"mass": MASS, "shape": parts.Box(size=(0.3, 0.3, 0.1)), "position": (0.0, 0.0, 0.05 - depth)}
     found.add(parts.RigidBody(velocity=(RATE, 0.0, 0.0), **body), "body")
-    plane = {"b": (0.0, 0.0, 0.0), "shape_b": parts.Plane(normal=(0.0, 0.0, 1.0)), "stiffness": 1e5, "damping": 1.0}
+    plane = {"b": (0.0, 0.0, 0.0), "shape": parts.Plane(normal=(0.0, 0.0, 1.0)), "stiffness": 1e5, "damping": 1.0}
     rubs = {"friction": FRICTION / (MASS * G), "bristle_stiffness": 0.25 * STICK, "bristle_damping": 10.0}
-    found.add(parts.BodyContact(a="body", **plane, **rubs), "contact")
+    found.add(parts.Contact(a="body", **plane, **rubs), "contact")
     return found, "position", "velocity"
 
 

@@ -260,8 +260,10 @@ def test_a_cantilever_leans_on_a_cylinder(book):
     def prop(system: System) -> None:
         # under the tip: only its last contact point touches
         system.add(
-            parts.CylinderContact(body="ground", beams=["beam"], radius=0.05, centre=(1.0, 0.0, -0.05),
-                                  axis=(0.0, 1.0, 0.0), stiffness=1e6, points=1), "prop",
+            parts.Contact(
+                a="beam", b=(1.0, 0.0, -0.05), shape=parts.Cylinder(radius=0.05, axis=(0.0, 1.0, 0.0)),
+                stiffness=1e6, points=1,
+            ), "prop",
         )  # fmt: skip
 
     a = beam("cable", 8, section=section, material=material, gravity=(0.0, 0.0, -9.81), more=prop)

@@ -114,7 +114,7 @@ def resting(friction: float = 0.0, offset: float = 0.0, law: str = "hunt-crossle
     system.add(bar, "bar")
     system.add(parts.Joint(a=(-1.0, 1.0, offset), b="bar.root", type="revolute"))
     common = {"law": law, "stiffness": 1e4, "damping": 1.0, "points": 1, "friction": friction}
-    system.add(parts.CylinderContact(body="ground", beams=["bar"], radius=1.0, **common))
+    system.add(parts.Contact(a="bar", b="ground", shape=parts.Cylinder(radius=1.0), **common))
     return system.assemble()
 
 

@@ -111,7 +111,7 @@ def test_bad_input():
         cantilever(parts.Beam, 2, nodes=nodes).modes(mesh_error=True)
     system = cantilever(parts.Beam, 2)
     system.add(parts.RigidBody(motion="driven"), "hub")
-    system.add(parts.CylinderContact(body="hub", beams=["strip"], radius=0.1, centre=(0.15, -0.5, 0.0)), "touch")
+    system.add(parts.Contact(a="strip", b=("hub", (0.15, -0.5, 0.0)), shape=parts.Cylinder(radius=0.1)), "touch")
     with pytest.raises(InputError, match="does not support 'touch'"):
         system.equilibrium(mesh_error=True)
 

@@ -383,7 +383,7 @@ def test_the_stiffness_is_the_derivative_of_all_forces(turns, rng):
     system.add(parts.Spring(a=("frame", (0.9, 0.8, 0.5)), b=("wheel", (0.1, 0.2, 0.0)), stiffness=5.0))
     system.add(parts.DistributedTorque(part="cable", torque=0.05, centre=(0.1, 0.2, 0.0)))
     system.add(parts.Force(at=("hub", (0.1, 0.0, 0.2)), force=(0.3, 0.1, 0.2), frame="body"))
-    system.add(parts.CylinderContact(body="hub", beams=["cable"], radius=0.3, centre=(0.9, -0.31, 0.0), stiffness=50.0))
+    system.add(parts.Contact(a="cable", b=("hub", (0.9, -0.31, 0.0)), shape=parts.Cylinder(radius=0.3), stiffness=50.0))
     a = system.assemble()
     spin = spin_of(a, "frame", None) if turns else np.zeros(6)
     n_q, y = int(a.model.info.nq), a.y.copy()

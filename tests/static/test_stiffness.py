@@ -33,8 +33,8 @@ def touching(friction: float = 0.0) -> System:
     for name, y in (("one", 0.0), ("two", 0.19)):
         system.add(parts.RigidBody(mass=1.0, inertia=(0.02, 0.02, 0.03), position=(0.0, y, 0.0)), name)
     a, b = (parts.Capsule(radius=0.1, length=0.5, axis=axis) for axis in axes)
-    contact = {"a": "one", "b": "two", "shape_a": a, "shape_b": b}
-    system.add(parts.BodyContact(**contact, stiffness=1e4, initial_overlap=0.5, friction=friction), "touch")
+    contact = {"a": "one", "b": "two", "shape_a": a, "shape": b}
+    system.add(parts.Contact(**contact, stiffness=1e4, initial_overlap=0.5, friction=friction), "touch")
     return system
 
 

@@ -84,12 +84,17 @@ def test_mass_properties_of_a_capsule() -> None:
 
 BALL = {"mass": 1.0, "shape": parts.Sphere(radius=0.1)}
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
-    "itself": ({"a": "ball", "b": ("ball", (0.0, 0.0, 1.0)), "shape_b": parts.Sphere(radius=0.1)},
+    "itself": ({"a": "ball", "b": ("ball", (0.0, 0.0, 1.0)), "shape": parts.Sphere(radius=0.1)},
                r"'touch' is a contact of a body with itself: a is 'ball'"),
     "no shape": ({"a": ("box", (0.0, 0.0, 1.0)), "b": "ball"},
                  r"touch\.shape_a is left out, and \('box', \(0.0, 0.0, 1.0\)\) is not a body whose `shape`"),
     "deep": ({"a": "ball", "b": "other"}, r"'touch' starts with its bodies 0\.05 m inside each other"),
     "no body": ({"a": "ball", "b": "mass"}, r"touch\.b is 'mass', which is not a point of a rigid body"),
+    "law": ({"a": "ball", "b": "other", "law": "paper"}, r"touch\.law is 'paper', which a contact of bodies does not"),
+    "points": ({"a": "ball", "b": "other", "points": 3}, r"touch\.points is given, .* in a contact of bodies"),
+    "several": ({"a": ["ball", "box"], "b": "other"}, r"touch\.a is a list that holds 'ball', which is neither a beam"),
+    "cylinder": ({"a": "ball", "b": "other", "shape": parts.Cylinder(radius=0.1)},
+                 r"touch\.shape is a cylinder; it must be a sphere, a capsule, a plane or a box"),
     "nobody": ({"a": "ball", "b": "bell"}, r"'touch' refers to 'bell', but no part is called that"),
 }  # fmt: skip
 
@@ -101,7 +106,7 @@ def test_refused_systems(what: str) -> None:
     system.add(parts.RigidBody(position=(0.15, 0.0, 0.0), **BALL), "other")
     system.add(parts.RigidBody(mass=1.0, shape=parts.Box(size=(1.0, 1.0, 1.0)), position=(9.0, 0.0, 0.0)), "box")
     system.add(parts.Point(mass=1.0, position=(5.0, 0.0, 0.0)), "mass")
-    system.add(parts.BodyContact(**fields), "touch")
+    system.add(parts.Contact(**fields), "touch")
     with pytest.raises(InputError, match=message):
         system.assemble()
 
@@ -115,10 +120,9 @@ def test_refused_systems(what: str) -> None:
             lambda: parts.Plane(normal=(0.0, 0.0, 0.0)),
             r"Plane\.normal is \(0, 0, 0\)|Plane\.normal is \(0\.0, 0\.0, 0\.0\)",
         ),
-        (lambda: parts.BodyContact(a="ball", b="plate", law="paper"), r"BodyContact\.law is 'paper'"),
         (
-            lambda: parts.BodyContact(a="ball", b="plate", shape_a=parts.Plane(normal=(0.0, 0.0, 1.0))),
-            r"BodyContact\.shape_a .* sphere",
+            lambda: parts.Contact(a="ball", b="plate", shape_a=parts.Plane(normal=(0.0, 0.0, 1.0))),
+            r"Contact\.shape_a .* sphere",
         ),
     ],
 )
@@ -139,9 +143,9 @@ def rod(system: System, height: float) -> None:
 @pytest.mark.parametrize(
     "part",
     [
-        parts.PlaneContact(body="ground", beams=["rod"], normal=(0.0, 1.0, 0.0), clearance=0.01),
-        parts.SphereContact(body="ground", beams=["rod"], radius=0.1, centre=(0.5, 0.0, 0.0)),
-        parts.CapsuleContact(body="ground", beams=["rod"], radius=0.1, length=0.5, axis=(1.0, 0.0, 0.0)),
+        parts.Contact(a="rod", b="ground", shape=parts.Plane(normal=(0.0, 1.0, 0.0)), clearance=0.01),
+        parts.Contact(a="rod", b=(0.5, 0.0, 0.0), shape=parts.Sphere(radius=0.1)),
+        parts.Contact(a="rod", b="ground", shape=parts.Capsule(radius=0.1, length=0.5, axis=(1.0, 0.0, 0.0))),
     ],
 )
 def test_a_beam_that_starts_inside_is_refused(part: Any) -> None:
@@ -160,10 +164,10 @@ YAML: dict[str, Any] = {
     "ball": {"kind": "rigid-body", "mass": "1 kg", "shape": {"sphere": "10 cm"}, "position": [0, 0, "0.3 m"]},
     "log": {"kind": "rigid-body", "mass": "2 kg", "shape": {"capsule": {"radius": "5 cm", "length": "40 cm"}},
             "position": [2, 0, 1]},
-    "floor": {"kind": "body-contact", "a": "ball", "b": [0, 0, 0], "shape_b": {"plane": {"normal": [0, 0, 1]}},
+    "floor": {"kind": "contact", "a": "ball", "b": [0, 0, 0], "shape": {"plane": {"normal": [0, 0, 1]}},
               "stiffness": "1e4 N/m", "friction": 0.3},
-    "pair": {"kind": "body-contact", "a": "log", "b": "ball"},
-    "bed": {"kind": "body-contact", "a": "log", "b": [0, 0, 0], "shape_b": {"plane": {"normal": [0, 0, 1]}}},
+    "pair": {"kind": "contact", "a": "log", "b": "ball"},
+    "bed": {"kind": "contact", "a": "log", "b": [0, 0, 0], "shape": {"plane": {"normal": [0, 0, 1]}}},
 }  # fmt: skip
 
 
@@ -185,7 +189,7 @@ def test_contacts_are_drawn() -> None:
     system = System(gravity=(0.0, 0.0, -9.81))
     system.add(parts.RigidBody(mass=1.0, inertia=0.01, position=(0.0, 0.0, 0.0999)), "ball")
     plane, sphere = parts.Plane(normal=(0.0, 0.0, 1.0), size=2.0), parts.Sphere(radius=0.1)
-    touch = parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), shape_a=sphere, shape_b=plane, friction=0.3)
+    touch = parts.Contact(a="ball", b=(0.0, 0.0, 0.0), shape_a=sphere, shape=plane, friction=0.3)
     system.add(touch, "floor")
     run = system.simulate(until=0.02, method="generalized-alpha", step=1e-3, every=5e-3)
     motion = motion_of(run)

@@ -14,9 +14,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "spring", "rotational-spring", "translational-spring", "tape-spring-hinge", "harness", "bearing", "adhesion",
     ),
     "motors, control and events": ("motor", "reaction-wheel", "thruster", "attitude-controller", "event"),
-    "contact": (
-        "plane-contact", "cylinder-contact", "capsule-contact", "sphere-contact", "body-contact", "self-contact",
-    ),
+    "contact": ("contact",),
     "loads": (
         "force", "torque", "line-load", "distributed-torque", "slope-load", "uniform-load", "law-load", "custom-force",
         "thermal-load", "magnetic-torque", "panel-radiation", "radiation-pressure",

@@ -125,7 +125,7 @@ def test_references_follow_a_name():
         "clamp": {"kind": "joint", "a": "hub.left", "b": "boom.root", "type": "clamp"},
         "tip": {"kind": "point", "mass": 1, "at": "boom[4]"},
         "spring": {"kind": "spring", "a": ["hub", [0, 0, 1]], "b": "boom 2"},
-        "drum": {"kind": "cylinder-contact", "body": "hub", "beams": ["boom", "boom 2"], "radius": 1},
+        "drum": {"kind": "contact", "a": ["boom", "boom 2"], "b": "hub"},
         "crossing": {"kind": "event", "law": "z", "variables": {"z": "boom.tip.position.z", "w": "hub.rate.z"}},
     }
     found = parts.renamed(content, "boom", "mast")
@@ -134,12 +134,12 @@ def test_references_follow_a_name():
     assert found["clamp"]["type"] == "clamp"
     assert found["tip"]["at"] == "mast[4]"
     assert found["spring"]["b"] == "boom 2"
-    assert found["drum"]["beams"] == ["mast", "boom 2"]
+    assert found["drum"]["a"] == ["mast", "boom 2"]
     assert found["crossing"]["variables"] == {"z": "mast.tip.position.z", "w": "hub.rate.z"}
     found = parts.renamed(found, "hub", "bus")
     assert found["clamp"]["a"] == "bus.left"
     assert found["spring"]["a"] == ["bus", [0, 0, 1]]
-    assert found["drum"]["body"] == "bus"
+    assert found["drum"]["b"] == "bus"
     assert content["clamp"]["a"] == "hub.left", "what was there is not changed"
     assert parts.referring(content, "boom") == ["clamp", "tip", "drum", "crossing"]
 

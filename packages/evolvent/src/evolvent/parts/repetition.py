@@ -221,7 +221,10 @@ def _moved(
             if mark is not None:
                 where = f"{key}.{name}"
                 moved = (
-                    [_end(one, raw, how, k, where, fixed) for one, raw in zip(value, given[name], strict=True)]
+                    [
+                        _end(one, raw, how, k, where, fixed)
+                        for one, raw in zip(value, mark.each(given[name]), strict=True)
+                    ]
                     if mark.several
                     else _end(value, given.get(name, value), how, k, where, fixed)
                 )
