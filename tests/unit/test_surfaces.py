@@ -158,6 +158,52 @@ def test_a_beam_that_starts_inside_is_refused(part: Any) -> None:
         system.assemble()
 
 
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"b": "hub"}, r"'rod' starts inside the cylinder 'thing': a point of it is 0\."),
+        (
+            {"b": "hub", "shape_a": parts.Sphere(radius=0.1)},
+            r"thing\.shape_a is given, which .* of beams and a surface",
+        ),
+        (
+            {"b": "hub", "shape": parts.Box(size=(1.0, 1.0, 1.0))},
+            r"thing\.shape is a box; it must be a sphere, a capsule",
+        ),
+        ({"b": "ground"}, r"thing\.shape is left out, and 'ground' is not a body whose `shape` is a sphere, a capsule"),
+        (
+            {"b": "hub", "shape": parts.Plane(normal=(0.0, 1.0, 0.0))},
+            r"thing\.clearance is 0; at a plane it must be abov",
+        ),
+        ({"b": "rod"}, r"thing\.around is missing; turns of a beam need it"),
+        ({"b": "rod", "around": "hub"}, r"thing\.thickness is missing; turns of a beam need it"),
+        (
+            {"a": "hub", "b": "rod"},
+            r"thing\.b is the beam 'rod', on whose turns only a beam can lie; give one as thing",
+        ),
+        ({"a": ["rod", "hub"], "b": "hub"}, r"thing\.a is a list that holds 'hub', which is neither a beam nor a rod"),
+        ({"a": ["rod", "hubs"], "b": "hub"}, r"'thing' refers to 'hubs', but no part is called that"),
+        ({"a": "rod.tip", "b": "hub"}, r"thing\.a is 'rod.tip', which is not a point of a rigid body"),
+    ],
+)
+def test_contacts_of_beams_that_are_refused(keys: dict[str, Any], message: str) -> None:
+    """The first has the shape of its body."""
+    system = System()
+    rod(system, 0.0)
+    shape = parts.Cylinder(radius=0.3, length=2.0)
+    system.add(parts.RigidBody(motion="driven", shape=shape), "hub")
+    system.add(parts.Contact(**{"a": "rod"} | keys), "thing")
+    with pytest.raises(InputError, match=message):
+        system.assemble()
+
+
+def test_a_body_is_no_cylinder_without_ends() -> None:
+    system = System()
+    system.add(parts.RigidBody(motion="driven", shape=parts.Cylinder(radius=0.3)), "hub")
+    with pytest.raises(InputError, match=r"hub\.shape\.cylinder\.length is missing; only in a contact"):
+        system.assemble()
+
+
 # ------------------------------------------------------------------------------------------------ files, pictures
 
 YAML: dict[str, Any] = {
@@ -167,7 +213,9 @@ YAML: dict[str, Any] = {
     "floor": {"kind": "contact", "a": "ball", "b": [0, 0, 0], "shape": {"plane": {"normal": [0, 0, 1]}},
               "stiffness": "1e4 N/m", "friction": 0.3},
     "pair": {"kind": "contact", "a": "log", "b": "ball"},
-    "bed": {"kind": "contact", "a": "log", "b": [0, 0, 0], "shape": {"plane": {"normal": [0, 0, 1]}}},
+    "bed": {"kind": "contact", "a": ["log"], "b": [0, 0, 0], "shape": {"plane": {"normal": [0, 0, 1]}}},
+    "row": {"kind": "contact", "a": "ball", "b": [0, 0, "-1 m"], "shape": {"plane": {"normal": [0, 0, 1]}},
+            "repeat": {"count": 2, "step": [0, 0, "-1 m"]}},
 }  # fmt: skip
 
 
@@ -177,7 +225,8 @@ def test_contacts_of_a_case_file() -> None:
     for name, part in found.items():
         system.add(part, name)
     rows = system.assemble().model.body_contacts
-    assert rows["first"].tolist() == [0, 1, 2, 2]
+    assert rows["first"].tolist() == [0, 1, 2, 2, 4, 5]
+    assert rows["place_b"][4:, 2].tolist() == [-1.0, -2.0]
     written = {
         name: {"kind": part.kind, **part.model_dump(mode="json", exclude_defaults=True)} for name, part in found.items()
     }

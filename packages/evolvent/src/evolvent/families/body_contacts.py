@@ -13,7 +13,7 @@ from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import BETWEEN, SUMMED, Family, Kind, record
 from evolvent.model.layout import Accounts
 from evolvent.model.questions import AdjointSupport, Bound
-from evolvent.model.shares import Contact, Shares
+from evolvent.model.shares import Pressing, Shares
 
 Array = np.ndarray
 _3, _33, _6 = (3,), (3, 3), (6,)
@@ -203,7 +203,7 @@ BODY_CONTACTS = Family(
     explicit_energy=explicit_energy,
     several=True,
     smooth=True,
-    shares=Shares(RULES, place=9, contact=Contact(pressing)),
+    shares=Shares(RULES, place=9, contact=Pressing(pressing)),
     conserved="contact",
     adjoint=AdjointSupport(
         "without friction its force follows from the state, with all derivatives", filtered="gaps of body_contacts",

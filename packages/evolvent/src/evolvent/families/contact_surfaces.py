@@ -13,7 +13,7 @@ from evolvent.model import IMPULSE, N_ACCOUNTS
 from evolvent.model.family import BETWEEN, NEARER, SUMMED, End, Family, Kind, Records, has_friction, record, where
 from evolvent.model.layout import Accounts
 from evolvent.model.powers import CONTACTS, RUBBED
-from evolvent.model.shares import FRICTION, NORMAL, RUBS, SPRING, Contact, Rule, Shares
+from evolvent.model.shares import FRICTION, NORMAL, RUBS, SPRING, Pressing, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
@@ -279,7 +279,7 @@ CONTACT_SURFACES = Family(
     by_rates=False,
     reads_inertia=False,
     smooth=lambda found: found["under"] < 0,
-    shares=Shares(RULES, place=8, contact=Contact(pressing, _is_undetermined)),
+    shares=Shares(RULES, place=8, contact=Pressing(pressing, _is_undetermined)),
     evaluate=evaluate,
     end_step=end_step,
     contact_set=contact_set,

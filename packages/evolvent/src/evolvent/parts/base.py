@@ -138,8 +138,7 @@ class Reference(Annotation):
         """The single references of a value of `several`, as they were typed."""
         if self.alone:
             with contextlib.suppress(PydanticCustomError):
-                _POINT.read(value)
-                return [value]
+                return [value] if isinstance(value, str) or _POINT.read(value) else value
         return value
 
     def read(self, value: Any) -> Any:

@@ -68,6 +68,19 @@ class Contact(Part):
 
     Parameters
     ----------
+    a : beams, rods or a point of a body
+        What touches `b`: a beam or a list of beams, by their contact points; a rod or a list of rods, by their nodes
+        but the root; or a body, by its `shape_a` centred at a point such as "ball", "arm.tip" or ("arm", (0, 0, 1)).
+        Of turns, the beam whose contact points are pushed out.
+    b : point, or a beam
+        Centre of `shape`, or a point of the plane: a point of a body, or a position on the ground. A beam means turns
+        of `a` that lie on turns of it: `a` itself, or, of several beams hinged round a body, the next one in the sense
+        of winding.
+    shape : sphere, capsule, cylinder, plane or box, optional
+        Shape at `b`, along the axes of its body; the `shape` of this body if left out. Beams and rods touch spheres,
+        capsules, cylinders (of rods, without a length) and planes; bodies touch spheres, capsules, planes and boxes.
+    shape_a : sphere, capsule or box, optional
+        Shape of a body at `a`, likewise. A box needs a plane or a box as `shape`.
     law : {"hunt-crossley", "conservative", "paper"}
         Law of the normal force against the depth: hunt-crossley damps in proportion to the elastic force, paper by
         a damper beside it; conservative, of energy-momentum, gives back over a step all of the energy that it stores.
@@ -83,19 +96,6 @@ class Contact(Part):
         Coefficient of friction.
     bristle_stiffness, bristle_damping : float, N/m and N s/m
         Of the tangential spring of a contact point that sticks.
-    a : beams, rods or a point of a body
-        What touches `b`: a beam or a list of beams, by their contact points; a rod or a list of rods, by their nodes
-        but the root; or a body, by its `shape_a` centred at a point such as "ball", "arm.tip" or ("arm", (0, 0, 1)).
-        Of turns, the beam whose contact points are pushed out.
-    b : point, or a beam
-        Centre of `shape`, or a point of the plane: a point of a body, or a position on the ground. A beam means turns
-        of `a` that lie on turns of it: `a` itself, or, of several beams hinged round a body, the next one in the sense
-        of winding.
-    shape : sphere, capsule, cylinder, plane or box, optional
-        Shape at `b`, along the axes of its body; the `shape` of this body if left out. Beams and rods touch spheres,
-        capsules, cylinders (of rods, without a length) and planes; bodies touch spheres, capsules, planes and boxes.
-    shape_a : sphere, capsule or box, optional
-        Shape of a body at `a`, likewise. A box needs a plane or a box as `shape`.
     clearance : float, m
         Distance of the axes of beams and rods from the surface at which they touch it: half their thickness. Above 0 of
         a plane.

@@ -48,7 +48,7 @@ def add_surface(part: Contact, builder: Builder, name: str) -> None:
     place, along = pose.x + pose.R @ surface.place, pose.R @ axis
     overlap = 1e-3 if part.initial_overlap is None else part.initial_overlap
     for beam in part.a:
-        for fields in list(contact_points(part, builder, builder.find(beam, "beams")))[part.skip :]:
+        for fields in list(contact_points(part, builder, builder.find(str(beam), "beams")))[part.skip :]:
             S, iq = fields["S"], fields["iq"]
             at = sum(S[j] * np.array(builder.q[iq[j] : iq[j] + 3]) for j in range(4)) - place
             u = float(at @ along)
@@ -82,7 +82,7 @@ def add_turns(part: Contact, builder: Builder, name: str) -> None:
     around = builder.location(part.around, f"{name}.around")
     if around.family != "bodies":
         raise InputError(f"{name}.around is {part.around!r}, which is not a point of a rigid body; give one")
-    over, under = (builder.find(beam, "beams") for beam in (part.a[0], part.b))
+    over, under = (builder.find(str(beam), "beams") for beam in (part.a[0], part.b))
     centre, axis, pose = around.local, unit(part.axis), builder.poses[around.row]
     for beam, owner in {over: part.a[0], under: part.b}.items():
         _thicken(part, builder, name, beam, owner)

@@ -51,12 +51,12 @@ def surface_at(part: Contact, builder: Builder, name: str, key: str, allowed: tu
     listed, shape = f"{', '.join(words[:-1])} or {words[-1]}", getattr(part, own)
     if shape is None:
         shape = getattr(builder.specs.get(where), "shape", None) if isinstance(where, str) else None
-        if not isinstance(shape, allowed):
+        if type(shape) not in allowed:
             raise InputError(
                 f"{name}.{own} is left out, and {where!r} is not a body whose `shape` is {listed}; give one of these"
             )
     word = type(shape).__name__.lower()
-    if not isinstance(shape, allowed):
+    if type(shape) not in allowed:
         raise InputError(f"{name}.{own} is a {word}; it must be {listed}")
     found = Surface(at.row, at.local, surfaces.CAPSULE, called=word)
     if isinstance(shape, Plane):
