@@ -120,6 +120,7 @@ def test_refused_systems(what: str) -> None:
             lambda: parts.Plane(normal=(0.0, 0.0, 0.0)),
             r"Plane\.normal is \(0, 0, 0\)|Plane\.normal is \(0\.0, 0\.0, 0\.0\)",
         ),
+        (lambda: parts.Contact(a=[], b="plate"), r"Contact\.a is \[\]; it must be beams, rods or a point of a body"),
         (
             lambda: parts.Contact(a="ball", b="plate", shape_a=parts.Plane(normal=(0.0, 0.0, 1.0))),
             r"Contact\.shape_a .* sphere",

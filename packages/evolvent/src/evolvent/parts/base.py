@@ -150,8 +150,8 @@ class Reference(Annotation):
                 if point is None or self.points:
                     return value.strip()
                 raise InputError(f"{name!r} alone is meant")
-            if not units.is_list(value):
-                raise InputError("it is no list")
+            if not units.is_list(value) or (self.alone and not value):
+                raise InputError("it is no list, or an empty one")
             if self.several and self.points:
                 return tuple(_POINT.read(one) for one in value)
             if self.several:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from pydantic import field_serializer, model_validator
@@ -33,22 +33,23 @@ _THICKNESS = units.Quantity(what="a length", unit="m", example="0.3 mm", above=0
 
 
 class _Touch(NamedTuple):
-    """What a contact is between, the keys that apply to it beside those of all contacts, and its laws."""
+    """What a contact is between, what writes it, its laws, and the keys that apply beside those of all contacts."""
 
     what: str
-    keys: frozenset[str]
+    add: Callable[[Contact, Builder, str], None]
     laws: tuple[str, ...]
+    keys: frozenset[str]
 
 
-_ROD_KEYS = frozenset(("shape", "clearance", "skip", "initial_overlap", "sliding_damping"))
-_BEAMS = _Touch("beams and a surface", _ROD_KEYS | {"points"}, tuple(LAWS))
-_RODS = _Touch("rods and a surface", _ROD_KEYS, ("hunt-crossley", "conservative"))
-_BODIES = _Touch(
-    "bodies", frozenset(("shape", "shape_a", "rounding", "initial_overlap")), ("hunt-crossley", "conservative")
-)
+_SMOOTH = ("hunt-crossley", "conservative")
+_OF_RODS = frozenset(("shape", "clearance", "skip", "initial_overlap", "sliding_damping"))
+_BEAMS = _Touch("beams and a surface", add_surface, tuple(LAWS), _OF_RODS | {"points"})
+_RODS = _Touch("rods and a surface", add_rods, _SMOOTH, _OF_RODS)
+_BODIES = _Touch("bodies", add_bodies, _SMOOTH, frozenset(("shape", "shape_a", "rounding", "initial_overlap")))
 _TURNS = _Touch(
-    "turns of beams", frozenset(("points", "around", "axis", "sense", "thickness", "width")), ("hunt-crossley", "paper")
-)
+    "turns of beams", add_turns, ("hunt-crossley", "paper"),
+    frozenset(("points", "around", "axis", "sense", "thickness", "width")),
+)  # fmt: skip
 
 
 class Contact(Part):
@@ -222,13 +223,13 @@ class Contact(Part):
             raise InputError(
                 f"{name}.law is {self.law!r}, which a contact of {touch.what} does not support; use {known}"
             )
-        of_some = frozenset().union(*(one.keys for one in (_BEAMS, _BODIES, _TURNS)))
-        for key in sorted(self.model_fields_set & of_some - touch.keys):
+        of_others = (_BEAMS.keys | _BODIES.keys | _TURNS.keys) - touch.keys
+        for key in sorted(self.model_fields_set & of_others):
             if getattr(self, key) is not None:
                 raise InputError(
                     f"{name}.{key} is given, which has no meaning in a contact of {touch.what}; leave it out"
                 )
-        {_BEAMS: add_surface, _RODS: add_rods, _BODIES: add_bodies, _TURNS: add_turns}[touch](self, builder, name)
+        touch.add(self, builder, name)
 
     def _touch(self, builder: Builder, name: str) -> _Touch:
         """What the contact is between."""
