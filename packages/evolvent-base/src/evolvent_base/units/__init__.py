@@ -155,10 +155,12 @@ Voltage = Annotated[float, Quantity(what="a voltage", unit="V", example="28 V")]
 Current = Annotated[float, Quantity(what="an electric current", unit="A", example="0.5 A")]
 TorqueOrForceOrZero = Annotated[
     float,
-    Either((
-        Quantity(what="a torque", unit="N m", example="0.2 N m", least=0.0),
-        Quantity(what="a force", unit="N", example="0.1 N", least=0.0),
-    )),
+    Either(
+        (
+            Quantity(what="a torque", unit="N m", example="0.2 N m", least=0.0),
+            Quantity(what="a force", unit="N", example="0.1 N", least=0.0),
+        )
+    ),
 ]
 AngleOrTravel = AngleOrLength
 PositiveAngleOrTravel = Annotated[
@@ -167,36 +169,42 @@ PositiveAngleOrTravel = Annotated[
 ]
 CoordinateStiffness = Annotated[
     float,
-    Either((
-        Quantity(**_TURN_STIFFNESS, above=0.0), Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", above=0.0)
-    )),
+    Either(
+        (Quantity(**_TURN_STIFFNESS, above=0.0), Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", above=0.0))
+    ),
 ]
 TorqueOrForceLimit = Annotated[
     float,
-    Either((
-        Quantity(what="a torque", unit="N m", example="0.2 N m", above=0.0),
-        Quantity(what="a force", unit="N", example="0.1 N", above=0.0),
-    )),
+    Either(
+        (
+            Quantity(what="a torque", unit="N m", example="0.2 N m", above=0.0),
+            Quantity(what="a force", unit="N", example="0.1 N", above=0.0),
+        )
+    ),
 ]
 RateLimit = Annotated[
     float,
-    Either((
-        Quantity(what="an angular rate", unit="rad/s", example="10 rpm", above=0.0),
-        Quantity(what="a speed", unit="m/s", example="0.1 m/s", above=0.0),
-    )),
+    Either(
+        (
+            Quantity(what="an angular rate", unit="rad/s", example="10 rpm", above=0.0),
+            Quantity(what="a speed", unit="m/s", example="0.1 m/s", above=0.0),
+        )
+    ),
 ]
 CoordinateStiffnessOrZero = Annotated[
     float,
-    Either((
-        Quantity(**_TURN_STIFFNESS, least=0.0), Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", least=0.0)
-    )),
+    Either(
+        (Quantity(**_TURN_STIFFNESS, least=0.0), Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", least=0.0))
+    ),
 ]
 CoordinateDampingOrZero = Annotated[
     float,
-    Either((
-        Quantity(**_TURN_DAMPING, least=0.0),
-        Quantity(what="a damping coefficient", unit="N s/m", example="1e-3 N s/m", least=0.0),
-    )),
+    Either(
+        (
+            Quantity(**_TURN_DAMPING, least=0.0),
+            Quantity(what="a damping coefficient", unit="N s/m", example="1e-3 N s/m", least=0.0),
+        )
+    ),
 ]
 Gains = Annotated[
     float | tuple[float, ...],

@@ -60,7 +60,6 @@ def left_out(*keys: str) -> When:
 OF_LAW: Applies = {"parameters": (given("law"),), "constants": (given("law"),)}
 
 
-
 def refuse_unfit(name: str, part: Any) -> None:
     """Refuse a key of a part that is given where it does not apply; one at its default is not given.
 

@@ -105,4 +105,4 @@ def check_unit(key: str, value: Any, unit: str) -> None:
         for inner in value:
             check_unit(key, inner, unit)
     elif isinstance(value, Measured) and value.unit in ("N", "N m", "N/m") and value.unit != unit:
-        raise InputError(f"{key} is {float(value):g} {value.unit}; here it is in {unit}")
+        raise InputError(f"{key} has the unit {value.unit}; it must be in {unit}")

@@ -170,12 +170,13 @@ class Load(Part):
         if along is not None and self.profile is not None:
             return unit(along)
         if along is None and self.profile is None:
-            raise InputError(f"{name}.{constant} is missing; give {constant}, or {direction} and profile, or law")
+            other = "torque, " if self.type is None else ""
+            raise InputError(f"{name}.{constant} is missing; give {constant}, {other}{direction} and profile, or law")
         key, other = (direction, "profile") if along is None else ("profile", direction)
         raise InputError(f"{name}.{key} is missing; it goes with {name}.{other}")
 
     def _law(self, builder: Builder, name: str, kind: str = "force", before: str = "") -> dict[str, int]:
-        """Fields of a row for the law, none where there is none; its parameters are `before`_first and `before`_last."""
+        """Fields of a row for the law; none without one. Its parameters are the fields `before`first, `before`last."""
         if self.law is None:
             return {}
         found = write_law(builder, name, self.law, kind, self.parameters, self.constants)
@@ -191,9 +192,8 @@ class Load(Part):
             return
         if family not in ("beams", "rods"):
             known = [n for n, (of, _) in builder.names.items() if of in ("beams", "rods", "threads")]
-            raise InputError(
-                f"{name}.along is {self.along!r}; it must be a beam, a rod or a thread; {nearest(str(self.along), known)}"
-            )
+            near = nearest(str(self.along), known)
+            raise InputError(f"{name}.along is {self.along!r}; it must be a beam, a rod or a thread; {near}")
         if self.frame == "body":
             raise InputError(
                 f"{name}.frame is 'body', but {name}.along is {self.along!r}, along which a load has inertial axes"
@@ -282,9 +282,7 @@ class Load(Part):
         if self.frame == "body":
             raise InputError(f"{name}.frame is 'body', but a force on a slope, {name}.slope, has inertial axes")
         off = 3 * self.slope  # type: ignore[operator]
-        add_beam_load(
-            builder, name, beam_loads.POINT, beam, self, axis=np.array(self.torque), iq=iq + off, iv=iv + off
-        )
+        add_beam_load(builder, name, beam_loads.POINT, beam, self, axis=np.array(self.torque), iq=iq + off, iv=iv + off)
 
     def _write_at_node(self, builder: Builder, name: str, vector: np.ndarray) -> None:
         """Write a force or torque on a node of a beam."""

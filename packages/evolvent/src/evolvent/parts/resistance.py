@@ -113,9 +113,9 @@ class Resistance(Part):
         A `RotationalSpring` or `TranslationalSpring`, or a revolute or prismatic `Joint`, whose coordinate is then 0 at
         the start.
     type : {"harness", "tape-spring", "adhesion"}
-        harness (cables, hoses): an elastic curve, hysteresis, and set. tape-spring: a moment-angle curve of the straight
-        tape, and another one of the folded tape. adhesion: it holds the joint until it breaks, once, as what a release
-        must overcome.
+        harness (cables, hoses): an elastic curve, hysteresis, and set. tape-spring: a moment-angle curve of the
+        straight tape, and another one of the folded tape. adhesion: it holds the joint until it breaks, once, as what a
+        release must overcome.
     torque : rows [angle, torque] or [travel, force], optional
         Elastic curve of a harness, the middle of the loop; straight lines between the rows and beyond them. A positive
         torque resists a growing coordinate.

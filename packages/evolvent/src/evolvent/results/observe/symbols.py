@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.kernels import axial, joint as joints, sides, springs
+from evolvent.kernels import axial, joint as joints, sides
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.constraint_rows import CENTRE
 from evolvent.results.observe.shapes import point_on
