@@ -245,6 +245,12 @@ def test_light_on_a_strip_by_its_attitude(side: float) -> None:
     assert total @ s > 0.0
 
 
+def test_light_on_a_strip_has_times() -> None:
+    run = lit(start=0.5, until=1.0).simulate(until=1.5, every=0.25)
+    pushes = np.abs(np.asarray(run["light"]["force"])).max(axis=1) > 0.0
+    assert pushes.tolist() == [False, False, True, True, False, False, False]
+
+
 def test_tangent_of_light_on_a_strip() -> None:
     assembly = lit(direction=(0.3, 0.8, -0.5), pressure=1e3, specular=0.5, diffuse=0.3).assemble()
     y, matrix = assembly.y.copy(), matrix_of(assembly.model)

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evolvent import InputError, System, elements, force_law, parts
+from evolvent import InputError, System, cases, elements, force_law, parts
+from evolvent.design.studies.axes import annotation
 from evolvent.parts.base import Part
 
 ROWS = [(0, 0), (1, 0.2)]
@@ -67,6 +68,24 @@ def test_directions_are_unit_vectors() -> None:
     assert model.parameters[model.loads["first"][0] :][:3] == pytest.approx([0.0, 0.6, 0.8])
     row = system(parts.Load(along="boom", direction=(0, 3, 4), profile=ROWS)).assemble().model.beam_loads[0]
     assert row["axis"] == pytest.approx([0.0, 0.6, 0.8])
+
+
+@pytest.mark.parametrize(
+    ("keys", "force", "profile"),
+    [
+        ({"at": "hub"}, "N", "N"),
+        ({"along": "boom"}, "N/m", "N/m"),
+        ({"along": "boom", "torque": [0, 0, 1]}, "N/m", "N m"),
+        ({"at": "hub", "axis": [0, 0, 1]}, "N", "N m"),
+        ({"at": "hub", "type": "torque"}, "N", "N m"),
+    ],
+)
+def test_units_of_keys_follow_from_other_keys(keys: dict[str, Any], force: str, profile: str) -> None:
+    """As studies, fits and sensitivities find them."""
+    content = {"parts": {"load": {"kind": "load", **keys}}}
+    for key, unit in (("force.1", force), ("profile.table.1.1", profile), ("profile.ramp.final", profile)):
+        reader, _ = annotation(cases.system("structure").Case, f"parts.load.{key}", content)
+        assert reader.unit == unit
 
 
 def test_law_in_python_and_as_expressions() -> None:

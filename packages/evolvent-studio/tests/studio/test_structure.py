@@ -335,7 +335,21 @@ def test_conditions_of_a_part_name_its_keys_and_values(kind):
             assert set(when.keys) <= set(part.model_fields) - {key}
             assert not when.values or len(when.keys) == 1
             field = next(one for one in form.describe(part, flat=True).fields() if one.key == when.keys[0])
-            assert set(when.values) <= set(field.choices)
+            assert set(when.values) <= {*field.choices, *(() if field.required or field.default else ("",))}
+
+
+def test_fields_of_a_load_follow_what_is_given():
+    fields = form.describe(kinds()["load"], flat=True).fields()
+    of_load = {field.key: field for field in fields}
+
+    def shown(**texts):
+        return {key for key, field in of_load.items() if field.applies(texts, {})}
+
+    assert {"at", "along", "type", "force", "torque", "law"} <= shown()
+    assert not {"slope", "pitch", "constants"} & shown()
+    assert {"force", "along", "slope"} & shown(at="boom.tip", torque="[0, 0, 1]") == {"slope"}
+    assert {"force", "direction", "at", "pitch"} & shown(along="boom", type="torque") == {"pitch"}
+    assert {"force", "torque", "axis", "constants"} & shown(at="hub", law="[x, y, z]") == {"constants"}
 
 
 @pytest.mark.parametrize("name", cases.built_in())
