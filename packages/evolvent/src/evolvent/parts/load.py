@@ -175,7 +175,7 @@ class Load(Part):
         key, other = (direction, "profile") if along is None else ("profile", direction)
         raise InputError(f"{name}.{key} is missing; it goes with {name}.{other}")
 
-    def _law(self, builder: Builder, name: str, kind: str = "force", before: str = "") -> dict[str, int]:
+    def _law(self, builder: Builder, name: str, kind: str = "force", before: str = "") -> dict[str, Any]:
         """Fields of a row for the law; none without one. Its parameters are the fields `before`first, `before`last."""
         if self.law is None:
             return {}
@@ -328,7 +328,7 @@ def _is_torque(keys: Mapping[str, Any]) -> bool:
 def _attitude(law: Any) -> int:
     """Whether the law of a torque on a body is called with its attitude, and whether the load follows it."""
     if callable(law):
-        return int(kernels.FOLLOWS) * int(law.law_kind == "torque")  # type: ignore[attr-defined]
+        return int(kernels.FOLLOWS) * int(law.law_kind == "torque")
     used = {name for text in law for name in expressions.names(text)}
     follows = any(name[0] == "r" and name[1:].isdigit() for name in used)
     return int(kernels.FOLLOWS) if follows else 1

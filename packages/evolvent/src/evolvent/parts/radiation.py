@@ -99,26 +99,23 @@ class Radiation(Part):
 
     def _write_blade(self, builder: Builder, name: str) -> None:
         """Write light on a strip."""
-        optics, width = [self.specular, self.diffuse], self.width
-        family, thread = builder.names.get(str(self.along), ("", -1))
+        optics, width, along = [self.specular, self.diffuse], self.width, str(self.along)
+        family, thread = builder.names.get(along, ("", -1))
         if family not in ("rods", "threads"):
             known = [n for n, (of, _) in builder.names.items() if of in ("rods", "threads")]
-            raise InputError(
-                f"{name}.along is {self.along!r}; it must be a rod or a thread; {nearest(str(self.along), known)}"
-            )
+            raise InputError(f"{name}.along is {along!r}; it must be a rod or a thread; {nearest(along, known)}")
         if family == "rods" and width is None:
-            sides = builder.specs[self.along].section.sides
+            sides = builder.specs[along].section.sides
             width = None if sides is None else sides[1]
         if width is None:
             which = "a thread" if family == "threads" else "a rod whose section has none"
-            raise InputError(f"{name}.width is missing; {self.along!r} is {which}; give it, such as '10 cm'")
+            raise InputError(f"{name}.width is missing; {along!r} is {which}; give it, such as '10 cm'")
         light = self.pressure * width * unit(self.direction)
         if family == "rods":
-            times = window(builder, name, self)
-            rest = [*times, 0.0, 1.0, 0.0, *optics]
-            add_rod_loads(builder, name, kernels.PANEL, str(self.along), light, rest)
+            rest = [*window(builder, name, self), 0.0, 1.0, 0.0, *optics]
+            add_rod_loads(builder, name, kernels.PANEL, along, light, rest)
             return
         key = next((key for key in ("start", "until", "ramp") if getattr(self, key)), None)
         if key is not None:
-            raise InputError(f"{name}.{key} is given, but light on a thread, {self.along!r}, acts at all times")
+            raise InputError(f"{name}.{key} is given, but light on a thread, {along!r}, acts at all times")
         builder.names[name] = ("loads", add_load(builder, kernels.RADIATION, thread, [*light, *optics]))

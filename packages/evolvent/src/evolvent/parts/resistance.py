@@ -197,21 +197,22 @@ class Resistance(Part):
     def write(self, builder: Builder, name: str) -> None:
         """Write the row of the family `resistances`, its curves and its bristles."""
         refuse_unfit(name, self)
-        if self.type == "harness":
-            if self.torque is None and self.loop is None and not self.bristles and not self.stiffness:
-                raise InputError(
-                    f"{name} has no torque; give {name}.loop, or {name}.torque, {name}.stiffness, {name}.bristles"
-                )
-        else:
-            for key in ("straight", "folded") if self.type == "tape-spring" else ("strength",):
-                if getattr(self, key) is None:
-                    raise InputError(f"{name}.{key} is missing; a resistance of type {self.type!r} needs it")
         h = find_coordinate(builder, f"{name}.joint", self.joint)
         kinds = {"harness": self._write_harness, "tape-spring": self._write_tape, "adhesion": self._write_adhesion}
         kinds[self.type](builder, name, h, builder.rows["coordinates"][h])
 
+    def _needed(self, name: str, key: str) -> Any:
+        """The value of a key that its type needs."""
+        if getattr(self, key) is None:
+            raise InputError(f"{name}.{key} is missing; a resistance of type {self.type!r} needs it")
+        return getattr(self, key)
+
     def _write_harness(self, builder: Builder, name: str, h: int, row: dict[str, Any]) -> None:
         """Write the curve and the bristles of a harness."""
+        if self.torque is None and self.loop is None and not self.bristles and not self.stiffness:
+            raise InputError(
+                f"{name} has no torque; give {name}.loop, or {name}.torque, {name}.stiffness, {name}.bristles"
+            )
         for key in ("stiffness", "rest", "set", "bristles", "relaxed_at"):
             check_units(f"{name}.{key}", getattr(self, key), row["kind"])
         bristles = [(float(k), float(L)) for k, L in self.bristles or ()]
@@ -237,12 +238,13 @@ class Resistance(Part):
 
     def _write_tape(self, builder: Builder, name: str, h: int, row: dict[str, Any]) -> None:
         """Write the curves of a tape-spring hinge."""
-        x, moment = ascending(f"{name}.straight", self.straight, row["kind"])
+        straight, folded = (self._needed(name, key) for key in ("straight", "folded"))
+        x, moment = ascending(f"{name}.straight", straight, row["kind"])
         energy = energies(x, moment)
         energy -= np.interp(0.0, x, energy)
         ends: dict[str, Any] = {}
         first, others = len(builder.rows["curves"]), []
-        up = self.folded[-1][0] > x[-1]
+        up = folded[-1][0] > x[-1]
         for number, key in enumerate(("folded", "opposite"), 1):
             table = getattr(self, key)
             if table is None:
@@ -295,13 +297,14 @@ class Resistance(Part):
 
     def _write_adhesion(self, builder: Builder, name: str, h: int, row: dict[str, Any]) -> None:
         """Write the curves of an adhesion: before it breaks, and after."""
+        strength = float(self._needed(name, "strength"))
         for key in ("strength", "distance"):
             check_units(f"{name}.{key}", getattr(self, key), row["kind"])
         way = PRESLIDING[row["kind"]] if self.distance is None else float(self.distance)
         x = float(row["angle"]) + way * np.array([-1.0, 0.0, 1.0])
         first = len(builder.rows["curves"])
         ends: dict[str, Any] = {"low": x[0], "high": x[-1], "below": 1, "above": 1}
-        energy = 0.5 * self.strength * way
-        add_curve(builder, x, self.strength * np.array([-1.0, 0.0, 1.0]), energy * np.array([1.0, 0.0, 1.0]), **ends)
+        energy = 0.5 * strength * way
+        add_curve(builder, x, strength * np.array([-1.0, 0.0, 1.0]), energy * np.array([1.0, 0.0, 1.0]), **ends)
         add_curve(builder, x, np.zeros(3), np.zeros(3))
         add_resistance(builder, name, h, kernels.ADHESION, first, len(builder.rows["bristles"]))
