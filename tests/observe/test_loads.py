@@ -91,7 +91,7 @@ def test_loads_on_beams(which: str, formulation: str) -> None:
         close(found.of("load", "force"), share[:, None] * np.array(load.force))
         close(mid, nodes[:, -1, 0])
     elif which == "slope":
-        close(found.of("load", "generalized_force"), share[:, None] * np.array(load.force))
+        close(found.of("load", "generalized_force"), share[:, None] * np.array(load.torque))
         close(mid, nodes[:, 2, 0])
     elif which == "line":
         close(found.of("load", "force"), share[:, None] * np.array(load.force))  # of a metre

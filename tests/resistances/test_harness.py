@@ -165,9 +165,9 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         r"it\.loop is met to .* of its height, the range of its torques, by the law 'slip'",
     ),
     ({"stiffness": "3 N/m"}, r"it\.stiffness is 3 N/m, but its coordinate is an angle; give it in N m/rad"),
-    ({"stiffness": 1.0, "misfit": 0.1}, r"it\.misfit belongs to it\.loop"),
-    ({"bristles": [[1.0, 0.2]], "rest": 0.1}, r"it\.rest belongs to it\.stiffness"),
-    ({"loop": [[0, 0], [1, 1], [0, 0.5]], "bristles": [[1.0, 0.2]]}, r"it\.loop and it\.bristles are both given"),
+    ({"stiffness": 1.0, "misfit": 0.1}, r"it\.misfit is given without it\.loop"),
+    ({"bristles": [[1.0, 0.2]], "rest": 0.1}, r"it\.rest is given without it\.stiffness"),
+    ({"loop": [[0, 0], [1, 1], [0, 0.5]], "bristles": [[1.0, 0.2]]}, r"it\.bristles and it\.loop are both given"),
 ]
 
 
@@ -270,7 +270,7 @@ def test_tables_that_may_mean_something_else_are_refused(tmp_path: Any, text: st
 @pytest.mark.parametrize(
     ("line", "sentence"),
     [
-        ("5, 0.1, 3", r"Harness\.loop .*line 4 is no row of the table: '5, 0.1, 3'"),
+        ("5, 0.1, 3", r"Resistance\.loop .*line 4 is no row of the table: '5, 0.1, 3'"),
         ("5, much", r"cannot read '.*loop\.csv': line 4 holds 'much' in column 'torque', where a number must be"),
         ("5, nan", r"line 4 of '.*loop\.csv' has 'nan'; it must be a number"),
     ],

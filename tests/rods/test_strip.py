@@ -281,7 +281,7 @@ def test_width_of_a_strip_without_one() -> None:
     general = General(area=1e-3, Iy=1e-8, Iz=1e-8, J=1e-8)
     system.add(parts.Rod(length=1.0, section=general, material=SOFT, elements=2), "rod")
     system.add(parts.Radiation(along="rod", pressure=LIGHT, specular=1.0), "light")
-    with pytest.raises(InputError, match=r"light\.width is missing; the section of 'rod' has none"):
+    with pytest.raises(InputError, match=r"light\.width is missing; 'rod' is a rod whose section has none"):
         system.assemble()
 
 

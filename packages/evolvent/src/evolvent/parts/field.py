@@ -96,8 +96,8 @@ class Field(Part):
         found = write_law(builder, name, self.law, "force", self.parameters, self.constants)
         _write(builder, name, kind=kernels.LAW, K=np.zeros((3, 3)), w=np.zeros(3), scale=1.0, **found)
 
-    def _mean_motion(self, name: str) -> float:
-        """Mean motion n, rad/s."""
+    def mean_motion(self, name: str = "orbit") -> float:
+        """Mean motion n of an orbit, rad/s."""
         if self.rate is not None:
             return self.rate
         if self.radius is None or self.gravitational_parameter is None:
@@ -109,7 +109,7 @@ class Field(Part):
 
     def _write_orbit(self, builder: Builder, name: str) -> None:
         """Write the accelerations of the frame of an orbit."""
-        n, r, along = self._mean_motion(name), unit(self.radial), unit(self.along)
+        n, r, along = self.mean_motion(name), unit(self.radial), unit(self.along)
         if abs(float(r @ along)) > _RIGHT:
             raise InputError(
                 f"{name}.along is {self.along!r}; it must be perpendicular to {name}.radial, {self.radial!r}"
