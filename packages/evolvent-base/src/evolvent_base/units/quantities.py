@@ -270,7 +270,8 @@ class Vector(Annotation):
             return list(value)
         if any(isinstance(v, Measured) and v.text for v in value):
             return [self.quantity.write(v) for v in value]
-        return [*map(float, value[:-1]), self.quantity.write(value[-1])]
+        first = [float(v) if isinstance(v, Measured) else v for v in value[:-1]]
+        return [*first, self.quantity.write(value[-1])]
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """An array."""
