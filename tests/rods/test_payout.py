@@ -327,7 +327,7 @@ def test_what_is_refused_of_runs_and_other_parts() -> None:
         )
     for part, words in (
         (parts.Load(at="rod[3]", force=(0.0, 1.0, 0.0)), r"a node of a mesh through which material flows"),
-        (parts.Load(along="rod", force=(0.0, 1.0, 0.0)), r"line load on 'rod', whose length changes"),
+        (parts.Load(along="rod", force=(0.0, 1.0, 0.0)), r"a load along 'rod', whose length changes"),
         (parts.ThermalLoad(part="rod", temperature={"constant": 3.0}), r"on which thermal loads are not supported"),
     ):
         system = boom(moved(0.1, 0.5))
