@@ -280,7 +280,7 @@ def test_refusals() -> None:
     assert "is 'arm', a rod, which a spread torque does not support; give a torque" in refused(torque)
     assert "force is missing; give force, torque, direction and profile, or law" in refused(parts.Load(along="arm"))
     late = parts.Load(along="arm", force=(0.0, 1.0, 0.0), start=2.0, until=1.0)
-    assert "it must be after start 2.0" in refused(late)
+    assert "it must be after part 0.start, 2.0 s" in refused(late)
     assert "no node 9" in refused(parts.RigidBody(mass=1.0, inertia=1.0, at="arm[9]"))
     moving = parts.RigidBody(mass=1.0, inertia=1.0, at="arm.tip", velocity=(1.0, 0.0, 0.0))
     assert "the body moves with the node" in refused(moving)
