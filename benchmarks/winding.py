@@ -79,7 +79,7 @@ def assembled(n: int) -> Assembly:
             a="rib", b="hub", shape=parts.Cylinder(radius=HUB), stiffness=STIFFNESS, points=POINTS, damping=DAMPING
         )
     )
-    system.add(parts.Force(at="rib.tip", force=(0.0, FORCE, 0.0)))
+    system.add(parts.Load(at="rib.tip", force=(0.0, FORCE, 0.0)))
     return system.assemble()
 
 

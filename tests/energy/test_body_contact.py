@@ -211,7 +211,7 @@ def test_a_capsule_rests_on_two_points() -> None:
     g, force, x = 10.0, 4.0, 0.2
     lying: Any = parts.Capsule(radius=RADIUS, length=0.6, axis=(1.0, 0.0, 0.0))
     system = slope(lying, 0.0, 0.5, g)
-    system.add(parts.Force(at=("body", (x, 0.0, 0.0)), force=(0.0, 0.0, -force)), "push")
+    system.add(parts.Load(at=("body", (x, 0.0, 0.0)), force=(0.0, 0.0, -force)), "push")
     found = system.equilibrium()["floor"]
     shares = np.array([0.5 * (MASS * g + force) + side * force * x / 0.6 for side in (-1.0, 1.0)])
     np.testing.assert_allclose(found.point_force.values[-1], shares, rtol=1e-4)

@@ -72,7 +72,7 @@ def test_corners_share_the_weight() -> None:
     """A force off the middle: the four corners below bear what balance and equal springs give; the tilt too."""
     force, x, y = 4.0, 0.06, -0.03
     system = block(0.0, 0.5)
-    system.add(parts.Force(at=("block", (x, y, 0.0)), force=(0.0, 0.0, -force)), "push")
+    system.add(parts.Load(at=("block", (x, y, 0.0)), force=(0.0, 0.0, -force)), "push")
     found = system.equilibrium()["floor"]
     total = MASS * G + force
     wanted = [

@@ -224,7 +224,7 @@ def capstan(rate: float, on: int = 96, off: int = 8) -> System:
         parts.Contact(a="cable", b="drum", shape=parts.Cylinder(radius=radius), stiffness=1e6, damping=1.0, **friction),
         "contact",
     )
-    system.add(parts.Force(at="cable.root", force=(0.0, -1.0, 0.0), ramp=0.05), "load")
+    system.add(parts.Load(at="cable.root", force=(0.0, -1.0, 0.0), ramp=0.05), "load")
     hold = parts.PrescribedMotion(at="cable.tip", drive=parts.ConstantDrive(rate=0.0), direction=(1.0, 0.0, 0.0))
     system.add(hold, "hand")
     return system
@@ -255,7 +255,7 @@ def taut(strain: float, law: str, nodes: Array | None = None) -> tuple[System, f
     system.add(cable(nodes, length=(math.pi * radius + 2.0 * leg) / (1.0 + strain), **given), "cable")
     tension = modulus * 1e-6 * (strain + 0.5 * strain**2) * (1.0 + strain)
     for end in ("root", "tip"):
-        system.add(parts.Force(at=f"cable.{end}", force=(0.0, -tension, 0.0)), f"{end}-load")
+        system.add(parts.Load(at=f"cable.{end}", force=(0.0, -tension, 0.0)), f"{end}-load")
     contact = {"law": law, "stiffness": 1e5, "initial_overlap": 0.05}
     system.add(parts.Contact(a="cable", b="ground", shape=parts.Cylinder(radius=radius), **contact), "drum")
     return system, tension
@@ -407,7 +407,7 @@ class Slider(NamedTuple):
         system.add(parts.Spring(a=(-1.0, self.height, 0.0), b="mass", length=1.0, stiffness=self.spring), "spring")
         if self.shaken:
             profile = {"sine": {"amplitude": self.shaken, "frequency": 2.0}}
-            system.add(parts.Force(at="mass", direction=(1.0, 0.0, 0.0), profile=profile), "shaker")
+            system.add(parts.Load(at="mass", direction=(1.0, 0.0, 0.0), profile=profile), "shaker")
         return system
 
     def _rates(self, t: float, z: Array, u: float) -> tuple[float, list[float]]:

@@ -136,8 +136,8 @@ def test_account_of_everything_at_once(law: str) -> None:
         parts.Contact(a="beam", b="ground", shape=parts.Cylinder(radius=0.6), law=law, stiffness=1e3, damping=damping),
         "hub",
     )
-    system.add(parts.DistributedTorque(part="beam", torque=-0.5, until=0.2), "torque")
-    system.add(parts.Force(at="beam.tip", force=(0.0, 0.0, 0.1), start=0.1), "push")
+    system.add(parts.Load(along="beam", torque=(0.0, 0.0, -0.5), until=0.2), "torque")
+    system.add(parts.Load(at="beam.tip", force=(0.0, 0.0, 0.1), start=0.1), "push")
     assembly = system.assemble()
     found = run(assembly, np.linspace(0.0, 0.5, 6), "rk4", step=2e-5)
     given = np.abs(found.accounts[-1, mdl.LOAD])

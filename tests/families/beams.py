@@ -128,7 +128,7 @@ def paper_beam() -> Case:
 def beam_load() -> Case:
     """Under a force the tip sinks by F L^3/(3 E I)."""
     F = 0.02
-    push = parts.Force(at="rod.tip", force=(0.0, -F, 0.0))
+    push = parts.Load(at="rod.tip", force=(0.0, -F, 0.0))
     return cantilever("push", F / (3.0 * EI), BETA**-4, lambda found: found.add(push, "push"))
 
 
@@ -136,7 +136,7 @@ def beam_load() -> Case:
 def beam_profile() -> Case:
     """As under a force that does not change."""
     F = 0.02
-    push = parts.Force(at="rod.tip", direction=(0.0, -1.0, 0.0), profile={"constant": F})
+    push = parts.Load(at="rod.tip", direction=(0.0, -1.0, 0.0), profile={"constant": F})
     return cantilever("push", F / (3.0 * EI), BETA**-4, lambda found: found.add(push, "push"))
 
 

@@ -31,7 +31,7 @@ def pressed(shape_a: Any, shape_b: Any, depth: float, **law: Any) -> Case:
             a=("lever", (1.0, 0.0, 0.0)), b=(1.0, START - depth, 0.0), stiffness=STIFF, **shapes, **law
         )
         found.add(touch, "touch")
-        found.add(parts.Force(at=("lever", (1.0, 0.0, 0.0)), force=(0.0, -FORCE, 0.0)), "push")
+        found.add(parts.Load(at=("lever", (1.0, 0.0, 0.0)), force=(0.0, -FORCE, 0.0)), "push")
         return found
 
     w, rest = math.sqrt(STIFF / INERTIA), START - FORCE / STIFF
@@ -68,7 +68,7 @@ def rubbing_sphere() -> Case:
         given |= {"shape_a": parts.Sphere(radius=RADIUS), "shape": PLANE}
         touch = parts.Contact(a=("lever", (1.0, 0.0, 0.0)), b=(1.0, 1e-3 - RADIUS, 0.0), **given)
         found.add(touch, "touch")
-        found.add(parts.Torque(at="lever", torque=(0.0, torque, 0.0)), "turn")
+        found.add(parts.Load(at="lever", torque=(0.0, torque, 0.0)), "turn")
         return found
 
     return Case(

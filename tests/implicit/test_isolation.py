@@ -156,7 +156,7 @@ def motor(system: System, third: str) -> None:
 @tie("a harness")
 def harness(system: System, third: str) -> None:
     springs(system, third)
-    system.add(parts.Harness(joint="turn", stiffness=5.0, bristles=[[20.0, 0.8]]))
+    system.add(parts.Resistance(joint="turn", type="harness", stiffness=5.0, bristles=[[20.0, 0.8]]))
 
 
 @tie("a contact")

@@ -159,7 +159,7 @@ def test_beams(formulation: str, damping: str | None, rng: np.random.Generator) 
     system = System(gravity=(0.0, -9.81, 0.0))
     damped = {} if damping is None else {"mass_damping": 0.4, "stiffness_damping": 2e-3, "damping": damping}
     system.add(beam(formulation, **damped), "beam")
-    system.add(parts.LineLoad(part="beam", force=(0.1, 0.2, 0.3)))
+    system.add(parts.Load(along="beam", force=(0.1, 0.2, 0.3)))
     assert worst(disturbed(system.assemble(), rng), np.zeros(0)) < 1e-7
 
 

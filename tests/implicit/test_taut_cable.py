@@ -55,7 +55,7 @@ def cable(
             system.add(parts.Joint(a=tuple(nodes[k, 0]), b=f"cable.{end}", type="spherical"), end)
         else:
             force = sign * tension * nodes[k, 1] / (1.0 + strain)
-            system.add(parts.Force(at=f"cable.{end}", force=tuple(force)), end)
+            system.add(parts.Load(at=f"cable.{end}", force=tuple(force)), end)
     drum = parts.Contact(
         a="cable", b="ground", shape=parts.Cylinder(radius=RADIUS), law=law, stiffness=STIFF, friction=friction,
         initial_overlap=0.05,

@@ -151,7 +151,7 @@ def test_contact_forces_and_reactions_are_those_of_rest() -> None:
             points=1,
         )
     )  # fmt: skip
-    system.add(parts.Force(at="bar[4]", force=(0.0, -5.0, 0.0), ramp=0.5))
+    system.add(parts.Load(at="bar[4]", force=(0.0, -5.0, 0.0), ramp=0.5))
     assembly = system.assemble()
     solution = bounced(assembly, [0.0, 0.8, 1.2], tolerance=1e-5)
     assert solution.contact_surfaces["normal"][-1, 0] == pytest.approx(2.5, rel=5e-3)
@@ -182,7 +182,7 @@ def dragged() -> Assembly:
             bristle_stiffness=1e4,
         )
     )  # fmt: skip
-    system.add(parts.Force(at="bar.tip", force=(0.0, -5.0, 0.0), ramp=0.5))
+    system.add(parts.Load(at="bar.tip", force=(0.0, -5.0, 0.0), ramp=0.5))
     return system.assemble()
 
 
@@ -231,7 +231,7 @@ def test_a_beam_pressed_on_a_cylinder(book: Book) -> None:
     system.add(
         parts.Contact(a="beam", b="ground", shape=parts.Cylinder(radius=R), stiffness=1e6, damping=0.1, points=5)
     )
-    system.add(parts.Force(at="beam.tip", force=(0.0, -F, 0.0), ramp=0.5))
+    system.add(parts.Load(at="beam.tip", force=(0.0, -F, 0.0), ramp=0.5))
     assembly = system.assemble()
     solution = run(assembly, [0.0, 1.0, 3.0], tolerance=1e-5)
     points = solution.assembly.model.contact_points
@@ -298,9 +298,9 @@ def capstan(
             points=2, friction=MU, bristle_stiffness=1e4, bristle_damping=1.0, **{"damping": 1.0} | contact,
         )
     )  # fmt: skip
-    system.add(parts.Force(at="cable.root", force=(0.0, -1.0, 0.0), ramp=0.05))
+    system.add(parts.Load(at="cable.root", force=(0.0, -1.0, 0.0), ramp=0.05))
     if pull is not None:
-        system.add(parts.Force(at="cable.tip", force=(-pull, 0.0, 0.0), ramp=0.05))
+        system.add(parts.Load(at="cable.tip", force=(-pull, 0.0, 0.0), ramp=0.05))
     else:
         drive = parts.RampDrive(steps=((0.1, 0.05, speed),)) if speed else parts.ConstantDrive(rate=0.0)
         system.add(parts.PrescribedMotion(at="cable.tip", drive=drive, direction=(-1.0, 0.0, 0.0)), "hand")

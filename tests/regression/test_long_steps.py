@@ -14,7 +14,7 @@ def test_a_steady_torque_turns_a_body_on_a_hinge() -> None:
     system = System()
     system.add(parts.RigidBody(mass=1.0, inertia=(1.0, 1.0, 0.02)), "wheel")
     system.add(parts.Joint(a="ground", b="wheel", type="revolute", position=(0.0, 0.0, 0.0)), "axle")
-    system.add(parts.Torque(at="wheel", torque=(0.0, 0.0, 0.1)), "torque")
+    system.add(parts.Load(at="wheel", torque=(0.0, 0.0, 0.1)), "torque")
     run = system.simulate(until=2.0, every=0.1, method="generalized-alpha")
     assert run["wheel"].rate.values[:, 2] == pytest.approx(5.0 * run.time.values, abs=5e-3)
     assert run["axle"].angle.values == pytest.approx(2.5 * run.time.values**2, abs=5e-3)

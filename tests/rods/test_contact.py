@@ -40,7 +40,7 @@ def test_a_propped_cantilever_rests_on_a_surface(kind: str, book: Book) -> None:
     system = System()
     system.add(boom(), "boom")
     system.add(parts.Joint(a=(0, 0, 0), b="boom.root", type="clamp"), "root")
-    system.add(parts.Force(at="boom[5]", force=(0.0, 0.0, -20.0)), "load")
+    system.add(parts.Load(at="boom[5]", force=(0.0, 0.0, -20.0)), "load")
     system.add(surface(kind, stiffness=1e7, skip=9), "stop")
     found = system.equilibrium()
     book(

@@ -25,7 +25,7 @@ def sprung(count: int, stiffness: float, *, formulation: str = "assumed_strain",
     def more(system: System) -> None:
         system.add(parts.RotationalSpring(body="ground", node="beam.root", stiffness=stiffness), "spring")
         if moment:
-            system.add(parts.SlopeLoad(at="beam.tip", slope=2, force=(-moment, 0.0, 0.0)), "moment")
+            system.add(parts.Load(at="beam.tip", slope=2, torque=(-moment, 0.0, 0.0)), "moment")
 
     return beam(formulation, count, ("revolute",), section=SQUARE, material=MATERIAL, more=more)
 

@@ -382,7 +382,7 @@ def test_the_stiffness_is_the_derivative_of_all_forces(turns, rng):
         system.add(parts.Spring(a=held, b=end, stiffness=30.0, length=0.9))
     system.add(parts.Spring(a=("frame", (0.9, 0.8, 0.5)), b=("wheel", (0.1, 0.2, 0.0)), stiffness=5.0))
     system.add(parts.DistributedTorque(part="cable", torque=0.05, centre=(0.1, 0.2, 0.0)))
-    system.add(parts.Force(at=("hub", (0.1, 0.0, 0.2)), force=(0.3, 0.1, 0.2), frame="body"))
+    system.add(parts.Load(at=("hub", (0.1, 0.0, 0.2)), force=(0.3, 0.1, 0.2), frame="body"))
     system.add(parts.Contact(a="cable", b=("hub", (0.9, -0.31, 0.0)), shape=parts.Cylinder(radius=0.3), stiffness=50.0))
     a = system.assemble()
     spin = spin_of(a, "frame", None) if turns else np.zeros(6)
@@ -424,7 +424,7 @@ def test_fewer_modes_where_fewer_directions_are_free():
     system = System()
     mass = system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)))
     system.add(parts.Spring(a=(0.0, 0.0, 0.0), b=mass, stiffness=4.0, length=0.5))
-    system.add(parts.Force(at=mass, force=(2.0, 0.0, 0.0)))
+    system.add(parts.Load(at=mass, force=(2.0, 0.0, 0.0)))
     found = modes(system.assemble(), count=10)
     assert_allclose(found.frequency, [np.sqrt(2.0), np.sqrt(2.0), 2.0], rtol=1e-9)  # sqrt(tension/length), sqrt(k/m)
     assert solved(found.equilibrium).path.free == []

@@ -47,8 +47,8 @@ def lit() -> System:
     system.add(parts.Reel(body="hub", centre=(0.0, 0.0, -0.1), radius=0.1, drive=still), "reel")
     thread = {"length": 2.0, "nodes": 4, "line_density": 0.5, "stiffness": 300.0, "wound_mass": "carried"}
     system.add(parts.Thread(reel="reel", end=("end", (-0.1, 0.0, 0.1)), **thread), "thread")
-    light = {"pressure": 0.4, "width": 1.0, "reflectivity": 0.6, "direction": (1.0, 0.5, 0.3)}
-    system.add(parts.RadiationPressure(thread="thread", **light), "light")
+    light = {"pressure": 0.4, "width": 1.0, "specular": 0.6, "direction": (1.0, 0.5, 0.3)}
+    system.add(parts.Radiation(along="thread", **light), "light")
     return system
 
 

@@ -43,7 +43,7 @@ def clamped(**fields: Any) -> System:
 def test_a_propped_cantilever(prop: str, book: Book) -> None:
     """Under a uniform load q the prop at the tip takes 3/8 q L, less what its spring of contact gives way."""
     system = clamped()
-    system.add(parts.LineLoad(part="rod", force=(0.0, -LOAD, 0.0)), "load")
+    system.add(parts.Load(along="rod", force=(0.0, -LOAD, 0.0)), "load")
     system.add(PROPS[prop], "prop")
     found = system.equilibrium()["prop"]
     exact = LOAD / (8.0 * EI) / (1.0 / (3.0 * EI) + 1.0 / K)
@@ -63,7 +63,7 @@ def test_friction_on_a_sliding_plane(method: str, prop: str) -> None:
     """A beam pressed on something that moves along it is drawn by mu N: point by point, and in all."""
     mu, N, speed = 0.3, 2.0, 0.5
     system = clamped()
-    system.add(parts.Force(at="rod.tip", force=(0.0, -N, 0.0)), "push")
+    system.add(parts.Load(at="rod.tip", force=(0.0, -N, 0.0)), "push")
     given = {
         "a": "rod",
         "friction": mu,

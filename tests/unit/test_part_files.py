@@ -156,17 +156,17 @@ EVERY: dict[str, Part] = {
         holding_torque="2 N m",
         bristle_stiffness="3e4 N m/rad",
     ),
-    "harness": parts.Harness(
+    "harness": parts.Resistance(
         joint="pin",
+        type="harness",
         torque=[[0, 0], ["30 deg", "0.1 N m"]],
         bristles=[[2.0, "0.1 N m"]],
         law="dahl",
         set=0.1,
         relaxed_at=0.2,
     ),
-    "harness by a loop": parts.Harness(joint="pin", loop=[[0.0, 0.0], [1.0, 1.0], [0.0, -0.1], [0.0, 0.0]], misfit=0.2),
-    "tape-spring hinge": parts.TapeSpringHinge(
-        joint="pin", straight=[[-0.1, -2.0], [0.1, 2.0]], folded=[[0.05, 0.2], ["3 rad", "0.2 N m"]], state="straight"
+    "harness by a loop": parts.Resistance(
+        joint="pin", type="harness", loop=[[0.0, 0.0], [1.0, 1.0], [0.0, -0.1], [0.0, 0.0]], misfit=0.2
     ),
     "adhesion": parts.Adhesion(joint="pin", torque="0.4 N m", distance="0.1 deg"),
     "cylinder contact": parts.Contact(
@@ -250,7 +250,7 @@ BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
     "no kind": (
         {"hub": {"mass": 1}},
         ("hub", "kind"),
-        "parts.hub.kind is missing; known: acceleration-field, adhesion, attitude-controller, beam, ",
+        "parts.hub.kind is missing; known: attitude-controller, beam, ",
     ),
     "a kind as type": (
         {"hub": {"type": "reel", "radius": 1}},

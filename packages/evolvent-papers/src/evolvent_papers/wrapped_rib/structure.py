@@ -60,7 +60,7 @@ def build(case: Case, begin: Start) -> System:
         system.add(parts.Contact(a=f"rib-{k}", b="hub", initial_overlap=sunk, **law), f"contact-{k}")
         if drive is not None and drive.torque is not None:
             ramp = drive.ramp if drive.kind == "torque" else 0.0
-            spread = parts.DistributedTorque(part=f"rib-{k}", torque=drive.torque, pitch=_pitch(case), ramp=ramp)
+            spread = parts.Load(along=f"rib-{k}", torque=(0.0, 0.0, drive.torque), pitch=_pitch(case), ramp=ramp)
             system.add(spread, f"drive-{k}")
         if drive is not None and drive.kind == "tip":
             taut = case.strip.length * (1.0 + drive.stretch)

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.kernels import axial, joint as joints, sides, springs
+from evolvent.kernels import axial, joint as joints, sides
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.constraint_rows import CENTRE
 from evolvent.results.observe.shapes import point_on
@@ -374,9 +374,9 @@ def _thruster(view: View, name: str, found: Observed) -> None:
 def _panel(view: View, name: str, found: Observed) -> None:
     """The outline of a square panel of the area that the light falls on."""
     part = view.part(name)
-    marker = view.model.markers[int(view.model.loads["target"][view.index(name)])]
-    if marker["kind"] != springs.ON_BODY:
+    if part.at is None:
         return
+    marker = view.model.markers[int(view.model.loads["target"][view.index(name)])]
     x, y, _ = _basis(part.normal)
     half = 0.5 * float(part.area) ** 0.5
     corners = [half * (i * x + j * y) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))]
@@ -414,6 +414,6 @@ _SYMBOLS: dict[str, Callable[[View, str, Observed], None]] = {
     "guide": _guide,
     "reaction-wheel": _wheel,
     "thruster": _thruster,
-    "panel-radiation": _panel,
+    "radiation": _panel,
     "contact": _contact,
 }
