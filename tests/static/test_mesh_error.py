@@ -127,7 +127,7 @@ def test_the_commands_show_and_keep_it(tmp_path: pathlib.Path):
     case.write_text(cantilever(parts.Beam, 2).to_yaml())
     shown = run.invoke(commands, ["modes", str(case), "--count", "2", "--mesh-error", "-o", str(tmp_path / "modes.nc")])
     assert shown.exit_code == 0, shown.output
-    assert "extrapolated  mesh error" in shown.output
+    assert "extrapolated, Hz  mesh error, %" in shown.output
     with xr.open_dataset(tmp_path / "modes.nc") as kept:
         assert 0.03 < float(kept.mesh_error[0]) < 0.08
         assert_allclose(kept.frequency_extrapolated[0], FIRST, rtol=0.01)
