@@ -47,7 +47,7 @@ class Annotation:
         """`value` as a file holds it."""
         return value
 
-    def meant(self, *, second: bool) -> Annotation:
+    def meant(self, *, second: bool | None) -> Annotation:
         """The annotation of one of two quantities; itself where it is of one alone."""
         return self
 
@@ -90,6 +90,11 @@ class Section(BaseModel):
     def refusals(self) -> Iterator[str]:
         """A sentence for each rule between keys that the section breaks; the first one is raised as an `InputError`."""
         yield from ()
+
+    @classmethod
+    def type_of(cls, key: str, content: Any) -> Any:
+        """The type of a key, which may depend on the other keys of the section as a file holds it."""
+        return cls.model_fields[key].annotation
 
     # pydantic then validates inner sections itself, and keeps the path of what is wrong
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
@@ -237,7 +242,7 @@ class SectionsByName(Protocol):
     def written_out(self, contents: Mapping[str, Any], name: str) -> Mapping[str, Any]:
         """The contents such that the section of a name stands there by itself; as they are where none stands for it."""
 
-    def is_second(self, contents: Any, name: str) -> bool:
+    def is_second(self, contents: Any, name: str) -> bool | None:
         """Whether keys of one of two quantities (`units.Either`) mean the second one in the section of a name."""
 
     def members_of(self, content: Any) -> Iterable[Any]:
@@ -309,24 +314,24 @@ def locate(kind: type[Section], key: str, content: Any = None) -> Located:
     InputError
         If the case has no such key; the sentence names the nearest.
     """
-    found, is_second = Located([(kind, ())], "", entry=False), lambda: False
-    names = key.split(".")
+    found, names = Located([(kind, ())], "", entry=False), key.split(".")
+    second: bool | None = None
     for k, name in enumerate(names):
         inner = within(found, name, content)
         if inner is None:
             raise InputError(_unlocated(kind, key, names[:k], name, found, content))
         mark = _by_name_mark(found)
         if mark is not None:
-            is_second = functools.partial(mark.is_second, content, name)
+            second = mark.is_second(content, name)
             content = mark.content_of(content, name)
         else:
             content = content.get(name) if isinstance(content, Mapping) else None
         found = inner
-    kinds = []
-    for one, own in found.types:
-        marks_ = (mark.meant(second=is_second()) if isinstance(mark, Annotation) else mark for mark in own)
-        kinds.append((one, tuple(marks_)))
-    return found._replace(types=kinds)
+
+    def meant(own: Sequence[Any]) -> tuple[Any, ...]:
+        return tuple(one.meant(second=second) if isinstance(one, Annotation) else one for one in own)
+
+    return found._replace(types=[(one, meant(own)) for one, own in found.types])
 
 
 def _by_name_mark(place: Located) -> SectionsByName | None:
@@ -360,7 +365,7 @@ def within(place: Located, name: str, content: Any) -> Located | None:
                 only = _field(section, next(iter(section.model_fields))) if len(section.model_fields) == 1 else None
                 return Located([(section, ()), *(only.types if only else ())], only.text if only else "", entry=False)
         if isinstance(kind, type) and issubclass(kind, Section) and name in kind.model_fields:
-            return _field(kind, name)
+            return _field(kind, name, content)
         arguments = get_args(kind)
         if get_origin(kind) is dict:
             return Located(_types(arguments[1]), place.text, entry=False)
@@ -371,9 +376,8 @@ def within(place: Located, name: str, content: Any) -> Located | None:
     return place._replace(entry=True) if name.isdecimal() else None
 
 
-def _field(kind: type[Section], name: str) -> Located:
-    field = kind.model_fields[name]
-    found = [(one, (*own, *field.metadata)) for one, own in _types(field.annotation)]
+def _field(kind: type[Section], name: str, content: Any = None) -> Located:
+    found = [(one, (*own, *kind.model_fields[name].metadata)) for one, own in _types(kind.type_of(name, content))]
     return Located(found, descriptions(kind)[name], entry=False)
 
 

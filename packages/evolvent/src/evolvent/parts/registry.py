@@ -252,7 +252,7 @@ class _ByName(Annotation):
             found |= members if one == written else {one: own}
         return found
 
-    def is_second(self, contents: Any, name: str) -> bool:
+    def is_second(self, contents: Any, name: str) -> bool | None:
         """Whether keys of an angle or a travel are of a travel in the part of a name."""
         seen: set[str] = set()
 
@@ -267,7 +267,7 @@ class _ByName(Annotation):
 
         content = self.content_of(contents, name)
         part = self.section_of(content)
-        return part is not None and part.acts_on_travel(content, travels)
+        return None if part is None else part.acts_on_travel(content, travels)
 
     def members_of(self, content: Any) -> Iterator[Any]:
         """The contents of the parts for which one stands, with their numbers put into texts."""
