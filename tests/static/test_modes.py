@@ -381,7 +381,7 @@ def test_the_stiffness_is_the_derivative_of_all_forces(turns, rng):
         held, end = ("frame", (x - 0.1, y - 0.2, 0.4)), ("hub", (0.1 * x, 0.1 * y, 0.1))
         system.add(parts.Spring(a=held, b=end, stiffness=30.0, length=0.9))
     system.add(parts.Spring(a=("frame", (0.9, 0.8, 0.5)), b=("wheel", (0.1, 0.2, 0.0)), stiffness=5.0))
-    system.add(parts.DistributedTorque(part="cable", torque=0.05, centre=(0.1, 0.2, 0.0)))
+    system.add(parts.Load(along="cable", torque=(0.0, 0.0, 0.05), centre=(0.1, 0.2, 0.0)))
     system.add(parts.Load(at=("hub", (0.1, 0.0, 0.2)), force=(0.3, 0.1, 0.2), frame="body"))
     system.add(parts.Contact(a="cable", b=("hub", (0.9, -0.31, 0.0)), shape=parts.Cylinder(radius=0.3), stiffness=50.0))
     a = system.assemble()

@@ -168,7 +168,14 @@ EVERY: dict[str, Part] = {
     "harness by a loop": parts.Resistance(
         joint="pin", type="harness", loop=[[0.0, 0.0], [1.0, 1.0], [0.0, -0.1], [0.0, 0.0]], misfit=0.2
     ),
-    "adhesion": parts.Adhesion(joint="pin", torque="0.4 N m", distance="0.1 deg"),
+    "tape-spring hinge": parts.Resistance(
+        joint="pin",
+        type="tape-spring",
+        straight=[[-0.1, -2.0], [0.1, 2.0]],
+        folded=[[0.05, 0.2], ["3 rad", "0.2 N m"]],
+        state="straight",
+    ),
+    "adhesion": parts.Resistance(joint="pin", type="adhesion", strength="0.4 N m", distance="0.1 deg"),
     "cylinder contact": parts.Contact(
         a=["boom", "other"], b="hub", shape=parts.Cylinder(radius=0.3), stiffness="1e6 N/m^1.5", exponent=1.5
     ),
