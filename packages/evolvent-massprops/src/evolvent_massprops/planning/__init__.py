@@ -1,6 +1,6 @@
 """Measurements on springs, planned: where to pull, how fast and how long, with which sensors, in which mountings."""
 
-from evolvent_massprops.planning.answer import answer_of, planned
+from evolvent_massprops.planning.answer import answer_of
 from evolvent_massprops.planning.calibration import Calibration, Need
 from evolvent_massprops.planning.expected import Option
 from evolvent_massprops.planning.mountings import Further, MountingSet
@@ -11,5 +11,5 @@ from evolvent_massprops.planning.search import Plan, check, curves, plan
 
 __all__ = [
     "Calibration", "Further", "Mode", "MountingSet", "Need", "Option", "Plan", "Pull", "Rule", "answer_of",
-    "check", "curves", "plan", "planned",
+    "check", "curves", "plan",
 ]  # fmt: skip
