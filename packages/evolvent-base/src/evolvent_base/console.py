@@ -113,7 +113,7 @@ def compiling(tell: Callable[[str], None] | None) -> Iterator[None]:
         yield
 
 
-class _Running(progress.Lines):
+class _Running(progress.ProgressLines):
     """Lines on stderr on all but figures, which take a few seconds."""
 
     def __init__(self) -> None:

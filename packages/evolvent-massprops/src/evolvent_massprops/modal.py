@@ -14,7 +14,7 @@ from evolvent_base.errors import InputError
 from evolvent_base.showing import Shown
 from evolvent_massprops import mode_figures
 from evolvent_massprops.description import Pendulum, Signalling
-from evolvent_massprops.identification import Modes, identify
+from evolvent_massprops.identification import IdentifiedModes, identify
 from evolvent_massprops.identification.clipping import clipped
 from evolvent_massprops.identification.noise_density import density
 from evolvent_massprops.identification.orders import WHITE, whiteness
@@ -47,7 +47,7 @@ class Modal(Shown):
     Attributes
     ----------
     reading : Reading
-    modes : Modes, as identified
+    modes : IdentifiedModes, as identified
     white : p-value of the residual's highest line, were the residual white
     widening : (m,) factor on each mode's deviations, 1 where the residual is white
     frequency : (m,) rad/s, undamped, magnitudes of the poles
@@ -60,7 +60,7 @@ class Modal(Shown):
     """
 
     reading: Reading
-    modes: Modes
+    modes: IdentifiedModes
     white: float
     widening: np.ndarray
     frequency: np.ndarray
@@ -210,7 +210,7 @@ def late_start_warning(reading: Reading) -> str:
     return f"the samples are quiet until {begins:.4g} s, where the swing seems to begin; set signals.start to it"
 
 
-def _identification_warnings(modes: Modes, widening: np.ndarray, p: float, reading: Reading) -> list[str]:
+def _identification_warnings(modes: IdentifiedModes, widening: np.ndarray, p: float, reading: Reading) -> list[str]:
     """Warnings of the identification, that on the residual with what was done about it."""
     texts = [text for text in modes.warnings if not text.startswith("the residual is not white")]
     if reading.noise is not None:
@@ -233,7 +233,7 @@ def _identification_warnings(modes: Modes, widening: np.ndarray, p: float, readi
     return texts
 
 
-def _edge(modes: Modes, reading: Reading) -> list[str]:
+def _edge(modes: IdentifiedModes, reading: Reading) -> list[str]:
     half = np.pi * reading.rate
     near = [w for w in modes.frequency if w > EDGE * half]
     if not near:
@@ -245,7 +245,7 @@ def _edge(modes: Modes, reading: Reading) -> list[str]:
 
 
 def _steady(
-    modes: Modes, reading: Reading, widening: np.ndarray, *, pendulum: bool
+    modes: IdentifiedModes, reading: Reading, widening: np.ndarray, *, pendulum: bool
 ) -> tuple[tuple[int, ...], list[str]]:
     """Modes at a mains frequency, as it appears at this rate, and sentences on modes that do not decay.
 
@@ -282,7 +282,7 @@ def _steady(
     return tuple(hum), texts
 
 
-def _widening(signal: Signal, modes: Modes) -> tuple[float, np.ndarray]:
+def _widening(signal: Signal, modes: IdentifiedModes) -> tuple[float, np.ndarray]:
     """p-value of a white residual, and the factors.
 
     Notes

@@ -8,7 +8,7 @@ import numpy as np
 
 from evolvent_base.figures import Figure, Line, Panel, spectrum, stacked
 from evolvent_base.signals.times import read_times
-from evolvent_massprops.identification import Modes
+from evolvent_massprops.identification import IdentifiedModes
 
 Array = np.ndarray
 #: Most sensors that are drawn.
@@ -17,12 +17,12 @@ MOST = 4
 LEAST_SCALE = 0.02
 
 
-def figures(modes: Modes, unit: str) -> list[Figure]:
+def figures(modes: IdentifiedModes, unit: str) -> list[Figure]:
     """Signals with the sum of the modes, their spectra, and the amplitudes at the sensors.
 
     Parameters
     ----------
-    modes : evolvent_massprops.identification.Modes
+    modes : evolvent_massprops.identification.IdentifiedModes
     unit : str, of the sensors
     """
     read = np.where(np.isfinite(modes.data), modes.data, modes.fitted)
@@ -34,7 +34,7 @@ def figures(modes: Modes, unit: str) -> list[Figure]:
     ]
 
 
-def _even(modes: Modes, read: Array) -> tuple[Array, Array]:
+def _even(modes: IdentifiedModes, read: Array) -> tuple[Array, Array]:
     """Times and signals on an even grid: what the modes leave is interpolated, if the times are uneven."""
     times = read_times(modes.time)
     if times.even:

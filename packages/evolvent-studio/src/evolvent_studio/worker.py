@@ -17,7 +17,7 @@ from collections.abc import Callable
 from typing import Any
 
 from evolvent_base import startup
-from evolvent_studio import added, child
+from evolvent_studio import added_jobs, child
 
 #: Files of a job.
 CASE, RUN, STUDY, CERTIFICATE = "case.yaml", "run.nc", "study", "certificate.html"
@@ -43,7 +43,7 @@ def main(folder: str) -> int:
             "run": _run, "equilibrium": _equilibrium, "modes": _modes, "margin": _margin, "sweep": _sweep,
             "disperse": _disperse, "calibrate": _calibrate,
         }  # fmt: skip
-        compute = known.get(job["kind"]) or added.job(job["kind"])
+        compute = known.get(job["kind"]) or added_jobs.computation(job["kind"])
         with (
             contextlib.nullcontext()
             if job["kind"] in ("sweep", "disperse")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,9 +11,7 @@ from evolvent_base.answer import Answer, Section, Table
 from evolvent_base.dense import facing
 from evolvent_base.showing import Answered
 from evolvent_massprops.identification.signals import Array, Signal, basis, fit_linear, noise_of, split
-
-if TYPE_CHECKING:
-    from evolvent_massprops.identification.swings import Swing
+from evolvent_massprops.identification.swing_laws import Swing
 
 
 class OrderCriteria(NamedTuple):
@@ -60,7 +58,7 @@ class ModeShapes(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Modes(Answered):
+class IdentifiedModes(Answered):
     """Modes of free vibration, by rising frequency, m modes at c sensors.
 
     The model: x_c(t) = offset_c + drift_c t + sum_k amplitude_kc exp(-decay_rate_k t) cos(frequency_k t + phase_kc),
@@ -268,7 +266,8 @@ class Modes(Answered):
         return Answer(title=title, sections=sections, warnings=self.warnings)
 
 
-#: Quantities of `Modes` for files and tables: name -> (units, text, whether of every sensor); '' is the sensors' unit.
+#: Quantities of `IdentifiedModes` for files and tables: name -> (units, text, whether of every sensor); '' is
+#: the sensors' unit.
 QUANTITIES = {
     "frequency": ("rad s-1", "identified frequency", False),
     "frequency_std": ("rad s-1", "standard deviation of the identified frequency", False),
@@ -281,13 +280,13 @@ QUANTITIES = {
 
 
 def mode_variables(
-    modes: Modes | None, *, unit: str, order: int = 0, sensors: int = 0
+    modes: IdentifiedModes | None, *, unit: str, order: int = 0, sensors: int = 0
 ) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
     """Modes as variables over the dimensions "mode" and "sensor": name -> (dimensions, values, units, text).
 
     Parameters
     ----------
-    modes : Modes, or None where none were found
+    modes : IdentifiedModes, or None where none were found
     unit : str, of the sensors
     order, sensors : int, numbers of modes and sensors where none were found; the values are then NaN
     """
@@ -312,7 +311,7 @@ def make_modes(
     noise: Array | None = None,
     covariance: Array | None = None,
     iterations: int = 0,
-) -> Modes:
+) -> IdentifiedModes:
     """Modes of given poles; those of a fit are in order and come with its linear `coefficients`.
 
     Without these, the amplitudes are those that fit best; without `noise`, it follows from the residual.
@@ -327,7 +326,7 @@ def make_modes(
     if noise is None:
         noise = signal.noise if signal.noise is not None else noise_of(signal, np.nansum(residual**2, axis=0), m)
     size = 2 * m + 2 * m * sensors + sensors
-    return Modes(
+    return IdentifiedModes(
         method=method,
         order=m,
         names=signal.names,

@@ -7,9 +7,9 @@ from evolvent_massprops.planning.mountings import Further, MountingSet
 from evolvent_massprops.planning.predictions import Mode
 from evolvent_massprops.planning.pulls import Pull
 from evolvent_massprops.planning.rules import Rule
-from evolvent_massprops.planning.search import Plan, check, curves, plan
+from evolvent_massprops.planning.search import MeasurementPlan, check, curves, plan
 
 __all__ = [
-    "Calibration", "Further", "Mode", "MountingSet", "Need", "Option", "Plan", "Pull", "Rule", "answer_of",
+    "Calibration", "Further", "MeasurementPlan", "Mode", "MountingSet", "Need", "Option", "Pull", "Rule", "answer_of",
     "check", "curves", "plan",
 ]  # fmt: skip

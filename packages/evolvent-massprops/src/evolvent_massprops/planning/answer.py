@@ -16,13 +16,13 @@ from evolvent_massprops.spring_keys import CALIBRATED
 
 if TYPE_CHECKING:
     from evolvent_massprops.planning.expected import Option
-    from evolvent_massprops.planning.search import Plan
+    from evolvent_massprops.planning.search import MeasurementPlan
 
 #: Inputs that are shown, and quantities of which each has its column.
 _MOST_ROWS, _MOST_QUANTITIES = 6, 3
 
 
-def answer_of(found: Plan, drawn: tuple[np.ndarray, np.ndarray, Sequence[str]] | None = None) -> an.Answer:
+def answer_of(found: MeasurementPlan, drawn: tuple[np.ndarray, np.ndarray, Sequence[str]] | None = None) -> an.Answer:
     """What is recommended, what was compared, what limits it, and the paper's rules.
 
     Parameters
@@ -64,7 +64,7 @@ def answer_of(found: Plan, drawn: tuple[np.ndarray, np.ndarray, Sequence[str]] |
     )
 
 
-def _expected(found: Plan) -> an.Table:
+def _expected(found: MeasurementPlan) -> an.Table:
     """Every quantity that is asked, with the uncertainties of the recommended plan."""
     best = found.best
     rows = []
@@ -77,7 +77,7 @@ def _expected(found: Plan) -> an.Table:
     return an.Table(heads=heads, rows=rows, title="what it gives")
 
 
-def _recordings(found: Plan) -> an.Table:
+def _recordings(found: MeasurementPlan) -> an.Table:
     """How the body is mounted and set swinging in each of several recordings."""
     rows = [
         (name, rotation, pull.label, f"{pull.least:.3g}")
@@ -86,7 +86,7 @@ def _recordings(found: Plan) -> an.Table:
     return an.Table(heads=("", "rotation", "pull", "least energy J"), rows=rows, title="recordings")
 
 
-def _modes(found: Plan) -> an.Table:
+def _modes(found: MeasurementPlan) -> an.Table:
     """The modes of every recording as they will be identified."""
     heads = ("", "frequency rad/s", "decay rate 1/s", "damping ratio", "energy J", "amplitude mm")
     last, rows = None, []
@@ -100,7 +100,7 @@ def _modes(found: Plan) -> an.Table:
     return an.Table(heads=heads, rows=rows, title="modes")
 
 
-def _needs(found: Plan) -> an.Table:
+def _needs(found: MeasurementPlan) -> an.Table:
     """How well the stand has to be known, and other inputs that count."""
     rows = []
     title = f"u that {100.0 * found.wanted:.3g} % needs, with the others as stated, and with all else exact"
@@ -113,7 +113,7 @@ def _needs(found: Plan) -> an.Table:
     return an.Table(heads=heads, rows=rows, title=title)
 
 
-def _calibrations(found: Plan) -> an.Table:
+def _calibrations(found: MeasurementPlan) -> an.Table:
     """What ways of calibrating the stand give."""
     rows = []
     for one in found.calibrations:
@@ -159,7 +159,7 @@ def _options(title: str, options: tuple[Option, ...]) -> an.Table:
     return an.Table(heads=heads, rows=rows, title=title)
 
 
-def _figure(duration: np.ndarray, worst: np.ndarray, labels: Sequence[str], found: Plan) -> Figure:
+def _figure(duration: np.ndarray, worst: np.ndarray, labels: Sequence[str], found: MeasurementPlan) -> Figure:
     """Largest relative uncertainty over the length of the record (n,), of every pull (pulls, n)."""
     lines = [
         Line(x=duration, y=100.0 * row, label=label, color=k, width=1.0)

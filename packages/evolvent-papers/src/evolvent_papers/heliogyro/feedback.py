@@ -96,7 +96,7 @@ def modes(case: Case, count: int | None) -> LoopTable:
         If a blade of the case is not out so far in its run.
     """
     from evolvent.analysis.loop_modes import loop_modes
-    from evolvent.analysis.stepping import Stepper
+    from evolvent.analysis.stepper import Stepper
 
     given, blade = case.spool.feedback, case.blade
     assert given is not None

@@ -15,7 +15,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from evolvent.analysis import feedback
-from evolvent.analysis.stepping import Stepper
+from evolvent.analysis.stepping import SteppedAssembly
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.blocks import is_of
@@ -172,7 +172,7 @@ class _Plant:
 
     def __init__(self, assembly: Assembly, period: float) -> None:
         method = "dopri5" if all(families.suit_adaptive_steps(assembly.model)) else "rk4"
-        self.stepper = Stepper.of_assembly(
+        self.stepper = SteppedAssembly(
             assembly, method=method, start=0.0, until=8.0 * period, tolerance=_TOLERANCE,
             absolute_tolerance=1e-2 * _TOLERANCE,
         )  # fmt: skip

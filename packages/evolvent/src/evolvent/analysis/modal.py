@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from evolvent import __version__, results
+from evolvent import results
 from evolvent.analysis.mesh_error import MeshError
 from evolvent.results import netcdf
 from evolvent.solvers.common.sampled import empty
 from evolvent.solvers.common.solution import Solution
-from evolvent.solvers.modal.modal import NOTHING, Modes
-from evolvent_base import answer as an
+from evolvent.solvers.modal.modal import NOTHING, VibrationModes
+from evolvent_base import __version__, answer as an
 from evolvent_base.showing import Shown
 
 if TYPE_CHECKING:
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 
 @dataclasses.dataclass(frozen=True)
-class ModalResults(Shown, Modes):
-    """`evolvent.solvers.modal.modal.Modes` with what shows them.
+class ModalResults(Shown, VibrationModes):
+    """`evolvent.solvers.modal.modal.VibrationModes` with what shows them.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class ModalResults(Shown, Modes):
     mesh: MeshError | None = None
 
     @classmethod
-    def of(cls, found: Modes) -> Self:
+    def of(cls, found: VibrationModes) -> Self:
         """The same modes."""
         return cls(**{field.name: getattr(found, field.name) for field in dataclasses.fields(found)})
 
@@ -82,7 +82,7 @@ class ModalResults(Shown, Modes):
         return [an.Table(heads=heads, rows=[[word, *(f"{m:.4g}" for m in values)] for word, values in of.items()])]
 
     def to_dataset(self) -> xr.Dataset:
-        """As of `Modes`, with extrapolated frequencies and the relative error of the mesh, where it is asked for."""
+        """As of `VibrationModes`, with extrapolated frequencies and the error of the mesh, where it is asked for."""
         found = super().to_dataset()
         if self.mesh is not None:
             what = "frequency, extrapolated from n and 2 n elements"

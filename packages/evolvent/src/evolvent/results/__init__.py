@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from evolvent import __version__, cases
+from evolvent import cases
 from evolvent.results import netcdf
 from evolvent.results.fine_samples import MARK
-from evolvent_base import safe_open
+from evolvent_base import __version__, safe_open
 from evolvent_base.errors import HIDDEN, InputError
 from evolvent_base.figures import Number, numbers_of
 from evolvent_base.files import _named, write_file

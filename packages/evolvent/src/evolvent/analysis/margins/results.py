@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import __version__
 from evolvent.analysis.margins.factors import CATEGORIES, Standard
 from evolvent.analysis.margins.keys import Margin
-from evolvent.analysis.margins.tables import Table
+from evolvent.analysis.margins.tables import MarginTable
 from evolvent.model.shares import DAMPING
 from evolvent.results import made_with, netcdf
-from evolvent_base import answer as an
+from evolvent_base import __version__, answer as an
 from evolvent_base.errors import InputError, nearest
 from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_base.showing import Shown
@@ -46,8 +45,8 @@ class MarginResults(Shown):
     named, endings = "margins", (".nc", ".json", ".csv")
 
     def __init__(
-        self, label: str, standard: Standard, keys: Margin, names: Sequence[str], still: Sequence[Table | None],
-        moving: Sequence[Table | None], latches: Sequence[dict[str, Any]], remarks: Sequence[str] = (), *,
+        self, label: str, standard: Standard, keys: Margin, names: Sequence[str], still: Sequence[MarginTable | None],
+        moving: Sequence[MarginTable | None], latches: Sequence[dict[str, Any]], remarks: Sequence[str] = (), *,
         title: str = "", case: str = "",
     ) -> None:  # fmt: skip
         self.label, self.standard, self.keys = label, standard, keys
@@ -86,14 +85,14 @@ class MarginResults(Shown):
                    "margins.csv": lambda: an.as_csv(self.stations())},
         )  # fmt: skip
 
-    def __getitem__(self, name: str) -> Table:
+    def __getitem__(self, name: str) -> MarginTable:
         """The table at rest of a coordinate; of a reel that along the run."""
         table = self.still[self._index(name)] or self.moving[self._index(name)]
         if table is None:
             raise InputError(f"{name!r} is a reel, whose margin is that along a run in which it turns")
         return table
 
-    def at_rest(self, name: str) -> Table:
+    def at_rest(self, name: str) -> MarginTable:
         """The table at rest of a coordinate.
 
         Raises
@@ -106,7 +105,7 @@ class MarginResults(Shown):
             raise InputError(f"{name!r} is a reel, whose margin is that along a run: {name}.margin_in_run")
         return table
 
-    def motion(self, name: str) -> Table | None:
+    def motion(self, name: str) -> MarginTable | None:
         """The table along the motion of a coordinate, None without a run."""
         return self.moving[self._index(name)]
 
@@ -116,7 +115,7 @@ class MarginResults(Shown):
         return self.names.index(name)
 
     @property
-    def tables(self) -> list[Table]:
+    def tables(self) -> list[MarginTable]:
         """The table at rest of every coordinate, of reels that along the run; without reels that have none."""
         both = (still or moving for still, moving in zip(self.still, self.moving, strict=True))
         return [one for one in both if one is not None]
@@ -348,13 +347,13 @@ class MarginResults(Shown):
         return found
 
 
-def least_of(table: Table) -> tuple[str, int, float]:
+def least_of(table: MarginTable) -> tuple[str, int, float]:
     """Requirement, station and value of the least margin of a table."""
     name, n = table.governing()
     return name, n, float(table.margin(name)[n])
 
 
-def dataset_of(table: Table) -> xr.Dataset:
+def dataset_of(table: MarginTable) -> xr.Dataset:
     """One table as a data set: dimension `station`, shares by name."""
     import xarray as xr
 
@@ -387,7 +386,7 @@ def dataset_of(table: Table) -> xr.Dataset:
     return found
 
 
-def _as_dict(table: Table) -> dict[str, Any]:
+def _as_dict(table: MarginTable) -> dict[str, Any]:
     """One table as numbers and texts."""
     one = table.coordinate
     name, n, margin = least_of(table)
@@ -408,12 +407,12 @@ def _as_dict(table: Table) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _place(table: Table, n: int) -> str:
+def _place(table: MarginTable, n: int) -> str:
     """Position of a station, for tables."""
     return _at(table, float(table.x[n]))
 
 
-def _at(table: Table, x: float) -> str:
+def _at(table: MarginTable, x: float) -> str:
     """A value of a table's coordinate."""
     return f"{math.degrees(x):.4g} deg" if table.coordinate.angle else f"{x:.4g} m"
 

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from evolvent import cases
+from evolvent.results.measurements import Series
 from evolvent_base import answer as an
 from evolvent_base.figures import Figure, Line, Panel
+from evolvent_base.showing import Shown
 
-if TYPE_CHECKING:
-    from evolvent.design.calibration.fit import Calibration
-
+Array = np.ndarray
 #: Correlations that are named in the text.
 STRONG = 0.95
 #: Number of residuals from which their correlation is looked at.
@@ -135,3 +137,78 @@ def to_dict(found: Calibration) -> dict[str, Any]:
             {"name": s.name, "unit": s.unit, "labels": s.labels, "measured": s.values, "modelled": m} for s, m in both
         ],
     }  # fmt: skip
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """A fitted key of a case: where the fit starts (SI), what is allowed, and what counts as 1."""
+
+    key: str
+    unit: str
+    start: float
+    least: float
+    most: float
+    scale: float
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Reference:
+    """Another formula fitted to the same data: values of every series, and the root mean square of its residuals."""
+
+    modelled: tuple[Array, ...]
+    rms: float
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Calibration(Shown):
+    """A fit.
+
+    Attributes
+    ----------
+    parameters : tuple of Parameter
+    values, errors : (p,) float, SI, and their errors: standard errors of the data, and `integration`
+    integration : (p,) float, SI, by how much values would change with finer integration of the runs
+    accuracy : str, a sentence on it; '' of closed forms
+    correlation : (p, p) float
+    series : tuple of `Series`, as measured
+    modelled : of each series the model's values in its unit
+    references : mapping, label -> Reference, formulas that the system has beside its model
+    residuals : (n,) float, modelled less measured of all series, in their units
+    evaluations : int, of which `reused` were read from the folder
+    message : str, of the least squares
+    notes : what the data do not determine
+    case : dict, the content of the case with the fitted values
+    source, model : str, file of the data, and what was fitted
+    derivatives : str, how they were found: of the discrete solution (`System.sensitivity`), or differences and why
+    """
+
+    parameters: tuple[Parameter, ...]
+    values: Array
+    errors: Array
+    integration: Array
+    accuracy: str
+    correlation: Array
+    series: tuple[Series, ...]
+    modelled: tuple[Array, ...]
+    references: Mapping[str, Reference]
+    residuals: Array
+    evaluations: int
+    reused: int
+    message: str
+    notes: tuple[str, ...]
+    case: Mapping[str, Any]
+    source: str
+    model: str
+    derivatives: str
+
+    named = "calibrations"
+    endings = (".json", ".yaml")
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the residuals."""
+        return float(np.sqrt(np.mean(self.residuals**2)))
+
+    def answer(self) -> an.Answer:
+        """Fitted values, residuals with their figure, and files."""
+        return answer_of(self)

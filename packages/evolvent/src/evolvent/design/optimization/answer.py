@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from evolvent import cases
 from evolvent.design.dispersions.answer import short_name
-from evolvent.design.optimization.problem import Variable
-from evolvent.design.optimization.runs import short
+from evolvent.design.optimization.problem import DesignProblem, Variable
+from evolvent.design.optimization.runs import DesignResult, short
+from evolvent.design.optimization.trade import Trade
 from evolvent.results import made_with
 from evolvent_base import answer as an
 from evolvent_base.figures import Figure, Line, Panel
+from evolvent_base.showing import Shown
 
-if TYPE_CHECKING:
-    from evolvent.design.optimization.search import Design, Found
-
+Array = np.ndarray
 #: Relative amount by which a requirement that is missed with finer integration alone is said to be.
 MISSED = 1e-5
 #: Stationarity above which the derivatives at the end do not fit an optimum.
@@ -242,3 +244,80 @@ def figure(found: Design) -> Figure:
         panels=panels,
         height=70.0 + 9.0 * len(found.problem.continuous),
     )
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Found:
+    """A design that a search ended with.
+
+    Attributes
+    ----------
+    place : (variables with bounds,) float, shares of the ways between their bounds
+    chosen : tuple of int, numbers of the choices
+    result : DesignResult
+    message : str, of the optimiser
+    """
+
+    place: Array
+    chosen: tuple[int, ...]
+    result: DesignResult
+    message: str
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Design(Shown):
+    """The outcome of a search.
+
+    Attributes
+    ----------
+    problem : DesignProblem
+    start : Found, the case as it is (its own choices, or the first ones)
+    best : Found
+    met : bool, whether the best design meets all requirements
+    ends : tuple of Found, the end of every search
+    trade : Trade or None, multipliers and costs of tolerances; None where a requirement is missed, and of choices alone
+    history : list of (runs, objective, whether all requirements are met)
+    runs : int
+    exhausted : bool, whether the search ended since it had no runs left
+    derivatives : str, how they were found, those of the discrete solution or differences; '' where none were
+    finer : DesignResult, of the best design with finer integration of its runs: what differs is their error
+    """
+
+    problem: DesignProblem
+    start: Found
+    best: Found
+    met: bool
+    ends: tuple[Found, ...]
+    trade: Trade | None
+    history: Sequence[tuple[int, float, bool]]
+    runs: int
+    exhausted: bool
+    derivatives: str
+    finer: DesignResult
+
+    named = "designs"
+    endings = (".yaml",)
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """Key of the case -> its value in the best design."""
+        return self.problem.overrides(self.best.place, self.best.chosen)
+
+    @property
+    def objective(self) -> float:
+        """The best objective, in its unit."""
+        return self.best.result.objective
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The case with the best design, as a file holds it."""
+        return cases.written(cases.load(self.problem.content, self.values))
+
+    def answer(self) -> an.Answer:
+        """The design, what it was sought for, its keys, requirements and tolerances, figure and file."""
+        return answer_of(self)
+
+    def missed(self) -> list[str]:
+        """Requirements that the best design does not meet, with its values."""
+        both = zip(self.problem.requirements, self.best.result.values, strict=True)
+        return [f"{one.text} (it is {value:.6g})" for one, value in both if not short(one, value) <= 0.0]

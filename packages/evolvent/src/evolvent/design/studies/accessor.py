@@ -25,7 +25,7 @@ class StudyAccessor(Answered):
 
     Parameters
     ----------
-    found : xarray.Dataset, of `evolvent.sweep`, `evolvent.simulate_many` or `evolvent.System.simulate_many`
+    found : xarray.Dataset, of `evolvent.sweep` or `evolvent.simulate_many`
     """
 
     def __init__(self, found: xr.Dataset) -> None:

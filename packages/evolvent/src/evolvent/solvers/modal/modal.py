@@ -20,9 +20,9 @@ from evolvent.kernels.blocks import displace
 from evolvent.model.questions import LinearizedPoint
 from evolvent.parts.checks import positive, vector
 from evolvent.solvers.common.limits import limitation_of
+from evolvent.solvers.common.sizes import sizes
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.modal.positions import find_moving, linearized_points, moving, rigid_motions
-from evolvent.solvers.time.implicit.setup import sizes
 from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ NOTHING = 1e-12
 
 @dataclasses.dataclass(frozen=True)
 class PartModes:
-    """How one part moves in the modes, per square root of kg as `Modes.shape`.
+    """How one part moves in the modes, per square root of kg as `VibrationModes.shape`.
 
     Attributes
     ----------
@@ -77,7 +77,7 @@ class PartModes:
 
 
 @dataclasses.dataclass(frozen=True)
-class Modes:
+class VibrationModes:
     """Natural modes about an equilibrium, slowest first. ``modes["boom"]`` holds the shapes of one part.
 
     Attributes
@@ -193,7 +193,7 @@ class Modes:
 
     # -------------------------------------------------------------------------------------------- effective masses
 
-    def about(self, point: Sequence[float]) -> Modes:
+    def about(self, point: Sequence[float]) -> VibrationModes:
         """The same modes, with axes of rotation through `point`, (3,) float, m."""
         x = vector("point", point)
         return dataclasses.replace(self, point=(float(x[0]), float(x[1]), float(x[2])))
