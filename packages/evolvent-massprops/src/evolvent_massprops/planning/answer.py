@@ -29,7 +29,7 @@ def answer_of(found: MeasurementPlan, drawn: tuple[np.ndarray, np.ndarray, Seque
     ----------
     drawn : of `curves`, for a figure; None for none
     """
-    figures = [] if drawn is None else [_figure(*drawn, found)]
+    figures: list[an.Block] = [] if drawn is None else [_figure(*drawn, found)]
     best, several = found.best, len(found.names) > 1
     record = f"{best.duration:.3g} s at {best.rate:.4g} Hz ({best.samples} samples)"
     verdict = f"release the pull at {best.label} and record {record}"
