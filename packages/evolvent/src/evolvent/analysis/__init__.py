@@ -17,8 +17,8 @@ from evolvent.families.threads import is_open
 from evolvent.kernels import axial, joint, rigid, sides
 from evolvent.model import family, registry as family_registry
 from evolvent.results.fine_samples import Times
-from evolvent.solvers.common import payout
 from evolvent.solvers.common.laws import refusing_laws
+from evolvent.solvers.common.standing import check_drives
 from evolvent.solvers.time.explicit import plan as explicit_plan
 from evolvent.solvers.time.implicit import energy_momentum, plan as implicit
 from evolvent_base import units
@@ -276,7 +276,7 @@ def check_run(assembly: Assembly, samples: np.ndarray, step: float | None = None
             f"{explicit_plan.MOST_STEPS:.0e}; use a longer `step`, or shorten `until`"
         )
     with refusing_laws(assembly):
-        payout.check(assembly, float(samples[-1]))
+        check_drives(assembly, float(samples[-1]))
 
 
 def at_start(assembly: Assembly, method: str, t: float = 0.0) -> Solution:

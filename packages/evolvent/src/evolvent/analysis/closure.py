@@ -17,7 +17,7 @@ from evolvent.parts.thread import Thread
 from evolvent.solvers.common import balance
 from evolvent.solvers.common.laws import states_energy
 from evolvent.solvers.common.limits import limitations
-from evolvent.solvers.time.implicit.captures import STEPS, thread_captures
+from evolvent.solvers.time.implicit.captures import STEPS, captures_of
 
 if TYPE_CHECKING:
     from evolvent.solvers.common.solution import Solution
@@ -95,17 +95,16 @@ def unresolved_captures(solution: Solution) -> str:
     step = float(solution.statistics.get("step", math.nan))
     if solution.kept is None or solution.path is not None or not step > 0.0 or not solution.t.size:
         return ""
-    short = [one for one in (*solution.captures, *thread_captures(solution)) if one.duration < step]
+    short = [one for one in captures_of(solution) if one.duration < step]
     if not short:
         return ""
     worst = min(short, key=lambda one: one.duration)
     names = {place: name for name, place in solution.assembly.names.items()}
-    what = "captures" if worst.family == "coordinates" else "takes up a node"
     others = f" (and {len(short) - 1} more captures)" if len(short) > 1 else ""
     return (
-        f"{names[worst.family, worst.row]!r} {what} at t = {worst.time:.6g} s{others} in about {worst.duration:.2g} "
-        f"s, less than the step of {step:.3g} s: its load and the vibration that it excites are not resolved; use a "
-        f"`step` of at most {worst.duration / STEPS:.1g} s, or a `tolerance`"
+        f"{names[worst.family, worst.row]!r} {worst.what} at t = {worst.time:.6g} s{others} in about "
+        f"{worst.duration:.2g} s, less than the step of {step:.3g} s: its load and the vibration that it excites are "
+        f"not resolved; use a `step` of at most {worst.duration / STEPS:.1g} s, or a `tolerance`"
     )
 
 

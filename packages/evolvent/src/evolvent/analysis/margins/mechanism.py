@@ -43,7 +43,7 @@ from evolvent.kernels.blocks import displace
 from evolvent.model.powers import N_POWERS
 from evolvent.model.registry import forget_steps
 from evolvent.model.shares import Elastic as ElasticShares, Tie
-from evolvent.solvers.common.still_threads import at_time
+from evolvent.solvers.common.standing import at_time
 from evolvent.solvers.static import equilibrium
 from evolvent_base.errors import InputError
 

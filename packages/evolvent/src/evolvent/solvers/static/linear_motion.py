@@ -9,7 +9,7 @@ from evolvent.algebra.eigenproblem import Problem
 from evolvent.kernels import fields, joint, rigid
 from evolvent.kernels.blocks import POSITION, RATE, ROTATION, SLOPE
 from evolvent.solvers.common.redundancy import independent
-from evolvent.solvers.common.still_threads import idle_nodes
+from evolvent.solvers.common.standing import idle_nodes
 from evolvent.solvers.static import equilibrium as eq
 from evolvent.solvers.static.work import Work, rubs
 
