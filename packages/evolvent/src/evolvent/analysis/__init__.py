@@ -13,7 +13,6 @@ import numpy as np
 from evolvent.analysis.closure import check_energy_gain, warning_of
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
-from evolvent.families.threads import is_open
 from evolvent.kernels import axial, joint, rigid, sides
 from evolvent.model import family, registry as family_registry
 from evolvent.results.fine_samples import Times
@@ -112,7 +111,7 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
 
 def _method_of(assembly: Assembly, method: str) -> tuple[str, str]:
     """See `choose_method`."""
-    if is_open(assembly.model):
+    if families.reacts(assembly.model):
         from evolvent.analysis import feedback
 
         return feedback.method_of(assembly, method)

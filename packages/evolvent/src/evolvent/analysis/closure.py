@@ -6,11 +6,9 @@ import dataclasses
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.references import split_reference
-from evolvent.kernels import thread
+from evolvent.model.registry import asked
 from evolvent.parts.field import AccelerationField
 from evolvent.parts.load import Force, LawLoad
 from evolvent.parts.thread import Thread
@@ -21,10 +19,6 @@ from evolvent.solvers.time.implicit.captures import STEPS, captures_of
 
 if TYPE_CHECKING:
     from evolvent.solvers.common.solution import Solution
-
-#: Share of a thread's largest tension by which it may push before a run warns: springs ring after every release, and
-#: segments of fixed length do not.
-PUSH_OF_SPRINGS, PUSH_OF_FIXED_LENGTHS = 0.05, 1e-6
 
 
 def check_energy_gain(solution: Solution) -> Solution:
@@ -83,7 +77,7 @@ def warning_of(solution: Solution) -> str:
     found = (
         unresolved(solution) or unclosed(solution),
         unresolved_captures(solution),
-        slack_threads(solution),
+        *(text for warn in asked("warn").values() for text in warn(solution)),
         unloaded_tips(solution.assembly),
         *limitations(solution),
     )
@@ -123,31 +117,3 @@ def unloaded_tips(assembly: Assembly) -> str:
                 f"at '{part.thread}.tip', or an AccelerationField"
             )
     return ""
-
-
-def slack_threads(solution: Solution, share: float | None = None) -> str:
-    """A sentence on threads whose segments push by more than a share of their largest tension; '' where none does.
-
-    By default the share is `PUSH_OF_SPRINGS` or, of inextensible segments, `PUSH_OF_FIXED_LENGTHS`.
-    """
-    model, found = solution.assembly.model, []
-    names = {index: name for name, (family, index) in solution.assembly.names.items() if family == "threads"}
-    if not names or not solution.t.size:
-        return ""
-    for index, row in enumerate(model.threads):
-        first = int(row["node"])
-        tension = solution.observations.tension[:, first : first + int(row["n"])]  # zero of wound nodes
-        least = tension.min(axis=1)
-        allowed = PUSH_OF_SPRINGS if row["kind"] in (thread.SPRINGS, thread.MOVING) else PUSH_OF_FIXED_LENGTHS
-        allowed = allowed if share is None else share
-        count = int(np.sum(least < -allowed * max(float(tension.max()), 0.0) - 1e-9))
-        if count:
-            found.append((float(least.min()), names[index], count, float(solution.t[np.argmin(least)])))
-    if not found:
-        return ""
-    worst, name, count, time = min(found)
-    others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-    return (
-        f"{name!r}{others} pushes where a thread would go slack: tension below zero in {count} of {solution.t.size} "
-        f"samples, at worst {worst:.3g} N at t = {time:.6g} s"
-    )

@@ -225,7 +225,7 @@ BEAMS = Family(
     short_steps=lambda _: "beams are stiff",
     of_step=False,
     adjoint=AdjointSupport(
-        "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False,
+        "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False, cubic=True,
     ),
     coordinates=(Coordinates(_vectors, 10, lambda found: 6 * found.size, first=2.0),),
     uneven=never,
@@ -237,6 +237,7 @@ BEAMS = Family(
     by_causes=True,
     scratch=lambda records, builder: {"masses": _factored_masses(records, builder.pools["M"])},
     limits=_beyond_green,
+    nodal=lambda row: (int(row["nodes"]), NODE_VECTORS[row["kind"]], 3),
     kick=kick,
     interpolate=interpolate,
 )  # fmt: skip
@@ -384,4 +385,9 @@ ELEMENTS = Family(
     strained=lambda model: float(np.abs(model.U0[model.elements["form"]]).sum()),
     totals={"slender": lambda found: found.size},
     waves=lambda _: 1.0,
+    calls={
+        ancf_beams.add_elements: "force",
+        ancf_beams.add_element_tangents: "tangent",
+        ancf_beams.beam_energies: "energy",
+    },
 )  # fmt: skip

@@ -279,6 +279,7 @@ RODS = Family(
     place_at=rod_limits.lengthen,
     hint=rod_limits.bending_hint,
     limits=rod_limits.beyond_tension,
+    nodal=lambda row: (int(row["elements"]) + 1, 6),
     axes=lambda model: map(_nodes, model.rods),
     round_off=_stretched,
     waves=lambda _: 1.0,

@@ -273,6 +273,12 @@ class Family:
     hint : function of the model and a state to records that may be why a run fails, and a half sentence on each, in
         which `{name}` stands for the part
     limits : function of a solution to sentences on where its states leave the range in which its records hold
+    calls : functions that call others by slots in its records, with the fields of these
+    warn : function of a solution to sentences on what its records do in it that they are not meant to
+    reacts : function of its records to those that react to what is measured, by loops that runs close
+    directions : function of the model to first indices of coordinates that are directions, whose length stays
+    flows : function of the model to indices of velocities of what material flows through at rest
+    nodal : function of a record to the shape of its velocities by nodes: their number, then of one node's
     unsteady : function of the model, and whether it is in an orbital frame, to records that do not support that, or a
         steady turn, and a sentence on each, in which `{name}` stands for the part
     taut : function of its records to those so stiff that little lengths are large forces
@@ -422,6 +428,12 @@ class Family:
     rebalance: Callable[[Any, Array, Array, Any, Any], Any] | None = None
     hint: Callable[[Any, Array], Iterator[tuple[int, str]]] | None = None
     limits: Callable[[Any], Iterator[str]] | None = None
+    calls: Mapping[Any, str] | None = None
+    warn: Callable[[Any], Iterator[str]] | None = None
+    reacts: Callable[[Array], Array] | None = None
+    directions: Callable[[Any], Array] | None = None
+    flows: Callable[[Any], Array] | None = None
+    nodal: Callable[[Any], tuple[int, ...]] | None = None
     unsteady: Callable[[Any, bool], Iterator[tuple[int, str]]] | None = None
     taut: Callable[[Array], Array] | None = None
     waves: Callable[[Array], float] | None = None

@@ -203,9 +203,12 @@ class AdjointSupport:
     timed : whether its forces or constraints are functions of time: for all of its records, or a mask of them
     filtered : str, what energy-momentum filters over two steps, which has no adjoint; "" for nothing
     refused : half sentences on records that are not supported, to a function of the records to a mask of these
+    cubic : whether its forces are cubic in its coordinates, so that wide differences of the fourth order are exact,
+        beside which nothing may happen at once
     """
 
     reason: str
     timed: bool | Callable[[Array], Array] = True
     filtered: str = ""
     refused: Mapping[str, Callable[[Array], Array]] = dataclasses.field(default_factory=dict)
+    cubic: bool = False

@@ -113,6 +113,12 @@ def forget_steps(model: Any) -> None:
         forget(model)
 
 
+def cubic(model: Any) -> str:
+    """Name of the first family of a model whose forces are cubic (`AdjointSupport.cubic`), '' for none."""
+    own = ((name, support) for name, support in asked("adjoint").items() if support.cubic)
+    return next((name for name, _ in own if families()[name].records(model).size), "")
+
+
 def along_axes(model: Any) -> list[Array]:
     """Bodies that are nodes along an axis, part by part."""
     return [np.array(nodes) for axes in asked("axes").values() for nodes in axes(model)]

@@ -217,7 +217,7 @@ class Mechanism:
     def at_rest(self, t: float) -> Position:
         """The mechanism at a time (s), where the system starts, without rates."""
         assembly, y = self.assembly, None
-        if self.bare.threads.size:
+        if self.bare.info.releases:
             assembly, y = at_time(assembly, None, t)
         self._switch(assembly.s)
         y = np.array(assembly.y if y is None else y)

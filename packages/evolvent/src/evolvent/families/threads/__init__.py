@@ -31,11 +31,6 @@ _FIXED = (thread.INEXTENSIBLE, thread.JOINED)
 _SPRINGS = (thread.SPRINGS, thread.MOVING)
 
 
-def is_open(model: Any) -> bool:
-    """Whether a spool of a model reacts, by a loop of feedback that is not closed."""
-    return bool(np.any(model.threads["law"] == OPEN))
-
-
 def _is_turned(found: Array) -> Array:
     """Whether a spool's angle is known beforehand."""
     return np.asarray((found["drive"] != FREE) & (found["law"] != OPEN))
@@ -193,6 +188,16 @@ def _check_copies(builder: Any) -> None:
                 f"{names['threads', p]!r} stands for {row['copies']} copies, but {differ[0]!r} is not the same for "
                 "all of them; add a thread for each"
             )
+
+
+def _directions(model: Any) -> Array:
+    own = [row["iq"] + 3 * np.arange(row["n"]) for row in model.threads if row["kind"] == thread.INEXTENSIBLE]
+    return np.concatenate([*own, np.zeros(0, dtype=np.int64)])
+
+
+def _flows(model: Any) -> Array:
+    own = [row["iv"] + np.arange(3 * row["n"]) for row in model.threads if row["take_drive"] >= 0]
+    return np.concatenate([*own, np.zeros(0, dtype=np.int64)])
 
 
 def _paid_out(model: Any, rate: Callable[[Any], float]) -> float:
@@ -382,6 +387,11 @@ THREADS = Family(
     releases=releases.Releases,
     captures=limits.captures,
     unsteady=limits.unsteady,
+    warn=limits.pushing,
+    reacts=lambda found: found["law"] == OPEN,
+    directions=_directions,
+    nodal=lambda row: (int(row["n"]), 3),
+    flows=_flows,
     round_off=limits.lifted,
     waves=lambda found: 0.25 if np.any(found["kind"] == thread.INEXTENSIBLE) else 1.0,
     taut=lambda found: np.isin(found["kind"], _SPRINGS),

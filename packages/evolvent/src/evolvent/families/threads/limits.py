@@ -8,11 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import rigid
+from evolvent.kernels import rigid, thread
 from evolvent.kernels.springs import ON_BODY
 
 #: Share of the weights on threads, lifted by the longest, beside which a gain of energy counts.
 _LIFTED = 1e-2
+
+#: Share of a thread's largest tension by which it may push before a run warns: springs ring after every release, and
+#: segments of fixed length do not.
+PUSH_OF_SPRINGS, PUSH_OF_FIXED_LENGTHS = 0.05, 1e-6
 
 
 def lifted(model: Any) -> float:
@@ -64,3 +68,31 @@ def unsteady(model: Any, orbits: bool) -> Iterator[tuple[int, str]]:
     flows = "rotating does not support the thread {name}, which flows to a take-up reel"
     for p in np.flatnonzero(model.threads["take_drive"] >= 0) if not orbits else ():
         yield int(p), f"{flows}; leave out rotating, or its `take_up`"
+
+
+def pushing(solution: Any, share: float | None = None) -> Iterator[str]:
+    """A sentence on threads whose segments push by more than a share of their largest tension (`Family.warn`).
+
+    By default the share is `PUSH_OF_SPRINGS` or, of inextensible segments, `PUSH_OF_FIXED_LENGTHS`.
+    """
+    model, found = solution.assembly.model, []
+    names = {index: name for name, (family, index) in solution.assembly.names.items() if family == "threads"}
+    if not names or not solution.t.size:
+        return
+    for index, row in enumerate(model.threads):
+        first = int(row["node"])
+        tension = solution.observations.tension[:, first : first + int(row["n"])]  # zero of wound nodes
+        least = tension.min(axis=1)
+        allowed = PUSH_OF_SPRINGS if row["kind"] in (thread.SPRINGS, thread.MOVING) else PUSH_OF_FIXED_LENGTHS
+        allowed = allowed if share is None else share
+        count = int(np.sum(least < -allowed * max(float(tension.max()), 0.0) - 1e-9))
+        if count:
+            found.append((float(least.min()), names[index], count, float(solution.t[np.argmin(least)])))
+    if not found:
+        return
+    worst, name, count, time = min(found)
+    others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
+    yield (
+        f"{name!r}{others} pushes where a thread would go slack: tension below zero in {count} of {solution.t.size} "
+        f"samples, at worst {worst:.3g} N at t = {time:.6g} s"
+    )
