@@ -6,7 +6,7 @@ from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
 from evolvent.compiled.lookups import event_law_at
 from evolvent.equations.between_steps import may_release, release_by
 from evolvent.kernels import coordinate, coordinate_laws
-from evolvent.kernels.calls import apply_event_at, state_at
+from evolvent.kernels.calls import apply_change_at, state_at
 from evolvent.model import MODEL
 
 
@@ -30,7 +30,7 @@ def event_values(t, y, s, model, g):
         g[first + k] = event_law_at(model.events[k].law)(t, y, parameters)
     if g.size - model.info.brakes > first + model.events.size:
         coordinate.latch_values(t, y, s, model, first + model.events.size, g)
-    calls = model.event_values_calls
+    calls = model.change_values_calls
     for k in range(calls.size):
         state_at(model, calls[k])(t, y, s, model, g)
 
@@ -41,9 +41,9 @@ def apply_event(t, y, s, model, k, g):
 
     Those that happen with it, by g, the values of the events, are carried out as well; their values are infinite then.
     """
-    calls = model.apply_event_calls
+    calls = model.apply_change_calls
     for i in range(calls.size):
-        answer = apply_event_at(model, calls[i])(t, y, s, model, k, g)
+        answer = apply_change_at(model, calls[i])(t, y, s, model, k, g)
         if answer <= 1:
             return answer
     k -= model.info.releases

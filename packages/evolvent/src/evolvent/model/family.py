@@ -207,13 +207,13 @@ class Family:
     note_step : of records alone, what the next step of energy-momentum needs of the last one
     coupled_energy : at the end of a step of energy-momentum, of penalties and of what acts on coordinates, J
     contact_set : goes on with a number that encodes which records touch or slip, and in which sense
-    event_values : values of its events into those of all, which stand in the order of `Events.order`; one fires where
-        its value is not negative
-    apply_event : carries out an event: 1 where the run is to stop there, 0, -1 where it cannot be carried out, 2 where
+    change_values : values of its events by which records change, into those of all, in the order of `Events.order`; one
+        fires where its value is not negative
+    apply_change : carries out an event: 1 where the run is to stop there, 0, -1 where it cannot be carried out, 2 where
         it is another family's; the values of those that are carried out with it become infinite
     longest_step : until its records need the end of a step, s
-    until_event : part of a step of implicit methods, (length, y at its start and its end, s), at which the first of its
-        events falls; is_due : whether one is due in a state
+    until_change : part of a step of implicit methods, (length, y at its start and its end, s), at which the first of
+        its events falls; is_due : whether one is due in a state
     lock : masses of its records before impulses, after `kinematics`
     kick : velocities of its records jump, as impulses say
     project : brings the coordinates of its records back onto their constraints
@@ -383,10 +383,10 @@ class Family:
     keep_rates: Call = None
     friction_power: Call = None
     end_friction: Call = None
-    event_values: Call = None
-    apply_event: Call = None
+    change_values: Call = None
+    apply_change: Call = None
     longest_step: Call = None
-    until_event: Call = None
+    until_change: Call = None
     is_due: Call = None
     lock: Call = None
     kick: Call = None

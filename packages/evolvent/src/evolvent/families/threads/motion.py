@@ -6,13 +6,13 @@ from evolvent.kernels.thread import events, samples
 
 
 @calls.state
-def event_values(t, y, s, model, g):
+def change_values(t, y, s, model, g):
     """Release and capture of every thread, and changes of every spool with friction."""
     events.event_values(t, y, s, model, g)
 
 
-@calls.apply_event
-def apply_event(t, y, s, model, k, g):
+@calls.apply_change
+def apply_change(t, y, s, model, k, g):
     """A node leaves or reaches its spool, a whole thread separates, a spool sticks or slips."""
     return events.apply_event(t, y, s, model, k, g)
 
@@ -23,8 +23,8 @@ def longest_step(y, s, model):
     return thread.longest_step(y, s, model)
 
 
-@calls.until_event
-def until_event(h, y0, y1, s, model):
+@calls.until_change
+def until_change(h, y0, y1, s, model):
     """Until the first node of a free spool leaves or comes back."""
     return thread.until_release(h, y0, y1, s, model)
 

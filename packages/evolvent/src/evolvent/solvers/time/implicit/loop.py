@@ -25,7 +25,7 @@ from evolvent.kernels import (
     turning,
     user_events,
 )
-from evolvent.kernels.calls import is_due_at, until_event_at
+from evolvent.kernels.calls import is_due_at, until_change_at
 from evolvent.kernels.grazing import until_deepest, until_touch
 from evolvent.kernels.passing import note_places, passing
 from evolvent.model import MODEL
@@ -267,9 +267,9 @@ def until_event(t, h, model, work):
     part = until_coordinate(h, model, work)
     if work.options.midpoint != 0 and work.options.tolerance > 0.0 and model.body_contacts.size > 0:
         part = min(part, until_touch(h, work.y0, work.R0, work.x0, work.y, work.R1, work.x1, model))
-    calls = model.until_event_calls
+    calls = model.until_change_calls
     for k in range(calls.size):
-        part = min(part, until_event_at(model, calls[k])(h, work.y0, work.y, model.switches, model))
+        part = min(part, until_change_at(model, calls[k])(h, work.y0, work.y, model.switches, model))
     if model.events.size > 0:
         least = max(4.0 * work.options.smallest, user_events.SURE * work.loop.step)
         limit, extended = work.loop.event_step, work.loop.extended
