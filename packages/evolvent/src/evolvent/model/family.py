@@ -143,6 +143,8 @@ class Family:
     inertia, inertia_tangent, step_inertia, step_inertia_tangent : the same of masses, after all forces
     explicit_force : function of forces in a state of an explicit method, where it is another one; False for none
     explicit_rate : of rates of the coordinates of its own that no constraint holds, after all forces
+    explicit_carried : of rates of what bodies carry, by the accelerations of these, and of what it does to those that
+        are driven
     explicit_end : of what needs the accelerations of all
     measure : of what a step needs of its start and its end
     energy, momentum : of a state; explicit_energy of one of an explicit method, where forces were not evaluated
@@ -402,6 +404,7 @@ class Family:
     evaluate: Call = None
     evaluate_last: Call = None
     keep: Call = None
+    explicit_carried: Call = None
     forget: Callable[[Any], None] | None = None
     kept: Mapping[str, int] = dataclasses.field(default_factory=dict)
     keeps: Callable[[Records], bool] | None = None
