@@ -286,8 +286,8 @@ class Family:
     taut : function of its records to those so stiff that little lengths are large forces
     waves : function of its records, along which waves run far faster than the motion, to the part of the longest stable
         explicit step that is short enough, at most that of the method
-    axes : function of the model to the bodies that are nodes along an axis, whose slope their turns follow but for
-        shear, part by part
+    axes : function of the model to ranges of the bodies that are nodes along an axis, whose slope their turns follow
+        but for shear, part by part
     strained : function of the model to energies of which its strain energy is the difference, J
     round_off : function of the model to the energy whose round-off steps do not resolve, J
     inner : function of its records to how many inner unknowns they need in the matrix of an implicit method
@@ -440,7 +440,7 @@ class Family:
     unsteady: Callable[[Any, bool], Iterator[tuple[int, str]]] | None = None
     taut: Callable[[Array], Array] | None = None
     waves: Callable[[Array], float] | None = None
-    axes: Callable[[Any], Iterator[Array]] | None = None
+    axes: Callable[[Any], Iterator[range]] | None = None
     strained: Callable[[Any], float] | None = None
     round_off: Callable[[Any], float] | None = None
     inner: Callable[[Array], int] | None = None
