@@ -23,8 +23,7 @@ from evolvent.assembly.families import owner
 from evolvent.equations.implicit import residual, tangent
 from evolvent.kernels import joint, sides
 from evolvent.model.powers import N_POWERS
-from evolvent.solvers.time.implicit.setup import length_of
-from evolvent.solvers.time.messages import redundant
+from evolvent.solvers.common.sizes import length_of
 from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
@@ -301,3 +300,13 @@ def _turns(joints: Array) -> Array:
     """Which joints hold directions, whose gaps have no unit: (n,) bool."""
     directions = np.isin(joints["kind"], (joint.DIRECTION, joint.ANGLE, joint.GEAR))
     return np.asarray(directions | ((joints["kind"] == joint.ALONG) & (joints["on"][:, 0] == sides.ON_NODE)))
+
+
+def redundant(assembly: Assembly, matrix: SparseBlocks) -> str:
+    """Which joints repeat what others say."""
+    rows = ordering.redundant_unknowns(matrix) - int(assembly.model.info.nv)
+    names = sorted({owner(assembly, "joints", int(k)) for k in rows if k >= 0})
+    return (
+        f"{' and '.join(repr(n) for n in names) or 'a joint'} is redundant: the other joints already impose "
+        f"{len(rows)} of its constraints"
+    )

@@ -31,7 +31,7 @@ SPRINGS = {"springs": ("extension", "tension"), "coordinates": ("angle", "torque
 
 
 class Naming:
-    """Names of what moves in the shapes of one structure, for `evolvent.algebra.eigenproblem.Problem`.
+    """Names of what moves in the shapes of one structure, for `evolvent.algebra.eigenproblem.Eigenproblem`.
 
     Parameters
     ----------
