@@ -125,7 +125,7 @@ TABLES = {
 def test_tables_are_refused_or_read(name: str, call, tmp_path: pathlib.Path) -> None:
     """As the table of a part, the column of a distribution, and measured data."""
     (tmp_path / "t.csv").write_text("angle (deg),torque (N m)\n" + TABLES[name], newline="")
-    harness = {"kind": "harness", "joint": "hinge", "torque": "t.csv"}
+    harness = {"kind": "resistance", "type": "harness", "joint": "hinge", "torque": "t.csv"}
     (tmp_path / "case.yaml").write_text(json.dumps({"parts": {"w": harness}, "simulate": {"until": 1}}))
     content = {"case": "heliogyro", "over": {"blade.length": "table(t.csv, angle)"}, "sample": "monte-carlo"}
     (tmp_path / "study.yaml").write_text(json.dumps({**content, "samples": 3}))
