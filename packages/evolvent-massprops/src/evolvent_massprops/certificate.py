@@ -7,7 +7,7 @@ import os
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.stats
+import scipy
 
 from evolvent_base import __version__, answer as an, texts
 from evolvent_base.errors import InputError

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import scipy.stats
+import scipy
 
 from evolvent_base import progress, signals as files
 from evolvent_base.errors import InputError

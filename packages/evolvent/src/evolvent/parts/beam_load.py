@@ -15,6 +15,7 @@ from evolvent.parts.base import BeamName, Part, PointReference
 from evolvent.parts.beam import node_of
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, refuse_without_law, write_law
 from evolvent.parts.profile import LineForceProfile, Profile, TorqueProfile, write_profile
+from evolvent.parts.rod_load import is_rod, write_line_load
 from evolvent_base import units
 from evolvent_base.dense import norm
 from evolvent_base.errors import InputError
@@ -157,8 +158,6 @@ class LineLoad(Part):
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the load, on a rod as forces at its nodes."""
-        from evolvent.parts.rod_load import is_rod, write_line_load
-
         times, on_rod = (self.start, self.until, self.ramp), is_rod(builder, self.part)
         if self.law is not None:
             refuse_beside_law(name, self, ("force", "direction", "profile"))

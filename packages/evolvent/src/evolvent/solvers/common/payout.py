@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels.drive import FREE, LEAST_OUT, drive_angles
@@ -76,9 +77,7 @@ def all_deployed(assembly: Assembly) -> float | None:
         k = int(beyond[0])
         if k == 0:
             return None
-        from scipy.optimize import brentq  # 0.2 s that most runs do not need
-
-        return float(brentq(lambda t: left(np.array([t])).min(), times[k - 1], times[k]))
+        return float(scipy.optimize.brentq(lambda t: left(np.array([t])).min(), times[k - 1], times[k]))
     rest = np.inf
     for row, length in zip(assembly.model.threads, whole, strict=True):
         if row["drive"] == FREE:

@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent import model as mdl
 from evolvent.assembly import needs
@@ -41,8 +42,6 @@ def release_times(assembly: Assembly, start: float, end: float) -> np.ndarray:
     model = assembly.model
     if not model.threads.size:
         return np.zeros(0)
-    from scipy.optimize import brentq  # 0.2 s that other models do not need
-
     inner = model.breaks[(model.breaks > start) & (model.breaks < end)]
     times = np.union1d(np.linspace(start, end, _INTERVALS + 1), inner)
     found = []
@@ -68,7 +67,7 @@ def release_times(assembly: Assembly, start: float, end: float) -> np.ndarray:
                 at = times[k + int(gap[1] == 0.0)]
                 if gap[0] * gap[1] < 0.0:
                     with contextlib.suppress(Exception):  # as in `_values`
-                        at = brentq(
+                        at = scipy.optimize.brentq(
                             lambda t, paid=paid, level=level: paid(t) - level, times[k], times[k + 1], xtol=1e-14
                         )
                 found.append(float(at))
