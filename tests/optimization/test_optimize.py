@@ -41,7 +41,7 @@ def rate_at(stiffness: float) -> float:
 def test_the_softest_spring_that_latches_in_time() -> None:
     """Minimum of the rate where the time is 4 s: stiffness, multiplier and costs of tolerances by closed forms."""
     end = 4.0
-    found = ev.optimize(slide(), 
+    found = ev.optimize(slide(),
         vary={STIFFNESS: "0.1 to 5 N/m"}, minimize="slide.latch_rate", subject_to="slide.latch_time <= 4 s",
         tolerances={STIFFNESS: "1%", "parts.mass.mass": "2%"},
     )  # fmt: skip
@@ -71,7 +71,7 @@ def test_the_softest_spring_that_latches_in_time() -> None:
 def test_derivatives_of_the_discrete_solution_lead_to_the_same_design() -> None:
     best = MASS * (PHASE / 4.0) ** 2
     for way, words in (("discrete", "those of the discrete solution"), ("differences", "central differences")):
-        found = ev.optimize(slide(), 
+        found = ev.optimize(slide(),
             vary={STIFFNESS: "0.1 to 5 N/m"}, minimize="slide.latch_rate", subject_to="slide.latch_time <= 4 s",
             derivatives=way,
         )  # fmt: skip
@@ -107,14 +107,14 @@ def test_derivatives_of_keys_that_vary_together_are_summed() -> None:
 def test_where_there_are_none_differences_are_taken_and_the_report_says_why() -> None:
     system = slide()
     system.settings = {"until": 8.0, "method": "dopri5"}
-    found = ev.optimize(system, 
+    found = ev.optimize(system,
         vary={STIFFNESS: "0.1 to 5 N/m"}, minimize="slide.latch_rate", subject_to="slide.latch_time <= 4 s",
         derivatives="discrete",
     )  # fmt: skip
     assert found.values[STIFFNESS] == pytest.approx(MASS * (PHASE / 4.0) ** 2, rel=3e-5)
     assert found.derivatives.startswith("central differences (sensitivities are of the steps of ")
     assert found._repr_html_().count("<img") == 1
-    dispersed = ev.optimize(slide(0.5), 
+    dispersed = ev.optimize(slide(0.5),
         vary={STIFFNESS: "0.4 to 0.6 N/m"}, minimize="slide.latch_rate", disperse={"mass.mass": "10%"}, samples=2,
         derivatives="discrete",
     )  # fmt: skip
@@ -140,7 +140,7 @@ def test_a_dispersion_takes_its_quantile() -> None:
 
 @pytest.mark.slow
 def test_choices_are_all_tried() -> None:
-    found = ev.optimize(slide(0.4), 
+    found = ev.optimize(slide(0.4),
         vary={STIFFNESS: ["0.2 N/m", 0.25, 0.3, 0.4]}, minimize="slide.latch_rate",
         subject_to="slide.latch_time <= 4 s",
     )  # fmt: skip
@@ -154,7 +154,7 @@ def test_choices_are_all_tried() -> None:
 
 @pytest.mark.slow
 def test_what_cannot_be_met_is_reported_with_the_nearest_design() -> None:
-    found = ev.optimize(slide(), 
+    found = ev.optimize(slide(),
         vary={STIFFNESS: "0.5 to 2 N/m"}, minimize="slide.latch_rate", subject_to="slide.latch_time <= 1 s",
     )  # fmt: skip
     assert not found.met
@@ -170,7 +170,7 @@ def test_an_inner_optimum(optimizer: str) -> None:
     system = ev.System(settings={"until": 3.0, "method": "generalized-alpha", "tolerance": 1e-9})
     system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)), "mass")
     system.add(parts.TranslationalSpring(a="ground", b="mass", stiffness=4.0, rest=-1.0, damping=1.0), "slide")
-    found = ev.optimize(system, 
+    found = ev.optimize(system,
         vary={"parts.slide.damping": "0.5 to 12 N s/m"}, minimize="mass.energy_kinetic.last", optimizer=optimizer,
         maximize=(), starts=1,
     )  # fmt: skip
@@ -189,7 +189,7 @@ def test_an_inner_optimum(optimizer: str) -> None:
 
 
 def test_runs_are_limited_and_the_best_so_far_is_kept() -> None:
-    found = ev.optimize(slide(), 
+    found = ev.optimize(slide(),
         vary={STIFFNESS: "0.1 to 5 N/m"}, minimize="slide.latch_rate", subject_to="slide.latch_time <= 4 s",
         most_runs=6,
     )  # fmt: skip

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from evolvent_base import files
+from evolvent_base import files, plots
 from evolvent_base.console import echo, once
 from evolvent_base.errors import InputError
 from evolvent_base.schema import Section
@@ -79,8 +79,6 @@ def check_output(path: str | None, case: str, instead: str) -> None:
 
 def check_files(*, figure: str | None = None, **others: str | None) -> None:
     """Refuse files that could not be written, and a figure of an unknown format, before any work is done."""
-    from evolvent_base import plots
-
     if figure is not None:
         plots.format_of(figure)
     for path in filter(None, (*others.values(), figure)):

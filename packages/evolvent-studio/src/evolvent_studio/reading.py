@@ -215,7 +215,7 @@ def _packed(note: Callable[[str], None], *, content: Any) -> str:
 def _allow(seconds: float) -> None:
     """Let this process take as much more processor time, where the system can limit it."""
     with contextlib.suppress(ImportError):
-        import resource
+        import resource  # not on Windows
 
         usage = resource.getrusage(resource.RUSAGE_SELF)
         limit = int(usage.ru_utime + usage.ru_stime + seconds) + 1
@@ -227,7 +227,7 @@ def main() -> int:
     send = child.channel()
     assert cases  # loaded before the first task, whose time counts
     with contextlib.suppress(ImportError, ValueError, OSError):
-        import resource
+        import resource  # not on Windows
 
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))
 

@@ -32,7 +32,7 @@ def sensitivity(
     \b
     evolvent sensitivity solar-array --of "hinge 1.latch_time" --by "parts.hinge 1.stiffness" --by "parts.panel 1.mass"
     """  # noqa: D301
-    from evolvent.analysis.sensitivity import answer  # kept: loads the engine
+    from evolvent.analysis.sensitivity import answer  # loads the engine
 
     if output is not None:
         showing.check_ending(output, (".csv",), "sensitivities")

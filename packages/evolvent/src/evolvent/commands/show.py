@@ -60,7 +60,7 @@ def show(case: str) -> None:
 @click.argument("kind", required=False)
 def list_parts(kind: str | None) -> None:
     """List the kinds of parts of a structure, or the keys of one KIND with units and defaults."""
-    from evolvent.parts import registry  # kept: loads the engine
+    from evolvent.parts import registry  # loads the engine
 
     if kind is None:
         _say_unusable(registry.unusable().values())
@@ -102,7 +102,7 @@ class _WithKinds(Protocol):
 
 def _choices(annotation: Any, own: Sequence[Any]) -> str:
     """The words, or the sections with their keys, that a key may take, as a sentence; '' of other keys."""
-    from evolvent.parts.profile import KINDS, Profile  # kept: loads the engine
+    from evolvent.parts.profile import KINDS, Profile  # loads the engine
 
     if get_origin(annotation) is Literal:
         return f"One of {', '.join(map(str, get_args(annotation)))}."

@@ -149,7 +149,7 @@ class Dask(Pool):
     """
 
     def __init__(self, address: str) -> None:
-        from distributed import Client
+        from distributed import Client  # an extra
 
         try:
             self._client = Client(address, timeout="10s")

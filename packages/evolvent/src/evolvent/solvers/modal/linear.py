@@ -170,7 +170,7 @@ class StateSpace:
             If the package is missing, or holds no model without states, inputs or outputs.
         """
         try:
-            import control
+            import control  # an extra
         except ImportError:
             text = "to_control needs the package control (python-control): pip install 'evolvent[control]'"
             raise InputError(text) from None
