@@ -7,14 +7,17 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+import lazy_loader as lazy
 
-from evolvent_base import files, plots
+from evolvent_base import files
 from evolvent_base.console import echo, once
 from evolvent_base.errors import InputError
 from evolvent_base.schema import Section
 
 if TYPE_CHECKING:
     from evolvent_base.showing import Shown
+
+plots = lazy.load("evolvent_base.plots", suppress_warning=True)
 
 Decorator = Callable[[Any], Any]
 Kind = TypeVar("Kind", bound=Section)
