@@ -144,7 +144,7 @@ def _print(console: Any, answer: Answer, level: int) -> None:
 
     wide = max((len(label) for label, _ in answer.facts), default=0)
     facts = [(f"{label:<{wide}}  {value}", "") for label, value in answer.facts]
-    parts = [[(one, "") for one in answer.heads], facts]
+    parts: list[list[tuple[Any, str]]] = [[(one, "") for one in answer.heads], [*facts]]
     for section in answer.sections:
         if section.level <= level:
             parts.append(list(_section(section, level)))

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent_base import units
-from evolvent_base.answer import Answer, Section, Table
+from evolvent_base.answer import Answer, Block, Section, Table
 from evolvent_base.errors import InputError
 from evolvent_base.showing import Shown
 from evolvent_massprops import mode_figures
@@ -85,7 +85,7 @@ class Modal(Shown):
             rows.append((f"mode {k + 1}", *row, f"{m.amplitude[k, c]:.4g}{unit}{where}"))
         heads = ("", "frequency Hz", "frequency rad/s", "damping ratio", "largest amplitude")
         title = f"modes of {os.path.basename(reading.source.path)}"
-        blocks = [Table(heads=heads, rows=rows), *mode_figures.figures(m, reading.unit)]
+        blocks: list[Block] = [Table(heads=heads, rows=rows), *mode_figures.figures(m, reading.unit)]
         sections = [Section(title=title, blocks=blocks)]
         return Answer(title=title, sections=sections, warnings=[*reading.notes, *self.warnings])
 

@@ -12,7 +12,7 @@ import numpy as np
 from evolvent import cases, closed_forms
 from evolvent.results.observe import View
 from evolvent.results.observe.threads import observe_thread
-from evolvent_base.answer import Answer, Section, Table
+from evolvent_base.answer import Answer, Block, Section, Table
 from evolvent_base.errors import InputError, RunFailed
 from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_base.showing import Shown
@@ -62,7 +62,7 @@ class Permissible(Shown):
             shown = ("-" if math.isnan(value) else f"{value:.4g}" for value in (rate, thread, rigid, ratio, slow))
             rows.append((f"{length:g}", *shown))
         heads = ("length m", "spin rad/s", "thread N m", "rigid blade N m", "thread / rigid", "rigid, slow torque N m")
-        blocks = [Table(heads=heads, rows=rows), figure(self)]
+        blocks: list[Block] = [Table(heads=heads, rows=rows), figure(self)]
         title = "Permissible torque"
         return Answer(title=title, sections=[Section(title=title, blocks=blocks)])
 

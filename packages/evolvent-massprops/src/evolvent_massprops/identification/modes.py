@@ -259,8 +259,8 @@ class IdentifiedModes(Answered):
                 f"{self.damping_ratio[k]:.3g}", f"{self.amplitude[k, c]:.4g} ({self.names[c]})",
                 *(["" if swing is None else str(swing)] if with_swings else []),
             ))  # fmt: skip
-        heads = ("frequency rad/s", "decay rate 1/s", "damping ratio", "largest amplitude")
-        heads = (*heads, "one swing") if with_swings else heads
+        heads = ["frequency rad/s", "decay rate 1/s", "damping ratio", "largest amplitude"]
+        heads += ["one swing"] if with_swings else []
         title = f"{self.order} modes by {self.method} from {len(self.time)} samples of {len(self.names)} sensors"
         sections = [Section(title=title, blocks=[Table(heads=heads, rows=rows, words=0)])]
         return Answer(title=title, sections=sections, warnings=self.warnings)

@@ -233,7 +233,9 @@ def _balances(run: Any) -> list[an.Block]:
             defects.append((long_name, f"{values[k, 0]:.2e}", f"{time[k]:.5g} s", f"{values[-1, 0]:.2e}"))
         elif variable.attrs.get("units") in _ACCOUNTS and values.shape[1] <= 12:
             kept.setdefault(variable.attrs["units"], []).extend(_account(run, str(name)))
-    tables = [an.Table(heads=("balance", "largest defect", "at", "at the end"), rows=defects)] if defects else []
+    tables: list[an.Block] = (
+        [an.Table(heads=("balance", "largest defect", "at", "at the end"), rows=defects)] if defects else []
+    )
     for unit, rows in kept.items():
         name, shown = _ACCOUNTS[unit], unit.replace("m2", "m²").replace("s-1", "s⁻¹")
         heads = (f"{name.lower()}, {shown}", "at the start", "smallest", "largest", "at the end")
