@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import lazy_loader as lazy
 
 from evolvent_base.figures import axis_label, superscript, with_power
 from evolvent_base.style import wrapped
 
-sheets = lazy.load("evolvent_base.sheets", suppress_warning=True)
+if TYPE_CHECKING:
+    from evolvent_base import sheets
+else:
+    sheets = lazy.load("evolvent_base.sheets", suppress_warning=True)
 
 #: Ratio of the ends of a logarithmic axis above which powers of ten alone have ticks: others take half of the time.
 _DECADES = 1e3

@@ -20,8 +20,9 @@ from evolvent_base.files import writing
 
 if TYPE_CHECKING:
     from evolvent.results.motion import Motion
-
-sheets = lazy.load("evolvent_base.sheets", suppress_warning=True)
+    from evolvent_base import sheets
+else:
+    sheets = lazy.load("evolvent_base.sheets", suppress_warning=True)
 
 
 class _Kind(NamedTuple):
