@@ -12,7 +12,7 @@ from evolvent import InputError, System, parts
 from evolvent.algebra.ordering import matrix_of, operations
 from evolvent.kernels import joint, rigid
 from evolvent.solvers import Solution, solve
-from evolvent.solvers.common.fixed_lengths import with_positions
+from evolvent.solvers.common.coordinates import with_positions
 from evolvent.solvers.common.graph import pattern_of
 from evolvent.solvers.modal.modes import modes
 from evolvent.solvers.static.static import solve_static
@@ -208,7 +208,7 @@ def test_a_chain_in_the_wind() -> None:
     """Every segment lies along the sum of what pulls on the nodes outside it."""
     wind = 3.0
     system = chain()
-    system.add(parts.UniformLoad(thread="thread", force=(wind, 0.0, 0.0)), "wind")
+    system.add(parts.Load(along="thread", force=(wind, 0.0, 0.0)), "wind")
     found = solve_static(system.assemble())
     assert found.success, found.message
     spans = np.array([0.1, 0.2, 0.2, 0.2, 0.2])

@@ -7,13 +7,12 @@ import math
 import click
 import lazy_loader as lazy
 
-from evolvent_base import files
+from evolvent_base import options as shared
 from evolvent_base.console import echo, once, showing_progress
 from evolvent_base.errors import InputError
 from evolvent_base.overrides import parse_assignments
 
 planning = lazy.load("evolvent_massprops.planning", suppress_warning=True)
-plots = lazy.load("evolvent_base.plots", suppress_warning=True)
 showing = lazy.load("evolvent_base.showing", suppress_warning=True)
 
 
@@ -44,14 +43,13 @@ def plan(stand: str, uncertainty: str, runs: int | None, output: str | None, ass
     """  # noqa: D301
     overrides = parse_assignments(assignments)
     wanted = _share(uncertainty)
-    if output is not None:
-        plots.format_of(output)
-        files.check_writable(output)
+    shared.check_files(figure=output)
     with showing_progress(quiet=False):
         found = planning.plan(stand, wanted, overrides)
         ratios = None if runs is None else planning.check(stand, found.best, overrides, runs=runs)
         drawn = None if output is None else planning.curves(stand, found, overrides)
-    showing.show(planning.answer_of(found))
+    answer = planning.answer_of(found, drawn)
+    showing.show(answer)
     if ratios is not None and runs is not None:
         texts = ", ".join(
             f"{key} {'-' if math.isnan(ratio) else format(ratio, '.2f')}"
@@ -61,8 +59,7 @@ def plan(stand: str, uncertainty: str, runs: int | None, output: str | None, ass
             f"{runs} simulated recordings: deviation by noise over the predicted one: {texts} "
             f"(each to {1.0 / math.sqrt(2.0 * runs):.0%})"
         )
-    if drawn is not None and output is not None:
-        echo(f"figure: {plots.save(planning.planned(*drawn, found), output)}")
+    shared.write_files(answer, figure=output)
 
 
 def _share(text: str) -> float:

@@ -59,7 +59,7 @@ from typing import Any
 
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.assembly.assembled import Assembly
-from evolvent.solvers.common import payout
+from evolvent.families.threads.lengths import all_deployed
 from evolvent_base.errors import InputError
 from evolvent_papers.heliogyro import derived as fields, feedback, show
 from evolvent_papers.heliogyro.case import Case
@@ -116,7 +116,7 @@ class Heliogyro(SystemDefinition):
         """As `settings`, of parts that are assembled; the end of a run follows from the drives."""
         solver, end = case.solver, case.solver.duration
         if end == "auto":
-            end = None if "drive" in laws or case.spool.feedback is not None else payout.all_deployed(assembly)
+            end = None if "drive" in laws or case.spool.feedback is not None else all_deployed(assembly.model)
         if end is None:
             which = "no blade is ever all out after the start"
             if "drive" in laws or case.spool.free is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.analysis.closure import slack_threads
+from evolvent.families.threads.limits import pushing
 from evolvent.results.observe import View
 from evolvent.results.observe.lumped import observe_body
 from evolvent.results.observe.threads import observe_thread
@@ -116,7 +116,7 @@ def findings(case: Case, solution: Solution) -> tuple[dict[str, tuple[tuple[str,
     """
     found = derived(case, solution)
     lag = found["hub_lag"][1] if "hub_lag" in found else None
-    texts = [slack_threads(solution, 0.0), _wraps(case, solution), _winds(lag, solution), _lacks(solution)]
+    texts = [*pushing(solution, 0.0), _wraps(case, solution), _winds(lag, solution), _lacks(solution)]
     return found, "; ".join(text for text in texts if text)
 
 

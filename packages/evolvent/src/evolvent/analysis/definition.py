@@ -244,7 +244,7 @@ class SystemDefinition:
         compiled functions by the function.
         """
         method, _ = choose_method(assembly, settings.get("method", "auto"))
-        beams = assembly.model.beams.size > 0 or assembly.model.rods.size > 0
+        beams = assembly.model.info.slender > 0
         if method not in explicit_plan.METHODS or (settings.get("step") is None and not beams):
             return method, lambda: runs.plan(assembly, times, **settings), ""
         checked, note = runs.plan(assembly, times, **settings), ""  # refuses an unstable step

@@ -9,7 +9,6 @@ import numpy as np
 from evolvent.analysis import feedback
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
-from evolvent.families.threads import is_open
 from evolvent.kernels import joint, rigid, sides
 from evolvent.model import family, registry as family_registry
 from evolvent.solvers.time.explicit import plan as explicit_plan
@@ -44,7 +43,7 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
 
 def _method_of(assembly: Assembly, method: str) -> tuple[str, str]:
     """See `choose_method`."""
-    if is_open(assembly.model):
+    if families.reacts(assembly.model):
         return feedback.method_of(assembly, method)
     if method != "auto":
         if method not in METHODS:

@@ -9,8 +9,8 @@ import numpy as np
 from pydantic_core import PydanticCustomError
 
 from evolvent.assembly.assembled import Assembly
-from evolvent.solvers.common import payout
 from evolvent.solvers.common.laws import refusing_laws
+from evolvent.solvers.common.standing import check_drives
 from evolvent.solvers.time.explicit import plan as explicit_plan
 from evolvent_base import units
 from evolvent_base.errors import InputError
@@ -69,7 +69,7 @@ def check_run(assembly: Assembly, samples: np.ndarray, step: float | None = None
             f"{explicit_plan.MOST_STEPS:.0e}; use a longer `step`, or shorten `until`"
         )
     with refusing_laws(assembly):
-        payout.check(assembly, float(samples[-1]))
+        check_drives(assembly, float(samples[-1]))
 
 
 def settings_of(own: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,10 +10,9 @@ import numpy as np
 
 from evolvent.analysis import feedback
 from evolvent.analysis.step_results import ResultAddress as ResultAddress, StepResults
-from evolvent.assembly import needs
+from evolvent.assembly import families, needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations.rhs import rhs
-from evolvent.families.threads import is_open
 from evolvent.kernels import rigid
 from evolvent.parts.checks import positive, vector
 from evolvent.results.motion import quaternions
@@ -70,7 +69,7 @@ class SteppedAssembly:
         self._keys: Mapping[str, str] = {}
         self._events: list[tuple[np.ndarray, np.ndarray]] = []
         times = np.array([start, until])
-        if is_open(assembly.model):
+        if families.reacts(assembly.model):
             feedback.method_of(assembly, method)
         assembly, loops = feedback.with_tables(assembly, self.time, self.until)
         if method in IMPLICIT:

@@ -12,6 +12,7 @@ import lazy_loader as lazy
 import numpy as np
 
 from evolvent import cases, results
+from evolvent.analysis import accessor as accessor  # it registers run.ev
 from evolvent.analysis.closure import check_energy_gain, warning_of
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import axial

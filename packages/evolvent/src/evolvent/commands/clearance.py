@@ -15,11 +15,9 @@ from evolvent_base.errors import InputError, RunFailed
 if TYPE_CHECKING:
     import xarray as xr
 
-accessor = lazy.load("evolvent.analysis.accessor", suppress_warning=True)
 cases = lazy.load("evolvent.cases", suppress_warning=True)
 distances = lazy.load("evolvent.analysis.clearance", suppress_warning=True)
 export = lazy.load("evolvent.commands.export", suppress_warning=True)
-plots = lazy.load("evolvent_base.plots", suppress_warning=True)
 request = lazy.load("evolvent.exports.request", suppress_warning=True)
 results = lazy.load("evolvent.results", suppress_warning=True)
 showing = lazy.load("evolvent_base.showing", suppress_warning=True)
@@ -66,10 +64,7 @@ def clearance(
     answer = shown.answer(found)
     if not quiet:
         showing.show(answer)
-    if output is not None:
-        echo(f"clearances: {showing.save(answer, output)}")
-    if figure is not None:
-        echo(f"figure: {plots.save(answer.figures[0], figure)}")
+    shared.write_files(answer, "clearances", output=output, figure=figure)
     if animation is not None:
         _write_animation(made, animation, found)
     if check and found.sizes["interference"]:
@@ -93,6 +88,8 @@ def _pair(text: str) -> list[str]:
 
 def _run(source: str, assignments: tuple[str, ...], quiet: bool) -> Any:
     """The run of a results file, or of a case."""
+    from evolvent.analysis import accessor as accessor  # registers run.ev, with the engine
+
     if os.path.splitext(source)[1] == ".nc":
         if assignments:
             raise InputError("--set is for cases; a results file has run already")

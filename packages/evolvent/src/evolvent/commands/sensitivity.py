@@ -6,7 +6,7 @@ import click
 import lazy_loader as lazy
 
 from evolvent_base import files, options as shared
-from evolvent_base.console import echo, showing_progress
+from evolvent_base.console import showing_progress
 
 cases = lazy.load("evolvent.cases", suppress_warning=True)
 showing = lazy.load("evolvent_base.showing", suppress_warning=True)
@@ -46,5 +46,4 @@ def sensitivity(
     shown = answer(found)
     if not quiet:
         showing.show(shown)
-    if output is not None:
-        echo(f"sensitivities: {showing.save(shown, output)}")
+    shared.write_files(shown, "sensitivities", output=output)

@@ -25,6 +25,19 @@ _MEASURE, _ENERGY = void(types.int64, REAL, VECTOR, MODEL), void(INTERVAL, MODEL
 _MOMENTUM, _STORED, _RECORDS = void(VECTOR, MODEL, VECTOR), REAL(REAL, MODEL), void(MODEL)
 _RATES, _TURN, _POWER = void(VECTOR, MODEL), REAL(VECTOR, VECTOR, REAL, MODEL), REAL(MODEL)
 _FRICTION, _NUMBER = REAL(VECTOR, MODEL), types.int64(types.int64, MODEL)
+_STATE, _EVENT = (
+    void(REAL, VECTOR, INTEGERS, MODEL, VECTOR),
+    types.int64(REAL, VECTOR, INTEGERS, MODEL, types.int64, VECTOR),
+)
+_LOCK, _KICK, _PROJECT = (
+    void(REAL, VECTOR, INTEGERS, MODEL),
+    void(VECTOR, INTEGERS, MODEL, VECTOR),
+    void(VECTOR, INTEGERS, MODEL),
+)
+_LONGEST, _UNTIL = REAL(VECTOR, INTEGERS, MODEL), REAL(REAL, VECTOR, VECTOR, INTEGERS, MODEL)
+_DUE, _PART = types.boolean(VECTOR, INTEGERS, MODEL), void(REAL, REAL, REAL, MODEL)
+_INTERPOLATE = void(REAL, VECTOR, VECTOR, MODEL, VECTOR)
+_BETWEEN = void(REAL, REAL, REAL, VECTOR, VECTOR, MODEL, VECTOR)
 _APPLY = types.UniTuple(REAL, 3)(REAL, REAL, types.int64, VECTOR, INTEGERS, MODEL)
 _TURNING, _SPIN = void(REAL, VECTOR, VECTOR, MODEL, VECTOR), void(REAL, VECTOR, VECTOR, MODEL, SPARSE)
 
@@ -44,6 +57,17 @@ contact_set = indirect(_NUMBER)
 apply = indirect(_APPLY)
 turning = indirect(_TURNING)
 turning_tangent = indirect(_SPIN)
+state = indirect(_STATE)
+apply_change = indirect(_EVENT)
+lock = indirect(_LOCK)
+kick = indirect(_KICK)
+project = indirect(_PROJECT)
+longest_step = indirect(_LONGEST)
+until_change = indirect(_UNTIL)
+is_due = indirect(_DUE)
+note_part = indirect(_PART)
+interpolate = indirect(_INTERPOLATE)
+between = indirect(_BETWEEN)
 
 #: ``force_at(model, slot)``: the function of a slot, for compiled code.
 force_at = lookups.by_slot(_FORCE)
@@ -61,3 +85,14 @@ contact_set_at = lookups.by_slot(_NUMBER)
 apply_at = lookups.by_slot(_APPLY)
 turning_at = lookups.by_slot(_TURNING)
 turning_tangent_at = lookups.by_slot(_SPIN)
+state_at = lookups.by_slot(_STATE)
+apply_change_at = lookups.by_slot(_EVENT)
+lock_at = lookups.by_slot(_LOCK)
+kick_at = lookups.by_slot(_KICK)
+project_at = lookups.by_slot(_PROJECT)
+longest_step_at = lookups.by_slot(_LONGEST)
+until_change_at = lookups.by_slot(_UNTIL)
+is_due_at = lookups.by_slot(_DUE)
+note_part_at = lookups.by_slot(_PART)
+interpolate_at = lookups.by_slot(_INTERPOLATE)
+between_at = lookups.by_slot(_BETWEEN)

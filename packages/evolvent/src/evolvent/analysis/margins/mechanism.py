@@ -34,7 +34,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.compiled.pointer import Struct
 from evolvent.kernels.blocks import displace
 from evolvent.model.shares import Elastic as ElasticShares, Tie
-from evolvent.solvers.common.still_threads import at_time
+from evolvent.solvers.common.standing import at_time
 from evolvent.solvers.static import equilibrium
 from evolvent.solvers.static.work import velocities_of
 from evolvent_base.errors import InputError
@@ -122,7 +122,7 @@ class Mechanism(MechanismModels):
     def at_rest(self, t: float) -> Position:
         """The mechanism at a time (s), where the system starts, without rates."""
         assembly, y = self.assembly, None
-        if self.bare.threads.size:
+        if self.bare.info.releases:
             assembly, y = at_time(assembly, None, t)
         self._switch(assembly.s)
         y = np.array(assembly.y if y is None else y)

@@ -28,7 +28,7 @@ def matrix_of(model: mdl.Model, *, spare: int | None = None, layers: bool = Fals
 def matrix_for(assembly: Assembly) -> SparseBlocks:
     """`matrix_of` the model of an assembly; variants of a system share the order of its blocks."""
     shared = assembly.shared
-    if shared is None or assembly.model.threads.size:
+    if shared is None or assembly.model.info.releases:
         return matrix_of(assembly.model)
     if "matrix" not in shared:
         shared["matrix"] = matrix_of(assembly.model)

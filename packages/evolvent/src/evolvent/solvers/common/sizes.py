@@ -9,16 +9,13 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.blocks import owners
-from evolvent.kernels import rigid
 from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, SCALAR, indices
 from evolvent.model.registry import asked, families
 from evolvent.solvers.common.balance import LEAST_ENERGY, RESOLVED
 from evolvent.solvers.common.laws import largest_works
 
-#: Share of energies of the system's size that is round-off, and of weights on threads.
-ROUND_OFF, LIFTED_SHARE = 1e-9, 1e-2
-#: Strain of a rod that is round-off: it is the difference of positions beside the length of an element.
-ROUND_OFF_STRAIN = 1e-10
+#: Share of energies of the system's size that is round-off.
+ROUND_OFF = 1e-9
 #: Part of the elements' `form_energy` that is round-off of their strain energy.
 STRAIN_ROUND_OFF = 1e-14
 #: Part of the energies and works that a run handles which is round-off.
@@ -73,8 +70,8 @@ def length_of(model: mdl.Model, weight: np.ndarray) -> float:
 
 
 def form_energy(model: mdl.Model) -> float:
-    """Sum of the constants U0 of the elements' forms, J: their strain energies are differences of terms as large."""
-    return float(np.abs(model.U0[model.elements["form"]]).sum())
+    """Energies of which the strain energies of elements are differences, J (`Family.strained`)."""
+    return sum(strained(model) for strained in asked("strained").values())
 
 
 def strain_round_off(model: mdl.Model) -> float:
@@ -96,18 +93,8 @@ def _lifted(model: mdl.Model, mass: float, weight: np.ndarray) -> float:
 def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     """Energy beside which a gain is round-off, J.
 
-    That of weights lifted by the system's size, of forms of elements, and of rods stretched by `ROUND_OFF_STRAIN`. A
-    weight at rest on a stiff thread has no energy but that of the thread, whose elongation is below the tolerance of a
-    step: there a gain counts beside weights lifted by `LIFTED_SHARE` of the thread.
+    That of weights lifted by the system's size, of forms of elements, and what families state (`Family.round_off`).
     """
     model = assembly.model
-    gravity, lifted = float(np.linalg.norm(model.info["gravity"])), _lifted(model, mass, weight)
-    if model.threads.size:
-        free = model.bodies["mass"][model.bodies["motion"] == rigid.FREE]
-        total = model.nodes["mass"].sum() + model.points["mass"].sum() + free.sum()
-        length = float(np.max(model.threads["n"] * model.threads["segment"]))
-        lifted += LIFTED_SHARE / ROUND_OFF * float(total) * gravity * length
-    strained = form_energy(model)
-    rods = model.rod_elements
-    stretched = 0.5 * ROUND_OFF_STRAIN**2 * float(np.sum(rods["length"] * rods["stiffness"][:, 0, 0]))
-    return ROUND_OFF * (lifted + strained) + stretched + LEAST_ENERGY
+    own = sum(round_off(model) for round_off in asked("round_off").values())
+    return ROUND_OFF * (_lifted(model, mass, weight) + form_energy(model)) + own + LEAST_ENERGY

@@ -10,6 +10,7 @@ import numpy as np
 from evolvent.assembly.blocks import owner_of
 from evolvent.assembly.families import owner
 from evolvent.kernels.blocks import block_at, displace
+from evolvent.model.registry import families
 from evolvent.solvers.modal.positions import moving, rigid_motions
 from evolvent.solvers.static import equilibrium as eq
 from evolvent.solvers.static.work import Work
@@ -51,7 +52,7 @@ class Naming:
         """Beams and rods: names, coordinates, and rigid motions of these (n, 6)."""
         motions = rigid_motions(self.assembly, self.y, np.zeros(3))
         for name, (family, _, at) in moving(self.assembly).items():
-            if family in ("beams", "rods"):
+            if families()[family].bending is not None:
                 own = motions[at].copy()
                 own[:, 3:] -= own[:, :3] @ own[:3, 3:]  # about the root, whose position comes first
                 yield name, at, own

@@ -20,9 +20,10 @@ from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.equations.between_steps import end_frictions, measure_frictions
 from evolvent.equations.projection import is_corrected, project
 from evolvent.equations.rhs import rhs
-from evolvent.kernels import coordinate, rigid, springs, thread
+from evolvent.kernels import coordinate, rigid, springs
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import normalise
+from evolvent.kernels.calls import longest_step_at
 from evolvent.kernels.grazing import until_deepest
 from evolvent.kernels.passing import note_places, passing
 from evolvent.kernels.turning import NO_TURN, friction_power
@@ -256,8 +257,9 @@ def adapted_step(until, model, work):
     t, h = work.loop.time, work.loop.step
     if model.coordinates.size > 0:
         h = min(h, coordinate.longest_step(model.coordinates))
-    if model.threads.size > 0:
-        h = min(h, thread.longest_step(work.y, work.s, model))
+    calls = model.longest_step_calls
+    for k in range(calls.size):
+        h = min(h, longest_step_at(model, calls[k])(work.y, work.s, model))
     return (until, until - t) if t + h * 1.01 >= until else (t + h, h)
 
 

@@ -44,7 +44,7 @@ def unbalanced(run: MotionRun, found: eb.Closure) -> str:
     smaller = "use a smaller `tolerance`"
     if run.plan.step is not None:
         model = run.model
-        other = "energy-momentum" if model.beams.size or model.rods.size else "dopri5"
+        other = "energy-momentum" if model.info.slender else "dopri5"
         smaller = f"use a smaller `step` than {float(run.work.loop.step):.3g} s, or `method` {other}"
     return (
         f"the energy balance is off by {found.defect:.3g} J at t = {run.reached:.6g} s, {found.share:.2g} of the "

@@ -13,10 +13,9 @@ from evolvent.assembly.families import owner
 from evolvent.kernels.blocks import block_at
 from evolvent.model.registry import asked
 from evolvent.solvers.common import balance as eb
+from evolvent.solvers.common.hints import hints_on, without_normal
 from evolvent.solvers.common.laws import broken_law, large_law, states_energy, what_may_jump
-from evolvent.solvers.common.no_direction import without_normal
 from evolvent.solvers.common.redundancy import redundant
-from evolvent.solvers.common.rod_messages import bending_hint
 from evolvent.solvers.time.implicit.workspace import GAINED, NO_CONVERGENCE, NOT_FINITE, REDUNDANT, SINGULAR, Workspace
 from evolvent.solvers.time.messages import far_from_origin
 from evolvent.solvers.time.pace import Stall
@@ -58,7 +57,7 @@ def reason(code: int, run: Tried) -> str:
     if code == REDUNDANT and work.loop.steps == 0 and run.midpoint:
         raise InputError(redundant(assembly, run.matrix))
     smaller = "use a smaller `step`, or None" if fixed else "use a smaller `tolerance`"
-    when, bent = f"in the step of {h:.3g} s from t = {t:.6g} s", bending_hint(assembly, work.y0)
+    when, bent = f"in the step of {h:.3g} s from t = {t:.6g} s", hints_on(assembly, work.y0)
     if code == NO_CONVERGENCE:
         size = float(np.abs(work.x[: work.weight.size] / work.weight).max(initial=0.0))
         where, softer = _where(run)
@@ -118,7 +117,7 @@ def stalled(stall: Stall, run: Tried) -> str:
     where, softer = _where(run)
     return (
         f"{stall}; Newton's method corrects most at {where}{what_may_jump(run.assembly)}"
-        f"{bending_hint(run.assembly, run.work.y0)}; use a greater `tolerance` or `step`{softer}, less damping of what "
+        f"{hints_on(run.assembly, run.work.y0)}; use a greater `tolerance` or `step`{softer}, less damping of what "
         f"moves there (`stiffness_damping`), and look at the last samples"
     )
 

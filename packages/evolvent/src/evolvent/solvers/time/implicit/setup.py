@@ -13,13 +13,12 @@ from evolvent.kernels.blocks import indices
 from evolvent.kernels.drive import drive
 from evolvent.model.interval import NUMBERS, Interval
 from evolvent.model.powers import N_POWERS
-from evolvent.model.registry import asked, forget_steps
+from evolvent.model.registry import along_axes, asked, forget_steps
 from evolvent.solvers.common.balance import BALANCE
 from evolvent.solvers.common.sampled import empty
 from evolvent.solvers.common.start import acts_from_outside
 from evolvent.solvers.time import event_search
 from evolvent.solvers.time.implicit import reactions
-from evolvent.solvers.time.implicit.releases import release_times
 from evolvent.solvers.time.implicit.workspace import LOOP, Workspace
 
 #: Times at which the rates of drives are evaluated.
@@ -40,12 +39,10 @@ def error_sizes(model: mdl.Model, weight: np.ndarray, *, conserves: bool) -> np.
 
 
 def _section_turns(model: mdl.Model) -> np.ndarray:
-    """Indices of turns about axes across a rod of its nodes; of a rod with one element nothing but these may move."""
-    nodes = [
-        model.bodies["iv"][rod["first_body"] :][: rod["elements"] + 1] for rod in model.rods if rod["elements"] > 1
-    ]
+    """Indices of turns about axes across a part of its nodes; of one with one element nothing but these may move."""
+    nodes = [model.bodies["iv"][own] for own in along_axes(model) if own.size > 2]
     first = np.concatenate([*nodes, np.zeros(0, dtype=np.int64)]) - int(model.info.nq)
-    return np.concatenate([first + 4, first + 5])  # the first axis is that of the rod
+    return np.concatenate([first + 4, first + 5])  # the first axis is that of the part
 
 
 def shares(model: mdl.Model, weight: np.ndarray, *, conserves: bool) -> np.ndarray:
@@ -83,8 +80,8 @@ def _fastest(model: mdl.Model, row: np.void, times: np.ndarray) -> float:
 def stops_of(assembly: Assembly, times: np.ndarray) -> np.ndarray:
     """Times between the first and the last sample on which steps land, (n,) float, s: loads or joints change there."""
     model = assembly.model
-    changes = [own(getattr(model, name)) for name, own in asked("ramps").items()]
-    stops = np.unique(np.concatenate([*changes, model.breaks, release_times(assembly, times[0], times[-1])]))
+    own = [stops_of(model, times[0], times[-1]) for stops_of in asked("stops").values()]
+    stops = np.unique(np.concatenate([*own, model.breaks]))
     return stops[(stops > times[0]) & (stops < times[-1])]
 
 
@@ -155,7 +152,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         out_a=out.acceleration,
         out_la=out.la,
         out_balance=np.zeros((n_t, fields)),
-        out_momenta=np.zeros((0 if model.threads.size else n_t, 6)),
+        out_momenta=np.zeros((0 if model.info.releases else n_t, 6)),
         out_forces=out.forces,
         out_points=np.zeros((n_t if midpoint else 0, model.contact_points.size)),
     )
