@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from evolvent import parts
+from evolvent.analysis.system import System
 from evolvent_base.dense import product
 from evolvent_base.errors import InputError
 from evolvent_papers.wrapped_rib.case import Case
@@ -31,9 +33,6 @@ def build(case: Case, begin: Start) -> System:
     InputError
         If a part is refused, or the drive's ramp is too long.
     """
-    from evolvent import parts
-    from evolvent.analysis.system import System
-
     system, rib, drive, hub, axis = System(), case.rib, case.drive, case.hub, tuple(begin.rotation[:, 2])
     _add_hub(system, case, begin)
     hold: dict[str, Any] = {"type": "clamp" if rib.root == "clamp" else "revolute", "axis": axis}
@@ -79,8 +78,6 @@ def build(case: Case, begin: Start) -> System:
 
 def _add_hub(system: System, case: Case, begin: Start) -> None:
     """The hub as a body; a driven one spins, so that what turns it does work."""
-    from evolvent import parts
-
     hub, at = case.hub, begin.hub
     given: dict[str, Any] = {"motion": "driven", "rate": 0.0, "orientation": at["orientation"]}
     if hub.motion == "free":
@@ -126,8 +123,6 @@ def _law(case: Case, begin: Start) -> dict[str, Any]:
 
 def _drive(case: Case, whole: float | None) -> RampDrive:
     """Angle of the hub, or wound by a carried tip, which ends smoothly at the angle `whole` (rad)."""
-    from evolvent import parts
-
     drive = case.drive
     assert drive is not None
     assert drive.rate is not None

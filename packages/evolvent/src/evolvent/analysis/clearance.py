@@ -118,7 +118,7 @@ def check_package() -> None:
 def _measure() -> Any:
     """The package that finds distances."""
     try:
-        import coal
+        import coal  # an extra
     except ImportError:
         raise InputError("clearances need the package coal; pip install 'evolvent[clearance]' brings it") from None
     return coal

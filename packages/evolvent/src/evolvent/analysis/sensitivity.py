@@ -11,10 +11,11 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import lazy_loader as lazy
 import numpy as np
 
 from evolvent import cases
-from evolvent.analysis import runs, trees, variation
+from evolvent.analysis import accuracy, gradient, runs, simulation, trees, variation
 from evolvent.analysis.closure import warning_of
 from evolvent.analysis.composition import Composition
 from evolvent.analysis.methods import choose_method
@@ -25,6 +26,8 @@ from evolvent.parts.joint import Joint
 from evolvent.parts.joint_spring import JointSpring
 from evolvent.results.fine_samples import Times
 from evolvent.results.kept import Kept, is_local, kept_of, refusal
+from evolvent.results.tree import root_of
+from evolvent.results.variables import names
 from evolvent.solvers.common.laws import law_failure
 from evolvent.solvers.sensitivity.neighbours import Neighbours, TooFar
 from evolvent.solvers.time.implicit import plan as implicit
@@ -37,6 +40,8 @@ if TYPE_CHECKING:
 
     from evolvent.assembly.assembled import Assembly
     from evolvent.solvers.common.solution import Solution
+else:
+    xr = lazy.load("xarray")
 
 Array = np.ndarray
 #: Changes of a key to both sides, relative to it, or of one that is 0 in its SI unit: the next one where the runs
@@ -141,8 +146,6 @@ def sensitivity(
     **settings: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Derivatives of values of a run by keys: see `evolvent.System.sensitivity`."""
-    from evolvent.analysis import accuracy, simulation
-
     values, of = _names("values", values), [key_of(system, name) for name in _names("keys", keys)]
     if mode not in MODES:
         raise InputError(f"mode is {mode!r}; it must be one of {', '.join(MODES)}")
@@ -206,7 +209,6 @@ def _by_adjoint(
     progress: Callable[[float], None] | None, settings: Mapping[str, Any],
 ) -> xr.Dataset:  # fmt: skip
     """Derivatives by the adjoint."""
-    from evolvent.analysis import gradient
 
     def read(solution: Solution) -> tuple[Kept, Array]:
         kept = _kept(solution, values)
@@ -329,9 +331,6 @@ def _changed(system: Composition, key: Key, side: float) -> Assembly:
 
 
 def _kept(solution: Solution, values: Sequence[str]) -> Kept:
-    from evolvent.results.tree import root_of
-    from evolvent.results.variables import names
-
     found = kept_of(
         solution, values, lambda: root_of(solution, {}), fine=np.zeros(solution.t.size, dtype=bool), why=""
     )  # fmt: skip
@@ -378,8 +377,6 @@ def _table(
     attrs: Mapping[str, Any], warning: str,
 ) -> xr.Dataset:  # fmt: skip
     """Values and derivatives with their units."""
-    import xarray as xr
-
     with np.errstate(divide="ignore", invalid="ignore"):
         relative = derivative * np.array([key.value for key in keys]) / value[:, None]
     unit = [own.units(name) for name in names]
