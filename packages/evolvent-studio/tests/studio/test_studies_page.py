@@ -297,7 +297,7 @@ def test_margins_of_the_open_case(page, shots):
     page.click(part("margin"))
     page.locator(part("report-of"), has_text=re.compile(r"Margins \d+ hinge")).wait_for()
     report = page.frame_locator(part("margins"))
-    report.locator("text=Every margin holds.").wait_for()
+    report.locator("text=every margin holds").wait_for()
     text = report.locator("body").inner_text()
     assert "motorization" in text
     assert re.search(r"hinge\.stiffness\s+spring\s", text)
