@@ -13,8 +13,9 @@ import numpy as np
 from evolvent.analysis.closure import check_energy_gain, warning_of
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.constraints import ends_of_row
 from evolvent.families.threads import is_open
-from evolvent.kernels import axial, joint, rigid, sides
+from evolvent.kernels import axial, rigid
 from evolvent.model import family, registry as family_registry
 from evolvent.results.fine_samples import Times
 from evolvent.solvers.common import payout
@@ -172,16 +173,14 @@ def _better_implicit(assembly: Any) -> str:
 
 def has_loops(model: Any) -> bool:
     """Whether joints close a loop of three parts or more, what does not move being one part."""
-    joints, bodies = model.joints, model.bodies
     edges = set()
-    for row in joints[~np.isin(joints["kind"], (joint.ANGLE, joint.GEAR))]:
+    for k in np.flatnonzero(model.constraints["turns"] == 0):
         ends = set()
-        for side in range(joint.side_count(row["kind"])):
-            on, index = int(row["on"][side]), int(row["index"][side])
-            if on in (sides.ON_COORDINATES, sides.ON_NODE):
-                ends.add(f"coordinates {int(row['iv'][side])}")
-            elif on == sides.ON_BODY and bodies["motion"][index] != rigid.DRIVEN:
-                ends.add(f"body {index}")
+        for what, index in ends_of_row(model, int(k)):
+            if what not in family_registry.asked("consists") and not (
+                what == "bodies" and model.bodies["motion"][index] == rigid.DRIVEN
+            ):
+                ends.add(f"{what} {index}")
         edges.add(tuple(sorted(ends)) if len(ends) == 2 else ("", *ends))
     group: dict[str, str] = {}
 

@@ -3,7 +3,7 @@
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import constraint_rows, contact, coordinate, joint, rigid, turning
+from evolvent.kernels import constraint_rows, constraints, contact, coordinate, rigid, turning
 from evolvent.kernels.calls import end_friction_at
 from evolvent.model import DISSIPATED, KEPT, MODEL, RELEASE
 
@@ -67,25 +67,25 @@ def end_frictions(y, step, model):
 @inlined
 def may_release(model):
     """Whether a model has records that a trigger releases or switches off."""
-    return model.joints.size > 0 or model.motors.size > 0
+    return model.constraints.size > 0 or model.motors.size > 0
 
 
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64), used_for=("motors", constraint_rows.HELD, _has_penalties))
 def release_by(t, y, s, model, trigger):
-    """Release the joints and switch off the motors that wait for a trigger (`user_events.release`).
+    """Release the constraints and switch off the motors that wait for a trigger (`user_events.release`).
 
     The strain energy of the penalties is taken out of the energy balance.
     """
-    joints, motors = model.joints, model.motors
+    rows, motors = model.constraints, model.motors
     account = model.info.nq + model.info.nv + RELEASE
-    for k in range(joints.size):
-        if joints[k].event != trigger or not joint.acts(t, s, joints, k):
+    for k in range(rows.size):
+        if rows[k].event != trigger or not constraints.acts(t, s, rows, k):
             continue
-        if joints[k].stiffness > 0.0:
+        if rows[k].stiffness > 0.0:
             rigid.kinematics(t, y, model)
-            joint.joint_geometry(t, y, k, model)
-            y[account] -= joint.penalty_energy(joints, k)
-        s[joints[k].switch] = 1
+            constraints.measure(constraints.STATE, t, y, k, model)
+            y[account] -= constraints.penalty_energy(rows, k)
+        s[rows[k].switch] = 1
     for k in range(motors.size):
         if motors[k].event == trigger:
             s[motors[k].switch] = 1
@@ -94,9 +94,9 @@ def release_by(t, y, s, model, trigger):
 @indirect(void(REAL, VECTOR, MODEL), used_for=_has_penalties)
 def release_penalties(t, y, model):
     """Take the strain energy of penalties that are released at t out of the energy balance."""
-    joints, account = model.joints, model.info.nq + model.info.nv + RELEASE
-    for k in range(joints.size):
-        if t == joints[k].until:
+    rows, account = model.constraints, model.info.nq + model.info.nv + RELEASE
+    for k in range(rows.size):
+        if t == rows[k].until:
             rigid.kinematics(t, y, model)
-            joint.joint_geometry(t, y, k, model)
-            y[account] -= joint.penalty_energy(joints, k)
+            constraints.measure(constraints.STATE, t, y, k, model)
+            y[account] -= constraints.penalty_energy(rows, k)

@@ -152,22 +152,22 @@ def _release_rows(t, trigger, rows, s):
 
 @inlined
 def release(t, trigger, model):
-    """Release joints and switch off motors that wait for a trigger, at t; returns whether any does.
+    """Release constraints and switch off motors that wait for a trigger, at t; returns whether any does.
 
     Parameters
     ----------
     trigger : event k, or -2 - k, the latch of coordinate k
     """
-    found = _release_rows(t, trigger, model.joints, model.switches)
+    found = _release_rows(t, trigger, model.constraints, model.switches)
     return _release_rows(t, trigger, model.motors, model.switches) or found
 
 
 @inlined
 def has_released(t, h, model):
-    """Whether a joint is released at t, the end of a step of length h."""
-    joints, found = model.joints, False
-    for k in range(joints.size):
-        found = found or abs(joints[k].until - t) < 0.5 * h
+    """Whether a constraint is released at t, the end of a step of length h."""
+    rows, found = model.constraints, False
+    for k in range(rows.size):
+        found = found or abs(rows[k].until - t) < 0.5 * h
     return found
 
 

@@ -105,6 +105,7 @@ class Model(Struct):
     parameters: Array = array(1)
     blocks: Array = array(1, OWN_RECORDS["blocks"])
     markers: Array = array(1, OWN_RECORDS["markers"])
+    constraints: Array = array(1, OWN_RECORDS["constraints"])
     rows: Array = array(1, OWN_RECORDS["rows"])
     row_sides: Array = array(1, OWN_RECORDS["row_sides"])
     row_pairs: Array = array(1, OWN_RECORDS["row_pairs"])

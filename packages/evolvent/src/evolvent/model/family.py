@@ -169,9 +169,9 @@ class Family:
     place : function of the builder and a reference (`assembly.references.Named`) to the point of a part that it names
         (`assembly.references.Location`), for families on whose parts there are points
     accounts, switches, events : what its records have in the state, and what solvers find of them (`model.layout`)
-    rows : rows of constraint under explicit methods; None for none
-    unmet : function of the name of a part, and of gap, rate and value of its row of the family `joints` and whether it
-        moves at the start, to a sentence on why the start does not meet the constraint; '' where it does. None of
+    rows : rows of constraint (`model.layout.Rows`); None for none
+    unmet : function of the name of a part, and of gap, rate and value of its row of constraint and whether it moves at
+        the start, to a sentence on why the start does not meet the constraint; '' where it does. None of
         parts that are no constraints of their own
     by_causes : whether the accounts of explicit methods tell apart what dissipates energy in a model with its records
     rubs : function of its records to those with friction that slips under explicit methods; None for none
@@ -203,6 +203,11 @@ class Family:
     end_step : of a step that has been taken: what the next one needs of it, and into `Interval.powers` the work and the
         losses that the family books itself (J, `evolvent.model.powers`)
     note_step : of records alone, what the next step of energy-momentum needs of the last one
+    row_measure, row_bend, row_force, row_tangent : of records with `rows`, one row each: its gap; second derivative of
+        that without accelerations; generalised forces of its multiplier; gradient as row and column of the matrix, and
+        the multiplier times the second derivatives by coordinates (`kernels.constraints`). row_end gives the row of the
+        end of a step, row_rates what a change of place alone changes in the rate of the gap,
+        row_note results at a sample, by the multiplier
     coupled_energy : at the end of a step of energy-momentum, of penalties and of what acts on coordinates, J
     contact_set : goes on with a number that encodes which records touch or slip, and in which sense
     apply : torques on coordinates at their last evaluation, (t, share, kept, y, s, model) as of
@@ -322,6 +327,13 @@ class Family:
     end_step: Call = None
     note_step: Call = None
     coupled_energy: Call = None
+    row_measure: Call = None
+    row_bend: Call = None
+    row_force: Call = None
+    row_tangent: Call = None
+    row_end: Call = None
+    row_rates: Call = None
+    row_note: Call = None
     contact_set: Call = None
     apply: Call = None
     apply_tangent: Call = None

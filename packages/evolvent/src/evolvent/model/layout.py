@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 Array = np.ndarray
+#: Kind of rows of constraint that have a multiplier under all methods.
+CONSTRAINT = 1
 #: What happens where a latch locks.
 LATCHED = "latched"
 #: Count of each record: one for all, or a function of the records to (n,) int.
@@ -75,13 +77,28 @@ class Events:
 
 @dataclasses.dataclass(frozen=True)
 class Rows:
-    """Rows of constraint of a family's records under explicit methods (`kernels.constraint_rows`).
+    """Rows of constraint of a family's records.
+
+    Of the kind `CONSTRAINT` each record has one, in `Model.constraints`. It takes over the fields `stiffness`,
+    `damping`, `until`, `latest`, `event` and `switch` that the record has; where there are none, the row is a
+    constraint at all times.
 
     Attributes
     ----------
+    of : function of the records and of those of a family by its name to the record of each row that explicit methods
+        solve for (`kernels.constraint_rows`), and its ends; left out, all that are no penalties and `Family.ends`
     kind : int, of the rows
-    of : function of the records and of those of a family by its name to the record of each row, and its ends
+    turns : mask of the records whose gap is of directions, without a unit
+    drives : those that a drive moves
+    couples : those whose force turns with another end, so that ends are coupled with one another
+    ends : those to which `Family.row_end` gives the rows of a step
+    alone : those that no other constraint can repeat
     """
 
-    kind: int
-    of: Callable[[Array, Callable[[str], Any]], Iterator[tuple[int, list[tuple[str, int]]]]]
+    of: Callable[[Array, Callable[[str], Any]], Iterator[tuple[int, list[tuple[str, int]]]]] | None = None
+    kind: int = CONSTRAINT
+    turns: Callable[[Array], Array] | None = None
+    drives: Callable[[Array], Array] | None = None
+    couples: Callable[[Array], Array] | None = None
+    ends: Callable[[Array], Array] | None = None
+    alone: Callable[[Array], Array] | None = None

@@ -19,7 +19,7 @@ import numpy as np
 
 from evolvent.compiled import lookups
 from evolvent.model.family import Family
-from evolvent.model.layout import Events
+from evolvent.model.layout import CONSTRAINT, Events
 from evolvent_base import plugins
 from evolvent_base.errors import InputError
 
@@ -61,11 +61,17 @@ def _refused(family: Family, taken: Collection[str]) -> str:
     """Why a family of another distribution cannot be used; '' where it can."""
     if family.name in taken:
         return f"the family {family.name!r} has the name of a field of the model; it needs one of its own"
-    if family.events or family.rows is not None:
-        return f"the family {family.name!r} states events or rows of constraint, which only families of evolvent have"
+    if family.events or (family.rows is not None and family.rows.kind != CONSTRAINT):
+        return f"the family {family.name!r} states events, which only families of evolvent have"
+    if family.rows is not None and (missing := [name for name in QUESTIONS if _lacks_row(family, name)]):
+        return f"the family {family.name!r} states rows of constraint without `{missing[0]}`, which all methods need"
     if family.force and not family.tangent:
         return f"the family {family.name!r} has a force without its tangent, which statics and modes need"
     return ""
+
+
+def _lacks_row(family: Family, question: str) -> bool:
+    return question.startswith("row_") and getattr(family, question) is None
 
 
 def _declared(wrong: dict[str, str]) -> Iterator[Family]:
@@ -97,6 +103,23 @@ def families() -> dict[str, Family]:
 def whole() -> Iterator[Family]:
     """Families of records that belong to no other family's."""
     return (family for family in families().values() if not family.of)
+
+
+@functools.cache
+def constraining() -> tuple[str, ...]:
+    """Families whose records have rows in `Model.constraints`, in the order of these."""
+    return tuple(f.name for f in families().values() if f.rows is not None and f.rows.kind == CONSTRAINT)
+
+
+def first_row(family: str, records: Any) -> int:
+    """Row of `Model.constraints` of the first record of a family.
+
+    Parameters
+    ----------
+    records : function of the name of a family to its records
+    """
+    every = constraining()
+    return sum(records(name).size for name in every[: every.index(family)])
 
 
 @functools.cache
@@ -148,7 +171,8 @@ def _slots(question: str, present: Collection[str]) -> Array:
             answer = family.force
         if answer and family.name in present:
             found.append(lookups.slot(answer))
-    return np.array([*dict.fromkeys(found)], dtype=np.int64)
+    one_each = question.startswith("row_")  # by the number of the family in `Model.constraints`
+    return np.array(found if one_each else [*dict.fromkeys(found)], dtype=np.int64)
 
 
 @functools.cache

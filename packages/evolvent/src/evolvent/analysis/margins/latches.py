@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ import numpy as np
 from evolvent.analysis.margins.mechanism import Mechanism
 from evolvent.analysis.margins.tables import Table
 from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.constraints import ends_of_row, family_of
 from evolvent.kernels import sides
 from evolvent.results.observe import observe
 
@@ -112,10 +114,10 @@ def _joint_of(assembly: Assembly, k: int) -> str:
     row = assembly.model.coordinates[k]
     if row["on"] != sides.ON_BODY:
         return ""
-    pair = {int(row["body"]), int(row["other"])}
-    for index, name in enumerate(assembly.joint_parts):
-        one = assembly.model.joints[index]
-        both = one["on"][0] == sides.ON_BODY and one["on"][1] == sides.ON_BODY
-        if both and {int(one["index"][0]), int(one["index"][1])} == pair and assembly.names[name][0] == "joints":
+    pair = {("bodies", int(row["body"])), ("bodies", int(row["other"]))}
+    for index, name in enumerate(assembly.row_parts):
+        ends = {*itertools.islice(ends_of_row(assembly.model, index), 2)}
+        is_own = family_of(assembly.model, index)[0] == assembly.names[name][0]
+        if is_own and ends == pair and not assembly.model.constraints["turns"][index]:
             return name
     return ""

@@ -1,7 +1,7 @@
 """Threads with segments of fixed length under implicit methods and statics.
 
 Explicit methods have the directions of their segments as coordinates. Here positions of the nodes take their place, and
-each segment that is out is a constraint, a row of the family joints behind those of the parts: a node keeps the length
+each segment that is out is a constraint, a joint behind those of the parts: a node keeps the length
 l0 from the next one, or at the spool the length b that is paid out from Q. Rows of wound nodes do not hold.
 """
 
@@ -16,7 +16,7 @@ from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.checks import redundant_part
-from evolvent.assembly.constraints import constraint_families
+from evolvent.assembly.constraints import constraint_families, constraints_of
 from evolvent.equations.fixed_lengths import write_directions, write_positions
 from evolvent.equations.rhs import rhs
 from evolvent.kernels import joint, rigid, sides, thread
@@ -42,7 +42,7 @@ def with_positions(assembly: Assembly, t: float = 0.0) -> Assembly:
     fixed = np.flatnonzero(model.threads["kind"] == thread.INEXTENSIBLE)
     if not fixed.size:
         return assembly
-    if model.joints.size and (redundant := redundant_part(assembly, t)):
+    if model.constraints.size and (redundant := redundant_part(assembly, t)):
         name = next(name for name, found in assembly.names.items() if found == ("threads", int(fixed[0])))
         raise InputError(
             f"{redundant!r} is redundant: the other constraints already imply it, which the thread {name!r} with "
@@ -53,25 +53,30 @@ def with_positions(assembly: Assembly, t: float = 0.0) -> Assembly:
     write_positions(t, y, assembly.s, model)
     threads = model.threads.copy()
     threads["kind"][fixed], threads["stiffness"][fixed], threads["damping"][fixed] = thread.JOINED, 0.0, 0.0
-    families: dict[str, Any] = {name: getattr(model, name) for name in mdl.RECORDS} | {"threads": threads}
-    rows = constraint_families(families, model.masses, int(model.info.nq))
-    of, pairs = rows["row_sides"]["row"], rows["row_pairs"]
-    info = model.info.copy()
-    info.bandwidth = int((of[pairs["a"]] - of[pairs["b"]]).max(initial=0))
     segments = mdl.zeros("joints", int(threads["n"][fixed].sum()))
     segments["kind"], segments["until"], segments["latest"] = joint.SEGMENT, -np.inf, -np.inf
     segments["event"], segments["switch"], segments["on"][:, 2] = -1, -1, sides.ON_NOTHING
     segments["first"] = np.repeat(fixed, threads["n"][fixed])
     segments["last"] = np.concatenate([np.arange(n) for n in threads["n"][fixed]])
     joints = np.concatenate([model.joints, segments]).view(type(model.joints))
+    families: dict[str, Any] = {name: getattr(model, name) for name in mdl.RECORDS}
+    families |= {"threads": threads, "joints": joints}
+    families["constraints"] = constraints = constraints_of(families)
+    others = constraints["alone"] == 0
+    constraints["outside"][others] = model.constraints["outside"]
+    rows = constraint_families(families, model.masses, int(model.info.nq))
+    of, pairs = rows["row_sides"]["row"], rows["row_pairs"]
+    info = model.info.copy()
+    info.bandwidth = int((of[pairs["a"]] - of[pairs["b"]]).max(initial=0))
     names = {index: name for name, (family, index) in assembly.names.items() if family == "threads"}
     found = model._replace(
-        **rows, threads=threads, info=info, joints=joints, la=np.zeros(rows["rows"].size),
+        **rows, threads=threads, info=info, joints=joints, constraints=constraints, la=np.zeros(rows["rows"].size),
         A=np.zeros((rows["rows"].size, int(info.bandwidth) + 1)),
     )  # fmt: skip
-    parts = [*assembly.joint_parts, *(names[int(p)] for p in segments["first"])]
+    parts = np.empty(others.size, dtype=object)
+    parts[others], parts[~others] = assembly.row_parts, [names[int(p)] for p in segments["first"]]
     hold_segments(t, y, assembly.s, found)
-    return dataclasses.replace(assembly, model=found, y=y, joint_parts=parts, directions=model)
+    return dataclasses.replace(assembly, model=found, y=y, row_parts=parts.tolist(), directions=model)
 
 
 def given_positions(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:
@@ -99,10 +104,9 @@ def evaluate_tensions(assembly: Assembly, t: Array, y: Array, s: Array, la: Arra
     """
     if assembly.directions is None:
         return
-    model, joints = assembly.directions.copy(), assembly.model.joints
+    model = assembly.directions.copy()
     needs.load(model, rhs, write_directions)
-    own = np.flatnonzero(joints["kind"] == joint.SEGMENT)
-    nodes = model.threads["node"][joints["first"][own]] + joints["last"][own]
+    own, nodes = np.flatnonzero(assembly.model.constraints["alone"]), segment_nodes(assembly.model)
     dy = np.zeros_like(assembly.y)
     for k in range(t.size):
         state = y[k].copy()
@@ -112,16 +116,23 @@ def evaluate_tensions(assembly: Assembly, t: Array, y: Array, s: Array, la: Arra
         la[k, own] = model.nodes["tension"][nodes]
 
 
+def segment_nodes(model: mdl.Model) -> Array:
+    """Nodes at which the rows of segments of fixed length note their tensions, in the order of the rows."""
+    own = model.joints[model.joints["kind"] == joint.SEGMENT]
+    found: Array = model.threads["node"][own["first"]] + own["last"]
+    return found
+
+
 def hold_segments(t: float, y: Array, s: Array, model: mdl.Model) -> None:
     """Let the segments hold that are out in a state with positions, and give them their ends."""
-    joints, threads = model.joints, model.threads
+    joints, threads, rows = model.joints, model.threads, model.constraints
     rigid.kinematics(t, y, model)
     for k in np.flatnonzero(joints["kind"] == joint.SEGMENT):
         p, i = int(joints["first"][k]), int(joints["last"][k])
         row, count, gone = threads[p], int(s[p]), bool(s[threads.size + p])
         q, v, body = int(row["iq"]) + 3 * i, int(row["iv"]) + 3 * i, int(row["body"])
         held = i < count - gone
-        joints["until"][k] = joints["latest"][k] = np.inf if held else -np.inf
+        rows["until"][k] = rows["latest"][k] = np.inf if held else -np.inf
         inner, outer = ((sides.ON_COORDINATES, at) for at in (1, 0))
         for side, (on, step) in enumerate((inner, outer)):
             joints["on"][k, side], joints["index"][k, side] = on, -1

@@ -14,8 +14,8 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.algebra.ordering import Pattern
 from evolvent.assembly.blocks import owner_of
+from evolvent.assembly.constraints import family_of
 from evolvent.assembly.ends import ends_of
-from evolvent.kernels import joint
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.blocks import ANGLE
 from evolvent.kernels.drive import FREE
@@ -172,14 +172,16 @@ def _add_multipliers(graph: _Graph) -> dict[int, int]:
             graph.couple(group, block)
         return group
 
-    for k, row in enumerate(graph.model.joints):
-        if row["kind"] == joint.SEGMENT:
+    for k, held in enumerate(graph.model.constraints):
+        family, index = family_of(graph.model, k)
+        row = getattr(graph.model, family)[index]
+        if held["alone"]:
             ends = _segment_ends(graph, row)
             owner[add([k], ends)] = ends[0]
         else:
-            ends = [graph.end(*end) for end in graph.ends("joints", row)]
+            ends = [graph.end(*end) for end in graph.ends(family, row)]
             groups.setdefault(tuple(sorted({b for b in ends if b >= 0})), []).append(k)
-        if row["kind"] not in (joint.POINT, joint.ANGLE, joint.GEAR):  # the force turns with the other side
+        if held["couples"]:  # the force turns with the other side
             graph.couple(*ends)
     for blocks, rows in groups.items():
         add(rows, blocks)

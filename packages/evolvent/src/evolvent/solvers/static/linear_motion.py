@@ -6,9 +6,9 @@ import numpy as np
 import scipy.sparse as sparse
 
 from evolvent.algebra.eigenproblem import Problem
-from evolvent.kernels import fields, joint, rigid
+from evolvent.kernels import fields, rigid
 from evolvent.kernels.blocks import POSITION, RATE, ROTATION, SLOPE
-from evolvent.solvers.common.redundancy import independent
+from evolvent.solvers.common.redundancy import independent, is_held
 from evolvent.solvers.common.still_threads import idle_nodes
 from evolvent.solvers.static import equilibrium as eq
 from evolvent.solvers.static.work import Work, rubs
@@ -42,10 +42,9 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     K = whole[:n_v, :n_v]
     M = work.mass()
     C = _dampers(work) if damped else _spin_of_wheels(work) + _flow_of_threads(work)
-    joints, gradients = work.model.joints, whole[n_v:, :n_v]
-    held = np.array([joint.holds(work.time, joints, k) for k in range(work.n_j)], dtype=bool)
-    penalties = np.flatnonzero(held & (joints["stiffness"] > 0.0))
-    G = gradients[np.flatnonzero(held & (joints["stiffness"] == 0.0))]
+    rows, gradients = work.model.constraints, whole[n_v:, :n_v]
+    penalties = np.flatnonzero((work.time <= rows["until"]) & (rows["stiffness"] > 0.0))
+    G = gradients[np.flatnonzero(is_held(rows, work.time))]
     if work.redundancy is not None:
         G = independent(G, work.redundancy.rank)
     # impulses are sums over time, not motions, and no force moves thread on its spool
@@ -54,9 +53,9 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     G = sparse.vstack([G, sparse.identity(n_v, format="csr")[idle]])
     # the multiplier of a penalty is its stiffness times its gap and its damping times the gap's rate
     g = gradients[penalties]
-    K = K + g.T @ sparse.diags(joints["stiffness"][penalties]) @ g
+    K = K + g.T @ sparse.diags(rows["stiffness"][penalties]) @ g
     if damped:
-        C = C + g.T @ sparse.diags(joints["damping"][penalties]) @ g
+        C = C + g.T @ sparse.diags(rows["damping"][penalties]) @ g
     if np.any(b.spin[:3]):
         K = K + work.turning_tangent()
         C = C + gyroscopic(work, M, b.spin[:3])

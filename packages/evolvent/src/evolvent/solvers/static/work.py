@@ -145,7 +145,7 @@ class Work:
         self.assembly, self.time = assembly, float(time)
         self.model = model = at_rest(assembly.model, time)
         self.n_q, self.n_v = int(model.info.nq), int(model.info.nv)
-        self.n_j = model.joints.size
+        self.n_j = model.constraints.size
         if self.n_v == 0:
             raise InputError("nothing in the system can move")
         self.matrix = matrix_of(model, spare=spare_of(model))
@@ -265,14 +265,13 @@ class Work:
         soft beside its extension, which leaves no digits for the latter.
         """
         whole = self.tangent(0.0, 0.0)
-        joints = self.model.joints
-        held = [k for k in range(self.n_j) if joints["stiffness"][k] == 0.0 and self.time <= joints["until"][k]]
+        held = np.flatnonzero(redundancy.is_held(self.model.constraints, self.time))
         G = whole[self.n_v :, : self.n_v][held]
         K = whole[: self.n_v, : self.n_v]
         if np.any(self.balance.spin[:3]):
             K = K + self.turning_tangent()
         A = 0.5 * (K + K.T)
-        if held:
+        if held.size:
             T = _allowed_moves(G.toarray(), abs(K).max(axis=1).toarray().ravel())
             A = T.T @ A @ T
         if A.shape[0] == 0:

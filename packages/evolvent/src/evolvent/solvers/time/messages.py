@@ -10,7 +10,7 @@ from evolvent.algebra import ordering
 from evolvent.algebra.sparse import SparseBlocks
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.blocks import owner_of
-from evolvent.assembly.families import owner
+from evolvent.assembly.families import owner, row_owner
 from evolvent.kernels.blocks import POSITION, block_at, indices
 from evolvent.model.registry import asked
 from evolvent.solvers.common import balance as eb
@@ -34,7 +34,7 @@ FAR = 1e5
 def redundant(assembly: Assembly, matrix: SparseBlocks) -> str:
     """Which joints repeat what others say."""
     rows = ordering.redundant_unknowns(matrix) - int(assembly.model.info.nv)
-    names = sorted({owner(assembly, "joints", int(k)) for k in rows if k >= 0})
+    names = sorted({row_owner(assembly, int(k)) for k in rows if k >= 0})
     return (
         f"{' and '.join(repr(n) for n in names) or 'a joint'} is redundant: the other joints already impose "
         f"{len(rows)} of its constraints"
@@ -174,7 +174,7 @@ def _location(assembly: Assembly, values: Array) -> str:
     k = int(np.argmax(size))
     model, n_v = assembly.model, int(assembly.model.info.nv)
     if k >= n_v:
-        return repr(owner(assembly, "joints", k - n_v))
+        return repr(row_owner(assembly, k - n_v))
     block = block_at(model, k)
     part = owner(assembly, *owner_of(block))
     alike = model.blocks[(model.blocks["family"] == block["family"]) & (model.blocks["node"] >= 0)]

@@ -18,12 +18,12 @@ from evolvent.equations.events import DUE, OVERRUN, apply_event, event_values
 from evolvent.equations.fixed_lengths import write_directions, write_positions
 from evolvent.equations.implicit import residual
 from evolvent.equations.rhs import rhs
-from evolvent.kernels import joint, rigid, thread
+from evolvent.kernels import rigid, thread
 from evolvent.kernels.drive import FREE, drive
 from evolvent.kernels.thread.free import WINDOW
 from evolvent.model.powers import DRIVEN, SPOOLS
 from evolvent.solvers.common.balance import dissipated, energy, extend, lost, potential, worked
-from evolvent.solvers.common.fixed_lengths import hold_segments
+from evolvent.solvers.common.fixed_lengths import hold_segments, segment_nodes
 from evolvent.solvers.time.implicit.balance import fill_energies
 from evolvent.solvers.time.implicit.samples import begin_next
 from evolvent.solvers.time.implicit.workspace import Workspace
@@ -116,7 +116,7 @@ class Releases:
             return self._fire(t, y, self.model)
         s, by = self.model.switches, self.directions
         before, state = s.copy(), y.copy()
-        by.joints["until"] = self.model.joints["until"][: by.joints.size]
+        by.constraints["until"] = self.model.constraints["until"][self.model.constraints["alone"] == 0]
         by.motors["until"] = self.model.motors["until"]
         write_directions(t, state, s, by)
         excess = self._turn_back(state, by)
@@ -250,7 +250,7 @@ class Releases:
 
         Beside threads with segments of springs, whose accelerations are not those of a step, only the nodes'.
         """
-        model, A, joints = self.model, self.acceleration, self.model.joints
+        model, A, rows = self.model, self.acceleration, self.model.constraints
         own = np.full(A.size, not self._has_springs)
         for row in model.threads[model.threads["kind"] == thread.JOINED]:
             first = int(row["iv"] - model.info.nq)
@@ -262,9 +262,8 @@ class Releases:
         else:
             work.a1[own] += A[own] - work.dv1[own]
             work.dv1[own] = A[own]
-        for k in np.flatnonzero(joints["kind"] == joint.SEGMENT):
-            p, i = int(joints["first"][k]), int(joints["last"][k])
-            work.la[k] = work.la0[k] = self.tension[int(model.threads["node"][p]) + i]
+        own = np.flatnonzero(rows["alone"])
+        work.la[own] = work.la0[own] = self.tension[segment_nodes(model)]
 
 
 def write_accounts(model: mdl.Model, y: np.ndarray, balance: Any) -> None:

@@ -12,7 +12,6 @@ from evolvent.algebra.sparse import INNER, SparseBlocks
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations.implicit import residual, tangent
-from evolvent.kernels import joint
 from evolvent.model.registry import families as table
 from evolvent.solvers.common import balance as eb, redundancy
 from evolvent.solvers.common.fixed_lengths import evaluate_tensions
@@ -54,7 +53,7 @@ class Run(run.Run):
         self.has_layers = self.midpoint and bool(np.any(self.model.contact_surfaces["under"] >= 0))
         self.ranks, self.captures = redundancy.Ranks(of.assembly), Captures()
         began = clock.perf_counter()
-        self._hold_joints()
+        self._hold_again()
         self.releases = Releases(of.assembly) if self.model.threads.size else None
         self._load()
         self.work: Workspace = of.workspace()
@@ -65,18 +64,17 @@ class Run(run.Run):
         roots: list[Any] = [implicit_loop.begin, implicit_loop.advance]
         if not self.midpoint:
             roots.append(implicit_loop.restart)
-        elif self.model.joints.size:  # for the rank of the constraints
+        elif self.model.constraints.size:  # for the rank of the constraints
             roots += [residual, tangent]
         others = frozenset().union(*(row.modules for row in METHODS.values()))
         needs.load(self.model, *roots, without=others - METHODS[self.plan.method].modules)
 
-    def _hold_joints(self) -> None:
-        """Records that events or latches release hold again, as before a run."""
-        for family in table().values():
-            if "latest" in (family.record.names or ()):
-                rows = family.records(self.model)
-                released = rows["event"] != -1
-                rows["until"][released] = rows["latest"][released]
+    def _hold_again(self) -> None:
+        """Rows and records that events or latches release hold again, as before a run."""
+        of_families = (f.records(self.model) for f in table().values() if "latest" in (f.record.names or ()))
+        for rows in (self.model.constraints, *of_families):
+            released = rows["event"] != -1
+            rows["until"][released] = rows["latest"][released]
 
     @property
     def tried(self) -> float:
@@ -209,8 +207,8 @@ class Run(run.Run):
         return stalled(stall, self)
 
     def gaps(self) -> np.ndarray:
-        """Gaps of the joints at the end of the last step, (nj,)."""
-        return np.array(self.model.joints["gap1"] if self.midpoint else self.model.joints["gap"])
+        """Gaps of the constraints at the end of the last step, (nj,)."""
+        return np.array(self.model.constraints["gap1" if self.midpoint else "gap"])
 
     def moments(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
         """Times and states at which the last step may have called a user's law."""
@@ -300,8 +298,6 @@ class Run(run.Run):
 
 
 def rows_of_part(assembly: Assembly, name: str) -> slice:
-    """Rows of the multipliers `la` that belong to the joint called `name`."""
-    start = assembly.index(name, "joints")
-    others = [index for family, index in assembly.names.values() if family == "joints" and index > start]
-    segments = assembly.model.joints["kind"] == joint.SEGMENT  # which stand behind those of parts
-    return slice(start, min(others, default=int(np.sum(~segments))))
+    """Rows of the multipliers `la` that belong to the part called `name`."""
+    own = np.flatnonzero(np.array(assembly.row_parts) == name)
+    return slice(int(own[0]), int(own[-1]) + 1)
