@@ -1,4 +1,4 @@
-"""A family from outside the package with a row of constraint of its own: a point mass keeps its distance from another.
+"""A family from outside the package with a row of constraint and an event: a point mass keeps its distance from others.
 
 The gap (|d|^2 - l^2)/(2 l) of the vector d between both, or from a fixed place, is a square, so that the gradient of
 the mean state does the work of its change.
@@ -12,8 +12,9 @@ import numpy as np
 
 from evolvent.algebra.sparse import add_entry
 from evolvent.kernels import calls, constraints
+from evolvent.kernels.watches import CHANGES
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.layout import Rows
+from evolvent.model.layout import Events, Rows, Switches
 from evolvent.model.questions import AdjointSupport
 from evolvent.model.shares import Shares
 from evolvent.parts.base import Part, PointReference
@@ -76,6 +77,23 @@ def note(k, la, model):
     own.tension = la * np.sqrt(own.d[0] ** 2 + own.d[1] ** 2 + own.d[2] ** 2) / own.length
 
 
+@calls.event_values
+def heights(t, y, s, model, first, g):
+    """How far the points are above the heights at which their ties are cut."""
+    for k in range(model.ties.size):
+        own = model.ties[k]
+        g[first + k] = y[own.iq + 2] - own.cut if own.cut < np.inf else -1.0
+
+
+@calls.fire
+def cut(t, k, ends, y, s, model):
+    """Tie k no longer holds."""
+    for row in range(model.constraints.size):
+        if model.constraints[row].switch == model.ties[k].switch:
+            constraints.release_row(t, row, ends, y, s, model)
+    return CHANGES
+
+
 def ends(row, _):
     """Both points, or the one."""
     return (("vectors", int(row[field])) for field in ("iv", "iva") if row[field] >= 0)
@@ -83,13 +101,15 @@ def ends(row, _):
 
 TIES = Family(
     "ties",
-    record("iq iv iqa iva event switch", "length place until latest", "d bends tension", place=(3,), d=(3,)),
+    record("iq iv iqa iva event switch", "length place until latest cut", "d bends tension", place=(3,), d=(3,)),
     order=510,
     offsets=("iv", "iva"),
     results={"tension": ("tension", "N", "tension of the tie")},
     kinds=(Kind("a tie", symmetric=True),),
     ends=ends, rows=Rows(), times=("until",), shares=Shares(), smooth=True, stiff=False, isolated=True,
     outside=lambda found: found["iqa"] < 0,
+    switches=(Switches(lambda found: np.isfinite(found["cut"])),),
+    events=(Events(lambda found: found.size, lambda _, k: (k, "cut"), values=heights, fire=cut),),
     adjoint=AdjointSupport("its gap follows from the state, with all derivatives", timed=False),
     **constraints.WALKS | {
         "row_measure": measure, "row_bend": bend, "row_force": add_force, "row_tangent": add_tangent, "row_note": note,
@@ -98,11 +118,15 @@ TIES = Family(
 
 
 class Tie(Part):
-    """A massless tie that keeps the distance of the point mass `b` from another, or from a fixed place."""
+    """A massless tie that keeps the distance of the point mass `b` from another, or from a fixed place.
+
+    It is cut where `b` rises through the height `cut`.
+    """
 
     kind: Literal["tie"] = "tie"
     a: PointReference
     b: PointReference
+    cut: units.Coordinate | None = None
     until: units.Duration | None = None
     released_by: ReleaseName | None = None
 
@@ -111,4 +135,5 @@ class Tie(Part):
         a, b = (builder.location(getattr(self, key), f"{name}.{key}") for key in "ab")
         length = float(np.linalg.norm(b.x - a.x))
         own = {"iqa": a.iq, "iva": a.iv, "iq": b.iq, "iv": b.iv, "place": a.x, "length": length}
+        own["cut"] = np.inf if self.cut is None else self.cut
         builder.names[name] = ("ties", builder.add("ties", **own, **release_fields(builder, name, self)))

@@ -11,12 +11,13 @@ import damper_case  # noqa: F401  (each family outside has a case)
 import numpy as np
 import pytest
 from tie import Tie
-from tie_case import FREQUENCY, START, G, case, pendulum
+from tie_case import FREQUENCY, LENGTH, START, G, case, pendulum
 
 from evolvent import System, parts
 from evolvent.equations.implicit import is_isolated
 from evolvent.model import registry
 from evolvent.model.registry import families
+from evolvent.results.happened import events_of
 from evolvent.solvers.common.graph import pattern_of
 from evolvent_base.errors import InputError
 from families.case import swing
@@ -71,6 +72,29 @@ def test_a_released_point_flies_on(method: str, released: dict[str, Any]) -> Non
     late, k = t > 0.55, int(np.argmin(np.abs(t - 0.5)))
     after = (t - t[k])[late, None]
     assert x[late] == pytest.approx(x[k] + v[k] * after - 0.5 * G * np.array([0.0, 0.0, 1.0]) * after**2, abs=1e-5)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_tie_is_cut_by_its_own_event(method: str) -> None:
+    """It hangs on one side, and is cut on the other, once per run, where the height is that of 0.4 rad."""
+    height = -LENGTH * np.cos(0.4)
+    found = pendulum(cut=height)
+    for _ in range(2):  # with what an earlier run has left
+        run = found.simulate(until=0.9, every=0.05, method=method, **({} if method == "dopri5" else {"step": 1e-3}))
+    events = events_of(run)
+    assert events["part"].values.tolist() == ["tie"]
+    assert events["what"].values.tolist() == ["cut"]
+    time = float(events["time"].values[0])
+    assert swing(np.array([time]), START, FREQUENCY)[0] == pytest.approx(-0.4, abs=2e-4)
+    t, x = run["time"].values, run["bob"]["position"].values
+    late = t > time
+    rate = -np.sqrt(2.0 * G / LENGTH * (np.cos(0.4) - np.cos(START)))
+    v = LENGTH * rate * np.array([np.cos(0.4), 0.0, -np.sin(0.4)])
+    after = (t[late] - time)[:, None]
+    exact = np.array([-LENGTH * np.sin(0.4), 0.0, height]) + v * after - 0.5 * G * np.array([0.0, 0.0, 1.0]) * after**2
+    assert late.sum() > 3
+    assert x[late] == pytest.approx(exact, abs=3e-4)
+    assert run["tie"]["tension"].values[late] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_what_repeats_it_is_named() -> None:

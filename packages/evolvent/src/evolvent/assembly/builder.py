@@ -20,14 +20,14 @@ from evolvent.compiled import laws
 from evolvent.compiled.pointer import zeros_record
 from evolvent.equations.implicit import add_weight
 from evolvent.kernels import ancf, rigid, rod_strains, springs
-from evolvent.model.registry import asked, constraining, families
+from evolvent.model.registry import asked, constraining, families, watched
 from evolvent_base.dense import product
 from evolvent_base.errors import InputError, nearest
 
 #: Pools of constants of elements in `Model`, with the dimensions of one entry.
 _POOLS = {"H": 2, "h": 1, "U0": 0, "B": 2, "M": 2}
 #: Families that follow from the others.
-_DERIVED = ("info", "blocks", "constraints", "rows", "row_sides", "row_pairs")
+_DERIVED = ("info", "blocks", "constraints", "watches", "rows", "row_sides", "row_pairs")
 
 
 class Builder:
@@ -260,6 +260,9 @@ class Builder:
         accounts, rubbed = number_accounts(found, n_q + n_v)
         scratch = self._scratch(found, s)
         found["constraints"] = constraints_of(found)
+        stopping = np.concatenate(watched(found))
+        found["watches"] = mdl.zeros("watches", stopping.size)
+        found["watches"]["stops"] = stopping
         found |= constraint_families(found, scratch["masses"], n_q)
         of = found["row_sides"]["row"]
         bandwidth = int((of[found["row_pairs"]["a"]] - of[found["row_pairs"]["b"]]).max(initial=0))
@@ -279,6 +282,7 @@ class Builder:
             blocks=blocks_of(found, self.pools),
             A=np.zeros((found["rows"].size, bandwidth + 1)),
             la=np.zeros(found["rows"].size),
+            watched=np.zeros(stopping.size),
             scratch=np.zeros((3, 3)),
             pose=np.zeros(12),
             dy=np.zeros((2, y.size)),

@@ -16,7 +16,7 @@ from evolvent.compiled.codecache import Linked, names_in
 from evolvent.kernels import ancf_beams
 from evolvent.model import Model, has
 from evolvent.model.having import Condition
-from evolvent.model.registry import QUESTIONS, families
+from evolvent.model.registry import TABLES, families
 
 
 def has_explicit_forces(model: Model) -> bool:
@@ -60,7 +60,7 @@ _BY_RECORD = {
 
 
 #: Tables of calls, which functions name that walk over the families of a model.
-_TABLES = frozenset(f"{question}_calls" for question in QUESTIONS)
+_TABLES = frozenset(f"{question}_calls" for question in TABLES)
 
 
 @functools.cache

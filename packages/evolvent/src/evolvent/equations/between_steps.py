@@ -1,10 +1,12 @@
 """Frictions between the steps of explicit methods, and what they release."""
 
-from numba import types, void
+import math
+
+from numba import void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import constraint_rows, constraints, contact, coordinate, rigid, turning
-from evolvent.kernels.calls import end_friction_at
+from evolvent.kernels import constraints, contact, coordinate, rigid, turning
+from evolvent.kernels.calls import end_friction_at, note_stage_at, note_state_at, power_at, take_step_at
 from evolvent.model import DISSIPATED, KEPT, MODEL, RELEASE
 
 
@@ -64,33 +66,6 @@ def end_frictions(y, step, model):
     y[model.info.nq + model.info.nv + DISSIPATED] += taken
 
 
-@inlined
-def may_release(model):
-    """Whether a model has records that a trigger releases or switches off."""
-    return model.constraints.size > 0 or model.motors.size > 0
-
-
-@indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64), used_for=("motors", constraint_rows.HELD, _has_penalties))
-def release_by(t, y, s, model, trigger):
-    """Release the constraints and switch off the motors that wait for a trigger (`user_events.release`).
-
-    The strain energy of the penalties is taken out of the energy balance.
-    """
-    rows, motors = model.constraints, model.motors
-    account = model.info.nq + model.info.nv + RELEASE
-    for k in range(rows.size):
-        if rows[k].event != trigger or not constraints.acts(t, s, rows, k):
-            continue
-        if rows[k].stiffness > 0.0:
-            rigid.kinematics(t, y, model)
-            constraints.measure(constraints.STATE, t, y, k, model)
-            y[account] -= constraints.penalty_energy(rows, k)
-        s[rows[k].switch] = 1
-    for k in range(motors.size):
-        if motors[k].event == trigger:
-            s[motors[k].switch] = 1
-
-
 @indirect(void(REAL, VECTOR, MODEL), used_for=_has_penalties)
 def release_penalties(t, y, model):
     """Take the strain energy of penalties that are released at t out of the energy balance."""
@@ -100,3 +75,36 @@ def release_penalties(t, y, model):
             rigid.kinematics(t, y, model)
             constraints.measure(constraints.STATE, t, y, k, model)
             y[account] -= constraints.penalty_energy(rows, k)
+
+
+@inlined
+def longest_step(model):
+    """Longest step that the records of a model allow at their last rates, s."""
+    calls, found = model.longest_step_calls, math.inf
+    for k in range(calls.size):
+        found = min(found, power_at(model, calls[k])(model))
+    return found
+
+
+@inlined
+def take_step(s, model):
+    """Make the last evaluation the start of the next step: into the switches s, and what records keep."""
+    calls = model.take_step_calls
+    for k in range(calls.size):
+        take_step_at(model, calls[k])(s, model)
+
+
+@inlined
+def note_state(t, y, s, model):
+    """Make a state the start of the next step, as `take_step`, whose forces have not been evaluated."""
+    calls = model.note_state_calls
+    for k in range(calls.size):
+        note_state_at(model, calls[k])(t, y, s, model)
+
+
+@inlined
+def note_stage(t, starts, model):
+    """Note what is to be known of the last evaluation, in a step to t or (starts 1) at the start of a run."""
+    calls = model.note_stage_calls
+    for k in range(calls.size):
+        note_stage_at(model, calls[k])(t, starts, model)

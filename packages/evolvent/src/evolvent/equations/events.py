@@ -4,14 +4,14 @@ import numpy as np
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.compiled.lookups import event_law_at
-from evolvent.equations.between_steps import may_release, release_by
 from evolvent.equations.impulse import impulse, prepare, strike
 from evolvent.equations.inventory import inventory
 from evolvent.equations.rhs import rhs
-from evolvent.kernels import constraint_rows, coordinate, coordinate_laws, rigid, thread
+from evolvent.kernels import constraint_rows, rigid, thread
+from evolvent.kernels.calls import event_values_at
 from evolvent.kernels.drive import LEAST_OUT
 from evolvent.kernels.rotations import cross
+from evolvent.kernels.watches import STOPS, fire_event
 from evolvent.model import (
     ELASTIC,
     H_BODY,
@@ -74,13 +74,10 @@ def event_values(t, y, s, model, g):
             if threads[p].kind == thread.MOVING:
                 least = LEAST_OUT * threads[p].n + threads[p].taken[0] / threads[p].segment
                 g[2 * p + 1] = least - nodes_out - OVERRUN
-    for k in range(model.events.size):
-        parameters = model.parameters[model.events[k].first : model.events[k].last]
-        g[2 * n + k] = event_law_at(model.events[k].law)(t, y, parameters)
-    brakes = model.info.brakes
-    if g.size - brakes > 2 * n + model.events.size:
-        coordinate.latch_values(t, y, s, model, 2 * n + model.events.size, g)
-    if brakes > 0:
+    calls, firsts = model.event_values_calls, model.event_firsts
+    for i in range(calls.size):
+        event_values_at(model, calls[i])(t, y, s, model, firsts[i], g)
+    if model.info.brakes > 0:
         brake_values(t, y, s, model, g)
 
 
@@ -150,16 +147,8 @@ def apply_event(t, y, s, model, k, g):
     if k >= model.info.ne - model.info.brakes:
         change_brake(t, y, s, model, k + s.size - model.info.ne)
         return 0
-    if k >= 2 * n + model.events.size:
-        latch = k - 2 * n - model.events.size
-        if may_release(model):
-            release_by(t, y, s, model, -2 - latch)
-        coordinate_laws.lock(s, model.coordinates, latch)
-        return 0
     if k >= 2 * n:
-        if may_release(model):
-            release_by(t, y, s, model, k - 2 * n)
-        return model.events[k - 2 * n].stops
+        return fire_event(t, k, 0, y, s, model) & STOPS
     p = k // 2
     least = 1 if model.threads[p].end >= 0 else 0
     if model.threads[p].kind == thread.MOVING:

@@ -13,7 +13,7 @@ from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
 from evolvent.kernels import ancf_beams, constraints, points, rigid
 from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE
-from evolvent.kernels.calls import energy_at, force_at, momentum_at, tangent_at
+from evolvent.kernels.calls import energy_at, force_at, momentum_at, tangent_at, ties_at
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.model import MODEL
 from evolvent.model.interval import state_interval
@@ -121,22 +121,10 @@ def momenta(y, model, out):
 @kernel
 def is_isolated(t, model):
     """Whether nothing but gravity and loads on beams acts from outside, whose torque is known (`assembly.ends`)."""
-    rows, surfaces, contacts = model.constraints, model.contact_surfaces, model.body_contacts
-    if model.info.outside != 0 or model.info.open != 0:
-        return False
-    for k in range(rows.size):
-        if rows[k].outside != 0 and constraints.holds(t, rows, k):
-            return False
-    for k in range(model.custom_forces.size):
-        if model.custom_forces[k].balanced == 0.0:
-            return False
-    for k in range(surfaces.size):
-        if surfaces[k].outside != 0 and surfaces[k].touching > 0.0:
-            return False
-    touching = False
-    for k in range(contacts.size):
-        touching = touching or (contacts[k].outside != 0 and contacts[k].gap1 < 0.0)
-    return not touching
+    calls, tied = model.ties_calls, model.info.outside != 0 or model.info.open != 0
+    for k in range(calls.size):
+        tied = tied or ties_at(model, calls[k])(t, model) != 0
+    return not tied
 
 
 @kernel

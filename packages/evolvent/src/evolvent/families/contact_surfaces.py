@@ -43,6 +43,16 @@ def _coupled(row: Any, records: Records) -> Iterator[list[End]]:
             yield [*(("vectors", int(iv)) for iv in point["iv"]), ("bodies", int(row["body"]))]
 
 
+@calls.ties
+def ties(t, model):
+    """Whether a contact with what is not part of the system touches."""
+    found = 0
+    for k in range(model.contact_surfaces.size):
+        if model.contact_surfaces[k].outside != 0 and model.contact_surfaces[k].touching > 0.0:
+            found = 1
+    return found
+
+
 @calls.force
 def force(interval, model):
     """Forces of all contact points of beams; what they take in a step, J."""
@@ -260,6 +270,7 @@ CONTACT_SURFACES = Family(
     ends=_of_surface,
     couples=_coupled,
     force=force,
+    ties=ties,
     tangent=tangent,
     measure=measure,
     energy=energy,

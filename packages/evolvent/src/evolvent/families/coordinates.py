@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent, turning
+from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent, turning, watches
 from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate
 from evolvent.kernels.joint_friction import RELAX
@@ -199,6 +199,26 @@ def _stiffen(model: Any) -> None:
     model.coordinates["stiffness"], model.coordinates["damping"] = coordinate.coordinate_bound(model)
 
 
+@calls.power
+def longest_step(model):
+    """Until a coordinate turns so far that its turns could not be counted."""
+    return coordinate.longest_step(model.coordinates)
+
+
+@calls.take_step
+def take_step(s, model):
+    """Angles and rates of all coordinates, and their quarter turns."""
+    coordinate.count_quarter_turns(s, model.coordinates)
+
+
+@calls.fire
+def fire(t, k, ends, y, s, model):
+    """The latch of coordinate k locks, and releases what waits for it."""
+    released = watches.release(t, -2 - k, ends, y, s, model)
+    coordinate_laws.lock(s, model.coordinates, k)
+    return watches.CHANGES if released else 0
+
+
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
 # beam's slope (on 1, at iq, iv) or `local` of the body `other` (on 0); kind 1: travel along the body's `axis` from
 # its point `zero` to a second point. switch: the first of two switches, the angle in quarter turns, rounded, and 1
@@ -274,6 +294,9 @@ COORDINATES = Family(
     uneven=_uneven,
     evaluate=evaluate,
     end_step=end_step,
+    longest_step=longest_step,
+    take_step=take_step,
+    note_state=coordinate.note_turns,
     end_friction=end_friction,
     coupled_energy=coupled_energy,
     contact_set=contact_set,
@@ -289,6 +312,9 @@ COORDINATES = Family(
             lambda found: found.size if np.any(np.isfinite(found["latch"])) else 0,
             lambda _, k: (k, LATCHED),
             order=2,
+            values=coordinate.latch_values,
+            fire=fire,
+            is_watched=False,
         ),
     ),
     rubs=has_friction,

@@ -160,5 +160,6 @@ SPRINGS = Family(
     evaluate=evaluate,
     no_balance=_no_balance,
     passages=_passages,
+    note_stage=springs.note_lines,
     isolated=True,
 )  # fmt: skip

@@ -10,7 +10,7 @@ from numba import types
 
 from evolvent.algebra.sparse import add_entry
 from evolvent.compiled.jit import REAL, entry, inlined
-from evolvent.kernels import calls
+from evolvent.kernels import calls, rigid
 from evolvent.kernels.calls import (
     row_bend_at,
     row_end_at,
@@ -20,7 +20,7 @@ from evolvent.kernels.calls import (
     row_rates_at,
     row_tangent_at,
 )
-from evolvent.model import family_type
+from evolvent.model import RELEASE, family_type
 from evolvent.model.powers import COUPLED_ENERGY, JOINTS
 
 USED_FOR = "constraints"
@@ -147,7 +147,54 @@ def coupled_energy(t, model):
     return found
 
 
+@inlined
+def release_row(t, k, ends, y, s, model):
+    """Release row k at t: its switch, and under implicit methods its end; the energy of a penalty leaves the balance.
+
+    Parameters
+    ----------
+    ends : as of `watches.release`
+
+    Returns
+    -------
+    1 where it has held, else 0
+    """
+    rows = model.constraints
+    if ends != 0:
+        if not rows[k].until > t:
+            return 0
+        rows[k].until = t
+    elif not acts(t, s, rows, k):
+        return 0
+    elif rows[k].stiffness > 0.0:
+        rigid.kinematics(t, y, model)
+        measure(STATE, t, y, k, model)
+        y[model.info.nq + model.info.nv + RELEASE] -= penalty_energy(rows, k)
+    s[rows[k].switch] = 1
+    return 1
+
+
+@calls.release
+def release(t, trigger, ends, y, s, model):
+    """Release the rows that wait for a trigger."""
+    rows, found = model.constraints, 0
+    for k in range(rows.size):
+        if rows[k].event == trigger:
+            found = max(found, release_row(t, k, ends, y, s, model))
+    return found
+
+
 # ------------------------------------------------------------------------------------------------ implicit methods
+
+
+@calls.ties
+def ties(t, model):
+    """Whether a row that holds ties the system to what is not part of it."""
+    rows, found = model.constraints, 0
+    for k in range(rows.size):
+        if rows[k].outside != 0 and holds(t, rows, k):
+            found = 1
+    return found
 
 
 @calls.measure
@@ -273,6 +320,8 @@ WALKS = {
     "explicit_energy": add_penalty_energies,
     "coupled_energy": coupled_energy,
     "evaluate": note_all,
+    "release": release,
+    "ties": ties,
     "row_rates": no_rates,
     "row_end": no_end,
     "by_rates": lambda model: bool(model.info.penalties > 0),

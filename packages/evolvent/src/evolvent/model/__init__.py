@@ -24,7 +24,7 @@ from evolvent.model.interval import NUMBERS
 from evolvent.model.powers import N_POWERS
 from evolvent.model.records import *  # noqa: F403  (the names of the model are those of this package)
 from evolvent.model.records import OWN_RECORDS
-from evolvent.model.registry import QUESTIONS, calls_of, families, kept_of
+from evolvent.model.registry import TABLES, calls_of, families, kept_of
 
 Array = np.ndarray
 
@@ -75,6 +75,7 @@ class Model(Struct):
     breaks : (nb,) float, s, times on which a solver lands
     parameters : (k,) float, of drives, laws and loads; families hold the indices of theirs
     A, la : (nr, 1 + bandwidth), (nr,) float, scratch, matrix and multipliers of the rows
+    watched : (n,) float, scratch, values of the events that are watched
     scratch, dy, sums : (3, 3), (2, ny), (2, N_INVENTORY) float, scratch
     pose : (12,) float, scratch, what the law of a torque is called with: position and attitude of its body
     H, h, U0 : (k, m, m), (k, m), (k,) float, forms of elements (`evolvent.elements`), m of the kind that has most: 28
@@ -93,6 +94,7 @@ class Model(Struct):
     work, e, f, K24, K12 : scratch of an element, and of tangents
     J : (3, 3, 9) float, scratch, columns of sides
     kept : (m, 6) int, fields that a run keeps at its samples (`evolvent.model.registry.kept_of`)
+    event_firsts : (n,) int, number of the first event of each group in the tables of events
     *_calls : (n,) int, the functions of the families that it has, by question (`evolvent.kernels.calls`)
     addresses : of functions that compiled code calls by address (`evolvent.compiled.jit.Indirect`)
     """
@@ -106,6 +108,8 @@ class Model(Struct):
     blocks: Array = array(1, OWN_RECORDS["blocks"])
     markers: Array = array(1, OWN_RECORDS["markers"])
     constraints: Array = array(1, OWN_RECORDS["constraints"])
+    watches: Array = array(1, OWN_RECORDS["watches"])
+    watched: Array = array(1)
     rows: Array = array(1, OWN_RECORDS["rows"])
     row_sides: Array = array(1, OWN_RECORDS["row_sides"])
     row_pairs: Array = array(1, OWN_RECORDS["row_pairs"])
@@ -142,7 +146,8 @@ class Model(Struct):
     def _further(cls) -> dict[str, Any]:
         """Records of all families, and the tables of calls."""
         found = {family.name: array(1, family.record) for family in families().values()}
-        return found | {f"{name}_calls": array(1, np.int64, constant=True) for name in QUESTIONS}
+        tables = (*(f"{name}_calls" for name in TABLES), "event_firsts")
+        return found | {name: array(1, np.int64, constant=True) for name in tables}
 
     def __init__(self, **values: Any) -> None:
         scratch = {"interval": zeros_record(NUMBERS), "powers": np.zeros(N_POWERS), "energies": np.zeros(3)}

@@ -203,6 +203,14 @@ class Family:
     end_step : of a step that has been taken: what the next one needs of it, and into `Interval.powers` the work and the
         losses that the family books itself (J, `evolvent.model.powers`)
     note_step : of records alone, what the next step of energy-momentum needs of the last one
+    longest_step : longest step that its records allow at their last rates, s
+    take_step : (s, model): the last evaluation becomes the start of the next step; note_state : (t, y, s, model): a
+        state does, whose forces have not been evaluated; note_stage : (t, starts, model): what is noted of the last
+        evaluation in a step, or at the start of a run
+    scale : (factor, parameters, model): loads at a load factor of statics, by their parameters at factor 1
+    ties : whether a record that acts at times now ties the system to what is not part of it, or acts from outside
+    release : ends its records that wait for a trigger: (t, trigger, ends, y, s, model) as of `kernels.watches.release`;
+        returns 1 where there are some
     row_measure, row_bend, row_force, row_tangent : of records with `rows`, one row each: its gap; second derivative of
         that without accelerations; generalised forces of its multiplier; gradient as row and column of the matrix, and
         the multiplier times the second derivatives by coordinates (`kernels.constraints`). row_end gives the row of the
@@ -327,6 +335,13 @@ class Family:
     end_step: Call = None
     note_step: Call = None
     coupled_energy: Call = None
+    release: Call = None
+    longest_step: Call = None
+    take_step: Call = None
+    note_state: Call = None
+    note_stage: Call = None
+    scale: Call = None
+    ties: Call = None
     row_measure: Call = None
     row_bend: Call = None
     row_force: Call = None

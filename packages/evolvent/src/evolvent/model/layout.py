@@ -61,18 +61,26 @@ class Switches:
 
 @dataclasses.dataclass(frozen=True)
 class Events:
-    """Events of a family's records that solvers find.
+    """Events of a family's records that solvers find: an event fires where its value rises through zero.
 
     Attributes
     ----------
     count : function of the records to their number
     what : function of the records and the number of an event to its record and what happens
-    order : float, place among the events
+    order : float, place among the events; those that are watched stand together
+    values, fire : functions of `evolvent.kernels.calls`: values of all of them in a state, and what one does there
+        (`kernels.watches`); None of threads, whose events change what moves (`equations.events`)
+    is_watched : whether implicit methods find them as explicit ones do; else the family finds them in a step itself
+    stops : mask of those that stop a run; None for none
     """
 
     count: Callable[[Array], int]
     what: Callable[[Array, int], tuple[int, str]]
-    order: float = 3.0
+    order: float = 1.5
+    values: Any = None
+    fire: Any = None
+    is_watched: bool = True
+    stops: Callable[[Array], Array] | None = None
 
 
 @dataclasses.dataclass(frozen=True)

@@ -35,10 +35,11 @@ OWN_RECORDS: dict[str, np.dtype] = {
     # start of the step; outside: 1 where something at all times ties the system to bodies that are not free, open:
     # where forces act from outside (`assembly.ends`). So has a record of joints, contact_surfaces and body_contacts
     # that does so when it acts. generalized: 1 where under explicit methods forces act on coordinates (`F`, `P`), not
-    # on bodies and points alone; causes: 1 where losses by their causes are among the accounts, as with beams or rods
+    # on bodies and points alone; causes: 1 where losses by their causes are among the accounts, as with beams or rods;
+    # reactive: records whose friction depends on multipliers
     "info": _record(
         "nq nv ny ns ne bandwidth penalties brakes redundant exact rubbed stepping outside open checks causes "
-        "generalized",
+        "generalized reactive",
         "gravity",
         "step compliance over",
         gravity=_3,
@@ -58,6 +59,9 @@ OWN_RECORDS: dict[str, np.dtype] = {
         "stiffness damping until latest slack",
         "gap rate driven gap0 gap1",
     ),
+    # events that implicit methods watch as explicit ones do. stops: 1 of those that stop a run; value, middle, now: at
+    # the start, middle and end of a step; armed: see `kernels.watches`
+    "watches": _record("stops", "", "value middle now armed"),
     # sides of a row: first, last; each is a body, or a vector of a point mass or of a beam's node, at the index `at`
     # among the velocities (of a spinning body as well), with the mass that a force on it alone moves; -1 for none. Of a
     # reduced body it is all modal coordinates, from `at` on, along the shape of the row's joint.

@@ -61,8 +61,12 @@ def _refused(family: Family, taken: Collection[str]) -> str:
     """Why a family of another distribution cannot be used; '' where it can."""
     if family.name in taken:
         return f"the family {family.name!r} has the name of a field of the model; it needs one of its own"
-    if family.events or (family.rows is not None and family.rows.kind != CONSTRAINT):
-        return f"the family {family.name!r} states events, which only families of evolvent have"
+    if any(one.values is None or one.fire is None for one in family.events):
+        return f"the family {family.name!r} has events without `values` or `fire`, which all methods need"
+    if any(one.is_watched and not _WATCHED[0] < one.order < _WATCHED[1] for one in family.events):
+        return f"the events of the family {family.name!r} have an order outside {_WATCHED[0]} to {_WATCHED[1]}"
+    if family.rows is not None and family.rows.kind != CONSTRAINT:
+        return f"the family {family.name!r} has rows of the kind {family.rows.kind}; `CONSTRAINT` alone serves all"
     if family.rows is not None and (missing := [name for name in QUESTIONS if _lacks_row(family, name)]):
         return f"the family {family.name!r} states rows of constraint without `{missing[0]}`, which all methods need"
     if family.force and not family.tangent:
@@ -143,6 +147,23 @@ def events() -> tuple[tuple[Family, Events], ...]:
     return tuple(sorted(own, key=lambda found: found[1].order))
 
 
+def event_of(records: Any, number: int) -> tuple[Family, int, str]:
+    """Family and record of an event of a model, and what happens.
+
+    Parameters
+    ----------
+    records : function of the name of a family to its records
+    number : of the event, among all of the model
+    """
+    for family, own in events():
+        found = records(family.name)
+        count = int(own.count(found))
+        if number < count:
+            return (family, *own.what(found, number))
+        number -= count
+    raise IndexError(number)
+
+
 @functools.cache
 def asked(question: str) -> Mapping[str, Any]:
     """Answers of the families that have one to a question, by name.
@@ -155,8 +176,15 @@ def asked(question: str) -> Mapping[str, Any]:
     return MappingProxyType({name: answer for name, answer in found if answer is not None})
 
 
+#: Orders between which events of other distributions lie: those of users before, latches behind.
+_WATCHED = 1.0, 2.0
 #: Questions whose answers are compiled functions.
 QUESTIONS = tuple(field.name for field in dataclasses.fields(Family) if field.type == "Call")
+
+
+#: Tables of calls: of questions, and of the groups of events.
+_OF_EVENTS = "values", "fire"
+TABLES = (*QUESTIONS, *(f"event_{name}" for name in _OF_EVENTS))
 
 
 def _slots(question: str, present: Collection[str]) -> Array:
@@ -186,7 +214,25 @@ def calls_of(model: Mapping[str, Any]) -> dict[str, Array]:
     """Tables of calls of a model, of the families of which it has records; they are those of all models alike."""
     present = tuple(name for name in families() if model[name].size)
     masks = ((name, families()[name].rubs) for name in present)
-    return _tables(present, tuple(name for name, mask in masks if mask is None or np.any(mask(model[name]))))
+    found = _tables(present, tuple(name for name, mask in masks if mask is None or np.any(mask(model[name]))))
+    groups, first = list[tuple[Events, int]](), 0
+    for family, own in events():
+        count = own.count(model[family.name])
+        groups += [(own, first)] if own.values is not None and count else []
+        first += count
+    own_of = [(f"event_{name}_calls", [lookups.slot(getattr(own, name)) for own, _ in groups]) for name in _OF_EVENTS]
+    firsts = [("event_firsts", [number for _, number in groups])]
+    return found | {name: np.array(values, dtype=np.int64) for name, values in (*own_of, *firsts)}
+
+
+def watched(records: Mapping[str, Any]) -> list[Array]:
+    """Which events that implicit methods watch stop a run, (n,) bool of each group."""
+    found = []
+    for family, own in events():
+        if own.is_watched and own.values is not None:
+            rows = records[family.name]
+            found.append(np.zeros(own.count(rows), dtype=bool) if own.stops is None else np.asarray(own.stops(rows)))
+    return found
 
 
 def kept_of(model: Mapping[str, Any], places: Mapping[str, int]) -> Array:

@@ -17,10 +17,10 @@ import numpy as np
 from numba import types
 
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
-from evolvent.equations.between_steps import end_frictions, measure_frictions
+from evolvent.equations.between_steps import end_frictions, longest_step, measure_frictions, note_stage, note_state
 from evolvent.equations.projection import is_corrected, project
 from evolvent.equations.rhs import rhs
-from evolvent.kernels import coordinate, rigid, springs, thread
+from evolvent.kernels import coordinate, rigid, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import normalise
 from evolvent.kernels.grazing import until_deepest
@@ -83,12 +83,10 @@ def start_up(model, work):
         return BUDGET
     work.loop.starts, work.loop.stale = 0, 1
     t = work.loop.time
-    if model.springs.size > 0:  # by the state at the start, whose balance has been checked
-        springs.note_lines(t, True, model)
+    note_stage(t, 1, model)  # by the state at the start, whose balance has been checked
     if is_corrected(model):
         project(t, work.y, work.s, model)
-    if model.coordinates.size > 0:
-        coordinate.note_turns(t, work.y, work.s, model)
+    note_state(t, work.y, work.s, model)
     if model.info.rubbed >= 0:
         measure_frictions(t, work.y, work.y, work.s, 0.0, -1.0, model)
         end_frictions(work.y, -1.0, model)
@@ -112,11 +110,9 @@ def end_step(target, corrected, model, work):
     for n in range(work.y.size):
         work.y[n] = work.y1[n]
     work.loop.time = target
-    if model.springs.size > 0:  # by the last stage, which is the end of the step, or close to it
-        springs.note_lines(target, False, model)
+    note_stage(target, 0, model)  # by the last stage, which is the end of the step, or close to it
     changed = corrected and project(target, work.y, work.s, model) != 0
-    if model.coordinates.size > 0:
-        coordinate.note_turns(target, work.y, work.s, model)
+    note_state(target, work.y, work.s, model)
     return changed
 
 
@@ -254,8 +250,7 @@ def grid_step(end, until, model, loop):
 def adapted_step(until, model, work):
     """End and length of the next step of those that adapt."""
     t, h = work.loop.time, work.loop.step
-    if model.coordinates.size > 0:
-        h = min(h, coordinate.longest_step(model.coordinates))
+    h = min(h, longest_step(model))
     if model.threads.size > 0:
         h = min(h, thread.longest_step(work.y, work.s, model))
     return (until, until - t) if t + h * 1.01 >= until else (t + h, h)

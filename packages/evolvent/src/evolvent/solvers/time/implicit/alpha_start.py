@@ -38,7 +38,7 @@ def accelerations_at(t, state, model, matrix, work, A, la):
     c_mass = short_c_mass(options)
     scale = c_mass * options.mass
     d = 1e-3 * options.span
-    for _ in range(3 if model.bearings.size == 0 else RUBBING):
+    for _ in range(3 if model.info.reactive == 0 else RUBBING):
         residual(t, state, A, la, 0.0, 1.0, model, work.r, work.powers[0])
         for side in range(2):
             for i in range(n_v):

@@ -14,6 +14,7 @@ from numba import types
 
 from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import REAL, indirect, inlined
+from evolvent.equations.between_steps import longest_step, note_stage, note_state, take_step
 from evolvent.equations.step_end import start_run
 from evolvent.kernels import (
     contact,
@@ -21,10 +22,9 @@ from evolvent.kernels import (
     coordinate_laws,
     resistance,
     rigid,
-    springs,
     thread,
     turning,
-    user_events,
+    watches,
 )
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.grazing import until_deepest, until_touch
@@ -81,16 +81,15 @@ def begin(model, matrix, work):
         if status != DONE:
             return status
     fill_energies(loop.time, model, work)
-    if model.springs.size > 0:
-        springs.note_lines(loop.time, True, model)
+    note_stage(loop.time, 1, model)
     if turning.has_friction(model):
         turning.measure_rates(work.y, model)
         turning.keep_rates(model)
     loop.fastest = fastest_rate(0.0, 1.0, work.y[n_q : n_q + work.dq.size], work.shares)
     loop.start_energy = energy_of(work.balance)
     begin_extremes(loop, work.balance.kinetic, potential_of(work.balance))
-    coordinate.count_quarter_turns(model.switches, model.coordinates)
-    user_events.start_events(loop.time, work.y, model)
+    take_step(model.switches, model)
+    watches.start_events(loop.time, work.y, model)
     if work.options.midpoint == 0:  # else those at the start are those of the first step
         fill_forces(model, work)
     start_next(work)
@@ -144,7 +143,7 @@ def advance(model, matrix, work, budget):
             loop.turn_step = rest
         gained = has_gained(t1 >= end - near, model, work)
         keep_samples(t, h if midpoint else t1 - t, model, work)
-        stopped = user_events.is_stopped(model)
+        stopped = watches.is_stopped(model)
         if stopped and loop.sample < work.samples.size and t1 > work.samples[loop.sample - 1]:  # the last sample
             keep_sample(loop.sample, 1.0, t, h if midpoint else t1 - t, model, work)
             work.samples[loop.sample] = t1
@@ -153,8 +152,8 @@ def advance(model, matrix, work, budget):
         if gained:
             return GAINED
         restarts = _latch(t1, model, work)
-        if model.events.size > 0:
-            restarts = user_events.fire_events(t1, model, work) or restarts
+        if model.watches.size > 0:
+            restarts = watches.fire_events(t1, model, work) or restarts
             if stopped:
                 return STOPPED
         if adaptive:
@@ -182,7 +181,7 @@ def step_length(left, model, work):
     """Length of the next step, at most the time `left` to the target, and whether it lands there."""
     loop, midpoint = work.loop, work.options.midpoint != 0
     h = min(loop.step, loop.event_step, loop.turn_step)
-    h = min(h, coordinate.longest_step(model.coordinates), method.longest_step(model, work))
+    h = min(h, longest_step(model), method.longest_step(model, work))
     if h >= left * (1.0 - (1e-9 if midpoint else 1e-6)):  # which adds up round-off
         return left, True
     if work.options.tolerance > 0.0 and not midpoint and 2.0 * h > left:
@@ -265,11 +264,11 @@ def until_event(t, h, model, work):
         part = min(part, until_touch(h, work.y0, work.R0, work.x0, work.y, work.R1, work.x1, model))
     if _has_free_spool(model):
         part = min(part, thread.until_release(h, work.y0, work.y, model.switches, model))
-    if model.events.size > 0:
-        least = max(4.0 * work.options.smallest, user_events.SURE * work.loop.step)
+    if model.watches.size > 0:
+        least = max(4.0 * work.options.smallest, watches.SURE * work.loop.step)
         limit, extended = work.loop.event_step, work.loop.extended
         implicit_events.note_middle(t, h, model, work)
-        due = user_events.until_event(t, h, least, limit, extended, work.y, model)
+        due = watches.until_event(t, h, least, limit, extended, work.y, model)
         if h > 2.0 * least:
             due = implicit_events.rise_in_step(t, h, due, model, work)
         part = due if part == 1.0 else min(part, due)
@@ -344,8 +343,7 @@ def accept_step(t1, t_end, h, model, work):
         work.rate[model.thrusters[k].iv - model.info.nq] = work.y[model.thrusters[k].iv]
     fill_forces(model, work)
     fill_energies(t_end, model, work)
-    if model.springs.size > 0:
-        springs.note_lines(t1, False, model)
+    note_stage(t1, 0, model)
     note_step(loop, fastest_rate(loop.fastest, h, work.dq, work.shares))
     loop.steady = loop.steady + 1 if abs(h - loop.last) <= 1e-9 * h else 0
     loop.last, loop.event_step, loop.turn_step, loop.whole, loop.extended = h, math.inf, math.inf, 0.0, 0
@@ -366,7 +364,7 @@ def _latch(t, model, work):
     for k in range(coordinates.size):
         if coordinate.latch_reached(s, coordinates, k):
             if work.options.midpoint != 0 and not found:
-                coordinate.note_turns(t, work.y, s, model)  # rates at the end; those of the step are means
+                note_state(t, work.y, s, model)  # rates at the end; those of the step are means
             lock(t, k, model, work)
             found = True
     if model.resistances.size > 0:
@@ -375,7 +373,7 @@ def _latch(t, model, work):
             work.balance.by_friction += lost
             work.balance.coupled -= lost
             found = True
-    coordinate.count_quarter_turns(s, coordinates)
+    take_step(s, model)
     return found
 
 
@@ -386,7 +384,7 @@ def lock(t, k, model, work):
     coordinate_laws.lock(model.switches, model.coordinates, k)
     work.log_t[loop.latches], work.log_k[loop.latches] = t, k
     loop.latches += 1
-    user_events.release(t, -2 - k, model)
+    watches.release(t, -2 - k, 1, work.y, model.switches, model)
 
 
 @inlined

@@ -79,7 +79,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
     scale = method.scale_of(h, options)
     info.compliance = 1.0 / scale
     method.evaluate(t1, h, model, work)
-    rubs, changed, repeated = model.bearings.size > 0, 0.0, 0
+    rubs, changed, repeated = model.info.reactive > 0, 0.0, 0
     if rubs:
         bearing.change_of_friction(model)
     soft = work.step.step.soft != 1.0

@@ -16,7 +16,7 @@ from evolvent.model.registry import families as table
 from evolvent.solvers.common import balance as eb, redundancy
 from evolvent.solvers.common.fixed_lengths import evaluate_tensions
 from evolvent.solvers.common.sampled import Sampled
-from evolvent.solvers.common.solution import Solution, first_latch
+from evolvent.solvers.common.solution import Solution, event_numbers
 from evolvent.solvers.time import run
 from evolvent.solvers.time.implicit import loop as implicit_loop, reactions, samples as implicit_samples
 from evolvent.solvers.time.implicit.alpha_tangent import SHORT
@@ -224,8 +224,7 @@ class Run(run.Run):
     def _events(self) -> tuple[np.ndarray, np.ndarray]:
         """Times and kinds of all events: of threads, the user's, and latches."""
         count, releases = int(self.work.loop.latches), self.releases
-        own, first = self.work.log_k[:count], 2 * self.model.threads.size  # of users' events
-        latches = np.where(own >= 0, first_latch(self.model) + own, first - 1 - own)
+        latches = event_numbers(self.model, self.work.log_k[:count])
         times = np.append(np.array(releases.times if releases is not None else [], float), self.work.log_t[:count])
         kinds = np.append(np.array(releases.kinds if releases is not None else [], np.int64), latches)
         order = np.argsort(times, kind="stable")
