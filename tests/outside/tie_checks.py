@@ -15,7 +15,6 @@ from tie_case import FREQUENCY, LENGTH, START, G, case, pendulum
 
 from evolvent import System, parts
 from evolvent.equations.implicit import is_isolated
-from evolvent.model import registry
 from evolvent.model.registry import families
 from evolvent.results.happened import events_of
 from evolvent.solvers.common.graph import pattern_of
@@ -117,10 +116,3 @@ def test_sensitivities(mode: str) -> None:
         beside.gravity = (0.0, 0.0, -G + d)
         ends.append(float(beside.simulate(**settings)["bob"]["position"].values[-1, 2]))
     assert float(found.derivative[0, 0]) == pytest.approx((ends[1] - ends[0]) / 2e-4, rel=1e-4)
-
-
-def test_rows_without_a_question_are_refused_by_name() -> None:
-    lacking = registry.families()["ties"].__class__(
-        "more", families()["ties"].record, 520, rows=families()["ties"].rows
-    )
-    assert "states rows of constraint without `row_measure`" in registry._refused(lacking, ())

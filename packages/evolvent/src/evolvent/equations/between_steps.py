@@ -5,8 +5,8 @@ import math
 from numba import void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import constraints, contact, coordinate, rigid, turning
-from evolvent.kernels.calls import end_friction_at, note_stage_at, note_state_at, power_at, take_step_at
+from evolvent.kernels import constraints, contact, rigid, turning
+from evolvent.kernels.calls import end_friction_at, excess_at, note_stage_at, note_state_at, power_at, take_step_at
 from evolvent.model import DISSIPATED, KEPT, MODEL, RELEASE
 
 
@@ -29,9 +29,9 @@ def measure_frictions(t, y0, y, s, h, step, model):
     rigid.kinematics(t, y, model)
     if contact.any_contact(model):
         contact.add_contacts(y, y, KEPT, step, 1.0, 0.0, 0.0, model, model.F)
-    if model.coordinates.size > 0:
-        for k in range(model.coordinates.size):
-            coordinate.measure_coordinate(y, s, model.coordinates, model.bodies, k)
+    calls = model.measure_state_calls
+    for k in range(calls.size):
+        note_state_at(model, calls[k])(t, y, s, model)
     turning.measure_rates(y, model)
     return turning.until_turn(y0, y, h, model)
 
@@ -83,6 +83,15 @@ def longest_step(model):
     calls, found = model.longest_step_calls, math.inf
     for k in range(calls.size):
         found = min(found, power_at(model, calls[k])(model))
+    return found
+
+
+@inlined
+def excess(t, h, y, s, model):
+    """Step of length h to the state y at t, beside the longest that the records of a model allow."""
+    calls, found = model.excess_calls, 0.0
+    for k in range(calls.size):
+        found = max(found, excess_at(model, calls[k])(t, h, y, s, model))
     return found
 
 

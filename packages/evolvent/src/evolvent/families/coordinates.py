@@ -205,10 +205,33 @@ def longest_step(model):
     return coordinate.longest_step(model.coordinates)
 
 
+@calls.note_state
+def measure_state(t, y, s, model):
+    """Angles and travels of all coordinates, and their rates."""
+    for k in range(model.coordinates.size):
+        coordinate.measure_coordinate(y, s, model.coordinates, model.bodies, k)
+
+
 @calls.take_step
 def take_step(s, model):
     """Angles and rates of all coordinates, and their quarter turns."""
     coordinate.count_quarter_turns(s, model.coordinates)
+
+
+@calls.until_event
+def until_latch(h, last, means, model):
+    """Until the first latch or stop is passed, or a curve of a resistance ends."""
+    coordinate.measure_travels(h, last, means != 0, model.coordinates)
+    return coordinate.until_latch(model.switches, model)
+
+
+@calls.reached
+def reached(first, model):
+    """First open latch, from one on, that the angle of the last step has reached; -1 for none."""
+    for k in range(first, model.coordinates.size):
+        if coordinate.latch_reached(model.switches, model.coordinates, k):
+            return k
+    return -1
 
 
 @calls.fire
@@ -294,7 +317,11 @@ COORDINATES = Family(
     uneven=_uneven,
     evaluate=evaluate,
     end_step=end_step,
+    until_event=until_latch,
+    reached=reached,
     longest_step=longest_step,
+    excess=coordinate.turned_beside,
+    measure_state=measure_state,
     take_step=take_step,
     note_state=coordinate.note_turns,
     end_friction=end_friction,
@@ -305,7 +332,7 @@ COORDINATES = Family(
     until_turn=until_turn,
     friction_power=friction_power,
     rubbed=lambda found: iter([found["account"] + BY_FRICTION]),
-    accounts=(Accounts(COORDINATE_ACCOUNTS, order=1),),
+    accounts=(Accounts(COORDINATE_ACCOUNTS, states=(FRICTION_FORCE,), order=1),),
     switches=(Switches(2, _turns_and_latch, order=1),),
     events=(
         Events(
@@ -315,6 +342,7 @@ COORDINATES = Family(
             values=coordinate.latch_values,
             fire=fire,
             is_watched=False,
+            switches=lambda found: found["switch"] + 1,
         ),
     ),
     rubs=has_friction,

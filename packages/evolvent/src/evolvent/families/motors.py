@@ -294,7 +294,7 @@ DRIVETRAINS = Family(
     friction_power=friction_power,
     evaluate=False,
     rubbed=lambda found: iter([found["account"] + BY_HYSTERESIS, found["account"] + BY_GEAR]),
-    accounts=(Accounts(DRIVETRAIN_ACCOUNTS, order=6),),
+    accounts=(Accounts(DRIVETRAIN_ACCOUNTS, states=(0,), order=6),),
     rubs=lambda found: np.ones(found.size, dtype=bool),
     start=start,
     isolated=True,

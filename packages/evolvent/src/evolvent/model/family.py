@@ -191,7 +191,7 @@ class Family:
     of_step : whether forces belong to a step, and follow from what the step before has left, not from a state alone
     stiff : whether a record resists a change of shape, but by a law
     adjoint : why the adjoint supports it; None of one that it does not support
-    coordinates : of its records
+    unknowns : coordinates of its records
     felt : how its records answer the stiffness and damping that they feel, for the bound of explicit steps
     bound : function of the model after `kinematics`, the state, and blocks of stiffness and damping that are felt, by
         family (2, n, size, size), to bounds of the fastest modes of its own; it adds to the blocks what its records
@@ -204,11 +204,18 @@ class Family:
         losses that the family books itself (J, `evolvent.model.powers`)
     note_step : of records alone, what the next step of energy-momentum needs of the last one
     longest_step : longest step that its records allow at their last rates, s
+    excess : (t, h, y, s, model): of a step of an explicit method to t, beside the longest that its records allow
+    measure_state : (t, y, s, model): what its frictions move by, in a state, after `kinematics`
     take_step : (s, model): the last evaluation becomes the start of the next step; note_state : (t, y, s, model): a
         state does, whose forces have not been evaluated; note_stage : (t, starts, model): what is noted of the last
         evaluation in a step, or at the start of a run
     scale : (factor, parameters, model): loads at a load factor of statics, by their parameters at factor 1
     ties : whether a record that acts at times now ties the system to what is not part of it, or acts from outside
+    until_event : part of a step of a length, after one of another (s, 0 for none), whose rates are means over steps or
+        not, at which its next event that is not watched falls, by its last evaluation; 1 for none
+    reached : number of its first such event, from one on, that the last evaluation has reached; -1 for none
+    change : (t, y, s, model): goes over to other laws where the last evaluation has ended some; returns what energy is
+        lost, J, not a number where none has ended
     release : ends its records that wait for a trigger: (t, trigger, ends, y, s, model) as of `kernels.watches.release`;
         returns 1 where there are some
     row_measure, row_bend, row_force, row_tangent : of records with `rows`, one row each: its gap; second derivative of
@@ -327,7 +334,7 @@ class Family:
     of_step: Some = True
     stiff: Some = True
     adjoint: AdjointSupport | None = None
-    coordinates: tuple[Coordinates, ...] = ()
+    unknowns: tuple[Coordinates, ...] = ()
     felt: Felt | None = None
     bound: Callable[[Any, Array, Mapping[str, Array]], Iterator[Bound]] | None = None
     uneven: Callable[[Any, list[int]], Iterable[int]] | None = None
@@ -337,11 +344,16 @@ class Family:
     coupled_energy: Call = None
     release: Call = None
     longest_step: Call = None
+    excess: Call = None
     take_step: Call = None
+    measure_state: Call = None
     note_state: Call = None
     note_stage: Call = None
     scale: Call = None
     ties: Call = None
+    until_event: Call = None
+    reached: Call = None
+    change: Call = None
     row_measure: Call = None
     row_bend: Call = None
     row_force: Call = None

@@ -31,12 +31,14 @@ class Accounts:
     counts : Counts
     field : str, of the record, that gets the index of its first one in the state, -1 without any; '' for none
     start : str, field of the record with the value at the start, of one account each; '' for 0
+    states : offsets of those that are states of records with accounts, such as frictions and bristles
     order : float, place among the accounts; left out, before those of frictions of contacts, which are states
     """
 
     counts: Counts
     field: str = "account"
     start: str = ""
+    states: tuple[int, ...] = ()
     order: float = 7.5
 
 
@@ -72,6 +74,7 @@ class Events:
         (`kernels.watches`); None of threads, whose events change what moves (`equations.events`)
     is_watched : whether implicit methods find them as explicit ones do; else the family finds them in a step itself
     stops : mask of those that stop a run; None for none
+    switches : function of the records to the switches that the events set; None where there are none
     """
 
     count: Callable[[Array], int]
@@ -81,6 +84,7 @@ class Events:
     fire: Any = None
     is_watched: bool = True
     stops: Callable[[Array], Array] | None = None
+    switches: Callable[[Array], Array] | None = None
 
 
 @dataclasses.dataclass(frozen=True)

@@ -410,7 +410,7 @@ def _allowed_moves(G: Array, size: Array) -> Any:
 
 def _spinning() -> list[int]:
     """Codes of families whose rates go on in statics."""
-    return [code for code, name in enumerate(owners()) if any(own.spins for own in families()[name].coordinates)]
+    return [code for code, name in enumerate(owners()) if any(own.spins for own in families()[name].unknowns)]
 
 
 def _moments(model: mdl.Model) -> Array:
@@ -443,7 +443,7 @@ def velocity_slice(model: mdl.Model, family: str, index: int) -> slice | None:
 
 def spare_of(model: mdl.Model) -> int:
     """Pivots that statics may defer: without masses a beam or a body may be held by its joints only."""
-    loose = (own.loose(family.records(model)) for family in families().values() for own in family.coordinates)
+    loose = (own.loose(family.records(model)) for family in families().values() for own in family.unknowns)
     return min(sum(loose), MOST_DEFERRED)
 
 

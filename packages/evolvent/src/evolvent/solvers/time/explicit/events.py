@@ -23,7 +23,7 @@ NO_EVENT = 2.0
 #: steps; last_error: of the last step accepted; turn: s, length of the next step, at whose end a friction turns back;
 #: rubs0, rubs1: W, powers of frictions at both ends of a step.
 LOOP = np.dtype(
-    [(name, np.int64) for name in ("steps", "rhs_evaluations", "rejected", "events", "sample", "grid", "next_break",
+    [(name, np.int64) for name in ("steps", "rhs_evaluations", "rejected", "fired", "sample", "grid", "next_break",
                                    "starts", "stale")]
     + [(name, np.float64) for name in ("time", "step", "origin", "last_error", "turn", "rubs0", "rubs1")],
     align=True,
@@ -102,7 +102,7 @@ def rounds(threads):
 def log_is_short(model, work):
     """Whether the log may not hold all that `fire` could write into it."""
     n = model.threads.size
-    return work.log_t.size - work.loop.events < rounds(n) * (n + 1)
+    return work.log_t.size - work.loop.fired < rounds(n) * (n + 1)
 
 
 @indirect(_I(MODEL, REAL, WORKSPACE))
@@ -129,10 +129,10 @@ def fire(model, t, work):
         for k in range(due, g.size):
             if k > due and not (is_release(s, threads, g, due) and is_release(s, threads, g, k)):
                 continue
-            n = work.loop.events
+            n = work.loop.fired
             work.log_t[n] = t
             work.log_k[n] = k
-            work.loop.events = n + 1
+            work.loop.fired = n + 1
         answer = apply_event(t, y, s, model, due, g)
         if answer < 0:
             return NO_THREAD

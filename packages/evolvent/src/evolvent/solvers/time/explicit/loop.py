@@ -17,10 +17,17 @@ import numpy as np
 from numba import types
 
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
-from evolvent.equations.between_steps import end_frictions, longest_step, measure_frictions, note_stage, note_state
+from evolvent.equations.between_steps import (
+    end_frictions,
+    excess,
+    longest_step,
+    measure_frictions,
+    note_stage,
+    note_state,
+)
 from evolvent.equations.projection import is_corrected, project
 from evolvent.equations.rhs import rhs
-from evolvent.kernels import coordinate, rigid, thread
+from evolvent.kernels import contact, rigid, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import normalise
 from evolvent.kernels.grazing import until_deepest
@@ -286,7 +293,7 @@ def advance(A, b, c, E, P, Q, rtol, atol, model, work, budget):
         return status
     n, adapts = model.info.nq + model.info.nv, E.size > 0
     watch, corrected = work.g.size > 0, is_corrected(model)
-    passes, turns = model.body_contacts.size > 0 or model.contact_surfaces.size > 0, model.coordinates.size > 0
+    passes = contact.any_contact(model)
     end, near = work.samples[work.samples.size - 1], 0.0 if adapts else 1e-9 * loop.step
     until = next_stop(adapts, loop.time, end, model, work)
     rejected, error = False, 0.0
@@ -320,8 +327,8 @@ def advance(A, b, c, E, P, Q, rtol, atol, model, work, budget):
             error = error_norm(y, y1, K, E, h, n, rtol, atol, work.w)
             if passes and error < 1.0:
                 error = max(error, way(t + h, model, work) ** 5)
-            if turns and error < 1.0:
-                error = max(error, coordinate.turned_beside(t + h, h, y1, s, model) ** 5)
+            if error < 1.0:
+                error = max(error, excess(t + h, h, y1, s, model) ** 5)
             if not error < 1.0:
                 loop.rejected += 1
                 rejected = True

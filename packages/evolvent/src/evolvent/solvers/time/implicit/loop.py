@@ -16,16 +16,8 @@ from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.equations.between_steps import longest_step, note_stage, note_state, take_step
 from evolvent.equations.step_end import start_run
-from evolvent.kernels import (
-    contact,
-    coordinate,
-    coordinate_laws,
-    resistance,
-    rigid,
-    thread,
-    turning,
-    watches,
-)
+from evolvent.kernels import contact, rigid, thread, turning, watches
+from evolvent.kernels.calls import change_at, reached_at, until_event_at
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.grazing import until_deepest, until_touch
 from evolvent.kernels.passing import note_places, passing
@@ -294,11 +286,11 @@ def measure_rates(t, model, work):
 
 @inlined
 def until_coordinate(h, model, work):
-    """`coordinate.until_latch` of a step of length h."""
-    if model.coordinates.size == 0:
-        return 1.0
-    coordinate.measure_travels(h, work.loop.last, work.options.midpoint != 0, model.coordinates)
-    return coordinate.until_latch(model.switches, model)
+    """Part of a step of length h at which the first event falls that its family finds itself; 1 for none."""
+    calls, part = model.until_event_calls, 1.0
+    for k in range(calls.size):
+        part = min(part, until_event_at(model, calls[k])(h, work.loop.last, work.options.midpoint, model))
+    return part
 
 
 @inlined
@@ -356,19 +348,22 @@ def accept_step(t1, t_end, h, model, work):
 
 @inlined
 def _latch(t, model, work):
-    """Latch the joint coordinates that have reached their latches at the end of a step; returns whether any has.
+    """Carry out events that a step has reached and its families find themselves, as latches; returns whether any.
 
-    Resistances whose curves have ended change over to others.
+    Laws that have ended change over to others.
     """
-    coordinates, s, found = model.coordinates, model.switches, False
-    for k in range(coordinates.size):
-        if coordinate.latch_reached(s, coordinates, k):
+    calls, s, found = model.reached_calls, model.switches, False
+    for i in range(calls.size):
+        k = reached_at(model, calls[i])(0, model)
+        while k >= 0:
             if work.options.midpoint != 0 and not found:
                 note_state(t, work.y, s, model)  # rates at the end; those of the step are means
             lock(t, k, model, work)
             found = True
-    if model.resistances.size > 0:
-        lost = resistance.change_curves(t, work.y, s, model)
+            k = reached_at(model, calls[i])(k + 1, model)
+    calls = model.change_calls
+    for i in range(calls.size):
+        lost = change_at(model, calls[i])(t, work.y, s, model)
         if not math.isnan(lost):
             work.balance.by_friction += lost
             work.balance.coupled -= lost
@@ -379,12 +374,11 @@ def _latch(t, model, work):
 
 @inlined
 def lock(t, k, model, work):
-    """Lock the latch of joint coordinate k at the end of a step."""
+    """Carry out event k of those that a family finds itself, at the end of a step: the latch of coordinate k locks."""
     loop = work.loop
-    coordinate_laws.lock(model.switches, model.coordinates, k)
+    watches.fire_event(t, model.event_firsts[0] + model.watches.size + k, 1, work.y, model.switches, model)
     work.log_t[loop.latches], work.log_k[loop.latches] = t, k
     loop.latches += 1
-    watches.release(t, -2 - k, 1, work.y, model.switches, model)
 
 
 @inlined
