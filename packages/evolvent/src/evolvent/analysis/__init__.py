@@ -360,11 +360,11 @@ def latches_of(solution: Solution) -> str:
     from evolvent.results import display
     from evolvent.results.happened import LATCHED, in_order
 
-    coordinates, found = solution.assembly.model.coordinates, []
+    rows, found = family_registry.motions_of(solution.assembly.model), []
     names = {place: name for name, place in solution.assembly.names.items()}
     for time, place, what in in_order(solution):
         if what == LATCHED and place in names:
-            row = coordinates[place[1]]
+            row = rows[place[1]]
             factor, unit = display.shown_unit("rad s-1" if row["kind"] == axial.ANGLE else "m s-1")
             rate = abs(factor * row["caught"])
             found.append(f"{names[place]!r} at t = {time:.6g} s, at {rate:.4g} {units.unit_text(unit)}")

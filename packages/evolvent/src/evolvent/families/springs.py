@@ -161,5 +161,6 @@ SPRINGS = Family(
     no_balance=_no_balance,
     passages=_passages,
     note_stage=springs.note_lines,
+    resists=("extension", "tension"),
     isolated=True,
 )  # fmt: skip

@@ -147,6 +147,8 @@ class Family:
     owner : function of `Records` and the index of a record to the family and the index of that whose part wrote it
     several : whether a part writes several records, named by the first of them
     consists : function of a record and its index to the bodies that it consists of, which have its name
+    resists : fields with the length or angle of a record, and with its forces; None of what does not resist by these
+    is_motion : whether its records are motions between parts, with an `angle` each, which have margins and latches
     local : whether results of its records at a sample follow from the states at it and at the first one, without
         reactions
     changes : str, fields that a part writes and solvers alone read: a variant with other values of them and of
@@ -204,6 +206,7 @@ class Family:
         losses that the family books itself (J, `evolvent.model.powers`)
     note_step : of records alone, what the next step of energy-momentum needs of the last one
     longest_step : longest step that its records allow at their last rates, s
+    own_rates : (y, model, rates): rates of its coordinates that are part of the state y, after its step
     excess : (t, h, y, s, model): of a step of an explicit method to t, beside the longest that its records allow
     measure_state : (t, y, s, model): what its frictions move by, in a state, after `kinematics`
     take_step : (s, model): the last evaluation becomes the start of the next step; note_state : (t, y, s, model): a
@@ -286,6 +289,8 @@ class Family:
     owner: Callable[[Records, int], tuple[str, int]] | None = None
     several: bool = False
     consists: Callable[[Any, int], range] | None = None
+    resists: tuple[str, ...] | None = None
+    is_motion: bool = False
     local: bool = False
     changes: str | None = None
     reads_inertia: bool | None = None
@@ -345,6 +350,7 @@ class Family:
     release: Call = None
     longest_step: Call = None
     excess: Call = None
+    own_rates: Call = None
     take_step: Call = None
     measure_state: Call = None
     note_state: Call = None

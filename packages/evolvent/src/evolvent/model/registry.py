@@ -110,6 +110,17 @@ def whole() -> Iterator[Family]:
 
 
 @functools.cache
+def motions() -> str:
+    """The family whose records are motions between parts (`Family.is_motion`)."""
+    return next(name for name, family in families().items() if family.is_motion)
+
+
+def motions_of(model: Any) -> Any:
+    """Records of motions between parts of a model."""
+    return getattr(model, motions())
+
+
+@functools.cache
 def constraining() -> tuple[str, ...]:
     """Families whose records have rows in `Model.constraints`, in the order of these."""
     return tuple(f.name for f in families().values() if f.rows is not None and f.rows.kind == CONSTRAINT)

@@ -14,6 +14,7 @@ from evolvent.analysis.margins.tables import Table
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.constraints import ends_of_row, family_of
 from evolvent.kernels import sides
+from evolvent.model.registry import motions_of
 from evolvent.results.observe import observe
 
 if TYPE_CHECKING:
@@ -88,7 +89,7 @@ def latch_of(
     coordinate = table.coordinate
     found: dict[str, Any] = {"time": arrival[0], "rate": arrival[1], "peak_load": np.nan}
     found |= {"joint": "", "root_force": np.nan, "root_moment": np.nan}
-    if math.isfinite(assembly.model.coordinates["latch"][coordinate.k]):
+    if math.isfinite(motions_of(assembly.model)["latch"][coordinate.k]):
         own, peak = variables(coordinate.name), "latch_torque_peak" if coordinate.angle else "latch_force_peak"
         time, rate, load = (_last(own, name) for name in ("latch_time", "latch_rate", peak))
         if math.isfinite(time):
@@ -111,7 +112,7 @@ def _last(variables: Mapping[str, Array], name: str) -> float:
 
 def _joint_of(assembly: Assembly, k: int) -> str:
     """The joint between the two bodies of a coordinate, '' for none."""
-    row = assembly.model.coordinates[k]
+    row = motions_of(assembly.model)[k]
     if row["on"] != sides.ON_BODY:
         return ""
     pair = {("bodies", int(row["body"])), ("bodies", int(row["other"]))}

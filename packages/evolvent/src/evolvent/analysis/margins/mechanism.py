@@ -41,7 +41,7 @@ from evolvent.kernels import axial
 from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
 from evolvent.model.powers import N_POWERS
-from evolvent.model.registry import forget_steps
+from evolvent.model.registry import forget_steps, motions, motions_of
 from evolvent.model.shares import Elastic as ElasticShares, Tie
 from evolvent.solvers.common.still_threads import at_time
 from evolvent.solvers.static import equilibrium
@@ -97,12 +97,12 @@ class Position:
         bare, n_v = mechanism.bare, mechanism.n_v
         r = mechanism.left(t, y, bare)
         self.zero, self.gaps = r[:n_v], r[n_v:]
-        self.x = bare.coordinates["angle"].copy()
+        self.x = motions_of(bare)["angle"].copy()
         G = [mechanism.left(t, y, bare, la=e)[:n_v] - self.zero for e in np.eye(mechanism.n_j)]
         self.G = np.array(G).reshape(mechanism.n_j, n_v)
         self.J = np.zeros((self.x.size, n_v))
         for k, one in enumerate(mechanism.with_torque):
-            one.coordinates["rest"] = self.x[k] - 1.0
+            motions_of(one)["rest"] = self.x[k] - 1.0
             self.J[k] = mechanism.left(t, y, one)[:n_v] - self.zero
 
     @functools.cached_property
@@ -141,11 +141,11 @@ class Mechanism:
         weightless["gravity"] = 0.0
         #: The model without any force but those of constraints.
         self.bare = model._replace(info=weightless, **unforced(model))
-        still = self.bare.coordinates
+        still = motions_of(self.bare)
         #: The same with one coordinate, whose spring has a torque or force of 1 where `rest` is the value less 1.
-        self.with_torque = [self.bare._replace(coordinates=still[k : k + 1].copy()) for k in range(still.size)]
+        self.with_torque = [self.bare._replace(**{motions(): still[k : k + 1].copy()}) for k in range(still.size)]
         for one in self.with_torque:
-            one.coordinates["stiffness"] = 1.0
+            motions_of(one)["stiffness"] = 1.0
         self._models: dict[str, Any] = {}
         #: Equilibria of elastic parts, None without any.
         self.elastic = _elastic(self) if has_elastic_parts(model) else None
@@ -314,7 +314,7 @@ class Mechanism:
 
     @staticmethod
     def _sum(tie: Tie, values: Array) -> Any:
-        return sum(ratio * values[k] for k, ratio in zip(tie.coordinates, tie.ratios, strict=True))
+        return sum(ratio * values[k] for k, ratio in zip(tie.motions, tie.ratios, strict=True))
 
     def direction(self, k: int, held: list[int], sense: float, at: Position, *, still: bool) -> Direction:
         """How the mechanism moves with coordinate k at the rate `sense`, 1 or -1; `still` as of `power`.
@@ -411,7 +411,7 @@ class Mechanism:
 
     def count_turns(self) -> None:
         """Keep the last angles as those from which whole turns are counted."""
-        rows = self.bare.coordinates
+        rows = motions_of(self.bare)
         angles = rows["kind"] == axial.ANGLE
         quarters = np.floor(rows["angle"] / QUARTER + 0.5).astype(np.int64)
         self.bare.switches[rows["switch"][angles]] = quarters[angles]
@@ -456,7 +456,7 @@ class Mechanism:
 
     def unit(self, k: int) -> str:
         """Unit of coordinate k."""
-        return "rad" if self.whole.coordinates["kind"][k] == axial.ANGLE else "m"
+        return "rad" if motions_of(self.whole)["kind"][k] == axial.ANGLE else "m"
 
 
 def _elastic(mechanism: Mechanism) -> Elastic:

@@ -17,7 +17,7 @@ from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.equations.between_steps import longest_step, note_stage, note_state, take_step
 from evolvent.equations.step_end import start_run
 from evolvent.kernels import contact, rigid, thread, turning, watches
-from evolvent.kernels.calls import change_at, reached_at, until_event_at
+from evolvent.kernels.calls import change_at, momentum_at, reached_at, until_event_at
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.grazing import until_deepest, until_touch
 from evolvent.kernels.passing import note_places, passing
@@ -331,8 +331,9 @@ def accept_step(t1, t_end, h, model, work):
     loop = work.loop
     method.end_step(t_end, h, model, work)
     add_step_to_balance(t_end, h, model, work)
-    for k in range(model.thrusters.size):  # whose impulses, noted just now, have no rate of their own
-        work.rate[model.thrusters[k].iv - model.info.nq] = work.y[model.thrusters[k].iv]
+    calls = model.own_rates_calls
+    for k in range(calls.size):
+        momentum_at(model, calls[k])(work.y, model, work.rate)
     fill_forces(model, work)
     fill_energies(t_end, model, work)
     note_stage(t1, 0, model)

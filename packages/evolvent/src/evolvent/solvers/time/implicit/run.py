@@ -12,7 +12,7 @@ from evolvent.algebra.sparse import INNER, SparseBlocks
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations.implicit import residual, tangent
-from evolvent.model.registry import families as table
+from evolvent.model.registry import families as table, motions_of
 from evolvent.solvers.common import balance as eb, redundancy
 from evolvent.solvers.common.fixed_lengths import evaluate_tensions
 from evolvent.solvers.common.sampled import Sampled
@@ -164,7 +164,7 @@ class Run(run.Run):
             if code != BUDGET:
                 break
         if self.plan.step is not None:
-            self.captures.look(self.model.coordinates, self.work)
+            self.captures.look(motions_of(self.model), self.work)
         if code == AT_STOP and self.releases is not None:
             if self.releases.resume(self.work) < 0:
                 return True, outrun(self.reached)

@@ -277,7 +277,7 @@ def stops_of(assembly: Assembly, times: np.ndarray) -> np.ndarray:
 
 def _most_logged(model: mdl.Model) -> int:
     """Most latches and events that a run notes the times of."""
-    return int(model.coordinates.size + model.watches.size)
+    return int(model.info.ne)
 
 
 def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options: np.record) -> Workspace:
