@@ -213,6 +213,8 @@ class Family:
         state does, whose forces have not been evaluated; note_stage : (t, starts, model): what is noted of the last
         evaluation in a step, or at the start of a run
     scale : (factor, parameters, model): loads at a load factor of statics, by their parameters at factor 1
+    touches : function of the model to groups of ends that are coupled by what touches at present; is_layered : mask of
+        the records by which that changes in a run
     ties : whether a record that acts at times now ties the system to what is not part of it, or acts from outside
     until_event : part of a step of a length, after one of another (s, 0 for none), whose rates are means over steps or
         not, at which its next event that is not watched falls, by its last evaluation; 1 for none
@@ -398,6 +400,8 @@ class Family:
     rubbed: Callable[[Array], Iterator[Array]] | None = None
     ramps: Callable[[Array], Array] | None = None
     inner: Callable[[Array], int] | None = None
+    touches: Callable[[Any], Iterator[Iterable[End]]] | None = None
+    is_layered: Callable[[Array], Array] | None = None
     presses: Callable[[Any], Array] | None = None
     no_balance: Callable[[Any, float, Array], Iterator[tuple[int, str]]] | None = None
     not_at_rest: Callable[[Any], Iterator[tuple[int, str]]] | None = None

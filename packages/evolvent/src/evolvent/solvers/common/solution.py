@@ -188,11 +188,6 @@ class Solution:
         return by_field(self.assembly.model, self.sampled.forces)
 
     @property
-    def contact_surfaces(self) -> dict[str, Array]:
-        """Forces of contact surfaces."""
-        return self.forces["contact_surfaces"]
-
-    @property
     def wrenches(self) -> Array:
         """(nt, nb, 6) all that acts on each body at its origin, N and N m: see `Sampled`."""
         return self.forces["bodies"]["F"]

@@ -23,7 +23,7 @@ from evolvent.equations.implicit import residual
 from evolvent.kernels.blocks import displace
 from evolvent.model.family import some
 from evolvent.model.questions import AdjointSupport
-from evolvent.model.registry import whole
+from evolvent.model.registry import asked, whole
 from evolvent.solvers.sensitivity import recorded_energy_steps as tape_energy, recorded_steps as tapes
 from evolvent.solvers.sensitivity.adjoint_events import Jump, Jumps, Parameter, carried, difference, state_of
 from evolvent.solvers.sensitivity.patches import Patch, Sides
@@ -99,7 +99,7 @@ def depends_on_time(model: Any) -> bool:
 
 def _stops(base: Assembly, patch: Patch, times: Array) -> Array:
     """Times on which the steps of a neighbour land."""
-    if not {"beam_loads", "breaks"}.intersection(key for key, *_ in patch.changes):
+    if not {"breaks", *asked("ramps")}.intersection(key for key, *_ in patch.changes):
         return stops_of(base, times)
     model = base.model.copy()
     patch.write(model)

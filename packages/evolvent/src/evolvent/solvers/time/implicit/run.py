@@ -12,7 +12,7 @@ from evolvent.algebra.sparse import INNER, SparseBlocks
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations.implicit import residual, tangent
-from evolvent.model.registry import families as table, motions_of
+from evolvent.model.registry import asked, families as table, motions_of
 from evolvent.solvers.common import balance as eb, redundancy
 from evolvent.solvers.common.fixed_lengths import evaluate_tensions
 from evolvent.solvers.common.sampled import Sampled
@@ -50,7 +50,9 @@ class Run(run.Run):
         super().__init__(of)
         self.matrix = of.matrix
         self.midpoint, self.inner, self.is_stopped = bool(of.options.midpoint), 0, False
-        self.has_layers = self.midpoint and bool(np.any(self.model.contact_surfaces["under"] >= 0))
+        self.has_layers = self.midpoint and any(
+            np.any(mask(getattr(self.model, name))) for name, mask in asked("is_layered").items()
+        )
         self.ranks, self.captures = redundancy.Ranks(of.assembly), Captures()
         began = clock.perf_counter()
         self._hold_again()
