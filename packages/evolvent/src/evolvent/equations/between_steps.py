@@ -78,9 +78,9 @@ def release_penalties(t, y, model):
 
 
 @inlined
-def longest_step(model):
+def longest_turn(model):
     """Longest step that the records of a model allow at their last rates, s."""
-    calls, found = model.longest_step_calls, math.inf
+    calls, found = model.longest_turn_calls, math.inf
     for k in range(calls.size):
         found = min(found, power_at(model, calls[k])(model))
     return found

@@ -200,7 +200,7 @@ def _stiffen(model: Any) -> None:
 
 
 @calls.power
-def longest_step(model):
+def longest_turn(model):
     """Until a coordinate turns so far that its turns could not be counted."""
     return coordinate.longest_step(model.coordinates)
 
@@ -321,7 +321,7 @@ COORDINATES = Family(
     end_step=end_step,
     until_event=until_latch,
     reached=reached,
-    longest_step=longest_step,
+    longest_turn=longest_turn,
     excess=coordinate.turned_beside,
     measure_state=measure_state,
     take_step=take_step,

@@ -205,7 +205,7 @@ class Family:
     end_step : of a step that has been taken: what the next one needs of it, and into `Interval.powers` the work and the
         losses that the family books itself (J, `evolvent.model.powers`)
     note_step : of records alone, what the next step of energy-momentum needs of the last one
-    longest_step : longest step that its records allow at their last rates, s
+    longest_turn : longest step that its records allow at their last rates, s
     own_rates : (y, model, rates): rates of its coordinates that are part of the state y, after its step
     excess : (t, h, y, s, model): of a step of an explicit method to t, beside the longest that its records allow
     measure_state : (t, y, s, model): what its frictions move by, in a state, after `kinematics`
@@ -350,7 +350,7 @@ class Family:
     note_step: Call = None
     coupled_energy: Call = None
     release: Call = None
-    longest_step: Call = None
+    longest_turn: Call = None
     excess: Call = None
     own_rates: Call = None
     take_step: Call = None

@@ -20,7 +20,7 @@ from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.equations.between_steps import (
     end_frictions,
     excess,
-    longest_step,
+    longest_turn,
     measure_frictions,
     note_stage,
     note_state,
@@ -257,7 +257,7 @@ def grid_step(end, until, model, loop):
 def adapted_step(until, model, work):
     """End and length of the next step of those that adapt."""
     t, h = work.loop.time, work.loop.step
-    h = min(h, longest_step(model))
+    h = min(h, longest_turn(model))
     if model.threads.size > 0:
         h = min(h, thread.longest_step(work.y, work.s, model))
     return (until, until - t) if t + h * 1.01 >= until else (t + h, h)

@@ -14,7 +14,7 @@ from numba import types
 
 from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.equations.between_steps import longest_step, note_stage, note_state, take_step
+from evolvent.equations.between_steps import longest_turn, note_stage, note_state, take_step
 from evolvent.equations.step_end import start_run
 from evolvent.kernels import contact, rigid, thread, turning, watches
 from evolvent.kernels.calls import change_at, momentum_at, reached_at, until_event_at
@@ -173,7 +173,7 @@ def step_length(left, model, work):
     """Length of the next step, at most the time `left` to the target, and whether it lands there."""
     loop, midpoint = work.loop, work.options.midpoint != 0
     h = min(loop.step, loop.event_step, loop.turn_step)
-    h = min(h, longest_step(model), method.longest_step(model, work))
+    h = min(h, longest_turn(model), method.longest_step(model, work))
     if h >= left * (1.0 - (1e-9 if midpoint else 1e-6)):  # which adds up round-off
         return left, True
     if work.options.tolerance > 0.0 and not midpoint and 2.0 * h > left:
