@@ -20,7 +20,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.equations import implicit, inventory
 from evolvent.model.family import EXPLICIT, IMPLICIT
 from evolvent.solvers import solve
-from evolvent.solvers.common.fixed_lengths import with_positions
+from evolvent.solvers.common.coordinates import with_positions
 from evolvent.solvers.time.explicit import fastest_modes as explicit_modes
 from evolvent.solvers.time.implicit.plan import solve_implicit
 from families.case import CASES, Array

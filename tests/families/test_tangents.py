@@ -17,8 +17,8 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.equations import energy_momentum as flow
 from evolvent.kernels import attitude, attitude_tangent, blocks
 from evolvent.model.family import ENERGY, IMPLICIT, STATIC
-from evolvent.solvers.common.fixed_lengths import with_positions
-from evolvent.solvers.common.still_threads import idle_nodes
+from evolvent.solvers.common.coordinates import with_positions
+from evolvent.solvers.common.standing import idle_nodes
 from evolvent.solvers.static.work import sparse_of
 from evolvent.solvers.time.implicit import energy_momentum
 from evolvent.solvers.time.implicit.setup import matrix_of

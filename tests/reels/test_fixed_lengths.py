@@ -12,7 +12,7 @@ from evolvent import InputError, System, parts
 from evolvent.algebra.ordering import matrix_of, operations
 from evolvent.kernels import joint, rigid
 from evolvent.solvers import Solution, solve
-from evolvent.solvers.common.fixed_lengths import with_positions
+from evolvent.solvers.common.coordinates import with_positions
 from evolvent.solvers.common.graph import pattern_of
 from evolvent.solvers.modal.modes import modes
 from evolvent.solvers.static.static import solve_static

@@ -11,7 +11,7 @@ import pytest
 from book import ROOT, Book
 from evolvent import InputError, System, model as mdl, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.equations.impulse import impulse, prepare
+from evolvent.kernels.impulse import impulse, prepare
 from evolvent.solvers.modal.modes import modes
 from evolvent.solvers.time.implicit.plan import solve_implicit
 from helpers import L0, R, Run, V, fitted_order, heliogyro, observe, run

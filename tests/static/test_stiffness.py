@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from evolvent import System, parts
-from evolvent.solvers.common.still_threads import idle_nodes
+from evolvent.solvers.common.standing import idle_nodes
 from evolvent.solvers.static.linear_motion import matrices
 from evolvent.solvers.static.work import Work
 from helpers import stiffness_by_differences

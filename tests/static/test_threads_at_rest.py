@@ -10,7 +10,7 @@ import pytest
 from evolvent import InputError, System, parts
 from evolvent.results.observe import observe
 from evolvent.solvers import solve
-from evolvent.solvers.common.still_threads import at_time
+from evolvent.solvers.common.standing import at_time
 from evolvent.solvers.modal.modes import modes
 from evolvent.solvers.static.static import solve_static
 from helpers import derivative

@@ -25,7 +25,7 @@ from evolvent.analysis.system import System
 from evolvent.assembly import needs
 from evolvent.compiled import codecache, jit, laws, lookups
 from evolvent.compiled.codecache import folder as cachefolder
-from evolvent.equations.impulse import prepare
+from evolvent.kernels.impulse import prepare
 from evolvent.solvers import solve
 from evolvent_base.errors import InputError
 

@@ -12,7 +12,7 @@ from evolvent import InputError, RunFailed, System, cases, force_law, parts, spr
 from evolvent.analysis import closure
 from evolvent.compiled import laws
 from evolvent.results import variables
-from evolvent.solvers.common import rod_messages
+from evolvent.solvers.common import hints
 from evolvent_base.errors import counted
 from rods.building import RUBBER, STRIP
 
@@ -237,7 +237,7 @@ def test_only_elements_that_are_bent_far_are_named(angle: float, named: bool) ->
     y = assembly.y.copy()
     first, last = (int(body["iq"]) + 3 for body in assembly.model.bodies[-2:])
     y[last : last + 4] = _after(y[first : first + 4], math.radians(angle))
-    assert ("'rod' is bent or twisted" in rod_messages.bending_hint(assembly, y)) == named
+    assert ("'rod' is bent or twisted" in hints.hints_on(assembly, y)) == named
 
 
 def _after(q: np.ndarray, angle: float) -> np.ndarray:

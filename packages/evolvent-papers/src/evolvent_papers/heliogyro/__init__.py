@@ -115,11 +115,11 @@ class Heliogyro(SystemDefinition):
 
     def prepared_settings(self, case: Any, assembly: Assembly, laws: Mapping[str, Any]) -> dict[str, Any]:
         """As `settings`, of parts that are assembled; the end of a run follows from the drives."""
-        from evolvent.solvers.common import payout
+        from evolvent.families.threads.lengths import all_deployed
 
         solver, end = case.solver, case.solver.duration
         if end == "auto":
-            end = None if "drive" in laws or case.spool.feedback is not None else payout.all_deployed(assembly)
+            end = None if "drive" in laws or case.spool.feedback is not None else all_deployed(assembly.model)
         if end is None:
             which = "no blade is ever all out after the start"
             if "drive" in laws or case.spool.free is not None:

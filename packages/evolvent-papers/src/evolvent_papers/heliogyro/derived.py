@@ -113,11 +113,11 @@ def findings(case: Case, solution: Solution) -> tuple[dict[str, tuple[tuple[str,
 
     They are on tensions below zero, pay-out or spin-up too fast for a steady lag, and an energy balance that is off.
     """
-    from evolvent.analysis.closure import slack_threads
+    from evolvent.families.threads.limits import pushing
 
     found = derived(case, solution)
     lag = found["hub_lag"][1] if "hub_lag" in found else None
-    texts = [slack_threads(solution, 0.0), _wraps(case, solution), _winds(lag, solution), _lacks(solution)]
+    texts = [*pushing(solution, 0.0), _wraps(case, solution), _winds(lag, solution), _lacks(solution)]
     return found, "; ".join(text for text in texts if text)
 
 

@@ -14,12 +14,11 @@ from evolvent.analysis.closure import check_energy_gain, warning_of
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.constraints import ends_of_row
-from evolvent.families.threads import is_open
 from evolvent.kernels import axial, rigid
 from evolvent.model import family, registry as family_registry
 from evolvent.results.fine_samples import Times
-from evolvent.solvers.common import payout
 from evolvent.solvers.common.laws import refusing_laws
+from evolvent.solvers.common.standing import check_drives
 from evolvent.solvers.time.explicit import plan as explicit_plan
 from evolvent.solvers.time.implicit import energy_momentum, plan as implicit
 from evolvent_base import units
@@ -113,7 +112,7 @@ def choose_method(assembly: Assembly, method: str = "auto") -> tuple[str, str]:
 
 def _method_of(assembly: Assembly, method: str) -> tuple[str, str]:
     """See `choose_method`."""
-    if is_open(assembly.model):
+    if families.reacts(assembly.model):
         from evolvent.analysis import feedback
 
         return feedback.method_of(assembly, method)
@@ -275,7 +274,7 @@ def check_run(assembly: Assembly, samples: np.ndarray, step: float | None = None
             f"{explicit_plan.MOST_STEPS:.0e}; use a longer `step`, or shorten `until`"
         )
     with refusing_laws(assembly):
-        payout.check(assembly, float(samples[-1]))
+        check_drives(assembly, float(samples[-1]))
 
 
 def at_start(assembly: Assembly, method: str, t: float = 0.0) -> Solution:

@@ -6,25 +6,19 @@ import dataclasses
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.references import split_reference
-from evolvent.kernels import thread
+from evolvent.model.registry import asked
 from evolvent.parts.field import AccelerationField
 from evolvent.parts.load import Force, LawLoad
 from evolvent.parts.thread import Thread
 from evolvent.solvers.common import balance
 from evolvent.solvers.common.laws import states_energy
 from evolvent.solvers.common.limits import limitations
-from evolvent.solvers.time.implicit.captures import STEPS, thread_captures
+from evolvent.solvers.time.implicit.captures import STEPS, captures_of
 
 if TYPE_CHECKING:
     from evolvent.solvers.common.solution import Solution
-
-#: Share of a thread's largest tension by which it may push before a run warns: springs ring after every release, and
-#: segments of fixed length do not.
-PUSH_OF_SPRINGS, PUSH_OF_FIXED_LENGTHS = 0.05, 1e-6
 
 
 def check_energy_gain(solution: Solution) -> Solution:
@@ -83,7 +77,7 @@ def warning_of(solution: Solution) -> str:
     found = (
         unresolved(solution) or unclosed(solution),
         unresolved_captures(solution),
-        slack_threads(solution),
+        *(text for warn in asked("warn").values() for text in warn(solution)),
         unloaded_tips(solution.assembly),
         *limitations(solution),
     )
@@ -95,17 +89,16 @@ def unresolved_captures(solution: Solution) -> str:
     step = float(solution.statistics.get("step", math.nan))
     if solution.kept is None or solution.path is not None or not step > 0.0 or not solution.t.size:
         return ""
-    short = [one for one in (*solution.captures, *thread_captures(solution)) if one.duration < step]
+    short = [one for one in captures_of(solution) if one.duration < step]
     if not short:
         return ""
     worst = min(short, key=lambda one: one.duration)
     names = {place: name for name, place in solution.assembly.names.items()}
-    what = "captures" if worst.family == "coordinates" else "takes up a node"
     others = f" (and {len(short) - 1} more captures)" if len(short) > 1 else ""
     return (
-        f"{names[worst.family, worst.row]!r} {what} at t = {worst.time:.6g} s{others} in about {worst.duration:.2g} "
-        f"s, less than the step of {step:.3g} s: its load and the vibration that it excites are not resolved; use a "
-        f"`step` of at most {worst.duration / STEPS:.1g} s, or a `tolerance`"
+        f"{names[worst.family, worst.row]!r} {worst.what} at t = {worst.time:.6g} s{others} in about "
+        f"{worst.duration:.2g} s, less than the step of {step:.3g} s: its load and the vibration that it excites are "
+        f"not resolved; use a `step` of at most {worst.duration / STEPS:.1g} s, or a `tolerance`"
     )
 
 
@@ -124,31 +117,3 @@ def unloaded_tips(assembly: Assembly) -> str:
                 f"at '{part.thread}.tip', or an AccelerationField"
             )
     return ""
-
-
-def slack_threads(solution: Solution, share: float | None = None) -> str:
-    """A sentence on threads whose segments push by more than a share of their largest tension; '' where none does.
-
-    By default the share is `PUSH_OF_SPRINGS` or, of inextensible segments, `PUSH_OF_FIXED_LENGTHS`.
-    """
-    model, found = solution.assembly.model, []
-    names = {index: name for name, (family, index) in solution.assembly.names.items() if family == "threads"}
-    if not names or not solution.t.size:
-        return ""
-    for index, row in enumerate(model.threads):
-        first = int(row["node"])
-        tension = solution.observations.tension[:, first : first + int(row["n"])]  # zero of wound nodes
-        least = tension.min(axis=1)
-        allowed = PUSH_OF_SPRINGS if row["kind"] in (thread.SPRINGS, thread.MOVING) else PUSH_OF_FIXED_LENGTHS
-        allowed = allowed if share is None else share
-        count = int(np.sum(least < -allowed * max(float(tension.max()), 0.0) - 1e-9))
-        if count:
-            found.append((float(least.min()), names[index], count, float(solution.t[np.argmin(least)])))
-    if not found:
-        return ""
-    worst, name, count, time = min(found)
-    others = f" (and {len(found) - 1} more)" if len(found) > 1 else ""
-    return (
-        f"{name!r}{others} pushes where a thread would go slack: tension below zero in {count} of {solution.t.size} "
-        f"samples, at worst {worst:.3g} N at t = {time:.6g} s"
-    )

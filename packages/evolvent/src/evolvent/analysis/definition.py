@@ -251,7 +251,7 @@ class SystemDefinition:
         from evolvent.solvers.time.explicit import plan as explicit_plan
 
         method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
-        beams = assembly.model.beams.size > 0 or assembly.model.rods.size > 0
+        beams = assembly.model.info.slender > 0
         if method not in explicit_plan.METHODS or (settings.get("step") is None and not beams):
             return method, lambda: analysis.plan(assembly, times, **settings), ""
         checked, note = analysis.plan(assembly, times, **settings), ""  # refuses an unstable step

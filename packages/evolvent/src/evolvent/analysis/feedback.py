@@ -18,6 +18,7 @@ from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels.expression import evaluate
 from evolvent.model import family
+from evolvent.model.registry import asked
 from evolvent.parts.feedback import FeedbackDrive
 from evolvent_base import units
 from evolvent_base.errors import InputError, RunFailed
@@ -59,7 +60,7 @@ class Loop:
     ----------
     name : str, of the reel
     drive : FeedbackDrive
-    row : int, of the thread
+    owner : (str, int), family and index of the record that it drives
     start : float, s
     late : int, samples that were taken between that of a command and the command
     offset : float, s, from a sample to the next command
@@ -70,10 +71,10 @@ class Loop:
 
     def __init__(self, assembly: Assembly, name: str, drive: FeedbackDrive, number: int, start: float) -> None:
         self.name, self.drive, self.start = name, drive, start
-        self.row = next(
-            k
-            for part, (family, k) in assembly.names.items()
-            if family == "threads" and getattr(assembly.parts.get(part), "reel", None) == name
+        self.owner = next(
+            found
+            for part, found in assembly.names.items()
+            if found[0] in asked("reacts") and getattr(assembly.parts.get(part), "reel", None) == name
         )
         sensor = drive.sensor
         self.period = sensor.period
@@ -83,7 +84,7 @@ class Loop:
             self.offset = 0.0
         self.code = np.array(drive.program(f"{name}.drive").code)
         self.random = np.random.default_rng([sensor.seed, number])
-        self.bounds = (0.0, full_angle(assembly.model.threads[self.row]))
+        self.bounds = (0.0, full_angle(self.record(assembly.model)[0]))
         self.measured: list[Array] = []
         self.filtered: list[Array] = []
         self.commands = [Command(start, drive.angle, drive.rate, drive.rate)]
@@ -125,7 +126,12 @@ class Loop:
             if isinstance(size, str):
                 size = _size(size, self.units[-1], f"{self.name}.drive.sensor.noise.{name}")
             self.noise[k] = size
-        self.first = int(stepper.assembly.model.threads["first"][self.row])
+        self.first = int(self.record(stepper.assembly.model)["first"][0])
+
+    def record(self, model: Any) -> Array:
+        """The record that it drives, as one of (1,)."""
+        family, k = self.owner
+        return families.records(model, family)[k : k + 1]
 
     def sample(self, stepper: Stepper) -> None:
         """Measure and filter."""
@@ -273,7 +279,7 @@ def with_tables(assembly: Assembly, start: float, end: float) -> tuple[Assembly,
         times = loop.breaks(end)
         table = np.zeros(1 + times.size + _PIECE * (times.size - 1))
         table[0], table[1 : 1 + times.size] = times.size, times
-        row = model.threads[loop.row : loop.row + 1]
+        row = loop.record(model)
         row["first"], row["last"], row["law"] = place, place + table.size, 0
         place += table.size
         parameters.append(table)

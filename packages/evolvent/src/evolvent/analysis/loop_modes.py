@@ -18,8 +18,8 @@ from evolvent.analysis import feedback
 from evolvent.analysis.stepping import Stepper
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.blocks import is_of
-from evolvent.kernels import blocks as kinds, rigid, thread
+from evolvent.kernels import blocks as kinds, rigid
+from evolvent.model.registry import asked
 from evolvent_base.errors import InputError, RunFailed
 
 Array = np.ndarray
@@ -183,7 +183,7 @@ class _Plant:
     def _turning(self) -> tuple[Array, Array, float]:
         """Axis, a point on it, and rate of the steady turn of the spool's body."""
         self.stepper.place(self.y0)
-        row = self.model.bodies[int(self.model.threads["body"][self.loop.row])]
+        row = self.model.bodies[int(self.loop.record(self.model)["body"][0])]
         rate = float(np.linalg.norm(row["w"]))
         if rate == 0.0:
             return np.array([0.0, 0.0, 1.0]), np.zeros(3), 0.0
@@ -192,15 +192,15 @@ class _Plant:
 
     def _coordinates(self) -> tuple[Array, Array]:
         """Directions of the state that are free, as columns (ny, n), and what reads their parts of a state (n, ny)."""
-        model, found = self.model, []
+        model, found, ways = self.model, [], self._ways()
         for row, off in zip(model.blocks, kinds.idle(model, self.s0), strict=True):
             if off:
                 continue
             q, v, kind = int(row["iq"]), int(row["iv"]), int(row["kind"])
-            if kind not in (kinds.POSITION, kinds.ANGLE, kinds.SCALAR) or is_of(row, "beams"):
+            if kind not in (kinds.POSITION, kinds.ANGLE, kinds.SCALAR) or model.info.slender > 0:
                 raise InputError("modes of a closed loop are those of threads on a body that turns about an axis")
             own = np.eye(int(row["count"]))
-            fixed = row["switch"] != kinds.MOVES and model.threads["kind"][row["owner"]] == thread.INEXTENSIBLE
+            fixed = q in ways
             if fixed:  # directions, whose length stays
                 along = self.y0[q : q + 3]
                 own = np.linalg.svd(along[None])[2][1:]
@@ -213,19 +213,20 @@ class _Plant:
         basis = np.array(found).T
         return basis, np.linalg.pinv(basis)
 
+    def _ways(self) -> set[int]:
+        """First indices of coordinates that are directions."""
+        return {int(q) for directions in asked("directions").values() for q in directions(self.model)}
+
     def _back(self, y: Array, angle: float) -> Array:
         """A state turned back by an angle about the axis; angles of bodies stay."""
         c, s, u = math.cos(angle), math.sin(angle), self.axis
         cross = np.array([[0.0, -u[2], u[1]], [u[2], 0.0, -u[0]], [-u[1], u[0], 0.0]])
         R = c * np.eye(3) + s * cross + (1.0 - c) * np.outer(u, u)
-        found = y.copy()
+        found, ways = y.copy(), self._ways()
         for row in self.model.blocks:
             if row["kind"] == kinds.POSITION:
                 q, v = int(row["iq"]), int(row["iv"])
-                is_way = row["switch"] != kinds.MOVES and (
-                    self.model.threads["kind"][row["owner"]] == thread.INEXTENSIBLE
-                )
-                centre = 0.0 if is_way else self.centre
+                centre = 0.0 if q in ways else self.centre
                 found[q : q + 3] = R.T @ (y[q : q + 3] - centre) + centre
                 found[v : v + 3] = R.T @ y[v : v + 3]
         return found

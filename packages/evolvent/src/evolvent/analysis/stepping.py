@@ -13,10 +13,9 @@ from evolvent.analysis import feedback
 from evolvent.analysis.step_inputs import listed, of_case, with_inputs
 from evolvent.analysis.step_results import ResultAddress as ResultAddress, StepResults
 from evolvent.analysis.system import System
-from evolvent.assembly import needs
+from evolvent.assembly import families, needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations.rhs import rhs
-from evolvent.families.threads import is_open
 from evolvent.kernels import rigid
 from evolvent.parts.checks import number, positive, vector
 from evolvent.results.motion import quaternions
@@ -133,7 +132,7 @@ class Stepper:
     ) -> None:  # fmt: skip
         """Prepare the steps, close the loops of feedback, and look at the start."""
         method, times = self.method, np.array([self.time, self.until])
-        if is_open(assembly.model):
+        if families.reacts(assembly.model):
             feedback.method_of(assembly, method)
         assembly, loops = feedback.with_tables(assembly, self.time, self.until)
         if method in IMPLICIT:

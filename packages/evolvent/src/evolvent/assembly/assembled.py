@@ -37,7 +37,7 @@ class Assembly:
     parts : dict, name -> part, as the user wrote them
     expressions : dict, first index of its parameters -> the compiled function that runs it, and the text
     directions : Model, optional, that of explicit methods, where the model has positions as coordinates of threads with
-        segments of fixed length (`evolvent.solvers.common.fixed_lengths`)
+        segments of fixed length (`evolvent.solvers.common.coordinates`)
     shared : dict, what follows from the structure and was found for a variant of it, by name; None of a system that has
         no variants (`evolvent.assembly.variants`)
     touched : frozenset of str, arrays of the model in which it may differ from the first of its variants; None where it

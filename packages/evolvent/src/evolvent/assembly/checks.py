@@ -8,8 +8,8 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.constraints import family_of
 from evolvent.assembly.families import owner, row_owner
-from evolvent.equations.impulse import prepare
 from evolvent.kernels import constraint_rows
+from evolvent.kernels.impulse import prepare
 from evolvent.model.layout import CONSTRAINT
 from evolvent.model.registry import asked
 from evolvent_base.errors import InputError

@@ -35,6 +35,11 @@ def has_symmetric_stiffness(model: Model) -> bool:
     return all(kind.is_symmetric(model, found) for kind, found in own)
 
 
+def reacts(model: Model) -> bool:
+    """Whether a part of a model reacts to what is measured, by a loop that is not closed."""
+    return any(bool(np.any(mask(records(model, name)))) for name, mask in asked("reacts").items())
+
+
 def suit_adaptive_steps(model: Model) -> list[str]:
     """Why adaptive explicit steps suit the families of a model to which it matters, '' of those that they do not."""
     own = [(family.adaptive, family.records(model)) for family in families().values()]

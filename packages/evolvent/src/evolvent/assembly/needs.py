@@ -13,10 +13,9 @@ from numba import config
 
 from evolvent.compiled import jit, lookups
 from evolvent.compiled.codecache import Linked, names_in
-from evolvent.kernels import ancf_beams
 from evolvent.model import Model, has
 from evolvent.model.having import Condition
-from evolvent.model.registry import TABLES, families
+from evolvent.model.registry import TABLES, asked, families
 
 
 def has_explicit_forces(model: Model) -> bool:
@@ -49,14 +48,6 @@ def absent(model: Model) -> frozenset[str]:
     """
     declared = _declared(len(jit.functions()))
     return frozenset(name for condition, names in declared.items() if not has(model, condition) for name in names)
-
-
-#: Functions that call others by indices in records of elements, with the field of these.
-_BY_RECORD = {
-    ancf_beams.add_elements: "force",
-    ancf_beams.add_element_tangents: "tangent",
-    ancf_beams.beam_energies: "energy",
-}
 
 
 #: Tables of calls, which functions name that walk over the families of a model.
@@ -114,8 +105,10 @@ def needed(model: Model, roots: tuple[Any, ...], without: frozenset[str]) -> lis
         found = _reached(
             (*roots, *(one for table in tables for one in lookups.at_slots(getattr(model, table)))), without
         )
-    by_record = [field for caller, field in _BY_RECORD.items() if caller in found]
-    return [*found, *(one for field in by_record for one in lookups.at_slots(model.elements[field]))]
+    for name, callers in asked("calls").items():
+        fields = [field for caller, field in callers.items() if caller in found]
+        found = (*found, *(one for field in fields for one in lookups.at_slots(getattr(model, name)[field])))
+    return [*found]
 
 
 #: Number of functions that there were, what of them a model does not need, and what was loaded for it.

@@ -109,7 +109,9 @@ def stops(found: Mapping[str, Array]) -> set[float]:
 
 
 def totals(found: Mapping[str, Array]) -> dict[str, int]:
-    """Numbers of records of the model's `info`, by its fields; `ne` is that of all events."""
-    every = families().values()
-    sums = {field: int(count(found[f.name])) for f in every for field, count in f.totals.items()}
+    """Numbers of records of the model's `info`, by its fields, of all families together; `ne` is that of all events."""
+    sums = dict[str, int]()
+    for family in families().values():
+        for field, count in family.totals.items():
+            sums[field] = sums.get(field, 0) + int(count(found[family.name]))
     return sums | {"ne": sum(int(own.count(found[family.name])) for family, own in events())}

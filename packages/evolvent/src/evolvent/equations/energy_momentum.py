@@ -85,8 +85,7 @@ def move(model, work):
     for i in range(n_q):
         ym[i] = 0.5 * (y0[i] + y1[i])
     measure(1, model, work)
-    if model.threads.size > 0:
-        body_step.move_centres(c, filtered, model, work)
+    body_step.move_centres(c, filtered, model, work)
     for b in range(bodies.size):
         at = bodies[b].iv - n_q
         for i in range(3):

@@ -4,8 +4,8 @@ from numba import void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
 from evolvent.equations.rhs import set_state
-from evolvent.kernels import rigid, thread
-from evolvent.kernels.calls import energy_at, momentum_at
+from evolvent.kernels import rigid
+from evolvent.kernels.calls import energy_at, momentum_at, state_at
 from evolvent.model import ELASTIC, H_BODY, KINETIC, MODEL, P_ALL
 from evolvent.model.interval import state_interval
 from evolvent.model.powers import N_POWERS
@@ -31,8 +31,6 @@ def inventory(t, y, s, model, out):
     for i in range(N_POWERS):
         part[i] = 0.0
     rigid.kinematics(t, y, model)
-    if model.threads.size > 0:
-        thread.reels(t, y, s, model)
     set_state(t, -1.0, at)
     interval, calls = state_interval(at, y, F, F, F, part, s, y), model.explicit_energy_calls
     found = model.energies
@@ -48,5 +46,6 @@ def inventory(t, y, s, model, out):
         momentum_at(model, calls[k])(y, model, part)
     for c in range(3):
         out[P_ALL + c], out[H_BODY + c] = part[c], part[3 + c]
-    for p in range(model.threads.size):
-        thread.thread_inventory(y, s, model, p, out)
+    calls = model.add_sums_calls
+    for k in range(calls.size):
+        state_at(model, calls[k])(t, y, s, model, out)

@@ -6,9 +6,10 @@ from numba import types, void
 from evolvent.algebra.linalg import banded_ldl_solve
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.equations.between_steps import release_penalties
-from evolvent.equations.impulse import impulse, prepare
-from evolvent.kernels import constraint_rows, constraints, thread
+from evolvent.kernels import constraint_rows, constraints
 from evolvent.kernels.blocks import ROTATION, normalise
+from evolvent.kernels.calls import project_at
+from evolvent.kernels.impulse import impulse, prepare
 from evolvent.model import MODEL
 from evolvent.model.layout import CONSTRAINT
 
@@ -22,9 +23,7 @@ def is_corrected(model):
         found = found or model.constraints[k].until < np.inf
     for k in range(model.blocks.size):
         found = found or model.blocks[k].kind == ROTATION
-    for p in range(model.threads.size):
-        found = found or model.threads[p].kind == thread.INEXTENSIBLE
-    return found
+    return found or model.project_calls.size > 0
 
 
 @indirect(types.int64(REAL, VECTOR, INTEGERS, MODEL))
@@ -34,11 +33,10 @@ def project(t, y, s, model):
     Quaternions and tangents are normalised, rates made perpendicular to their tangents; constraints are drawn to
     their gap and rate along their own directions, weighted by the masses (which keeps momentum).
     """
-    threads = model.threads
     normalise(model.blocks, y)
-    for p in range(threads.size):
-        if threads[p].kind == thread.INEXTENSIBLE:
-            thread.project_chain(y, s, threads, p)
+    calls = model.project_calls
+    for k in range(calls.size):
+        project_at(model, calls[k])(y, s, model)
     changed = 0
     if constraint_rows.has_constraints(model):
         project_constraints(t, y, s, model)

@@ -5,7 +5,7 @@ import math
 from numba import void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import constraint_rows, points, rigid, thread
+from evolvent.kernels import constraint_rows, points, rigid
 from evolvent.kernels.calls import force_at
 from evolvent.kernels.loads import weight
 from evolvent.model import (
@@ -68,7 +68,10 @@ def rhs(t, y, s, model, dy):
     calls = model.explicit_rate_calls
     for k in range(calls.size):
         force_at(model, calls[k])(interval, model)
-    accelerate(t, y, s, model, powers, dy)
+    if not accelerate(t, y, s, model, powers, dy):
+        for i in range(y.size):
+            dy[i] = math.nan
+        return
     calls = model.explicit_end_calls
     for k in range(calls.size):
         force_at(model, calls[k])(interval, model)
@@ -93,9 +96,8 @@ def set_state(t, rub, at):
 
 @inlined
 def accelerate(t, y, s, model, powers, dy):
-    """Accelerations of bodies, points and threads of fixed segments under what has been applied; adds to powers."""
-    bodies, threads, nodes = model.bodies, model.threads, model.nodes
-    info, loaded = model.info, thread.is_loaded(model)
+    """Accelerations of bodies and points under what has been applied; adds to powers; False for redundant rows."""
+    bodies = model.bodies
     rigid.factorise(bodies)
     for b in range(bodies.size):
         rigid.respond(bodies, b, bodies[b].F, bodies[b].a)
@@ -104,22 +106,11 @@ def accelerate(t, y, s, model, powers, dy):
                 bodies[b].a[c] = bodies[b].along * bodies[b].direction[c]
     if model.rows.size > 0:
         if constraint_rows.build_rows(t, y, s, model) >= 0:
-            for i in range(y.size):
-                dy[i] = math.nan
-            return
-        constraint_rows.row_velocity_terms(t, y, s, model, loaded)
+            return False
+        constraint_rows.row_velocity_terms(t, y, s, model)
         constraint_rows.solve_rows(s, model, dy)
         powers[DRIVEN] += constraint_rows.driven_power(t, s, model)
-        for p in range(threads.size):
-            if threads[p].kind == thread.INEXTENSIBLE:
-                powers[SPOOLS] += thread.chain_rates(y, s, model, p, loaded, dy)
-                info.step = min(info.step, thread.boundary_step(s, threads, nodes, p))
-    if threads.size > 0:
-        thread.spring_spools(y, s, model, dy)
-        for p in range(threads.size):
-            if threads[p].kind == thread.MOVING:
-                powers[SPOOLS] += thread.moving_rates(y, p, model, dy)
-        powers[SPOOLS] += thread.carry_power(s, model)
     for b in range(bodies.size):
         powers[DRIVEN] += rigid.write_rates(y, bodies, b, dy)
     points.write_point_rates(y, model.points, dy)
+    return True

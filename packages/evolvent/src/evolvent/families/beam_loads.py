@@ -122,7 +122,7 @@ BEAM_LOADS = Family(
     uneven=_uneven,
     evaluate=evaluate,
     acts_on=_acts_on,
-    ramps=lambda found: found["start"] + found["ramp"],
+    stops=lambda model, *_: model.beam_loads["start"] + model.beam_loads["ramp"],
     inner=lambda found: int(np.sum(found["kind"] == FIELD)),
     end_ramps=_end_ramps,
     times=("start", "end"),

@@ -13,6 +13,7 @@ from evolvent.elements.thermal import thermal_form
 from evolvent.kernels import ancf, ancf_beams, beam_strains, calls, thermal
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS, beam_energies
 from evolvent.kernels.beam_strains import POINTS
+from evolvent.kernels.between import keep_lengths
 from evolvent.kernels.blocks import POSITION, SLOPE
 from evolvent.model.family import ENERGY, EVERY, Family, Kind, Records, record, where
 from evolvent.model.powers import MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
@@ -20,6 +21,8 @@ from evolvent.model.questions import AdjointSupport, Block, Coordinates, Lineari
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
+#: Stretch of a beam's axis beyond which Green's strain with a constant modulus is reported.
+GREEN = 0.05
 _3, _33 = (3,), (3, 3)
 
 
@@ -141,6 +144,52 @@ def _factored_masses(records: Records, masses: Sequence[Array]) -> Array:
     return np.concatenate(found)
 
 
+def _beyond_green(solution: Any) -> Iterator[str]:
+    """Sentences on beams whose axis is stretched by more than `GREEN` under Green's strain (`Family.limits`).
+
+    Notes
+    -----
+    A stretch x has Green's strain x + x^2/2 and the force E A (1 + x)(x + x^2/2), 3 x/2 above E A x.
+    """
+    model = solution.assembly.model
+    for name, (family, index) in solution.assembly.names.items():
+        if family != "beams":
+            continue
+        row = model.beams[index]
+        first, last = int(row["first_element"]), int(row["first_element"]) + int(row["elements"])
+        if np.all(model.elements["stretch"][first:last] != 0):
+            continue
+        vectors, nodes = NODE_VECTORS[row["kind"]], int(row["nodes"])
+        q = solution.y[:, int(row["iq"]) : int(row["iq"]) + 3 * vectors * nodes].reshape(-1, nodes, vectors, 3)
+        if vectors == 2:
+            stretch = np.linalg.norm(q[:, :, 1], axis=2) - 1.0
+        else:
+            chord = np.linalg.norm(np.diff(q[:, :, 0], axis=1), axis=2)
+            stretch = chord / model.elements["length"][first:last] - 1.0
+        size = np.abs(stretch) if vectors == 2 else np.maximum(stretch, 0.0)
+        if size.max() > GREEN:
+            n, k = np.unravel_index(int(size.argmax()), size.shape)
+            yield (
+                f"the axis of {name!r} is strained by {100.0 * stretch[n, k]:.3g} % at t = {solution.t[n]:.6g} s: by "
+                f"Green's strain its axial force is off by about {150.0 * abs(stretch[n, k]):.2g} %; use the "
+                f"formulation 'cable_stretch' or a Rod"
+            )
+
+
+@calls.kick
+def kick(y, s, model, dy):
+    """Velocities of all beams jump by dy."""
+    ancf_beams.kick_beams(y, model, dy)
+
+
+@calls.interpolate
+def interpolate(theta, y0, y1, model, y):
+    """Lengths between nodes lie on straight lines."""
+    beams = model.beams
+    for k in range(beams.size):
+        keep_lengths(theta, y0, y1, beams[k].iq, 3 * NODE_VECTORS[beams[k].kind], beams[k].nodes, 0.0, y)
+
+
 # beams; a node's coordinates stand together, node after node; first_node: number of the first among
 # the nodes of all beams and rods; paper: 1 where the damping is the paper's, which a turn of the whole feels; held:
 # 1 where rows of constraint act on its nodes; axes: rows x along, y and z of the root
@@ -176,7 +225,7 @@ BEAMS = Family(
     short_steps=lambda _: "beams are stiff",
     of_step=False,
     adjoint=AdjointSupport(
-        "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False,
+        "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False, cubic=True,
     ),
     unknowns=(Coordinates(_vectors, 10, lambda found: 6 * found.size, first=2.0),),
     uneven=never,
@@ -187,6 +236,10 @@ BEAMS = Family(
     heat=_heat,
     by_causes=True,
     scratch=lambda records, builder: {"masses": _factored_masses(records, builder.pools["M"])},
+    limits=_beyond_green,
+    nodal=lambda row: (int(row["nodes"]), NODE_VECTORS[row["kind"]], 3),
+    kick=kick,
+    interpolate=interpolate,
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod
@@ -329,4 +382,12 @@ ELEMENTS = Family(
     note_step=note_step,
     turning_tangent=turning_tangent,
     evaluate=False,
+    strained=lambda model: float(np.abs(model.U0[model.elements["form"]]).sum()),
+    totals={"slender": lambda found: found.size},
+    waves=lambda _: 1.0,
+    calls={
+        ancf_beams.add_elements: "force",
+        ancf_beams.add_element_tangents: "tangent",
+        ancf_beams.beam_energies: "energy",
+    },
 )  # fmt: skip

@@ -193,6 +193,14 @@ def turning(factor, spin, y, model, a):
             a[at + c] = factor * s / det
 
 
+@calls.kick
+def kick(y, s, model, dy):
+    """Velocities of all bodies jump by their twists a."""
+    bodies = model.bodies
+    for b in range(bodies.size):
+        rigid.kick(y, bodies, b, bodies[b].a)
+
+
 # path: 1 + kind of the drive (`kernels.drive`) that moves a driven body along `direction`, 0 for none; along: its
 # acceleration, m/s2; of thread that moves with the body (`kernels.thread.step`): carried (kg), moment, own
 # (inertia), and spin0, spin1, momentum by turning on spools at both ends of a step, body axes; torque: on a free
@@ -259,4 +267,5 @@ BODIES = Family(
     initial={"R": "R0", "x": "x0"},
     place=_place,
     turning=turning,
+    kick=kick,
 )  # fmt: skip

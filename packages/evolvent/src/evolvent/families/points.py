@@ -73,6 +73,12 @@ def _place(builder: Any, at: Any) -> Any:
     return builder.on_coordinates("points", at.row, row["iq"], row["iv"])
 
 
+@calls.kick
+def kick(y, s, model, dy):
+    """Velocities of all points jump by the impulses that their f hold."""
+    points.kick_points(y, model.points)
+
+
 # without mass: a node of a beam, whose coordinates it has
 POINTS = Family(
     "points",
@@ -108,4 +114,5 @@ POINTS = Family(
     turning_tangent=turning_tangent,
     points=_point,
     place=_place,
+    kick=kick,
 )  # fmt: skip

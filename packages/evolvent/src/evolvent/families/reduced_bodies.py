@@ -17,6 +17,8 @@ from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 from evolvent_base.errors import InputError, nearest
 
 Array = np.ndarray
+#: Share by which a rate or a rotation may change what the linear model has, before it is reported.
+_LINEAR = 0.01
 _3 = (3,)
 
 
@@ -98,6 +100,48 @@ def _place(builder: Any, at: Any) -> Any:
     return builder.on_body(builder.rows["reduced_bodies"][at.row]["first_body"] + 1 + number, (0.0, 0.0, 0.0))
 
 
+def _beyond_small(solution: Any) -> Iterator[str]:
+    """What reduced bodies have been made of, and those that turn too fast, or deform too much, for their linear models.
+
+    Notes
+    -----
+    What is left out of the stiffness is of the order of (rate/lowest frequency with a node held)^2, and displacements
+    are off by half the square of the rotations.
+    """
+    model = solution.assembly.model
+    for name, (family, index) in solution.assembly.names.items():
+        if family != "reduced_bodies":
+            continue
+        part = solution.assembly.parts[name]
+        if part.model.warning:
+            yield f"the model of {name!r} was made where {part.model.warning}"
+        row, axes = model.reduced_bodies[index], part.axes
+        iv = int(model.bodies["iv"][row["first_body"]])
+        rate = np.linalg.norm(solution.y[:, iv + 3 : iv + 6], axis=1)
+        share = (rate / axes.held) ** 2
+        if share.max() > _LINEAR:
+            k = int(share.argmax())
+            yield (
+                f"{name!r} turns at {rate[k]:.3g} rad/s at t = {solution.t[k]:.6g} s, {rate[k] / axes.held:.2g} of its "
+                f"lowest frequency with a node held: stiffening and loads by spin, which its linear model does not "
+                f"have, change it by about {100.0 * share[k]:.2g} %; use a Rod or a Beam"
+            )
+        q = solution.y[:, int(row["iq"]) :][:, : int(row["modes"])]
+        turns = (q @ axes.shapes[: 6 * int(row["nodes"])].T).reshape(len(q), -1, 6)[..., 3:]
+        largest = float(np.abs(turns).max(initial=0.0))
+        if 0.5 * largest**2 > _LINEAR:
+            yield (
+                f"{name!r} turns its nodes by {np.degrees(largest):.3g} deg against its frame: its displacements are "
+                f"off by about {50.0 * largest**2:.2g} %, since its model is linear; use a Rod or a Beam"
+            )
+
+
+@calls.kick
+def kick(y, s, model, dy):
+    """Rates of modal coordinates jump by dy."""
+    reduced.kick_modes(y, model, dy)
+
+
 # reduced flexible bodies: the bodies from first_body on are the frame and the interface nodes; modes, first_mode:
 # of the modal coordinates at iq, iv; mass: of each of them
 REDUCED_BODIES = Family(
@@ -137,8 +181,10 @@ REDUCED_BODIES = Family(
     bound=_bound,
     evaluate=evaluate,
     sizes=_sizes,
+    limits=_beyond_small,
     points=_points,
     place=_place,
+    kick=kick,
 )  # fmt: skip
 
 

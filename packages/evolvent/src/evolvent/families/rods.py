@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.families import rod_limits
 from evolvent.families.bodies import node_point
 from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent, thermal
 from evolvent.kernels.blocks import SCALAR
@@ -29,6 +30,8 @@ from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
+#: Strain of a rod that is round-off: it is the difference of positions beside the length of an element.
+_ROUND_OFF = 1e-10
 _3, _33, _6, _66 = (3,), (3, 3), (6,), (6, 6)
 
 
@@ -193,6 +196,23 @@ def _paid_out(model: Any, rate: Callable[[Any], float]) -> float:
     return float(sum(0.5 * row["density"] * row["length"] * rate(row) ** 2 for row in paid))
 
 
+def _stretched(model: Any) -> float:
+    own = model.rod_elements
+    return 0.5 * _ROUND_OFF**2 * float(np.sum(own["length"] * own["stiffness"][:, 0, 0]))
+
+
+@calls.note_part
+def note_part(theta, t, h, model):
+    """Lengths that are out at a sample, beside those at the ends of its step."""
+    rod_payout.note_lengths(theta, t, h, model)
+
+
+@calls.interpolate
+def interpolate(theta, y0, y1, model, y):
+    """Chords of elements lie on straight lines."""
+    rod_strains.keep_chords(theta, y0, y1, model, y)
+
+
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
 # tape: 1 + tape of which the section flattens, or 0; payout: 1 where the length that is out follows a drive
 # (`kernels.rod_payout`): density and gyration, mass and inertia per length; out, rate, acceleration: of the length;
@@ -254,6 +274,18 @@ RODS = Family(
     heat=_heat,
     by_causes=True,
     paid_out=_paid_out,
+    check_run=rod_limits.check_lengths,
+    freeze=rod_limits.freeze,
+    place_at=rod_limits.lengthen,
+    hint=rod_limits.bending_hint,
+    limits=rod_limits.beyond_tension,
+    nodal=lambda row: (int(row["elements"]) + 1, 6),
+    axes=lambda model: map(_nodes, model.rods),
+    round_off=_stretched,
+    waves=lambda _: 1.0,
+    totals={"slender": lambda found: found.size},
+    note_part=note_part,
+    interpolate=interpolate,
 )  # fmt: skip
 
 

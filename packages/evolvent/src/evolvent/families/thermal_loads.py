@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from evolvent.kernels import calls, thermal
+from evolvent.kernels import calls, rigid, rod, thermal
 from evolvent.model import zeros
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.questions import never
@@ -35,6 +37,32 @@ def tangent(interval, model, matrix):
 def evaluate_last(interval, model):
     """What strain energies change by, less the free strains, and works of these; after beams and rods."""
     thermal.evaluate_energies(int(interval.step.sample), interval.ym, model)
+
+
+def _less_free_strain(model: Any, t: Array, y: Array, factor: Array | float, balance: Any) -> Any:
+    """A balance with the strain energies of heated parts, and the work of loads by which they change.
+
+    The solvers treat thermal strain as loads and take strain energies of the total strain. The strain energy of the
+    total strain less the free one differs from that by `kernels.thermal.evaluate_energies`; the work of loads since the
+    start differs by its change.
+    """
+    loads = model.thermal_loads
+    if not loads.size:
+        return balance
+    found, y, elastic = balance.copy(), np.ascontiguousarray(y), np.zeros(t.size)
+    heats_rods = bool(np.any(loads["rod"] >= 0))
+    for k, scale in enumerate(np.resize(factor, t.size)):
+        thermal.heat_beams(t[k], scale, model)
+        if heats_rods:
+            thermal.heat_rods(t[k], t[k], scale, model)
+            rigid.kinematics(t[k], y[k], model)
+            rod.evaluate_rods(model, model.sums[1])
+        thermal.evaluate_energies(k, y[k], model)
+        elastic[k] = loads["elastic"].sum()
+        found["bending"][k] += loads["bending"].sum()
+    found["elastic"] += elastic
+    found["loads"] += elastic - elastic[:1]
+    return found
 
 
 # temperatures of a beam or a rod, the other is -1 (`kernels.thermal`): indices of profiles among the parameters, or
@@ -74,4 +102,5 @@ THERMAL_LOADS = Family(
     uneven=never,
     evaluate=False,
     evaluate_last=evaluate_last,
+    rebalance=_less_free_strain,
 )  # fmt: skip

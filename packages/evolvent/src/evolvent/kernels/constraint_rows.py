@@ -141,10 +141,10 @@ def build_rows(t, y, s, model):
     return banded_ldl(A, rows.size, width)
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.boolean))
-def row_velocity_terms(t, y, s, model, loaded):
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL))
+def row_velocity_terms(t, y, s, model):
     """What the rows' accelerations need without any force: into rx (and rhs of the chains); after `build_rows`."""
-    rows = model.rows
+    rows, loaded = model.rows, chain.is_loaded(model)
     for r in range(rows.size):
         k = rows[r].index
         if rows[r].kind == THREAD:

@@ -13,9 +13,11 @@ from evolvent.model.questions import (
     AdjointSupport,
     Bound,
     Coordinates,
+    Equations,
     Felt,
     Law,
     LinearizedPoint,
+    Positions,
     Records as Records,
 )
 from evolvent.model.shares import Rule, Shares
@@ -178,7 +180,7 @@ class Family:
     by_causes : whether the accounts of explicit methods tell apart what dissipates energy in a model with its records
     rubs : function of its records to those with friction that slips under explicit methods; None for none
     times : fields that hold times at which a record starts or ceases to act, on which solvers land
-    totals : numbers of its records that are fields of the model's `info`, functions of the records by the field
+    totals : numbers of its records that are added up in fields of the model's `info`, functions of the records by field
     offsets : fields that hold indices of velocities in the state, -1 for none, which parts count from the first one
     initial : fields of the record with what its scratch fields are at the start, by these
     scratch : function of `Records` and the builder to arrays of the model that its records need, whether there are some
@@ -230,6 +232,21 @@ class Family:
         row_note results at a sample, by the multiplier
     coupled_energy : at the end of a step of energy-momentum, of penalties and of what acts on coordinates, J
     contact_set : goes on with a number that encodes which records touch or slip, and in which sense
+    change_values : values of its events by which records change, into those of all, in the order of `Events.order`; one
+        fires where its value is not negative
+    apply_change : carries out an event: 1 where the run is to stop there, 0, -1 where it cannot be carried out, 2 where
+        it is another family's; the values of those that are carried out with it become infinite
+    longest_step : until its records need the end of a step, s
+    until_change : part of a step of implicit methods, (length, y at its start and its end, s), at which the first of
+        its events falls; is_due : whether one is due in a state
+    lock : masses of its records before impulses, after `kinematics`
+    kick : velocities of its records jump, as impulses say
+    project : brings the coordinates of its records back onto their constraints
+    add_sums : energies and momenta of a state of an explicit method into the sums of `equations.inventory`, where
+        `energy` and `momentum` do not have them
+    note_part : of a sample between the ends of a step, (part, start, length), before its state is interpolated
+    interpolate : moves in a state between those of the ends of a step, (part, y0, y1), what lies on lines of its own;
+        between : the same of a sample, (part, start, length, y0, y1), where it needs the time as well
     apply : torques on coordinates at their last evaluation, (t, share, kept, y, s, model) as of
         `kernels.coordinate.add_applied`; returns energy (J), and the powers that it takes and gives (W);
         apply_tangent : its derivatives, between different coordinates or into `motor_slope` and `motor_damper` of each
@@ -259,7 +276,43 @@ class Family:
     settle : notes in a model the state at rest as that at the end of a step
     bending : function of the model after its last forces and of the state to the strain energy of bending, J
     rubbed : function of its records to indices of the state, what friction has taken in an explicit run
-    ramps : function of its records to times, s, beside those of the model (`breaks`), at which forces change
+    stops : function of the model and of the start and the end of a run to times, s, beside those of the model
+        (`breaks`), at which forces change or events fall due
+    check_run : function of the assembly and of times over a run up to its end, s, which refuses drives that leave what
+        its parts have
+    freeze : function of the model and a time to the model in which what its drives change the length of has that of the
+        time
+    place_at : function of the assembly, a time, the state, the switches and whether the state is given, which sets in
+        them for statics what follows from the drives then; nodes of a given state stay where they are
+    positions : function of the model to what differs (`Positions`) in one with positions as coordinates, as implicit
+        methods have; None where nothing does
+    hold : function of a time, the state, the switches and the model, in which constraints hold as they do then
+    multipliers : function of the right-hand side of explicit methods, the assembly and times, states, switches and
+        multipliers of samples, of which it writes those that follow from a state, not from a step
+    releases : function of the assembly and `Equations` to what carries out events by which the number of its moving
+        nodes changes between the steps of implicit methods; see `families.threads.releases.Releases`
+    captures : function of a solution to events of its records that bring something to rest: record, time and duration,
+        s, and what the record does
+    rebalance : function of the model, times, states, load factors and energy balances to these as they are with what
+        solvers leave out of energies
+    hint : function of the model and a state to records that may be why a run fails, and a half sentence on each, in
+        which `{name}` stands for the part
+    limits : function of a solution to sentences on where its states leave the range in which its records hold
+    calls : functions that call others by slots in its records, with the fields of these
+    warn : function of a solution to sentences on what its records do in it that they are not meant to
+    reacts : function of its records to those that react to what is measured, by loops that runs close
+    directions : function of the model to first indices of coordinates that are directions, whose length stays
+    flows : function of the model to indices of velocities of what material flows through at rest
+    nodal : function of a record to the shape of its velocities by nodes: their number, then of one node's
+    unsteady : function of the model, and whether it is in an orbital frame, to records that do not support that, or a
+        steady turn, and a sentence on each, in which `{name}` stands for the part
+    taut : function of its records to those so stiff that little lengths are large forces
+    waves : function of its records, along which waves run far faster than the motion, to the part of the longest stable
+        explicit step that is short enough, at most that of the method
+    axes : function of the model to the bodies that are nodes along an axis, whose slope their turns follow but for
+        shear, part by part
+    strained : function of the model to energies of which its strain energy is the difference, J
+    round_off : function of the model to the energy whose round-off steps do not resolve, J
     inner : function of its records to how many inner unknowns they need in the matrix of an implicit method
     presses : function of the model to a mask of its contacts that touch
     no_balance : function of the model after its last forces, the time and the state to records that are in no
@@ -377,6 +430,18 @@ class Family:
     keep_rates: Call = None
     friction_power: Call = None
     end_friction: Call = None
+    change_values: Call = None
+    apply_change: Call = None
+    longest_step: Call = None
+    until_change: Call = None
+    is_due: Call = None
+    lock: Call = None
+    kick: Call = None
+    project: Call = None
+    add_sums: Call = None
+    note_part: Call = None
+    interpolate: Call = None
+    between: Call = None
     turning: Call = None
     turning_tangent: Call = None
     prepare_sample: Call = None
@@ -398,7 +463,30 @@ class Family:
     settle: Callable[[Any, Array], None] | None = None
     bending: Callable[[Any, Array], float] | None = None
     rubbed: Callable[[Array], Iterator[Array]] | None = None
-    ramps: Callable[[Array], Array] | None = None
+    stops: Callable[[Any, float, float], Array] | None = None
+    check_run: Callable[[Any, Array], None] | None = None
+    freeze: Callable[[Any, float], Any] | None = None
+    place_at: Callable[[Any, float, Array, Array, bool], None] | None = None
+    positions: Callable[[Any], Positions | None] | None = None
+    hold: Callable[[float, Array, Array, Any], None] | None = None
+    multipliers: Callable[..., None] | None = None
+    releases: Callable[[Any, Equations], Any] | None = None
+    captures: Callable[[Any], Iterator[tuple[int, float, float, str]]] | None = None
+    rebalance: Callable[[Any, Array, Array, Any, Any], Any] | None = None
+    hint: Callable[[Any, Array], Iterator[tuple[int, str]]] | None = None
+    limits: Callable[[Any], Iterator[str]] | None = None
+    calls: Mapping[Any, str] | None = None
+    warn: Callable[[Any], Iterator[str]] | None = None
+    reacts: Callable[[Array], Array] | None = None
+    directions: Callable[[Any], Array] | None = None
+    flows: Callable[[Any], Array] | None = None
+    nodal: Callable[[Any], tuple[int, ...]] | None = None
+    unsteady: Callable[[Any, bool], Iterator[tuple[int, str]]] | None = None
+    taut: Callable[[Array], Array] | None = None
+    waves: Callable[[Array], float] | None = None
+    axes: Callable[[Any], Iterator[Array]] | None = None
+    strained: Callable[[Any], float] | None = None
+    round_off: Callable[[Any], float] | None = None
     inner: Callable[[Array], int] | None = None
     touches: Callable[[Any], Iterator[Iterable[End]]] | None = None
     is_layered: Callable[[Array], Array] | None = None

@@ -11,6 +11,8 @@ import numpy as np
 Array = np.ndarray
 #: Kind of rows of constraint that have a multiplier under all methods.
 CONSTRAINT = 1
+#: An event that is always due (`Events.due`) fires from this value on: of a node on its spool, the part of a segment.
+DUE = -1e-10
 #: What happens where a latch locks.
 LATCHED = "latched"
 #: Count of each record: one for all, or a function of the records to (n,) int.

@@ -59,6 +59,42 @@ class Coordinates:
     first: float = 0.0
 
 
+class Positions(NamedTuple):
+    """A model with positions as coordinates, where explicit methods have others.
+
+    Attributes
+    ----------
+    records, added : by family, those that differ, and constraints that stand behind those of the model
+    owners : records whose parts own the constraints
+    write : function of a time, a state, its switches and the model of explicit methods, which writes positions and
+        velocities in place of their coordinates
+    count : function of that model, a time and switches, which counts there the nodes that move then
+    refused : str, what does not support redundant constraints, and what to do; `{name}` stands for the first owner
+    """
+
+    records: Mapping[str, Array]
+    added: Mapping[str, Array]
+    owners: list[int]
+    write: Callable[[float, Array, Array, Any], None]
+    count: Callable[[Any, float, Array], None]
+    refused: str
+
+
+class Equations(NamedTuple):
+    """Functions of the equations of explicit methods, for what carries out events (`Family.releases`).
+
+    Attributes
+    ----------
+    event_values, apply_event, rhs : of `evolvent.equations.events` and `evolvent.equations.rhs`
+    load : function of a model and of such functions, which loads them
+    """
+
+    event_values: Callable[..., None]
+    apply_event: Callable[..., int]
+    rhs: Callable[..., None]
+    load: Callable[..., None]
+
+
 class LinearizedPoint(NamedTuple):
     """A point, and the linear maps from the displacements u (nv,) of the velocities' coordinates to its motion.
 
@@ -123,7 +159,7 @@ class Law:
     kind : str, of `compiled.laws.RETURNS`; one of time alone is a `DRIVE`
     which : function of the records to a mask of those that call one
     arguments : function of the model, the index of a record and a moment to the arguments of each call, but for the
-        parameters, after `equations.impulse.prepare`; with True as the fourth argument at all places, else at one of
+        parameters, after `kernels.impulse.prepare`; with True as the fourth argument at all places, else at one of
         them; not asked of a drive
     field : str, of the record, with the number of the law
     before : str, of the fields `first` and `last` with the range of the law's parameters
@@ -167,9 +203,12 @@ class AdjointSupport:
     timed : whether its forces or constraints are functions of time: for all of its records, or a mask of them
     filtered : str, what energy-momentum filters over two steps, which has no adjoint; "" for nothing
     refused : half sentences on records that are not supported, to a function of the records to a mask of these
+    cubic : whether its forces are cubic in its coordinates, so that wide differences of the fourth order are exact,
+        beside which nothing may happen at once
     """
 
     reason: str
     timed: bool | Callable[[Array], Array] = True
     filtered: str = ""
     refused: Mapping[str, Callable[[Array], Array]] = dataclasses.field(default_factory=dict)
+    cubic: bool = False

@@ -28,18 +28,19 @@ _3, _6 = (3,), (6,)
 #: constraints under explicit methods; iq and iv are indices of coordinates and velocities in the state, -1 for none.
 OWN_RECORDS: dict[str, np.dtype] = {
     # sizes of the parts of the state, number of events, bandwidth of the rows, number of joints by penalties and of
-    # spools that friction can hold; step: a bound for fixed steps, s; redundant: 1 where joints have a `slack`; exact:
-    # 1 where the residual leaves that out (`solvers.time.implicit.least_norm`); checks, over: see `kernels.law_means`;
-    # rubbed: index of the account of what friction of contacts takes under explicit methods, which the bristles
-    # follow; -1 where nothing has friction; stepping: 1 while an explicit method steps, whose frictions go on from the
-    # start of the step; outside: 1 where something at all times ties the system to bodies that are not free, open:
-    # where forces act from outside (`assembly.ends`). So has a record of joints, contact_surfaces and body_contacts
-    # that does so when it acts. generalized: 1 where under explicit methods forces act on coordinates (`F`, `P`), not
-    # on bodies and points alone; causes: 1 where losses by their causes are among the accounts, as with beams or rods;
-    # reactive: records whose friction depends on multipliers
+    # spools that friction can hold, of events by which the number of moving nodes changes (the first ones), of records
+    # that go slack or stick at once, of elements of beams and of rods; step: a bound for fixed steps, s; redundant: 1
+    # where joints have a `slack`; exact: 1 where the residual leaves that out (`solvers.time.implicit.least_norm`);
+    # checks, over: see `kernels.law_means`; rubbed: index of the account of what friction of contacts takes under
+    # explicit methods, which the bristles follow; -1 where nothing has friction; stepping: 1 while an explicit method
+    # steps, whose frictions go on from the start of the step; outside: 1 where something at all times ties the system
+    # to bodies that are not free, open: where forces act from outside (`assembly.ends`). So has a record of joints,
+    # contact_surfaces and body_contacts that does so when it acts. generalized: 1 where under explicit methods forces
+    # act on coordinates (`F`, `P`), not on bodies and points alone; causes: 1 where losses by their causes are among
+    # the accounts, as with beams or rods; reactive: records whose friction depends on multipliers
     "info": _record(
-        "nq nv ny ns ne bandwidth penalties brakes redundant exact rubbed stepping outside open checks causes "
-        "generalized reactive",
+        "nq nv ny ns ne bandwidth penalties brakes releases abrupt slender redundant exact rubbed stepping outside "
+        "open checks causes generalized reactive",
         "gravity",
         "step compliance over",
         gravity=_3,

@@ -151,6 +151,17 @@ def forget_steps(model: Any) -> None:
         forget(model)
 
 
+def cubic(model: Any) -> str:
+    """Name of the first family of a model whose forces are cubic (`AdjointSupport.cubic`), '' for none."""
+    own = ((name, support) for name, support in asked("adjoint").items() if support.cubic)
+    return next((name for name, _ in own if families()[name].records(model).size), "")
+
+
+def along_axes(model: Any) -> list[Array]:
+    """Bodies that are nodes along an axis, part by part."""
+    return [np.array(nodes) for axes in asked("axes").values() for nodes in axes(model)]
+
+
 @functools.cache
 def events() -> tuple[tuple[Family, Events], ...]:
     """Events of all families, in the order of their numbers."""
@@ -189,8 +200,10 @@ def asked(question: str) -> Mapping[str, Any]:
 
 #: Orders between which events of other distributions lie: those of users before, latches behind.
 _WATCHED = 1.0, 2.0
-#: Questions whose answers are compiled functions.
-QUESTIONS = tuple(field.name for field in dataclasses.fields(Family) if field.type == "Call")
+#: Functions that families call of the equations, which stand above them, by their modules.
+_EQUATIONS = {"rhs": "evolvent.equations.rhs", "inventory": "evolvent.equations.inventory"}
+#: Questions whose answers are compiled functions, and what families call of the equations.
+QUESTIONS = (*(field.name for field in dataclasses.fields(Family) if field.type == "Call"), *_EQUATIONS)
 
 
 #: Tables of calls: of questions, and of the groups of events.
@@ -218,7 +231,10 @@ def _slots(question: str, present: Collection[str]) -> Array:
 def _tables(present: tuple[str, ...], rub: tuple[str, ...]) -> dict[str, Array]:
     """Tables of calls of models with records of some families, and with frictions of some."""
     asked_of = dict.fromkeys(QUESTIONS, present) | {"until_turn": rub}
-    return {f"{question}_calls": _slots(question, of) for question, of in asked_of.items()}
+    found = {question: _slots(question, of) for question, of in asked_of.items() if question not in _EQUATIONS}
+    for name, module in _EQUATIONS.items():
+        found[name] = np.array([lookups.slot(getattr(importlib.import_module(module), name))])
+    return {f"{name}_calls": slots for name, slots in found.items()}
 
 
 def calls_of(model: Mapping[str, Any]) -> dict[str, Array]:

@@ -49,7 +49,7 @@ class AtRest:
     mechanism: Mechanism | None
     shares: list[Share]
     tables: list[Table]
-    reels: dict[str, int]
+    reels: dict[str, Any]
     opened: str = ""
 
     def results(self, solution: Solution | None = None, *, title: str = "", case: str = "") -> MarginResults:
@@ -79,8 +79,10 @@ class AtRest:
             ]
             remarks += [f"{one.name!r} is held throughout the run, which has no margin along it" for one in stay]
         still: list[Table | None] = [*self.tables, *([None] * len(self.reels))]
-        for name, row in self.reels.items():
-            found = None if solution is None else reels.along_run(self.assembly, name, row, self.keys, solution, known)
+        for name, thread in self.reels.items():
+            found = (
+                None if solution is None else reels.along_run(self.assembly, name, thread, self.keys, solution, known)
+            )
             if found is not None:
                 lines.refuse_unstated(found.coordinate, _given(found), self.standard)
             moving.append(found)

@@ -43,7 +43,7 @@ from evolvent.kernels.blocks import displace
 from evolvent.model.powers import N_POWERS
 from evolvent.model.registry import forget_steps, motions, motions_of
 from evolvent.model.shares import Elastic as ElasticShares, Tie
-from evolvent.solvers.common.still_threads import at_time
+from evolvent.solvers.common.standing import at_time
 from evolvent.solvers.static import equilibrium
 from evolvent_base.errors import InputError
 
@@ -217,7 +217,7 @@ class Mechanism:
     def at_rest(self, t: float) -> Position:
         """The mechanism at a time (s), where the system starts, without rates."""
         assembly, y = self.assembly, None
-        if self.bare.threads.size:
+        if self.bare.info.releases:
             assembly, y = at_time(assembly, None, t)
         self._switch(assembly.s)
         y = np.array(assembly.y if y is None else y)

@@ -7,7 +7,7 @@ spin and under gravity.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,9 +16,11 @@ from evolvent.analysis.margins.keys import Margin, MarginLine
 from evolvent.analysis.margins.lines import MarginCoordinate, specified_acceleration
 from evolvent.analysis.margins.shares import Share, with_keys
 from evolvent.analysis.margins.tables import Table
+from evolvent.assembly.families import records
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.profile import profile
 from evolvent.model.shares import DAMPING, FRICTION, INERTIA, MOTOR
+from evolvent.parts.thread import Thread
 from evolvent.results.observe import observe
 from evolvent_base.errors import InputError
 
@@ -31,17 +33,14 @@ Array = np.ndarray
 _STILL = 1e-9
 
 
-def names_of(assembly: Assembly) -> dict[str, int]:
-    """Reels with a thread, and the rows of their threads."""
-    return {
-        part.reel: assembly.names[name][1]
-        for name, part in assembly.parts.items()
-        if name in assembly.names and assembly.names[name][0] == "threads"
-    }
+def names_of(assembly: Assembly) -> dict[str, Any]:
+    """Reels with a thread, and the records of their threads."""
+    own = ((part.reel, assembly.names[name]) for name, part in assembly.parts.items() if isinstance(part, Thread))
+    return {reel: records(assembly.model, family)[k] for reel, (family, k) in own}
 
 
-def asked_of(assembly: Assembly, keys: Margin) -> dict[str, int]:
-    """Reels that have a margin, and the rows of their threads.
+def asked_of(assembly: Assembly, keys: Margin) -> dict[str, Any]:
+    """Reels that have a margin, and the records of their threads.
 
     Raises
     ------
@@ -49,11 +48,11 @@ def asked_of(assembly: Assembly, keys: Margin) -> dict[str, int]:
         For a driven spool without the torque of its motor, and a free one with another motor.
     """
     found = {}
-    for name, row in names_of(assembly).items():
+    for name, thread in names_of(assembly).items():
         line = keys.lines.get(name, MarginLine())
         if line.leave_out:
             continue
-        free = assembly.model.threads["drive"][row] == FREE_SPOOL
+        free = thread["drive"] == FREE_SPOOL
         if not free and line.torque is None:
             raise InputError(
                 f"the spool of {name!r} follows a drive, whose motor the case does not describe; give "
@@ -64,21 +63,21 @@ def asked_of(assembly: Assembly, keys: Margin) -> dict[str, int]:
             raise InputError(
                 f"margin.lines.{name}.torque is given, but the spool is free and has its own motor; leave it out"
             )
-        found[name] = row
+        found[name] = thread
     return found
 
 
 def along_run(
-    assembly: Assembly, name: str, row: int, keys: Margin, solution: Solution, known: tuple[Standard, str]
+    assembly: Assembly, name: str, thread: Any, keys: Margin, solution: Solution, known: tuple[Standard, str]
 ) -> Table | None:
     """The table of a reel along a run; None where its spool does not turn.
 
     Parameters
     ----------
-    name, row : the reel, and the row of its thread
+    name, thread : the reel, and the record of its thread
     known : the table of factors, and the evidence of what has no own
     """
-    line, thread = keys.lines.get(name, MarginLine()), assembly.model.threads[row]
+    line = keys.lines.get(name, MarginLine())
     own = {key: np.asarray(v.values) for key, v in observe(solution, [name])[name].variables.items()}
     angle, rate = own["angle"], own["rate"]
     turn = float(angle[-1] - angle[0])

@@ -21,7 +21,7 @@ from evolvent.model import RECORDS, RESULTS
 from evolvent.results.motion import rotation_matrices
 from evolvent.results.observe.variables import cross, turned
 from evolvent.solvers.common.solution import Solution
-from evolvent.solvers.common.still_threads import end_ramps
+from evolvent.solvers.common.standing import end_ramps
 from evolvent.solvers.time.explicit.plan import METHODS
 
 Array = np.ndarray

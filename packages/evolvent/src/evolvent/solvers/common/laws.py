@@ -14,7 +14,7 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.compiled import laws
-from evolvent.equations.impulse import prepare
+from evolvent.kernels.impulse import prepare
 from evolvent.model import Model
 from evolvent.model.questions import EVENT, Law, Moment
 from evolvent.model.registry import families

@@ -11,8 +11,8 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.assembly.needs import has_explicit_forces
+from evolvent.model.registry import asked
 from evolvent.solvers.common import balance as eb
-from evolvent.solvers.common.heating import less_free_strain
 from evolvent.solvers.common.observations import Observations, momenta_of, observe, sums_of
 from evolvent.solvers.common.sampled import (
     Momentum,
@@ -24,7 +24,7 @@ from evolvent.solvers.common.sampled import (
     evaluate,
     momentum_of,
 )
-from evolvent.solvers.common.still_threads import stand_still
+from evolvent.solvers.common.standing import stand_still
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
@@ -145,7 +145,7 @@ class Solution:
     @functools.cached_property
     def sums(self) -> Array:
         """(nt, N_INVENTORY) energies and momenta at the samples (see `evolvent.equations.inventory`)."""
-        if self.assembly.model.threads.size:
+        if self.assembly.model.info.releases:
             return self.observations.inventory
         return sums_of(self.model, self.t, self.y, self.s)
 
@@ -175,7 +175,9 @@ class Solution:
         model = self.assembly.model
         of_run = self.sampled if self.kept is None and self._is_split else self.kept
         found = of_run.balance if of_run is not None else balances(model, self.y, self.sums)
-        return less_free_strain(model, self.t, self.y, 1.0 if self.path is None else self.path.factor, found)
+        for rebalance in asked("rebalance").values():
+            found = rebalance(model, self.t, self.y, 1.0 if self.path is None else self.path.factor, found)
+        return found
 
     @property
     def _is_split(self) -> bool:
@@ -230,7 +232,7 @@ class Solution:
         model = self.assembly.model
         if self.kept is not None and self.kept.momenta is not None:
             return momentum_of(model, self.y, self.kept.momenta[:, :3], self.kept.momenta[:, 3:])
-        if self.kept is not None and not model.threads.size:  # without the functions of explicit methods
+        if self.kept is not None and not model.info.releases:  # without the functions of explicit methods
             return momentum_of(model, self.y, *momenta_of(model, self.t, self.y))
         return momentum_of(model, self.y, self.sums[:, mdl.P_ALL : mdl.P_ALL + 3], angular_momentum(self.sums))
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.model.questions import LinearizedPoint
-from evolvent.solvers.modal.positions import find_moving
+from evolvent.solvers.modal.positions import find_moving, nodal
 from evolvent_base.errors import InputError, nearest
 
 Array = np.ndarray
@@ -147,10 +147,9 @@ def _refuse_point(
     """Raise InputError for a name whose point is not known."""
     part, _, node = where.partition("[")
     row = assembly.names.get(part)
-    if row is not None and row[0] in ("beams", "rods"):
-        model = assembly.model
-        last = int(model.beams["nodes"][row[1]]) - 1 if row[0] == "beams" else int(model.rods["elements"][row[1]])
-        ends = f"'{part}.root', '{part}.tip' or '{part}[0]' to '{part}[{last}]'"
+    own = None if f"{part}.root" not in known or row is None else nodal(assembly, part)
+    if row is not None and own is not None:
+        ends = f"'{part}.root', '{part}.tip' or '{part}[0]' to '{part}[{own[0] - 1}]'"
         raise InputError(f"{kind} holds {name!r}; a point of the {row[0][:-1]} {part!r} is {ends}")
     if row is not None and not node:
         find_moving(assembly, part)

@@ -13,15 +13,13 @@ import scipy.sparse as sparse
 
 from evolvent.algebra.subspaces import constrained
 from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.families import bodies_of
 from evolvent.assembly.references import split_reference
-from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.blocks import displace
 from evolvent.model.questions import LinearizedPoint
 from evolvent.parts.checks import positive, vector
 from evolvent.solvers.common.limits import limitation_of
 from evolvent.solvers.common.solution import Solution
-from evolvent.solvers.modal.positions import find_moving, linearized_points, moving, rigid_motions
+from evolvent.solvers.modal.positions import find_moving, linearized_points, moving, nodal, rigid_motions
 from evolvent.solvers.time.implicit.setup import sizes
 from evolvent_base.errors import InputError
 
@@ -161,33 +159,29 @@ class Modes:
         if name in known:
             displacement, rotation = (self._mapped([known[name]], which)[:, 0] for which in (0, 1))
             shape = self.shape[:, known[name].where]
-            if self.assembly.names[split_reference(name)[0]][0] == "beams":  # one of its nodes
-                shape = shape.reshape(len(shape), -1, 3)
+            own = nodal(self.assembly, split_reference(name)[0])
+            if own is not None:  # one of its nodes
+                shape = shape.reshape(len(shape), *own[1:])
             return PartModes(name, shape, displacement, None if known[name].rotation is None else rotation)
-        family, index, where = find_moving(self.assembly, name)
-        if family == "threads":
-            shape = self.shape[:, where].reshape(len(self.shape), -1, 3)
-            return PartModes(name, shape, shape, None)
-        if family == "rods":
-            count = len(bodies_of(self.assembly.model, family, index))
-            nodes = [known[f"{name}[{i}]"] for i in range(count)]
-            shape = self.shape[:, where].reshape(len(self.shape), count, 6)
-            return PartModes(name, shape, self._mapped(nodes, 0), self._mapped(nodes, 1))
-        row = self.assembly.model.beams[index]
-        nodes = [known[f"{name}[{i}]"] for i in range(int(row["nodes"]))]
-        shape = self.shape[:, where].reshape(len(self.shape), len(nodes), NODE_VECTORS[row["kind"]], 3)
-        return PartModes(name, shape, self._mapped(nodes, 0), self._mapped(nodes, 1))
+        *_, where = find_moving(self.assembly, name)
+        own = nodal(self.assembly, name)
+        if own is None:
+            raise InputError(f"{name!r} has no points")
+        shape = self.shape[:, where].reshape(len(self.shape), *own)
+        nodes = [known.get(f"{name}[{i}]") for i in range(own[0])]  # None of those that do not move yet
+        turns = any(node is not None and node.rotation is not None for node in nodes)
+        return PartModes(name, shape, self._mapped(nodes, 0), self._mapped(nodes, 1) if turns else None)
 
     @functools.cached_property
     def _points(self) -> dict[str, LinearizedPoint]:
         return linearized_points(self.assembly, self.equilibrium.y[-1])
 
-    def _mapped(self, found: Sequence[LinearizedPoint], which: int) -> Array:
+    def _mapped(self, found: Sequence[LinearizedPoint | None], which: int) -> Array:
         """Displacements (0) or rotations (1) of points: (k, n, 3)."""
         out = np.zeros((len(self.shape), len(found), 3), dtype=self.shape.dtype)
         for i, place in enumerate(found):
-            T = place.rotation if which else place.displacement
-            if T is not None:
+            T = None if place is None else place.rotation if which else place.displacement
+            if place is not None and T is not None:
                 out[:, i] = self.shape[:, place.where] @ T.T
         return out
 

@@ -16,16 +16,16 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import fields
 from evolvent.kernels.blocks import ROTATION, indices
 from evolvent.model import family
-from evolvent.solvers.common.fixed_lengths import hold_segments, with_positions
+from evolvent.solvers.common.coordinates import with_positions
 from evolvent.solvers.common.laws import law_failure
 from evolvent.solvers.common.solution import Solution
-from evolvent.solvers.common.still_threads import freeze_spools
+from evolvent.solvers.common.standing import freeze, hold
 from evolvent.solvers.modal.modal import Modes
 from evolvent.solvers.modal.positions import rigid_motions
 from evolvent.solvers.modal.resolution import Naming
 from evolvent.solvers.static.linear_motion import matrices
 from evolvent.solvers.static.static import solve_static
-from evolvent.solvers.static.work import Work, refuse_thread_mass
+from evolvent.solvers.static.work import Work, refuse_unsteady
 from evolvent_base.errors import EvolventError, InputError, RunFailed
 
 Array = np.ndarray
@@ -131,7 +131,7 @@ def at_equilibrium(
     equilibrium, y, time, rotating, centre = where
     families.check(assembly, family.MODES)
     if np.any(assembly.model.fields["kind"] == fields.ORBIT):
-        refuse_thread_mass(assembly, "gyroscopic forces in an orbital frame modes leave out")
+        refuse_unsteady(assembly, orbits=True)
     assembly = with_positions(dataclasses.replace(assembly, model=assembly.model.copy()))
     if equilibrium is None:
         equilibrium = solve_static(assembly, y=y, time=time, rotating=rotating, centre=centre)
@@ -141,9 +141,9 @@ def at_equilibrium(
         raise InputError(f"equilibrium is a motion by {equilibrium.method}; it must be a solution of solve_static")
     if not equilibrium.success:
         raise RunFailed(f"there is no equilibrium to vibrate about: {equilibrium.message}", equilibrium)
-    still = freeze_spools(assembly.model, float(equilibrium.t[-1]))
+    still = freeze(assembly.model, float(equilibrium.t[-1]))
     assembly = dataclasses.replace(assembly, model=still, s=equilibrium.s[-1].copy())
-    hold_segments(float(equilibrium.t[-1]), equilibrium.y[-1], assembly.s, still)
+    hold(float(equilibrium.t[-1]), equilibrium.y[-1], assembly.s, still)
     try:
         work = Work(assembly, equilibrium.y[-1], float(equilibrium.t[-1]), equilibrium.path.spin)
         work.allow_redundant()

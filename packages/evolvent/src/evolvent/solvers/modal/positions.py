@@ -35,6 +35,13 @@ def find_moving(assembly: Assembly, name: str) -> tuple[str, int, slice]:
     raise InputError(f"no part is called {name!r}; {nearest(str(name), known)}")
 
 
+def nodal(assembly: Assembly, name: str) -> tuple[int, ...] | None:
+    """Shape of a part's velocities by nodes: their number, then of one node's; None of a part without nodes."""
+    family, index = assembly.names[name]
+    shape = families()[family].nodal
+    return None if shape is None else shape(families()[family].records(assembly.model)[index])
+
+
 def linearized_points(assembly: Assembly, y: Array) -> dict[str, LinearizedPoint]:
     """Points of all parts that move, by name: "hub", "mass", "boom[0]" to "boom[n]", "boom.root", "boom.tip".
 

@@ -50,7 +50,7 @@ class Naming:
         """Beams and rods: names, coordinates, and rigid motions of these (n, 6)."""
         motions = rigid_motions(self.assembly, self.y, np.zeros(3))
         for name, (family, _, at) in moving(self.assembly).items():
-            if family in ("beams", "rods"):
+            if families()[family].bending is not None:
                 own = motions[at].copy()
                 own[:, 3:] -= own[:, :3] @ own[:3, 3:]  # about the root, whose position comes first
                 yield name, at, own

@@ -23,7 +23,7 @@ from evolvent.equations.implicit import residual
 from evolvent.kernels.blocks import displace
 from evolvent.model.family import some
 from evolvent.model.questions import AdjointSupport
-from evolvent.model.registry import asked, whole
+from evolvent.model.registry import asked, cubic, whole
 from evolvent.solvers.sensitivity import recorded_energy_steps as tape_energy, recorded_steps as tapes
 from evolvent.solvers.sensitivity.adjoint_events import Jump, Jumps, Parameter, carried, difference, state_of
 from evolvent.solvers.sensitivity.patches import Patch, Sides
@@ -79,9 +79,9 @@ def check(plan: Any) -> None:
         for what, mask in support.refused.items():
             if np.any(mask(found)):
                 raise InputError(f"{what}, which the adjoint does not support; take mode 'forward'")
-    if options.midpoint and model.beams.size and model.body_contacts.size:
+    if options.midpoint and cubic(model) and model.body_contacts.size:
         raise InputError(
-            f"the adjoint does not support beams beside body_contacts under {plan.method}; take mode 'forward'"
+            f"the adjoint does not support {cubic(model)} beside body_contacts under {plan.method}; take mode 'forward'"
         )
     if options.midpoint and options.chi > 0.0:
         filtered = next((support.filtered for support, found in supported if support.filtered and found.size), "")
@@ -99,7 +99,7 @@ def depends_on_time(model: Any) -> bool:
 
 def _stops(base: Assembly, patch: Patch, times: Array) -> Array:
     """Times on which the steps of a neighbour land."""
-    if not {"breaks", *asked("ramps")}.intersection(key for key, *_ in patch.changes):
+    if not {*asked("stops"), "breaks"}.intersection(key for key, *_ in patch.changes):
         return stops_of(base, times)
     model = base.model.copy()
     patch.write(model)
@@ -206,9 +206,10 @@ class Adjoint:
                 code, failure, jump = self.jumps.take(searched)
                 if jump is None:
                     return "failed", failure
-                if lead.model.beams.size and not math.isnan(jump.event):
+                if cubic(lead.model) and not math.isnan(jump.event):
                     raise InputError(
-                        "the adjoint does not support latches and events beside beams; take rods, or mode 'forward'"
+                        f"the adjoint does not support latches and events beside {cubic(lead.model)}; take rods, or "
+                        "mode 'forward'"
                     )
                 self.parts.append(jump)
                 self.shifted = True

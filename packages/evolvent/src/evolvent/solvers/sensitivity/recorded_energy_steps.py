@@ -33,6 +33,7 @@ from evolvent.equations.energy_momentum import measure, residual, tangent
 from evolvent.kernels.blocks import ANGLE, ROTATION, displace
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
+from evolvent.model.registry import cubic
 from evolvent.solvers.sensitivity.recorded_steps import (
     CHANGE,
     CHI,
@@ -332,7 +333,7 @@ def colours_of(model, matrix):
         rows=np.concatenate([*rows, none]).astype(np.int64),
         inexact=np.array([0 if exact else 1]),
         coordinates=np.array([coordinates if n_u > n_v else len(taken)]),
-        stencil=np.array(STENCILS[1 if model.beams.size else 0]),
+        stencil=np.array(STENCILS[1 if cubic(model) else 0]),
         base=np.zeros(int(model.info.ny)),
         move=np.zeros(n_v),
     )

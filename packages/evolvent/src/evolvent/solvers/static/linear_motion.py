@@ -8,8 +8,9 @@ import scipy.sparse as sparse
 from evolvent.algebra.eigenproblem import Problem
 from evolvent.kernels import fields, rigid
 from evolvent.kernels.blocks import POSITION, RATE, ROTATION, SLOPE
+from evolvent.model.registry import asked
 from evolvent.solvers.common.redundancy import independent, is_held
-from evolvent.solvers.common.still_threads import idle_nodes
+from evolvent.solvers.common.standing import idle_nodes
 from evolvent.solvers.static import equilibrium as eq
 from evolvent.solvers.static.work import Work, rubs
 
@@ -30,7 +31,7 @@ def growing_motions(work: Work) -> Array | None:
 def has_gyroscopic_forces(work: Work) -> bool:
     """Whether a steady turn, an orbital frame or wheels bring in forces that can stabilize where the energy rises."""
     turns = np.any(work.balance.spin[:3]) or np.any(work.balance.y[work.model.wheels["iv"]])
-    turns = turns or np.any(work.model.threads["take_drive"] >= 0)
+    turns = turns or any(flows(work.model).size for flows in asked("flows").values())
     return bool(turns) or work.model.fields.size > 0
 
 
@@ -41,7 +42,7 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     whole = work.tangent(0.0, 0.0)
     K = whole[:n_v, :n_v]
     M = work.mass()
-    C = _dampers(work) if damped else _spin_of_wheels(work) + _flow_of_threads(work)
+    C = _dampers(work) if damped else _spin_of_wheels(work) + _flow(work)
     rows, gradients = work.model.constraints, whole[n_v:, :n_v]
     penalties = np.flatnonzero((work.time <= rows["until"]) & (rows["stiffness"] > 0.0))
     G = gradients[np.flatnonzero(is_held(rows, work.time))]
@@ -102,12 +103,11 @@ def _spin_of_wheels(work: Work) -> sparse.csr_matrix:
     return found.tocsr()
 
 
-def _flow_of_threads(work: Work) -> sparse.csr_matrix:
-    """Gyroscopic part of the derivative by velocities of threads that flow to a take-up reel."""
+def _flow(work: Work) -> sparse.csr_matrix:
+    """Gyroscopic part of the derivative by velocities of what material flows through."""
     rows, found = np.zeros(work.n_v), sparse.csr_matrix((work.n_v, work.n_v))
-    for thread in work.model.threads[work.model.threads["take_drive"] >= 0]:
-        first = int(thread["iv"]) - work.n_q
-        rows[first : first + 3 * int(thread["n"])] = 1.0
+    for flows in asked("flows").values():
+        rows[flows(work.model) - work.n_q] = 1.0
     if not np.any(rows):
         return found
     own, only = _dampers(work), sparse.diags(rows)

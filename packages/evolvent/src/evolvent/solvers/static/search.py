@@ -11,7 +11,7 @@ import numpy as np
 from evolvent.assembly import families
 from evolvent.model.registry import asked
 from evolvent.solvers.common import balance as eb
-from evolvent.solvers.common.rod_messages import bending_hint
+from evolvent.solvers.common.hints import hints_on
 from evolvent.solvers.common.sampled import empty, forces_of
 from evolvent.solvers.common.solution import NEWTON, Path, Solution
 from evolvent.solvers.static import equilibrium as eq
@@ -380,15 +380,15 @@ class Search:
                 self.free = free
                 return f"nothing holds {_names(free)} against {_motions(found)}{self._acting(free)}"
         if code == eq.NOT_FINITE:
-            return f"the state stopped being finite at load factor {factor:.6g}{self._bending_hint()}"
+            return f"the state stopped being finite at load factor {factor:.6g}{self._hint()}"
         if code in (eq.SINGULAR, eq.UNBALANCED) or b.loop.quality < 1e-11:
             return f"the tangent is singular at load factor {factor:.6g}: a limit of the load, or something is not held"
-        beyond = f"{self.reached:.6g}{self._bending_hint()}"
+        beyond = f"{self.reached:.6g}{self._hint()}"
         return f"Newton's method does not converge beyond load factor {beyond}; arc_length may lead on"
 
-    def _bending_hint(self) -> str:
-        """Which element of a rod is bent too far in the last equilibrium, in words; "" of none."""
-        return bending_hint(self.work.assembly, self.kept[-1][1] if self.kept else self._start)
+    def _hint(self) -> str:
+        """What may be wrong in the last equilibrium, in words; "" of nothing."""
+        return hints_on(self.work.assembly, self.kept[-1][1] if self.kept else self._start)
 
     def _acting(self, free: list[str]) -> str:
         """Which loads act on parts that nothing holds, in words."""

@@ -15,10 +15,10 @@ from evolvent.compiled import codecache
 from evolvent.model import family
 from evolvent.model.registry import asked
 from evolvent.parts.checks import number, positive
-from evolvent.solvers.common.fixed_lengths import given_positions
+from evolvent.solvers.common.coordinates import given_positions
 from evolvent.solvers.common.laws import law_failure, refusing_laws, try_laws
 from evolvent.solvers.common.solution import Solution
-from evolvent.solvers.common.still_threads import at_time
+from evolvent.solvers.common.standing import at_time
 from evolvent.solvers.static.search import FIRST_STEP, Search
 from evolvent.solvers.static.work import Work, spin_of
 from evolvent_base.errors import InputError
@@ -92,7 +92,7 @@ def solve_static(
     families.check(assembly, family.STATIC)
     assembly, y = given_positions(dataclasses.replace(assembly, model=assembly.model.copy()), y, time)
     try_laws(assembly, time, time)
-    if assembly.model.threads.size:
+    if assembly.model.info.releases:
         assembly, y = at_time(assembly, y, time)
     began = clock.perf_counter()
     with refusing_laws(assembly):

@@ -22,11 +22,10 @@ from evolvent.equations.implicit import residual, tangent
 from evolvent.equations.kept_fields import write_forces
 from evolvent.kernels import rigid
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SCALAR, SLOPE, idle, indices
-from evolvent.kernels.springs import ON_BODY
 from evolvent.model.powers import N_POWERS
-from evolvent.model.registry import asked, families
+from evolvent.model.registry import along_axes, asked, families
 from evolvent.solvers.common import redundancy
-from evolvent.solvers.common.still_threads import end_ramps, freeze_spools, stand_still
+from evolvent.solvers.common.standing import end_ramps, freeze, stand_still
 from evolvent.solvers.static import equilibrium as eq
 from evolvent.solvers.static.steady_turn import check_turn
 from evolvent.solvers.time.implicit.setup import matrix_of, sizes
@@ -75,11 +74,7 @@ def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
         raise InputError(f"rotating does not support the field {name!r}; leave out rotating, or the field")
     if np.linalg.norm(np.cross(axis, gravity)) > 1e-9 * np.linalg.norm(axis) * np.linalg.norm(gravity):
         raise InputError(f"gravity {tuple(gravity)} is not along the axis of the steady turn, so nothing is steady")
-    refuse_thread_mass(assembly, "centrifugal forces equilibria in a steady turn leave out")
-    for name, (family, index) in assembly.names.items():
-        if family == "threads" and model.threads["take_drive"][index] >= 0:
-            raise InputError(f"rotating does not support the thread {name!r}, which flows to a take-up reel; leave out "
-                             f"rotating, or its `take_up`")  # fmt: skip
+    refuse_unsteady(assembly)
     for name, (family, index) in assembly.names.items():
         if family == "bodies" and model.bodies["motion"][index] == rigid.SPIN:
             own = model.bodies["R0"][index] @ model.bodies["axis"][index]
@@ -89,23 +84,11 @@ def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
     return spin
 
 
-def refuse_thread_mass(assembly: Assembly, left_out: str) -> None:
-    """Refuse threads with mass on free bodies, of which a solver leaves something out; `left_out` names that."""
-    for name, (family, index) in assembly.names.items():
-        if family == "threads" and _has_mass_on_free_body(assembly.model, assembly.model.threads[index]):
-            raise InputError(
-                f"the thread {name!r} has mass on a free body, by wound_mass 'carried' or by its `end`, whose "
-                f"{left_out}; use wound_mass 'ignored', or end it at a point mass"
-            )
-
-
-def _has_mass_on_free_body(model: mdl.Model, thread: np.record) -> bool:
-    """Whether wound thread is carried by a free body, or a thread's end moves with one."""
-    free = model.bodies["motion"] == rigid.FREE
-    if thread["carried"] != 0 and free[thread["body"]]:
-        return True
-    marker = model.markers[thread["end"]] if thread["end"] >= 0 else None
-    return marker is not None and bool(marker["kind"] == ON_BODY and free[marker["index"]])
+def refuse_unsteady(assembly: Assembly, *, orbits: bool = False) -> None:
+    """Refuse what does not support a steady turn, or an orbital frame (`Family.unsteady`)."""
+    for name, unsteady in asked("unsteady").items():
+        for k, why in unsteady(assembly.model, orbits):
+            raise InputError(why.format(name=repr(owner(assembly, name, k))))
 
 
 def _vector(name: str, value: Any) -> Array:
@@ -130,7 +113,7 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     end_ramps(copy)
     for prepare in asked("at_rest").values():
         prepare(copy)
-    return freeze_spools(copy, time)
+    return freeze(copy, time)
 
 
 #: Smallest singular values of a scaled tangent, beside the largest, that are those of free motions; share of the
@@ -162,8 +145,8 @@ class Work:
         weight, _ = sizes(assembly)
         #: Indices in the state of all slopes of beams, (n, 3).
         self.slopes = indices(model.blocks[model.blocks["kind"] == SLOPE], "iq")
-        nodes = of_part(model, "bodies", [b for k in range(model.rods.size) for b in bodies_of(model, "rods", k)])
-        #: Indices in the state of the quaternions of all nodes of rods, (n, 4).
+        nodes = of_part(model, "bodies", [b for own in along_axes(model) for b in own])
+        #: Indices in the state of the quaternions of all nodes along axes, (n, 4).
         self.turns = indices(nodes[nodes["kind"] == ROTATION], "iq", 4)
         #: What each equation stands for: of threads' nodes all copies, so that tangents are symmetric, (nu,).
         self.copies = np.ones(n_u)

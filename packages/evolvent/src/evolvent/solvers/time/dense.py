@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 from evolvent.compiled.jit import inlined
 from evolvent.equations.implicit import momenta
-from evolvent.kernels import rigid, rod_strains
-from evolvent.kernels.ancf_beams import NODE_VECTORS
+from evolvent.kernels import rigid
+from evolvent.kernels.between import scale_between, vector_at
 from evolvent.kernels.blocks import RATE, ROTATION, SLOPE
+from evolvent.kernels.calls import interpolate_at
 
 
 @inlined
@@ -21,13 +20,13 @@ def interpolate(theta, h, y0, y1, model, y):
     (Hermite), velocities are the rates of these cubics: errors of the fourth and the third order. Quaternions have the
     length 1. What has no rate lies on a straight line. On the cubics a beam or thread that turns would be stretched by
     a fourth power of the angle, and by what the velocities of the method miss, which are large forces where it is
-    stiff: lengths of slopes, and those between nodes, lie on straight lines, as forces do.
+    stiff: lengths of slopes, and those between nodes (`Family.interpolate`), lie on straight lines, as forces do.
     """
     for i in range(y.size):
         y[i] = y0[i] + theta * (y1[i] - y0[i])
     if theta >= 1.0:
         return
-    blocks, beams, threads = model.blocks, model.beams, model.threads
+    blocks = model.blocks
     for k in range(blocks.size):
         kind, q, v = blocks[k].kind, blocks[k].iq, blocks[k].iv
         if kind == ROTATION:
@@ -36,17 +35,12 @@ def interpolate(theta, h, y0, y1, model, y):
             for i in range(blocks[k].count):
                 y[q + i], y[v + i] = cubic(theta, h, y0[q + i], y1[q + i], y0[v + i], y1[v + i])
             if kind == SLOPE:
-                scale = _scale(theta, _at(y0, q), _at(y1, q), _at(y, q))
+                scale = scale_between(theta, vector_at(y0, q), vector_at(y1, q), vector_at(y, q))
                 for i in range(3):
                     y[q + i] *= scale
-    for k in range(beams.size):
-        _keep_lengths(theta, y0, y1, beams[k].iq, 3 * NODE_VECTORS[beams[k].kind], beams[k].nodes, 0.0, y)
-    for k in range(threads.size):
-        last = model.switches[k] - 1
-        rest = threads[k].segment if threads[k].slack != 0 else 0.0
-        _keep_lengths(theta, y0, y1, threads[k].iq + 3 * last, -3, last + 1, rest, y)
-    if model.rods.size > 0:
-        rod_strains.keep_chords(theta, y0, y1, model, y)
+    calls = model.interpolate_calls
+    for k in range(calls.size):
+        interpolate_at(model, calls[k])(theta, y0, y1, model, y)
 
 
 @inlined
@@ -79,56 +73,6 @@ def cubic(theta, h, a, b, da, db):
     p, q = h * da - d, d - h * db
     value = u * a + theta * b + theta * u * (u * p + theta * q)
     return value, (d + (1.0 - 2.0 * theta) * (u * p + theta * q) + theta * u * (q - p)) / h
-
-
-@inlined
-def _at(y, q):
-    """Vector at q."""
-    return y[q], y[q + 1], y[q + 2]
-
-
-@inlined
-def _to(y, a, b):
-    """Vector from the one at a to the one at b."""
-    return y[b] - y[a], y[b + 1] - y[a + 1], y[b + 2] - y[a + 2]
-
-
-@inlined
-def _scale(theta, a, b, p):
-    """What brings the vector p, between a and b, to the length on the straight line between theirs."""
-    first = math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
-    last = math.sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2])
-    size = math.sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2])
-    if not size > 0.1 * (first + last):  # half a turn in a step
-        return 1.0
-    return (first + theta * (last - first)) / size
-
-
-@inlined
-def _shorter(p, rest):
-    """Whether the vector p is shorter than a length."""
-    return p[0] * p[0] + p[1] * p[1] + p[2] * p[2] < rest * rest
-
-
-@inlined
-def _keep_lengths(theta, y0, y1, q, size, count, rest, y):
-    """Move the nodes of a line, `count` from q on and `size` apart, to where the lengths between them are on lines.
-
-    Segments that are shorter than `rest` at an end of the step are slack there, and stay on the cubics.
-    """
-    ox = oy = oz = 0.0  # what the nodes so far have been moved by
-    before = _at(y, q)
-    for i in range(1, count):
-        at = q + size * i
-        now = _at(y, at)
-        p = (now[0] - before[0], now[1] - before[1], now[2] - before[2])
-        first, last = _to(y0, at - size, at), _to(y1, at - size, at)
-        more = _scale(theta, first, last, p) - 1.0
-        if rest > 0.0 and (_shorter(first, rest) or _shorter(last, rest)):
-            more = 0.0
-        ox, oy, oz = ox + more * p[0], oy + more * p[1], oz + more * p[2]
-        y[at], y[at + 1], y[at + 2] = now[0] + ox, now[1] + oy, now[2] + oz
-        before = now
 
 
 @inlined

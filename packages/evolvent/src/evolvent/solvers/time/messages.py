@@ -14,9 +14,8 @@ from evolvent.assembly.families import owner, row_owner
 from evolvent.kernels.blocks import POSITION, block_at, indices
 from evolvent.model.registry import asked
 from evolvent.solvers.common import balance as eb
+from evolvent.solvers.common.hints import hints_on, without_normal
 from evolvent.solvers.common.laws import broken_law, large_law, states_energy, what_may_jump
-from evolvent.solvers.common.no_direction import without_normal
-from evolvent.solvers.common.rod_messages import bending_hint
 from evolvent.solvers.time.explicit import events as explicit_events
 from evolvent.solvers.time.implicit.workspace import GAINED, NO_CONVERGENCE, NOT_FINITE, REDUNDANT, SINGULAR
 from evolvent.solvers.time.pace import Stall
@@ -59,7 +58,7 @@ def reason(code: int, run: Run) -> str:
     if code == REDUNDANT and work.loop.steps == 0 and run.midpoint:
         raise InputError(redundant(assembly, run.matrix))
     smaller = "use a smaller `step`, or None" if fixed else "use a smaller `tolerance`"
-    when, bent = f"in the step of {h:.3g} s from t = {t:.6g} s", bending_hint(assembly, work.y0)
+    when, bent = f"in the step of {h:.3g} s from t = {t:.6g} s", hints_on(assembly, work.y0)
     if code == NO_CONVERGENCE:
         size = float(np.abs(work.x[: work.weight.size] / work.weight).max(initial=0.0))
         where, softer = _where(run)
@@ -144,7 +143,7 @@ def stalled(stall: Stall, run: Run) -> str:
     where, softer = _where(run)
     return (
         f"{stall}; Newton's method corrects most at {where}{what_may_jump(run.assembly)}"
-        f"{bending_hint(run.assembly, run.work.y0)}; use a greater `tolerance` or `step`{softer}, less damping of what "
+        f"{hints_on(run.assembly, run.work.y0)}; use a greater `tolerance` or `step`{softer}, less damping of what "
         f"moves there (`stiffness_damping`), and look at the last samples"
     )
 
@@ -234,7 +233,7 @@ def unbalanced(run: explicit_run.Run) -> str:
     smaller, found = "use a smaller `tolerance`", run.found or run.closure(0)
     if run.plan.step is not None:
         model = run.model
-        other = "energy-momentum" if model.beams.size or model.rods.size else "dopri5"
+        other = "energy-momentum" if model.info.slender else "dopri5"
         smaller = f"use a smaller `step` than {float(run.work.loop.step):.3g} s, or `method` {other}"
     return (
         f"the energy balance is off by {found.defect:.3g} J at t = {run.reached:.6g} s, {found.share:.2g} of the "

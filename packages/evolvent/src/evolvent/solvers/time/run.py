@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from evolvent.compiled import codecache
+from evolvent.solvers.common.hints import passages
 from evolvent.solvers.common.laws import law_failure
-from evolvent.solvers.common.no_direction import passages
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.time.pace import Pace
 from evolvent_base.errors import InputError

@@ -10,8 +10,9 @@ from numba import types
 
 from evolvent.compiled.jit import REAL, entry, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, record, struct
-from evolvent.equations.events import DUE, apply_event, event_values, is_release
+from evolvent.equations.events import apply_event, event_values
 from evolvent.model import MODEL
+from evolvent.model.layout import DUE
 from evolvent.solvers.time.event_search import Search
 
 # status codes of a loop
@@ -68,9 +69,9 @@ class ExplicitWorkspace(Struct):
 
 
 def always_due(model: Any) -> np.ndarray:
-    """Which events fire from zero on wherever their values come from: those of threads and spools."""
+    """Which events fire from zero on wherever their values come from: the first and the last ones."""
     found = np.zeros(int(model.info.ne), dtype=bool)
-    found[: 2 * model.threads.size] = True
+    found[: int(model.info.releases)] = True
     found[found.size - int(model.info.brakes) :] = True
     return found
 
@@ -81,61 +82,65 @@ _I = types.int64
 
 @inlined
 def highest(model, t, y, s, work):
-    """The largest value of the events that can fire (thread events always, a user's only once it was negative)."""
+    """The largest value of the events that can fire (some always, a user's only once it was negative)."""
     event_values(t, y, s, model, work.g)
     value = -1.0
-    threads, brakes = 2 * model.threads.size, work.g.size - model.info.brakes
+    first, brakes = model.info.releases, work.g.size - model.info.brakes
     for k in range(work.g.size):
-        if (k < threads or k >= brakes or work.g0[k] < 0.0) and work.g[k] > value:
+        if (k < first or k >= brakes or work.g0[k] < 0.0) and work.g[k] > value:
             value = work.g[k]
     return value
 
 
 @entry(types.int64)
 @inlined
-def rounds(threads):
-    """How often `fire` looks for events at one time; each round carries out one, or one of every thread."""
-    return 2 * threads + 64
+def rounds(releases):
+    """How often `fire` looks for events at one time; each round carries out one, or some that happen together."""
+    return releases + 64
 
 
 @inlined
 def log_is_short(model, work):
     """Whether the log may not hold all that `fire` could write into it."""
-    n = model.threads.size
-    return work.log_t.size - work.loop.fired < rounds(n) * (n + 1)
+    n = model.info.releases
+    return work.log_t.size - work.loop.fired < rounds(n) * (n // 2 + 1)
+
+
+@inlined
+def note_event(t, k, work):
+    """Note event k at time t."""
+    n = work.loop.fired
+    work.log_t[n], work.log_k[n] = t, k
+    work.loop.fired = n + 1
 
 
 @indirect(_I(MODEL, REAL, WORKSPACE))
 def fire(model, t, work):
-    """Carry out every event that is due at time t; the releases among them together.
+    """Carry out every event that is due at time t; some of them happen together.
 
     Returns 1 to stop the run, a negative status where it has failed.
     """
     y, s, g = work.y, work.s, work.g
-    threads = model.threads
-    stop = 0
-    for _ in range(rounds(threads.size)):
+    first, stop = model.info.releases, 0
+    for _ in range(rounds(first)):
         event_values(t, y, s, model, g)
         due = -1
         for k in range(g.size):
-            of_reels = k < 2 * threads.size or k >= g.size - model.info.brakes
-            if (of_reels and g[k] >= DUE) or (not of_reels and work.g0[k] < 0.0 and g[k] >= 0.0):
+            always = k < first or k >= g.size - model.info.brakes
+            if (always and g[k] >= DUE) or (not always and work.g0[k] < 0.0 and g[k] >= 0.0):
                 due = k
                 break
         if due < 0:
             break
-        if due >= 2 * threads.size:
+        if due >= first:
             work.g0[due] = g[due]
-        for k in range(due, g.size):
-            if k > due and not (is_release(s, threads, g, due) and is_release(s, threads, g, k)):
-                continue
-            n = work.loop.fired
-            work.log_t[n] = t
-            work.log_k[n] = k
-            work.loop.fired = n + 1
+        note_event(t, due, work)
         answer = apply_event(t, y, s, model, due, g)
         if answer < 0:
             return NO_THREAD
+        for k in range(due + 1, first):
+            if g[k] == math.inf:
+                note_event(t, k, work)
         stop = max(stop, answer)
     event_values(t, y, s, model, g)
     for k in range(g.size):

@@ -12,11 +12,11 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.blocks import owner_of
 from evolvent.assembly.families import owner
-from evolvent.equations.impulse import jump, prepare
 from evolvent.equations.rhs import rhs
 from evolvent.kernels import contact_laws
 from evolvent.kernels.ancf_beams import beam_rates
 from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, ROTATION, SCALAR, SLOPE, block_at
+from evolvent.kernels.impulse import jump, prepare
 from evolvent.model.registry import asked, families
 
 #: Up to so many velocities the eigenvalues are those of the whole matrix.

@@ -27,9 +27,10 @@ from evolvent.equations.between_steps import (
 )
 from evolvent.equations.projection import is_corrected, project
 from evolvent.equations.rhs import rhs
-from evolvent.kernels import contact, rigid, thread
+from evolvent.kernels import contact, rigid
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import normalise
+from evolvent.kernels.calls import longest_step_at
 from evolvent.kernels.grazing import until_deepest
 from evolvent.kernels.passing import note_places, passing
 from evolvent.kernels.turning import NO_TURN, friction_power
@@ -258,8 +259,9 @@ def adapted_step(until, model, work):
     """End and length of the next step of those that adapt."""
     t, h = work.loop.time, work.loop.step
     h = min(h, longest_turn(model))
-    if model.threads.size > 0:
-        h = min(h, thread.longest_step(work.y, work.s, model))
+    calls = model.longest_step_calls
+    for k in range(calls.size):
+        h = min(h, longest_step_at(model, calls[k])(work.y, work.s, model))
     return (until, until - t) if t + h * 1.01 >= until else (t + h, h)
 
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from evolvent.assembly import families, needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.kernels import thread
 from evolvent.model import family
+from evolvent.model.registry import asked, families as table
 from evolvent.parts.checks import positive
 from evolvent.solvers.common.laws import refusing_laws, try_laws
 from evolvent.solvers.common.solution import Solution
@@ -96,11 +96,11 @@ def _automatic_step(assembly: Assembly, method: Method, duration: float, limit: 
     if not math.isfinite(limit):
         raise InputError("step is None, but nothing in the model sets a frequency; give a step in seconds")
     model = assembly.model
-    beams = model.beams.size > 0 or model.rods.size > 0 or assembly.model.info.penalties > 0
-    if assembly.names.get(mode.where, ("",))[0] == "threads" or beams:
-        # the motion lies far below the waves along a thread or beam: stability is enough, unless links are rigid
-        rigid_links = bool(np.any(assembly.model.threads["kind"] == thread.INEXTENSIBLE))
-        safe = limit * (0.25 if rigid_links else method.safety)
+    fastest, every = assembly.names.get(mode.where, ("",))[0], table()
+    waves = {name: part(own) for name, part in asked("waves").items() if (own := getattr(model, name)).size}
+    if any(name == fastest or every[name].is_by_rates(model) for name in waves) or model.info.penalties > 0:
+        # the motion lies far below the waves along what is long: stability is enough
+        safe = limit * min(method.safety, *waves.values())
         if assembly.model.contact_surfaces.size:
             safe = min(safe, CONTACT_SAFETY * stability_limit(METHODS["rk4"], mode, duration))
         return safe

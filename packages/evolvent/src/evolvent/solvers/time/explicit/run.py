@@ -13,7 +13,7 @@ from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.compiled.pointer import zeros_record
-from evolvent.model.registry import forget_steps
+from evolvent.model.registry import asked, forget_steps
 from evolvent.solvers.common import balance as eb
 from evolvent.solvers.common.laws import broken_law
 from evolvent.solvers.common.observations import sums_of
@@ -39,10 +39,8 @@ CHECKS, CHECK_EVERY = 50, 2000
 
 def cache_name(assembly: Assembly, method: str) -> str:
     """Name by which `codecache` knows whether the functions of a run are compiled; beams need more of them."""
-    model = assembly.model
-    if method not in METHODS or not (model.beams.size or model.rods.size):
-        return method
-    return f"{method} with beams" if model.beams.size else f"{method} with rods"
+    long = next((name for name in asked("waves") if getattr(assembly.model, name).size), "")
+    return f"{method} with {long}" if long and method in METHODS else method
 
 
 class Run(run.Run):
@@ -191,8 +189,8 @@ class Run(run.Run):
 def _workspace(assembly: Assembly, times: np.ndarray, tableau: Method, step: float | None) -> ex.ExplicitWorkspace:
     """The loop's workspace at the start of a run."""
     n, n_s, n_e = assembly.y.size, assembly.s.size, int(assembly.model.info.ne)
-    n_p = assembly.model.threads.size
-    log = 1000 + 2 * ex.rounds(n_p) * (n_p + 1)
+    releases = int(assembly.model.info.releases)
+    log = 1000 + 2 * ex.rounds(releases) * (releases // 2 + 1)
     first = step if step is not None else 1e-6 * (times[-1] - times[0])
     return ex.ExplicitWorkspace(
         y=assembly.y.copy(),

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
-from evolvent.equations.events import DUE, USED_FOR as EVENTS, event_values
-from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.equations.events import USED_FOR as EVENTS, event_values
+from evolvent.kernels.blocks import SCALAR
 from evolvent.model import MODEL
+from evolvent.model.layout import DUE
 from evolvent.solvers.time.event_search import END, START, begin_search, next_row
 from evolvent.solvers.time.explicit.events import NO_EVENT, WORKSPACE, bracket, highest
 from evolvent.solvers.time.explicit.stages import find_state, interpolate
 
 
 @inlined
-def interpolate_spools(P, y, K, h, theta, threads, out):
-    """`interpolate` of the angles and rates of free spools, which alone the events of threads depend on."""
-    for p in range(threads.size):
-        if threads[p].drive == FREE_SPOOL:
-            for n in (threads[p].spool_q, threads[p].spool_v):
+def interpolate_scalars(P, y, K, h, theta, blocks, out):
+    """`interpolate` of angles and rates that are coordinates alone, which events that are always due depend on."""
+    for k in range(blocks.size):
+        if blocks[k].kind == SCALAR:
+            for n in (blocks[k].iq, blocks[k].iv):
                 out[n] = y[n]
                 for i in range(P.shape[0]):
                     a = theta * (P[i, 0] + theta * (P[i, 1] + theta * (P[i, 2] + theta * P[i, 3])))
@@ -37,7 +38,7 @@ def event_in_step(A, b, c, P, Q, t, h, target, end, until, model, work):
         if model.event_values_calls.size > 0 or model.info.brakes > 0:
             interpolate(Q, work.y, work.K, h, theta, work.w)
         else:
-            interpolate_spools(Q, work.y, work.K, h, theta, model.threads, work.w)
+            interpolate_scalars(Q, work.y, work.K, h, theta, model.blocks, work.w)
         event_values(t + theta * h, work.w, work.s, model, g)
         for k in range(g.size):
             search.values[row, k] = g[k]

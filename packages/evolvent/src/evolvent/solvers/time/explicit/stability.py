@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
-from evolvent.equations.impulse import prepare
+from evolvent.kernels.impulse import prepare
 from evolvent.model.registry import asked
 from evolvent.solvers.time.explicit.methods import Method
 

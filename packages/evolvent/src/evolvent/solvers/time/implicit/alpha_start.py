@@ -24,6 +24,10 @@ _I = types.int64
 RUBBING = 20
 
 
+def _has_releases(model):
+    return model.info.releases
+
+
 @indirect(void(REAL, VECTOR, MODEL, SPARSE, WORKSPACE, VECTOR, VECTOR))
 def accelerations_at(t, state, model, matrix, work, A, la):
     """Accelerations A and multipliers la that fit a state: M v' + F + G^T la = 0 and g'' = 0, with a factored matrix.
@@ -202,7 +206,7 @@ def start_accelerations(model, matrix, work):
     return DONE
 
 
-@indirect(void(MODEL, SPARSE, WORKSPACE), used_for="threads")
+@indirect(void(MODEL, SPARSE, WORKSPACE), used_for=_has_releases)
 def thread_accelerations(model, matrix, work):
     """Give a model with threads at work.y the accelerations that its steps go on with; without a solution none.
 

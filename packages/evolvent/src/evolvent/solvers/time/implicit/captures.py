@@ -1,4 +1,4 @@
-"""Captures that are over within a step: latches of joint coordinates, and nodes that come back to their spools.
+"""Captures that are over within a step: latches of joint coordinates, and others.
 
 A latch that has locked brings its coordinate x to rest: J x'' + c x' + k x = 0 from the rate x'(0) with which it was
 reached, k and c of the latch. J follows from the first step after it, whatever its length: over the step the latch
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from evolvent.model.registry import motions
+from evolvent.model.registry import asked, motions
 from evolvent.solvers.time.implicit.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -23,12 +23,13 @@ STEPS = 10
 
 
 class Capture(NamedTuple):
-    """A capture: the part by its family and row, when it began (s), and in what time it takes the motion (s)."""
+    """A capture: the part by its family and row, when it began (s), in what time it takes the motion (s), and how."""
 
     family: str
     row: int
     time: float
     duration: float
+    what: str = "captures"
 
 
 class Captures:
@@ -81,21 +82,7 @@ def capture_time(row: Any, h: float, moved: float, start: float, end: float) -> 
     return 1.0 / (2.0 / math.pi * math.sqrt(stiffness / inertia) + damping / inertia)
 
 
-def thread_captures(solution: Solution) -> list[Capture]:
-    """Nodes that came back to their spools, with a quarter of the period by which the last segment swings then.
-
-    The tension is that of the sample before.
-    """
-    model, found = solution.assembly.model, []
-    for time, kind in zip(solution.event_times.tolist(), solution.event_kinds.tolist(), strict=True):
-        p, back = divmod(int(kind), 2)
-        at = int(np.searchsorted(solution.t, time)) - 1
-        if not back or p >= model.threads.size or at < 0 or solution.s[at, p] < 1:
-            continue
-        row = model.threads[p]
-        node = int(row["node"] + solution.s[at, p]) - 1
-        tension, mass = float(solution.observations.tension[at, node]), float(model.nodes["mass"][node])
-        if tension > 0.0:
-            swing = math.sqrt(float(row["capture"] * row["segment"]) * mass / tension)
-            found.append(Capture("threads", p, time, 0.5 * math.pi * swing))
-    return found
+def captures_of(solution: Solution) -> list[Capture]:
+    """Captures in a run: by latches, and what families state (`Family.captures`)."""
+    own = asked("captures").items()
+    return [*solution.captures, *(Capture(name, *found) for name, captures in own for found in captures(solution))]

@@ -16,9 +16,8 @@ from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.equations.between_steps import longest_turn, note_stage, note_state, take_step
 from evolvent.equations.step_end import start_run
-from evolvent.kernels import contact, rigid, thread, turning, watches
-from evolvent.kernels.calls import change_at, momentum_at, reached_at, until_event_at
-from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.kernels import contact, rigid, turning, watches
+from evolvent.kernels.calls import change_at, is_due_at, momentum_at, reached_at, until_change_at, until_event_at
 from evolvent.kernels.grazing import until_deepest, until_touch
 from evolvent.kernels.passing import note_places, passing
 from evolvent.model import MODEL
@@ -155,7 +154,7 @@ def advance(model, matrix, work, budget):
         if lands and stops:
             loop.stop += 1
             restarts = True
-        if model.threads.size > 0 and ((lands and stops) or has_release(model, work)):
+        if model.info.releases > 0 and ((lands and stops) or has_release(model, work)):
             return AT_STOP
         if restarts:
             starts = method.restart(model, work)
@@ -216,7 +215,12 @@ def is_tried_again(h, iterations, error, passes, model, work):
     """
     loop, options, divides = work.loop, work.options, work.options.divides != 0
     adaptive, solved = options.tolerance > 0.0, iterations > 0
-    if not divides and not adaptive and (_goes_slack(model) or (passes and solved)) and h > SMALLEST_PART * loop.step:
+    if (
+        not divides
+        and not adaptive
+        and (model.info.abrupt > 0 or (passes and solved))
+        and h > SMALLEST_PART * loop.step
+    ):
         loop.rejected += 1
         loop.event_step = 0.35 * h
         return True
@@ -254,8 +258,9 @@ def until_event(t, h, model, work):
     part = until_coordinate(h, model, work)
     if work.options.midpoint != 0 and work.options.tolerance > 0.0 and model.body_contacts.size > 0:
         part = min(part, until_touch(h, work.y0, work.R0, work.x0, work.y, work.R1, work.x1, model))
-    if _has_free_spool(model):
-        part = min(part, thread.until_release(h, work.y0, work.y, model.switches, model))
+    calls = model.until_change_calls
+    for k in range(calls.size):
+        part = min(part, until_change_at(model, calls[k])(h, work.y0, work.y, model.switches, model))
     if model.watches.size > 0:
         least = max(4.0 * work.options.smallest, watches.SURE * work.loop.step)
         limit, extended = work.loop.event_step, work.loop.extended
@@ -294,26 +299,11 @@ def until_coordinate(h, model, work):
 
 
 @inlined
-def _has_free_spool(model):
-    """Whether a thread is on a free spool."""
-    found = False
-    for p in range(model.threads.size):
-        found = found or model.threads[p].drive == FREE_SPOOL
-    return found
-
-
-@inlined
 def has_release(model, work):
-    """Whether a node on a free spool is due."""
-    return _has_free_spool(model) and thread.has_release(work.y, model.switches, model)
-
-
-@inlined
-def _goes_slack(model):
-    """Whether a thread can go slack, or stick on its spool: forces that Newton's method may not resolve in one step."""
-    found = False
-    for p in range(model.threads.size):
-        found = found or model.threads[p].slack != 0 or model.threads[p].drive == FREE_SPOOL
+    """Whether an event that changes the number of moving nodes is due."""
+    calls, found = model.is_due_calls, False
+    for k in range(calls.size):
+        found = found or is_due_at(model, calls[k])(work.y, model.switches, model)
     return found
 
 

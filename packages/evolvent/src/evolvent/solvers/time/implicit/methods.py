@@ -12,7 +12,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from evolvent.compiled.jit import inlined
-from evolvent.kernels import thread
+from evolvent.kernels.calls import longest_step_at
 from evolvent.model import family, powers as eq
 from evolvent.solvers.time.implicit import alpha, energy_step
 from evolvent.solvers.time.implicit.alpha_tangent import factor_at
@@ -196,9 +196,11 @@ def longest_step(model, work):
     """Longest step by the motion of the parts, s."""
     if work.options.method == ENERGY:
         return energy_step.longest_turn(model.bodies)
-    if work.options.tolerance > 0.0 and model.threads.size > 0:
-        return thread.longest_step(work.y, model.switches, model)
-    return math.inf
+    found, calls = math.inf, model.longest_step_calls
+    if work.options.tolerance > 0.0:
+        for k in range(calls.size):
+            found = min(found, longest_step_at(model, calls[k])(work.y, model.switches, model))
+    return found
 
 
 @inlined

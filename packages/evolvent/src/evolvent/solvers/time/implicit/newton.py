@@ -88,12 +88,12 @@ def iterate(t1, h, most, searches, model, matrix, work):
     limit = newton_limit(options.newton, options.sharp, options.rates, loop.fastest, h)
     rounding = 0.0 if thread.has_springs(model) else ROUND_OFF
     if conserves:
-        inexact = model.elements.size + model.rods.size + work.la.size
+        inexact = model.info.slender + work.la.size
         rounding = min(ROUND_OFF, 1e4 * options.newton) if inexact > 0 else 0.0
     if soft:
         limit = options.newton
     # directions of threads must be fresh, and those in which multipliers of redundant constraints are free
-    always, factored = model.threads.size > 0 or info.redundant != 0, loop.factored
+    always, factored = info.releases > 0 or info.redundant != 0, loop.factored
     stale = soft or keeps or always or (factored != h if conserves else abs(factored - h) > 1e-6 * h)
     last, ratio, touching, kept, sharpened = math.inf, 0.0, loop.contact_set, conserves and not stale, 0
     first = 0  # iteration from the prediction

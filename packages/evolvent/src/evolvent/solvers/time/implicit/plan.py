@@ -12,12 +12,12 @@ from evolvent.algebra.sparse import SparseBlocks
 from evolvent.assembly import families, needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.compiled.pointer import zeros_record
-from evolvent.kernels import rigid, thread
+from evolvent.kernels import rigid
 from evolvent.model import Model
-from evolvent.model.registry import families as table
+from evolvent.model.registry import along_axes, asked, families as table
 from evolvent.parts.checks import number, positive
 from evolvent.solvers.common import balance as eb
-from evolvent.solvers.common.fixed_lengths import with_positions
+from evolvent.solvers.common.coordinates import with_positions
 from evolvent.solvers.common.laws import has_means, refusing_laws, try_laws
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.time.explicit.plan import STEP_ALLOWED, sample_times
@@ -189,13 +189,11 @@ def _newton(assembly: Assembly, conserves: bool, step: float | None, tolerance: 
     model = assembly.model
     if conserves:
         return LEAST_NEWTON if step is not None or not acts_from_outside(model) else min(1e-3 * tolerance, 1e-6)
-    if np.any(
-        np.isin(model.threads["kind"], (thread.SPRINGS, thread.MOVING))
-    ):  # so stiff that little lengths are large forces
+    if any(np.any(mask(getattr(model, name))) for name, mask in asked("taut").items()):
         return 1e-13
-    free = np.sum(model.bodies["motion"] == rigid.FREE) - np.sum(model.rods["elements"] + 1)
+    free = np.sum(model.bodies["motion"] == rigid.FREE) - sum(own.size for own in along_axes(model))
     spins = bool(free > 0)  # bodies but the nodes of rods, whose error adds up step by step
-    stiff = model.elements.size > 0 or model.rods.size > 0
+    stiff = model.info.slender > 0
     if step is not None and (spins or (reactions.is_held(model) and not stiff)):  # what is held shows in reactions
         return 1e-12
     return 1e-9 if step is not None else min(1e-3 * tolerance, 1e-7)

@@ -14,7 +14,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.equations.implicit import residual, tangent
 from evolvent.model.registry import asked, families as table, motions_of
 from evolvent.solvers.common import balance as eb, redundancy
-from evolvent.solvers.common.fixed_lengths import evaluate_tensions
+from evolvent.solvers.common.coordinates import evaluate_multipliers
 from evolvent.solvers.common.sampled import Sampled
 from evolvent.solvers.common.solution import Solution, event_numbers
 from evolvent.solvers.time import run
@@ -22,7 +22,7 @@ from evolvent.solvers.time.implicit import loop as implicit_loop, reactions, sam
 from evolvent.solvers.time.implicit.alpha_tangent import SHORT
 from evolvent.solvers.time.implicit.captures import Captures
 from evolvent.solvers.time.implicit.methods import METHODS
-from evolvent.solvers.time.implicit.releases import Releases, write_accounts
+from evolvent.solvers.time.implicit.releases import releases_of, resume, write_accounts
 from evolvent.solvers.time.implicit.setup import acts_from_outside, matrix_of
 from evolvent.solvers.time.implicit.workspace import AT_RESTART, AT_STOP, BUDGET, DONE, STOPPED, Workspace
 from evolvent.solvers.time.messages import outrun, reason, stalled
@@ -40,7 +40,7 @@ class Run(run.Run):
     ----------
     plan : implicit.Plan
     work : implicit_state.Workspace
-    releases : Releases, of a model with threads, else None
+    releases : list of what changes the number of moving nodes between steps (`Family.releases`)
     ranks : redundancy.Ranks, of the constraints
     captures : captures.Captures, by latches in steps of a fixed length
     matrix : SparseBlocks, of the tangent; of energy-momentum ordered again where turns come to lie on one another
@@ -56,7 +56,7 @@ class Run(run.Run):
         self.ranks, self.captures = redundancy.Ranks(of.assembly), Captures()
         began = clock.perf_counter()
         self._hold_again()
-        self.releases = Releases(of.assembly) if self.model.threads.size else None
+        self.releases = releases_of(of.assembly)
         self._load()
         self.work: Workspace = of.workspace()
         self.compile_time = clock.perf_counter() - began
@@ -93,10 +93,10 @@ class Run(run.Run):
         InputError
             For redundant constraints that cannot be allowed.
         """
-        if self.releases is not None and self.releases.fire(self.reached, self.work.y) < 0:
-            return outrun(self.reached)
-        if self.releases is not None:
-            self.work.dv1[:] = self.releases.accelerations(self.reached, self.work.y)
+        for releases in self.releases:
+            if releases.fire(self.reached, self.work.y) < 0:
+                return outrun(self.reached)
+            self.work.dv1[:] = releases.accelerations(self.reached, self.work.y)
         self.find_rank(self.reached, self.work.y)
         code = implicit_loop.begin(self.model, self.matrix, self.work)
         if self.has_layers:
@@ -167,8 +167,8 @@ class Run(run.Run):
                 break
         if self.plan.step is not None:
             self.captures.look(motions_of(self.model), self.work)
-        if code == AT_STOP and self.releases is not None:
-            if self.releases.resume(self.work) < 0:
+        if code == AT_STOP and self.releases:
+            if not self._release():
                 return True, outrun(self.reached)
             return True, self.restart() if self.ranks.is_due(self.after, int(self.work.loop.latches)) else ""
         if code == AT_RESTART:
@@ -179,6 +179,10 @@ class Run(run.Run):
             self.is_stopped = True
             return False, ""
         return False, "" if code == DONE else reason(code, self)
+
+    def _release(self) -> bool:
+        """Carry out what changes the number of moving nodes now; returns False where that is not possible."""
+        return all(resume(releases, self.model, self.work) >= 0 for releases in self.releases)
 
     def start(self) -> run.Ending | None:
         """Start the loop; returns how that failed, None where it did not."""
@@ -194,8 +198,8 @@ class Run(run.Run):
             return None
         if self.is_stopped and not failure:
             return self.stopped()
-        if self.releases is not None and not failure:  # what is due at the very end still happens
-            if self.releases.resume(self.work) < 0:
+        if self.releases and not failure:  # what is due at the very end still happens
+            if not self._release():
                 failure = outrun(self.reached)
             implicit_samples.keep_sample(self.work.samples.size - 1, 1.0, self.reached, 0.0, self.model, self.work)
         return ("failed", failure) if failure else run.FINISHED
@@ -224,11 +228,11 @@ class Run(run.Run):
         return [(end, work.y, s) for end in ends] + [(t, work.y0, s), (t, work.y, s)]
 
     def _events(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times and kinds of all events: of threads, the user's, and latches."""
-        count, releases = int(self.work.loop.latches), self.releases
-        latches = event_numbers(self.model, self.work.log_k[:count])
-        times = np.append(np.array(releases.times if releases is not None else [], float), self.work.log_t[:count])
-        kinds = np.append(np.array(releases.kinds if releases is not None else [], np.int64), latches)
+        """Times and kinds of all events: releases, the user's, and latches."""
+        count = int(self.work.loop.latches)
+        latches, log = event_numbers(self.model, self.work.log_k[:count]), self.work.log_t[:count]
+        times = np.concatenate([*(np.array(one.times, float) for one in self.releases), log])
+        kinds = np.concatenate([*(np.array(one.kinds, np.int64) for one in self.releases), latches])
         order = np.argsort(times, kind="stable")
         return times[order], kinds[order]
 
@@ -280,14 +284,14 @@ class Run(run.Run):
     def _kept(self, n: int, balance: Any) -> Sampled:
         """What the loop has kept of the first n samples."""
         work = self.work
-        evaluate_tensions(self.assembly, work.samples[:n], work.out_y[:n], work.out_s[:n], work.out_la[:n])
+        evaluate_multipliers(self.assembly, work.samples[:n], work.out_y[:n], work.out_s[:n], work.out_la[:n])
         return Sampled(
             work.out_a[:n],
             work.out_la[:n],
             balance,
             work.out_forces[:n],
             work.out_points[:n] if self.midpoint else None,
-            None if self.model.threads.size else work.out_momenta[:n],
+            None if self.model.info.releases else work.out_momenta[:n],
         )
 
     def _reactions(self, n: int) -> reactions.Pending | None:

@@ -18,29 +18,25 @@ from evolvent.assembly.checks import redundant_part
 from evolvent.assembly.families import row_owner
 from evolvent.compiled.pointer import zeros_record
 from evolvent.equations.implicit import measure_constraints
-from evolvent.kernels import rigid
 from evolvent.kernels.blocks import ANGLE, MOVES, POSITION, SCALAR, indices
 from evolvent.kernels.drive import drive
 from evolvent.model.family import EXPLICIT, SOLVERS
 from evolvent.model.interval import NUMBERS, Interval
 from evolvent.model.powers import N_POWERS
-from evolvent.model.registry import asked, families, forget_steps
+from evolvent.model.registry import along_axes, asked, families, forget_steps
 from evolvent.solvers.common import graph
 from evolvent.solvers.common.balance import BALANCE, LEAST_ENERGY, RESOLVED
 from evolvent.solvers.common.laws import largest_works
 from evolvent.solvers.common.sampled import empty
 from evolvent.solvers.time import event_search
 from evolvent.solvers.time.implicit import reactions
-from evolvent.solvers.time.implicit.releases import release_times
 from evolvent.solvers.time.implicit.workspace import LOOP, Workspace
 from evolvent_base.errors import InputError
 
 #: Redundant rows of joints that can be named.
 MOST_REDUNDANT = 64
-#: Share of energies of the system's size that is round-off, and of weights on threads.
-ROUND_OFF, LIFTED_SHARE = 1e-9, 1e-2
-#: Strain of a rod that is round-off: it is the difference of positions beside the length of an element.
-ROUND_OFF_STRAIN = 1e-10
+#: Share of energies of the system's size that is round-off.
+ROUND_OFF = 1e-9
 #: Part of the elements' `form_energy` that is round-off of their strain energy.
 STRAIN_ROUND_OFF = 1e-14
 #: Part of the energies and works that a run handles which is round-off.
@@ -70,7 +66,7 @@ def matrix_of(model: mdl.Model, *, spare: int | None = None, layers: bool = Fals
 def matrix_for(assembly: Assembly) -> SparseBlocks:
     """`matrix_of` the model of an assembly; variants of a system share the order of its blocks."""
     shared = assembly.shared
-    if shared is None or assembly.model.threads.size:
+    if shared is None or assembly.model.info.releases:
         return matrix_of(assembly.model)
     if "matrix" not in shared:
         shared["matrix"] = matrix_of(assembly.model)
@@ -128,12 +124,10 @@ def error_sizes(model: mdl.Model, weight: np.ndarray, *, conserves: bool) -> np.
 
 
 def _section_turns(model: mdl.Model) -> np.ndarray:
-    """Indices of turns about axes across a rod of its nodes; of a rod with one element nothing but these may move."""
-    nodes = [
-        model.bodies["iv"][rod["first_body"] :][: rod["elements"] + 1] for rod in model.rods if rod["elements"] > 1
-    ]
+    """Indices of turns about axes across a part of its nodes; of one with one element nothing but these may move."""
+    nodes = [model.bodies["iv"][own] for own in along_axes(model) if own.size > 2]
     first = np.concatenate([*nodes, np.zeros(0, dtype=np.int64)]) - int(model.info.nq)
-    return np.concatenate([first + 4, first + 5])  # the first axis is that of the rod
+    return np.concatenate([first + 4, first + 5])  # the first axis is that of the part
 
 
 def shares(model: mdl.Model, weight: np.ndarray, *, conserves: bool) -> np.ndarray:
@@ -158,8 +152,8 @@ def length_of(model: mdl.Model, weight: np.ndarray) -> float:
 
 
 def form_energy(model: mdl.Model) -> float:
-    """Sum of the constants U0 of the elements' forms, J: their strain energies are differences of terms as large."""
-    return float(np.abs(model.U0[model.elements["form"]]).sum())
+    """Energies of which the strain energies of elements are differences, J (`Family.strained`)."""
+    return sum(strained(model) for strained in asked("strained").values())
 
 
 def strain_round_off(model: mdl.Model) -> float:
@@ -199,21 +193,11 @@ def _fastest(model: mdl.Model, row: np.void, times: np.ndarray) -> float:
 def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     """Energy beside which a gain is round-off, J.
 
-    That of weights lifted by the system's size, of forms of elements, and of rods stretched by `ROUND_OFF_STRAIN`. A
-    weight at rest on a stiff thread has no energy but that of the thread, whose elongation is below the tolerance of a
-    step: there a gain counts beside weights lifted by `LIFTED_SHARE` of the thread.
+    That of weights lifted by the system's size, of forms of elements, and what families state (`Family.round_off`).
     """
     model = assembly.model
-    gravity, lifted = float(np.linalg.norm(model.info["gravity"])), _lifted(model, mass, weight)
-    if model.threads.size:
-        free = model.bodies["mass"][model.bodies["motion"] == rigid.FREE]
-        total = model.nodes["mass"].sum() + model.points["mass"].sum() + free.sum()
-        length = float(np.max(model.threads["n"] * model.threads["segment"]))
-        lifted += LIFTED_SHARE / ROUND_OFF * float(total) * gravity * length
-    strained = form_energy(model)
-    rods = model.rod_elements
-    stretched = 0.5 * ROUND_OFF_STRAIN**2 * float(np.sum(rods["length"] * rods["stiffness"][:, 0, 0]))
-    return ROUND_OFF * (lifted + strained) + stretched + LEAST_ENERGY
+    own = sum(round_off(model) for round_off in asked("round_off").values())
+    return ROUND_OFF * (_lifted(model, mass, weight) + form_energy(model)) + own + LEAST_ENERGY
 
 
 def check_start(assembly: Assembly, t: float) -> None:
@@ -270,8 +254,8 @@ def check_redundancy(assembly: Assembly, t: float) -> None:
 def stops_of(assembly: Assembly, times: np.ndarray) -> np.ndarray:
     """Times between the first and the last sample on which steps land, (n,) float, s: loads or joints change there."""
     model = assembly.model
-    changes = [own(getattr(model, name)) for name, own in asked("ramps").items()]
-    stops = np.unique(np.concatenate([*changes, model.breaks, release_times(assembly, times[0], times[-1])]))
+    own = [stops_of(model, times[0], times[-1]) for stops_of in asked("stops").values()]
+    stops = np.unique(np.concatenate([*own, model.breaks]))
     return stops[(stops > times[0]) & (stops < times[-1])]
 
 
@@ -342,7 +326,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         out_a=out.acceleration,
         out_la=out.la,
         out_balance=np.zeros((n_t, fields)),
-        out_momenta=np.zeros((0 if model.threads.size else n_t, 6)),
+        out_momenta=np.zeros((0 if model.info.releases else n_t, 6)),
         out_forces=out.forces,
         out_points=np.zeros((n_t if midpoint else 0, model.contact_points.size)),
     )

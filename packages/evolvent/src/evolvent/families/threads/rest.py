@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import Any
 
 import numpy as np
 
-from evolvent import model as mdl
-from evolvent.assembly.assembled import Assembly
+from evolvent.families.drives import angles_of, set_ramp
+from evolvent.families.threads.lengths import deployed_lengths, taken_lengths
 from evolvent.kernels import rigid, springs, thread
-from evolvent.kernels.blocks import idle, indices
-from evolvent.kernels.drive import FREE, RAMPS, drive
-from evolvent.model.registry import asked
-from evolvent.solvers.common import payout
-from evolvent.solvers.common.fixed_lengths import hold_segments
+from evolvent.kernels.drive import FREE, drive
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
@@ -23,42 +18,29 @@ Array = np.ndarray
 _FITS = 1e-9
 
 
-def freeze_spools(model: mdl.Model, time: float) -> mdl.Model:
-    """The model with spools and rods that stand at their angles and lengths of `time`; other arrays are shared.
+def freeze(model: Any, time: float) -> Any:
+    """The model with spools that stand at their angles of a time (`Family.freeze`).
 
     Where thread flows from a reel to a take-up reel, both turn on at their rates, which leave its length constant.
     """
     spools = np.flatnonzero(model.threads["drive"] != FREE)
-    rods = np.flatnonzero(model.rods["payout"] != 0)
-    if not spools.size + rods.size:
+    if not spools.size:
         return model
-    found: mdl.Model = model._replace(threads=model.threads.copy(), rods=model.rods.copy())
+    found = model._replace(threads=model.threads.copy())
     for p in spools:
-        flow = flow_at(model, int(p), time)
+        flow = _flow_at(model, int(p), time)
         for prefix, radius in (("", "radius"), ("take_", "take_radius")):
             row = model.threads[p]
             if row[prefix + "drive"] < 0:
                 continue
-            angle = payout.angles_of(row, model, np.array([time]), prefix)[0]
+            angle = angles_of(row, model, np.array([time]), prefix)[0]
             outer = row[radius] - (row["coiling"] * angle if prefix == "" else 0.0)
             rate = (flow if prefix == "" else -flow) / outer
-            found = _set_ramp(found, found.threads[p : p + 1], prefix, angle - rate * time, rate)
-    for p in rods:
-        length = payout.angles_of(model.rods[p], model, np.array([time]))[0]
-        found = _set_ramp(found, found.rods[p : p + 1], "", length, 0.0)
+            found = set_ramp(found, found.threads[p : p + 1], prefix, angle - rate * time, rate)
     return found
 
 
-def _set_ramp(model: mdl.Model, row: Array, prefix: str, value: float, rate: float) -> mdl.Model:
-    """The model in which the drive of a row, a view of one record, has a value and rises by a rate."""
-    first = model.parameters.size
-    row[prefix + "drive"], row[prefix + "law"] = RAMPS, 0
-    row[prefix + "first"], row[prefix + "last"] = first, first + 3
-    changed: mdl.Model = model._replace(parameters=np.append(model.parameters, [value, rate, 0.0]))
-    return changed
-
-
-def flow_at(model: mdl.Model, p: int, time: float) -> float:
+def _flow_at(model: Any, p: int, time: float) -> float:
     """Rate at which thread p flows from its reel to a take-up reel at `time`, m/s; 0 without such a reel.
 
     Raises
@@ -83,48 +65,16 @@ def flow_at(model: mdl.Model, p: int, time: float) -> float:
     return paid
 
 
-def stand_still(model: mdl.Model, time: float) -> None:
-    """Let what drives move, but spools, stand where it is at `time`."""
-    for stand in asked("stand").values():
-        stand(model, time)
+def place_nodes(assembly: Any, time: float, y: Array, s: Array, given: bool) -> None:
+    """Place the nodes that are off their spools at a time, and count them (`Family.place_at`).
 
-
-def end_ramps(model: mdl.Model) -> None:
-    """Let all loads of a model act as after their ramps."""
-    for end in asked("end_ramps").values():
-        end(model)
-
-
-def idle_nodes(model: mdl.Model) -> Array:
-    """Velocities, counted from the first, of nodes on their spools and of nodes that are fixed to another part."""
-    own = model.blocks[idle(model, model.switches)]
-    return np.asarray(indices(own, "iv") - int(model.info.nq)).ravel()
-
-
-def at_time(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:
-    """An assembly whose spools stand at `time`, with the nodes that are off them then, and the state to start from.
-
-    Parameters
-    ----------
-    y : (ny,) float or None
-        A state of that time: only nodes whose positions it does not have, those of its start, are placed, on straight
-        lines.
-        Without it threads are straight and not stretched, as at the start.
-
-    Raises
-    ------
-    InputError
-        Where a drive has paid out more than its thread by then.
+    Of a state that is given only nodes whose positions it does not have, those of its start, are placed, on straight
+    lines. Else threads are straight and not stretched, as at the start.
     """
-    model = assembly.model
-    if time > 0.0:
-        payout.check(assembly, time)
-    given = y is not None and np.shape(y) == assembly.y.shape
-    state = np.array(y if given else assembly.y, dtype=float)
-    s, at = assembly.s.copy(), np.array([time])
-    lengths = payout.deployed_lengths(assembly, at)[0] - payout.taken_lengths(model, at)[0]
+    model, at = assembly.model, np.array([time])
+    lengths = deployed_lengths(model, at)[0] - taken_lengths(model, at)[0]
     before = _departures(model, 0.0, assembly.y)
-    now = _departures(model, time, state)
+    now = _departures(model, time, y)
     for p, row in enumerate(model.threads):
         out, l0, first, released = float(lengths[p]), float(row["segment"]), int(row["iq"]), int(s[p])
         if row["drive"] == FREE or s[model.threads.size + p]:
@@ -132,20 +82,20 @@ def at_time(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:
         if row["kind"] == thread.MOVING:
             if time != 0.0 and not given:
                 n, (Q0, R0), (Q, R) = int(row["n"]), before[p], now[p]
-                nodes, held = state[first : first + 3 * n].reshape(-1, 3), int(row["end"] >= 0)
+                nodes, held = y[first : first + 3 * n].reshape(-1, 3), int(row["end"] >= 0)
                 away = R0.T @ (nodes[0] - Q0)
                 line = out * (R @ away) / np.linalg.norm(away)
-                end = _outer(model, row, state, nodes, 1, time)
+                end = _outer(model, row, y, nodes, 1, time)
                 if held and end is not None:
                     line = end - Q
                 nodes[held:] = Q + np.outer(1.0 - np.arange(held, n) / n, line)
             continue
         if not (released - 1.0 - _FITS) * l0 <= out <= (released + _FITS) * l0 or (released == 0 and out > 0.0):
             s[p] = min(max(int(np.ceil(round(out / l0, 9))), int(row["end"] >= 0)), int(row["n"]))
-        if out > row["n"] * l0 * (1.0 + _FITS):  # which `payout.check` allows of a thread that separates
+        if out > row["n"] * l0 * (1.0 + _FITS):  # which `check_lengths` allows of a thread that separates
             s[model.threads.size + p] = 1
         Q, R = now[p]
-        nodes = state[first : first + 3 * int(row["n"])].reshape(-1, 3)
+        nodes = y[first : first + 3 * int(row["n"])].reshape(-1, 3)
         if given and s[p] <= released:
             continue
         if given:
@@ -154,7 +104,7 @@ def at_time(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:
                 released += 1
             if released == s[p]:
                 continue
-            outer = _outer(model, row, state, nodes, released, time)
+            outer = _outer(model, row, y, nodes, released, time)
             share = out - max(released - 1, 0) * l0
             line = outer - Q if outer is not None and share > 0.0 else (R @ row["payout_axis"]) * max(share, l0)
             fractions = (out - np.arange(released, s[p]) * l0) / max(share, l0 if outer is None else share)
@@ -162,7 +112,7 @@ def at_time(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:
             continue
         if time == 0.0 and s[p] == released:
             continue
-        end = _outer(model, row, state, nodes, 1, time) if row["end"] >= 0 else None
+        end = _outer(model, row, y, nodes, 1, time) if row["end"] >= 0 else None
         if end is not None:
             line = (end - Q) / out if out > 0.0 else R @ row["payout_axis"]
         else:
@@ -172,22 +122,9 @@ def at_time(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:
             line = R @ (R0.T @ away) / size if size > 0.0 else R @ row["payout_axis"]
         first_own = int(row["end"] >= 0)
         nodes[first_own : s[p]] = Q + (out - np.arange(first_own, s[p]) * l0)[:, None] * line
-    if time != 0.0 and not given:
-        _lengthen_rods(model, time, state)
-    found = freeze_spools(model, time)
-    hold_segments(time, state, s, found)
-    return dataclasses.replace(assembly, model=found, s=s), state if y is None or given else y
 
 
-def _lengthen_rods(model: mdl.Model, time: float, y: Array) -> None:
-    """Spread rods that pay out, whose nodes in y are those of the start, over their lengths of `time`."""
-    for row in model.rods[model.rods["payout"] != 0]:
-        start, now = payout.angles_of(row, model, np.array([0.0, time]))
-        at = model.bodies["iq"][int(row["first_body"]) :][: int(row["elements"]) + 1, None] + np.arange(3)
-        y[at] = y[at[0]] + now / start * (y[at] - y[at[0]])
-
-
-def _departures(model: mdl.Model, time: float, y: Array) -> list[tuple[Array, Array]]:
+def _departures(model: Any, time: float, y: Array) -> list[tuple[Array, Array]]:
     """Where each thread leaves its spool, m, and the rotation of the body there, inertial axes."""
     rigid.kinematics(time, y, model)
     found = []
@@ -198,7 +135,7 @@ def _departures(model: mdl.Model, time: float, y: Array) -> list[tuple[Array, Ar
     return found
 
 
-def _outer(model: mdl.Model, row: np.record, y: Array, nodes: Array, released: int, time: float) -> Array | None:
+def _outer(model: Any, row: np.record, y: Array, nodes: Array, released: int, time: float) -> Array | None:
     """Position of the last node that has left the spool; None where none has."""
     if released == 0:
         return None

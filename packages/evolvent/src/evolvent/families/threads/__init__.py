@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, constraint_rows, loads, points, thread
+from evolvent.families.threads import forces, lengths, limits, motion, positions, releases, rest
+from evolvent.kernels import constraint_rows, loads, thread
 from evolvent.kernels.blocks import POSITION, SCALAR
 from evolvent.kernels.drive import FREE, LAW
 from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
 from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record
 from evolvent.model.layout import Events, Rows, Switches
-from evolvent.model.powers import DRIVEN, MARKER_LOADS, SPOOLS, SPRINGS
 from evolvent.model.questions import DRIVE, Block, Bound, Coordinates, Law, LinearizedPoint, Moment
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 from evolvent_base.errors import InputError
@@ -29,11 +29,6 @@ OPEN = -1
 _FIXED = (thread.INEXTENSIBLE, thread.JOINED)
 #: Kinds of threads with segments of springs.
 _SPRINGS = (thread.SPRINGS, thread.MOVING)
-
-
-def is_open(model: Any) -> bool:
-    """Whether a spool of a model reacts, by a loop of feedback that is not closed."""
-    return bool(np.any(model.threads["law"] == OPEN))
 
 
 def _is_turned(found: Array) -> Array:
@@ -65,98 +60,6 @@ def _coupled(row: Any, records: Records) -> Iterator[list[End]]:
         yield [end, *reel]
         if row["n"] > 1:
             yield [end, ("vectors", int(row["iv"]) + 3)]
-
-
-@calls.force
-def force(interval, model):
-    """Forces and inertia of all threads in a state; their forces on points and bodies are among those of these."""
-    step, powers = interval.step, interval.powers
-    lost, given, spools = thread.add_thread_residual(step.t, interval.ym, interval.dv, step.rub, model, model.F)
-    powers[SPRINGS] += lost
-    powers[MARKER_LOADS] += given
-    powers[SPOOLS] += spools
-
-
-@calls.force
-def step_force(interval, model):
-    """Forces and inertia of all threads over a step."""
-    step, powers = interval.step, interval.powers
-    lost, given, spools, driven = thread.add_thread_step(
-        step.tm, step.h, interval.ym, interval.y0, interval.y1, model, model.F
-    )
-    powers[SPRINGS] += lost
-    powers[MARKER_LOADS] += given
-    powers[SPOOLS] += spools
-    powers[DRIVEN] += driven
-
-
-@calls.tangent
-def tangent(interval, model, matrix):
-    """Derivatives of `force`."""
-    thread.add_thread_tangent(interval.ym, interval.step.c_mass, interval.step.c_rate, model, matrix)
-
-
-@calls.tangent
-def step_tangent(interval, model, matrix):
-    """Derivatives of `step_force`."""
-    step = interval.step
-    thread.add_thread_step_tangent(step.tm, interval.ym, step.h, step.c_mass, step.c_rate, model, matrix)
-
-
-@calls.measure
-def measure(end, t, y, model):
-    """Lengths of all segments."""
-    thread.measure_threads(end, t, y, model)
-
-
-@calls.energy
-def energy(interval, model, out):
-    """Energies of all threads."""
-    thread.add_thread_energies(interval.step.t, interval.ym, model, out)
-
-
-@calls.force
-def explicit_force(interval, model):
-    """Forces of all threads on what they leave and end at, and rates of the nodes of those of springs."""
-    powers = interval.powers
-    lost, given, spools = thread.add_explicit_threads(interval.step.t, interval.ym, interval.s, model, interval.rates)
-    powers[SPRINGS] += lost
-    powers[MARKER_LOADS] += given
-    powers[SPOOLS] += spools
-
-
-@calls.force
-def prepare_sample(interval, model):
-    """Tensions that are multipliers."""
-    thread.note_tensions(interval.la, model)
-
-
-@calls.force
-def evaluate_rates(interval, model):
-    """Motion, tensions, energies and momenta of all threads."""
-    for p in range(model.threads.size):
-        thread.note_results(interval.ym, interval.s, model, p)
-
-
-@calls.force
-def evaluate(interval, model):
-    """Loads on threads."""
-    step = interval.step
-    if model.loads.size > 0:
-        thread.evaluate_thread_loads(int(step.sample), interval.times, interval.s, step.factor, model)
-
-
-@calls.turning_tangent
-def turning_tangent(factor, spin, y, model, matrix):
-    """Derivatives of the forces by a steady turn."""
-    n_q, threads = model.info.nq, model.threads
-    for k in range(threads.size):
-        if threads[k].kind == thread.MOVING:
-            thread.add_turning_elements(factor, spin, k, model, matrix)
-            continue
-        for i in range(1 if threads[k].end >= 0 else 0, model.switches[k]):
-            mass = factor * model.nodes[threads[k].node + i].mass
-            points.add_centrifugal(mass, threads[k].iv + 3 * i - n_q, spin, matrix)
 
 
 def _unforced(model: Any) -> dict[str, Array]:
@@ -287,12 +190,14 @@ def _check_copies(builder: Any) -> None:
             )
 
 
-@calls.turning
-def turning(factor, spin, y, model, a):
-    """Drift of the nodes on moving meshes."""
-    for k in range(model.threads.size):
-        if model.threads[k].kind == thread.MOVING:
-            thread.note_drift(factor, spin, k, model)
+def _directions(model: Any) -> Array:
+    own = [row["iq"] + 3 * np.arange(row["n"]) for row in model.threads if row["kind"] == thread.INEXTENSIBLE]
+    return np.concatenate([*own, np.zeros(0, dtype=np.int64)])
+
+
+def _flows(model: Any) -> Array:
+    own = [row["iv"] + np.arange(3 * row["n"]) for row in model.threads if row["take_drive"] >= 0]
+    return np.concatenate([*own, np.zeros(0, dtype=np.int64)])
 
 
 def _paid_out(model: Any, rate: Callable[[Any], float]) -> float:
@@ -405,14 +310,16 @@ THREADS = Family(
     ends=_of_thread,
     isolated=False,
     couples=_coupled,
-    force=force,
-    step_force=step_force,
-    tangent=tangent,
-    step_tangent=step_tangent,
-    measure=measure,
-    energy=energy,
-    explicit_force=explicit_force,
+    force=forces.force,
+    step_force=forces.step_force,
+    tangent=forces.tangent,
+    step_tangent=forces.step_tangent,
+    measure=forces.measure,
+    energy=forces.energy,
+    explicit_force=forces.explicit_force,
     explicit_energy=False,
+    explicit_end=forces.explicit_end,
+    add_sums=forces.add_sums,
     by_rates=False,
     shares=Shares(
         (Rule(ELASTIC),), place=12, unforced=_unforced, elastic=Elastic(_stiff, alone=True, pushing=_pushing),
@@ -430,10 +337,10 @@ THREADS = Family(
         Coordinates(_spools, 30, lambda found: 0),
     ),
     bound=_bound,
-    prepare_sample=prepare_sample,
-    evaluate_rates=evaluate_rates,
-    evaluate=evaluate,
-    turning_tangent=turning_tangent,
+    prepare_sample=forces.prepare_sample,
+    evaluate_rates=forces.evaluate_rates,
+    evaluate=forces.evaluate,
+    turning_tangent=forces.turning_tangent,
     sizes=_sizes,
     extents=lambda found: found["n"] * found["segment"],
     points=_released_nodes,
@@ -449,13 +356,45 @@ THREADS = Family(
             order=np.inf,
         ),
     ),
-    totals={"brakes": lambda found: int(np.sum(_is_braked(found)))},
+    totals={
+        "brakes": lambda found: int(np.sum(_is_braked(found))),
+        "releases": lambda found: 2 * found.size,
+        "abrupt": lambda found: int(np.sum((found["slack"] != 0) | (found["drive"] == FREE))),
+    },
     offsets=("iv", "spool_v"),
     place=_tip,
     rows=Rows(_rows, constraint_rows.THREAD),
     check=_check_copies,
-    turning=turning,
+    turning=forces.turning,
     paid_out=_paid_out,
+    change_values=motion.change_values,
+    apply_change=motion.apply_change,
+    longest_step=motion.longest_step,
+    until_change=motion.until_change,
+    is_due=motion.is_due,
+    lock=motion.lock,
+    kick=motion.kick,
+    project=motion.project,
+    interpolate=motion.interpolate,
+    between=motion.between,
+    check_run=lengths.check_lengths,
+    stops=releases.release_times,
+    freeze=rest.freeze,
+    place_at=rest.place_nodes,
+    positions=positions.with_positions,
+    hold=positions.hold_segments,
+    multipliers=positions.evaluate_tensions,
+    releases=releases.Releases,
+    captures=limits.captures,
+    unsteady=limits.unsteady,
+    warn=limits.pushing,
+    reacts=lambda found: found["law"] == OPEN,
+    directions=_directions,
+    nodal=lambda row: (int(row["n"]), 3),
+    flows=_flows,
+    round_off=limits.lifted,
+    waves=lambda found: 0.25 if np.any(found["kind"] == thread.INEXTENSIBLE) else 1.0,
+    taut=lambda found: np.isin(found["kind"], _SPRINGS),
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step

@@ -1,4 +1,4 @@
-"""Forces without a direction: of springs that are compressed to length zero, of contacts at a centre."""
+"""Why a motion may fail: forces without a direction, and what families state of a state (`Family.hint`)."""
 
 from __future__ import annotations
 
@@ -15,6 +15,13 @@ def passages(assembly: Assembly) -> tuple[tuple[float, str], ...]:
     for name, passages_of in asked("passages").items():
         found += [(t, f"{owner(assembly, name, k)!r} {why}") for k, t, why in passages_of(assembly.model)]
     return tuple(found)
+
+
+def hints_on(assembly: Assembly, y: np.ndarray) -> str:
+    """What may be wrong in a state (ny,), in words that go on a sentence; '' of nothing."""
+    own = asked("hint").items()
+    found = [(owner(assembly, name, k), what) for name, hint in own for k, what in hint(assembly.model, y)]
+    return "".join(f"; {what.format(name=repr(who))}" for who, what in found)
 
 
 def without_normal(assembly: Assembly, when: str) -> str:

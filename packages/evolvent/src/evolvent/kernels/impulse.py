@@ -1,0 +1,51 @@
+"""Impulses: what jumps when a force acts for no time, all constraints answering."""
+
+from numba import void
+
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
+from evolvent.kernels import constraint_rows, points, rigid
+from evolvent.kernels.calls import kick_at, lock_at
+from evolvent.model import MODEL
+
+
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL))
+def prepare(t, y, s, model):
+    """Kinematics, masses and factors for an impulse; forces and rows' right-hand sides are cleared."""
+    bodies, calls = model.bodies, model.lock_calls
+    rigid.kinematics(t, y, model)
+    for k in range(calls.size):
+        lock_at(model, calls[k])(t, y, s, model)
+    rigid.factorise(bodies)
+    for b in range(bodies.size):
+        for c in range(6):
+            bodies[b].F[c] = 0.0
+            bodies[b].a[c] = 0.0
+    points.clear_forces(model.points)
+    if model.rows.size > 0:
+        constraint_rows.build_rows(t, y, s, model)
+        for r in range(model.rows.size):
+            model.rows[r].rx = 0.0
+
+
+@indirect(void(VECTOR, INTEGERS, MODEL))
+def impulse(y, s, model):
+    """Let every constraint answer the impulses in the bodies' wrenches and the points' forces; velocities jump.
+
+    Call after `prepare`. Constraint rows may carry a wanted jump of their rate in rx.
+    """
+    bodies, dy = model.bodies, model.dy[1]
+    for b in range(bodies.size):
+        rigid.respond(bodies, b, bodies[b].F, bodies[b].a)
+    for i in range(dy.size):
+        dy[i] = 0.0
+    jump(y, s, model, dy)
+
+
+@indirect(void(VECTOR, INTEGERS, MODEL, VECTOR))
+def jump(y, s, model, dy):
+    """Velocities jump as bodies' twists a, points' forces and beams' velocities dy say, all constraints answering."""
+    if model.rows.size > 0:
+        constraint_rows.solve_rows(s, model, dy)
+    calls = model.kick_calls
+    for k in range(calls.size):
+        kick_at(model, calls[k])(y, s, model, dy)
