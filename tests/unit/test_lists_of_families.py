@@ -16,6 +16,10 @@ SEVERAL = 5
 LEFT = {"solvers": 95, "equations": 26, "analysis": 40, "assembly": 34}
 
 
+#: Modules whose functions have names of families.
+MODULES = {"json", "dataclasses"}
+
+
 def named(node: ast.AST, names: set[str]) -> set[str]:
     """Families that are named in some code, as attributes or words."""
     attributes = {one.attr for one in ast.walk(node) if isinstance(one, ast.Attribute)}
@@ -28,7 +32,7 @@ def lines(tree: ast.AST, names: set[str]) -> set[int]:
     found = set()
     for one in ast.walk(tree):
         if isinstance(one, ast.Attribute):
-            word = one.attr
+            word = "" if isinstance(one.value, ast.Name) and one.value.id in MODULES else one.attr
         elif isinstance(one, ast.keyword):
             word = one.arg
         elif isinstance(one, ast.Constant) and isinstance(one.value, str):

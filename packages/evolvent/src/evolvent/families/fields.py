@@ -116,6 +116,7 @@ FIELDS = Family(
         Kind("an acceleration field", which=where("kind", fields.LAW)),
     ),
     force=force,
+    frame=lambda row: row["w"] if row["kind"] == fields.ORBIT else None,
     scale=scale,
     tangent=tangent,
     by_rates=False,

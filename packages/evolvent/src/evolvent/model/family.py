@@ -149,6 +149,8 @@ class Family:
     owner : function of `Records` and the index of a record to the family and the index of that whose part wrote it
     several : whether a part writes several records, named by the first of them
     consists : function of a record and its index to the bodies that it consists of, which have its name
+    frame : of forces on all masses, with a field `scale` each: function of a record to the rate of the frame that turns
+        with it, (3,) float, rad/s, inertial axes; None of a law
     resists : fields with the length or angle of a record, and with its forces; None of what does not resist by these
     is_motion : whether its records are motions between parts, with an `angle` each, which have margins and latches
     local : whether results of its records at a sample follow from the states at it and at the first one, without
@@ -344,6 +346,7 @@ class Family:
     owner: Callable[[Records, int], tuple[str, int]] | None = None
     several: bool = False
     consists: Callable[[Any, int], range] | None = None
+    frame: Callable[[Any], Array | None] | None = None
     resists: tuple[str, ...] | None = None
     is_motion: bool = False
     local: bool = False

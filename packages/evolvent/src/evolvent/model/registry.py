@@ -120,6 +120,12 @@ def motions_of(model: Any) -> Any:
     return getattr(model, motions())
 
 
+def frames_of(model: Any) -> list[tuple[str, Any, Any]]:
+    """Family, rate of the frame (`Family.frame`) and record of each force on all masses of a model."""
+    own = ((name, frame, getattr(model, name)) for name, frame in asked("frame").items())
+    return [(name, frame(row), row) for name, frame, rows in own for row in rows]
+
+
 @functools.cache
 def constraining() -> tuple[str, ...]:
     """Families whose records have rows in `Model.constraints`, in the order of these."""

@@ -11,7 +11,7 @@ from numba import config
 
 from evolvent.assembly import needs
 from evolvent.assembly.families import owner
-from evolvent.model.registry import event_of
+from evolvent.model.registry import asked, event_of
 from evolvent.solvers.common.solution import event_numbers
 from evolvent.solvers.sensitivity.steps_beside import (
     ELSEWHERE,
@@ -139,7 +139,8 @@ class Neighbours:
         for k, steps in enumerate(self.pace[:, UNLIKE].astype(int)):
             if steps:
                 model = self.lead.model
-                what = "contacts touch" if model.contact_surfaces.size or model.body_contacts.size else "joints slip"
+                touches = any(getattr(model, name).size for name in asked("presses"))
+                what = "contacts touch" if touches else "joints slip"
                 raise TooFar(k - 1, f"other {what} in steps to t = {self.lead.reached:.6g} s")
 
     def _left(self) -> TooFar:

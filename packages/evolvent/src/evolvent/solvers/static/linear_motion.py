@@ -6,9 +6,9 @@ import numpy as np
 import scipy.sparse as sparse
 
 from evolvent.algebra.eigenproblem import Problem
-from evolvent.kernels import fields, rigid
+from evolvent.kernels import rigid
 from evolvent.kernels.blocks import POSITION, RATE, ROTATION, SLOPE
-from evolvent.model.registry import asked
+from evolvent.model.registry import asked, frames_of
 from evolvent.solvers.common.redundancy import independent, is_held
 from evolvent.solvers.common.standing import idle_nodes
 from evolvent.solvers.static import equilibrium as eq
@@ -32,7 +32,7 @@ def has_gyroscopic_forces(work: Work) -> bool:
     """Whether a steady turn, an orbital frame or wheels bring in forces that can stabilize where the energy rises."""
     turns = np.any(work.balance.spin[:3]) or np.any(work.balance.y[work.model.wheels["iv"]])
     turns = turns or any(flows(work.model).size for flows in asked("flows").values())
-    return bool(turns) or work.model.fields.size > 0
+    return bool(turns) or bool(frames_of(work.model))
 
 
 def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...]:
@@ -60,20 +60,20 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     if np.any(b.spin[:3]):
         K = K + work.turning_tangent()
         C = C + gyroscopic(work, M, b.spin[:3])
-    if work.model.fields.size:
-        C = C + field_rates(work, M, damped=damped)
+    if frames_of(work.model):
+        C = C + frame_rates(work, M, damped=damped)
     return M, C.tocsr(), K, G.tocsr()
 
 
-def field_rates(work: Work, M: sparse.csr_matrix, *, damped: bool) -> sparse.csr_matrix:
-    """Derivatives of the forces of fields by velocities: Coriolis terms of an orbital frame, and those of a law.
+def frame_rates(work: Work, M: sparse.csr_matrix, *, damped: bool) -> sparse.csr_matrix:
+    """Derivatives of forces on all masses by velocities: Coriolis terms of an orbital frame, and those of a law.
 
     Without `damped` only the gyroscopic (skew-symmetric) part of a law's derivative is taken.
     """
     found = sparse.csr_matrix((work.n_v, work.n_v))
-    for row in work.model.fields:
-        if row["kind"] == fields.ORBIT:
-            found = found + row["scale"] * gyroscopic(work, M, row["w"])
+    for _, rate, row in frames_of(work.model):
+        if rate is not None:
+            found = found + row["scale"] * gyroscopic(work, M, rate)
             continue
         with_field, scale = work.damping(), float(row["scale"])
         row["scale"] = 0.0
@@ -84,11 +84,13 @@ def field_rates(work: Work, M: sparse.csr_matrix, *, damped: bool) -> sparse.csr
 
 
 def _dampers(work: Work) -> sparse.csr_matrix:
-    """Derivative of the forces by velocities at rest, without those of fields (`field_rates`)."""
-    scale = work.model.fields["scale"].copy()
-    work.model.fields["scale"] = 0.0
+    """Derivative of the forces by velocities at rest, without those on all masses (`frame_rates`)."""
+    kept = [(row, float(row["scale"])) for _, _, row in frames_of(work.model)]
+    for row, _ in kept:
+        row["scale"] = 0.0
     found = work.damping()
-    work.model.fields["scale"] = scale
+    for row, scale in kept:
+        row["scale"] = scale
     return found
 
 

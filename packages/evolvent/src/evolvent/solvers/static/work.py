@@ -23,7 +23,7 @@ from evolvent.equations.kept_fields import write_forces
 from evolvent.kernels import rigid
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SCALAR, SLOPE, idle, indices
 from evolvent.model.powers import N_POWERS
-from evolvent.model.registry import along_axes, asked, families
+from evolvent.model.registry import along_axes, asked, families, frames_of
 from evolvent.solvers.common import redundancy
 from evolvent.solvers.common.standing import end_ramps, freeze, stand_still
 from evolvent.solvers.static import equilibrium as eq
@@ -69,8 +69,8 @@ def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
     axis, gravity = spin[:3], model.info.gravity
     if not np.any(axis):
         return spin
-    if model.fields.size:
-        name = next(name for name, found in assembly.names.items() if found[0] == "fields")
+    if framed := {family for family, *_ in frames_of(model)}:
+        name = next(name for name, found in assembly.names.items() if found[0] in framed)
         raise InputError(f"rotating does not support the field {name!r}; leave out rotating, or the field")
     if np.linalg.norm(np.cross(axis, gravity)) > 1e-9 * np.linalg.norm(axis) * np.linalg.norm(gravity):
         raise InputError(f"gravity {tuple(gravity)} is not along the axis of the steady turn, so nothing is steady")
