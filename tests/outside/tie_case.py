@@ -14,9 +14,9 @@ LENGTH, START, G = 0.8, 0.7, 9.81
 FREQUENCY = np.sqrt(G / LENGTH)
 
 
-def pendulum(clock: float | None = None, **given: Any) -> System:
+def pendulum(clock: float | None = None, weight: float = G, **given: Any) -> System:
     """A point mass on a tie to a fixed place; an event at a time."""
-    found = System(gravity=(0.0, 0.0, -G))
+    found = System(gravity=(0.0, 0.0, -weight))
     found.add(parts.Point(mass=2.0, position=(LENGTH * np.sin(START), 0.0, -LENGTH * np.cos(START))), "bob")
     if clock is not None:
         found.add(parts.Event(law=f"t - {clock}"), "clock")
