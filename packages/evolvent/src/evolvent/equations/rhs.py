@@ -68,7 +68,7 @@ def rhs(t, y, s, model, dy):
     calls = model.explicit_rate_calls
     for k in range(calls.size):
         force_at(model, calls[k])(interval, model)
-    if not accelerate(t, y, s, model, powers, dy):
+    if not accelerate(interval, model):
         for i in range(y.size):
             dy[i] = math.nan
         return
@@ -95,8 +95,9 @@ def set_state(t, rub, at):
 
 
 @inlined
-def accelerate(t, y, s, model, powers, dy):
-    """Accelerations of bodies and points under what has been applied; adds to powers; False for redundant rows."""
+def accelerate(interval, model):
+    """Accelerations of all under what has been applied; adds to powers; False for redundant rows."""
+    t, y, s, dy, powers = interval.step.t, interval.ym, interval.s, interval.rates, interval.powers
     bodies = model.bodies
     rigid.factorise(bodies)
     for b in range(bodies.size):
@@ -110,6 +111,9 @@ def accelerate(t, y, s, model, powers, dy):
         constraint_rows.row_velocity_terms(t, y, s, model)
         constraint_rows.solve_rows(s, model, dy)
         powers[DRIVEN] += constraint_rows.driven_power(t, s, model)
+    calls = model.explicit_carried_calls
+    for k in range(calls.size):
+        force_at(model, calls[k])(interval, model)
     for b in range(bodies.size):
         powers[DRIVEN] += rigid.write_rates(y, bodies, b, dy)
     points.write_point_rates(y, model.points, dy)

@@ -143,6 +143,8 @@ class Family:
     inertia, inertia_tangent, step_inertia, step_inertia_tangent : the same of masses, after all forces
     explicit_force : function of forces in a state of an explicit method, where it is another one; False for none
     explicit_rate : of rates of the coordinates of its own that no constraint holds, after all forces
+    explicit_carried : of rates of what bodies carry, by the accelerations of these, and of what it does to those that
+        are driven
     explicit_end : of what needs the accelerations of all
     measure : of what a step needs of its start and its end
     energy, momentum : of a state; explicit_energy of one of an explicit method, where forces were not evaluated
@@ -311,8 +313,8 @@ class Family:
     taut : function of its records to those so stiff that little lengths are large forces
     waves : function of its records, along which waves run far faster than the motion, to the part of the longest stable
         explicit step that is short enough, at most that of the method
-    axes : function of the model to the bodies that are nodes along an axis, whose slope their turns follow but for
-        shear, part by part
+    axes : function of the model to ranges of the bodies that are nodes along an axis, whose slope their turns follow
+        but for shear, part by part
     strained : function of the model to energies of which its strain energy is the difference, J
     round_off : function of the model to the energy whose round-off steps do not resolve, J
     inner : function of its records to how many inner unknowns they need in the matrix of an implicit method
@@ -452,6 +454,7 @@ class Family:
     evaluate: Call = None
     evaluate_last: Call = None
     keep: Call = None
+    explicit_carried: Call = None
     forget: Callable[[Any], None] | None = None
     kept: Mapping[str, int] = dataclasses.field(default_factory=dict)
     keeps: Callable[[Records], bool] | None = None
@@ -487,7 +490,7 @@ class Family:
     unsteady: Callable[[Any, bool], Iterator[tuple[int, str]]] | None = None
     taut: Callable[[Array], Array] | None = None
     waves: Callable[[Array], float] | None = None
-    axes: Callable[[Any], Iterator[Array]] | None = None
+    axes: Callable[[Any], Iterator[range]] | None = None
     strained: Callable[[Any], float] | None = None
     round_off: Callable[[Any], float] | None = None
     inner: Callable[[Array], int] | None = None

@@ -68,7 +68,7 @@ class Positions(NamedTuple):
     owners : records whose parts own the constraints
     write : function of a time, a state, its switches and the model of explicit methods, which writes positions and
         velocities in place of their coordinates
-    count : function of that model, a time and switches, which counts there the nodes that move then
+    count_nodes : function of that model, a time and switches, which counts there the nodes that move then
     refused : str, what does not support redundant constraints, and what to do; `{name}` stands for the first owner
     """
 
@@ -76,7 +76,7 @@ class Positions(NamedTuple):
     added: Mapping[str, Array]
     owners: list[int]
     write: Callable[[float, Array, Array, Any], None]
-    count: Callable[[Any, float, Array], None]
+    count_nodes: Callable[[Any, float, Array], None]
     refused: str
 
 

@@ -105,7 +105,7 @@ def turning(factor, spin, y, model, a):
 
 
 @calls.force
-def explicit_end(interval, model):
+def explicit_carried(interval, model):
     """Accelerations of nodes with segments of fixed length, of spools and of moving meshes, by those of all else."""
     y, s, dy, powers = interval.ym, interval.s, interval.rates, interval.powers
     threads, info, loaded = model.threads, model.info, thread.is_loaded(model)

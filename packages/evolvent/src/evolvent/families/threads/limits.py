@@ -66,8 +66,8 @@ def unsteady(model: Any, orbits: bool) -> Iterator[tuple[int, str]]:
         if ends_there or (row["carried"] != 0 and free[row["body"]]):
             yield p, mass
     flows = "rotating does not support the thread {name}, which flows to a take-up reel"
-    for p in np.flatnonzero(model.threads["take_drive"] >= 0) if not orbits else ():
-        yield int(p), f"{flows}; leave out rotating, or its `take_up`"
+    for p in np.flatnonzero(model.threads["take_drive"] >= 0).tolist() if not orbits else ():
+        yield p, f"{flows}; leave out rotating, or its `take_up`"
 
 
 def pushing(solution: Any, share: float | None = None) -> Iterator[str]:

@@ -84,7 +84,7 @@ def given_positions(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, 
         return found, y
     s, state = assembly.s.copy(), np.array(y, dtype=float)
     for _, own in _positions(assembly):
-        own.count(assembly.model, time, s)
+        own.count_nodes(assembly.model, time, s)
         own.write(time, state, s, assembly.model)
     return found, state
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import scipy.sparse as sparse
 
@@ -30,7 +32,7 @@ def growing_motions(work: Work) -> Array | None:
 
 def has_gyroscopic_forces(work: Work) -> bool:
     """Whether a steady turn, an orbital frame or wheels bring in forces that can stabilize where the energy rises."""
-    turns = np.any(work.balance.spin[:3]) or np.any(work.balance.y[work.model.wheels["iv"]])
+    turns: Any = np.any(work.balance.spin[:3]) or np.any(work.balance.y[work.model.wheels["iv"]])
     turns = turns or any(flows(work.model).size for flows in asked("flows").values())
     return bool(turns) or bool(frames_of(work.model))
 

@@ -100,7 +100,7 @@ def _automatic_step(assembly: Assembly, method: Method, duration: float, limit: 
     waves = {name: part(own) for name, part in asked("waves").items() if (own := getattr(model, name)).size}
     if any(name == fastest or every[name].is_by_rates(model) for name in waves) or model.info.penalties > 0:
         # the motion lies far below the waves along what is long: stability is enough
-        safe = limit * min(method.safety, *waves.values())
+        safe = limit * min([method.safety, *waves.values()])
         if assembly.model.contact_surfaces.size:
             safe = min(safe, CONTACT_SAFETY * stability_limit(METHODS["rk4"], mode, duration))
         return safe
