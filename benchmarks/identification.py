@@ -29,7 +29,7 @@ import scipy
 
 from evolvent_base.errors import InputError
 from evolvent_massprops.identification import (
-    Modes,
+    IdentifiedModes,
     cramer_rao,
     esprit,
     identify,
@@ -48,7 +48,7 @@ setups = importlib.util.module_from_spec(_spec)
 sys.modules["setups"] = setups
 _spec.loader.exec_module(setups)
 
-METHODS: dict[str, tuple[Callable[..., Modes], dict[str, Any], slice]] = {
+METHODS: dict[str, tuple[Callable[..., IdentifiedModes], dict[str, Any], slice]] = {
     "varpro": (varpro, {}, slice(None)),
     "esprit": (esprit, {}, slice(None)),
     "matrix pencil": (matrix_pencil, {}, slice(None)),

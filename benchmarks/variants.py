@@ -44,8 +44,8 @@ class _Solves:
     """Processor time that runs take from their start to their solution."""
 
     def __init__(self) -> None:
-        self.spent, self._solution = 0.0, run.Run.solution
-        run.Run.solution = self._timed(self._solution)  # type: ignore[method-assign]
+        self.spent, self._solution = 0.0, run.MotionRun.solution
+        run.MotionRun.solution = self._timed(self._solution)  # type: ignore[method-assign]
 
     def _timed(self, solution: Any) -> Any:
         def timed(of: Any, progress: Any) -> Any:
@@ -58,7 +58,7 @@ class _Solves:
         return timed
 
     def end(self) -> None:
-        run.Run.solution = self._solution  # type: ignore[method-assign]
+        run.MotionRun.solution = self._solution  # type: ignore[method-assign]
 
 
 def beyond(case: str, keep: list[str], repeat: int) -> dict[str, Any]:
@@ -94,8 +94,8 @@ def per_second(count: int, workers: int) -> list[dict[str, Any]]:
             tasks.outcome_of(content, {f"parts.{key}": v for key, v in one.items()}, KEEP, shared) for one in listed
         ],
         "with_values": lambda: [system.with_values(one).simulate(keep=KEEP) for one in listed],
-        "simulate_many, 1": lambda: system.simulate_many(listed, KEEP, workers=1),
-        f"simulate_many, {workers}": lambda: system.simulate_many(listed, KEEP, workers=workers),
+        "simulate_many, 1": lambda: evolvent.simulate_many(system, listed, KEEP, workers=1),
+        f"simulate_many, {workers}": lambda: evolvent.simulate_many(system, listed, KEEP, workers=workers),
     }
     system.simulate(keep=KEEP)
     rows, bits = [], {}

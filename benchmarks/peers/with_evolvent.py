@@ -81,9 +81,9 @@ def variants(spec: dict[str, Any], options: dict[str, Any], step: float) -> Call
     kept = {axis: f"body.position.{axis}.last" for axis in "xyz"}
 
     def run() -> dict[str, Any]:
-        found = system.simulate_many(
-            {"body.mass": spec["masses"]}, list(kept.values()), workers=options["threads"], until=until, every=until,
-            method="rk4", step=step,
+        found = evolvent.simulate_many(
+            system, {"body.mass": spec["masses"]}, list(kept.values()), workers=options["threads"], until=until,
+            every=until, method="rk4", step=step,
         )  # fmt: skip
         places = np.stack([found[name.replace(".", "_")].values for name in kept.values()], axis=1)
         failed = [str(one) for one in found["reason"].values if str(one)]

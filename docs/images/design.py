@@ -4,8 +4,6 @@ import pathlib
 import time
 
 import evolvent
-from evolvent.design.optimization import report
-from evolvent_base import plots
 
 HERE = pathlib.Path(__file__).parent
 HINGES = (1, 2, 3)
@@ -19,6 +17,6 @@ if __name__ == "__main__":
         subject_to=["margin >= 0", *(f"hinge {k}.latch_time <= 20 s" for k in HINGES)],
         workers=None,
     )
-    print(report.text(found))
+    print(found)
     print(f"{time.perf_counter() - began:.0f} s")
-    plots.save(report.figure(found), HERE / "design.png")
+    found.plot(HERE / "design.png")

@@ -8,7 +8,6 @@ import re
 
 import evolvent
 from evolvent import cases
-from evolvent.design.dispersions import report
 from evolvent_base import plots
 
 HERE = pathlib.Path(__file__).parent
@@ -22,7 +21,7 @@ if __name__ == "__main__":
     page = (HERE.parent / "guide" / "dispersions.md").read_text(encoding="utf-8")
     (text,) = re.findall(r"^```yaml\n(.*?)^```", page, flags=re.DOTALL | re.MULTILINE)
     found = evolvent.disperse(cases.parse_yaml(text, "the page's study"), workers=None)
-    print(report.text(found))
-    for figure in report.figures(found):
+    print(found)
+    for figure in found.answer().figures:
         if figure.name in FIGURES:
             plots.save(figure, HERE / FIGURES[figure.name])

@@ -276,7 +276,7 @@ def test_multipliers_of_redundant_hinges_are_those_of_least_norm(solver: str) ->
         arm = np.array([-0.4, 0.0, z])
         columns += [np.append(e, np.cross(arm, e)) for e in np.eye(3)]
         columns += [np.append(np.zeros(3), e) for e in np.eye(3)[:2]]
-    from evolvent.solvers.time.implicit.setup import sizes
+    from evolvent.solvers.common.sizes import sizes
 
     length = float(sizes(found.assembly)[0].max())
     weight = np.tile([1.0, 1.0, 1.0, 1.0 / length, 1.0 / length], 2)  # moments count by the size of the system

@@ -30,7 +30,7 @@ def test_prints_and_writes(call):
     )  # fmt: skip
     assert (code, err) == (1, "evolvent: bodies interfere: panel 1 - panel 3\n")
     lines = out.splitlines()
-    assert lines[0].startswith("clearances")
+    assert lines[0].startswith("Clearances")
     assert next(line for line in lines if line.startswith("panel 1 - panel 3")).split()[5:8] == ["-20", "mm", "0"]
     assert "'panel 1' is up to 20 mm inside 'panel 3' from t = 0 s to 1.1658 s." in lines
     found = json.loads(pathlib.Path("c.json").read_text())

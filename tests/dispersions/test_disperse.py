@@ -12,7 +12,6 @@ import xarray as xr
 import cf
 import evolvent
 from evolvent.design import dispersions, studies
-from evolvent.design.dispersions import report
 from evolvent.design.evaluator import record
 from evolvent.design.evaluator.evaluator import Evaluator
 from evolvent.design.studies import label
@@ -74,7 +73,7 @@ def test_bounds_moments_and_sensitivities(read):
     assert found[one.name] is one
     with pytest.raises(InputError, match="no result is called 'x'; known: body_rate"):
         found["x"]
-    texts = report.text(found)
+    texts = str(found)
     assert "95/95 upper" in texts
     assert "the 2nd most extreme value" in texts
 
@@ -89,10 +88,11 @@ def test_failed_runs_count_as_beyond_the_bound(read):
     assert one.lacking == 3
     assert np.isnan(one.upper.value)
     assert "3 of 120 runs have no value and count as beyond the bound" in one.upper.why
-    texts = report.text(found)
+    texts = str(found)
     assert "2 of 120 runs failed; their probability is between 0.2 % and 5.9 %; every bound counts them as" in texts
     assert "body_rate.last has no value in 1 runs that did not fail" in texts
-    assert "failed: case 4 (spool.rate = " in texts
+    assert "2 runs failed\n" in texts
+    assert "spool.rate = " in texts
     page = found._repr_html_()
     assert page.count("<img") == 1
     assert "<strong>Warning:</strong> 2 cases failed: " in page
@@ -125,7 +125,7 @@ def test_other_samples_give_no_bound():
 def test_files_of_a_dispersion(read, tmp_path):
     dataset, value = outcomes(read, failed=(4,))
     found = dispersions.evaluate(dataset)
-    report.write_table(found, tmp_path / "d.csv")
+    found.save(tmp_path / "d.csv")
     with (tmp_path / "d.csv").open() as file:
         rows = list(csv.reader(file))
     assert rows[0][:4] == ["case", "status", "reason", "spool.rate [rad/s]"]
@@ -133,13 +133,13 @@ def test_files_of_a_dispersion(read, tmp_path):
     assert len(rows) == 121
     assert rows[5][1:3] == ["failed", "the drive outruns the thread"]
     assert float(rows[7][-1]) == value[6]
-    report.write_netcdf(found, tmp_path / "d.nc")
+    found.save(tmp_path / "d.nc")
     assert cf.faults(tmp_path / "d.nc") == []
     with xr.open_dataset(tmp_path / "d.nc", engine="h5netcdf") as there:
         assert json.loads(there.attrs["dispersion"])["body_rate.last"]["lacking"] == 1
         np.testing.assert_array_equal(there["body_rate_last"], dataset["body_rate_last"])
         assert "spool.rate" in there
-    report.write(found, tmp_path / "d.html")
+    found.report(tmp_path / "d.html")
     page = (tmp_path / "d.html").read_text()
     assert page.count("<img ") == 2
     assert "the drive outruns the thread" in page

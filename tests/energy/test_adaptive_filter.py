@@ -15,7 +15,7 @@ from evolvent.solvers.common.balance import defect
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.time.implicit import energy_momentum
 from evolvent.solvers.time.implicit.energy_momentum import solve_energy
-from evolvent.solvers.time.implicit.run import Run
+from evolvent.solvers.time.implicit.run import ImplicitRun
 
 #: The least spectral radius, with the strongest filter.
 LEAST = 1.0 / 3.0
@@ -150,7 +150,7 @@ def test_energy_of_the_system_and_of_the_filter_never_increases(
 ) -> None:
     """E less work + chi/4 dv.M dv over steps of changing lengths; the filter falls at longer ones, and comes back."""
     plan = energy_momentum.plan(build().assemble(), samples=[0.0, 1e3], tolerance=1e-4, spectral_radius=LEAST)
-    run = Run(plan)
+    run = ImplicitRun(plan)
     work, masses = run.work, np.array([MASS] * 3 + [INERTIA] * 3 if build is falling_arm else [1.0] * 3)
     assert run.begin() == ""
     energies, filters = [], []

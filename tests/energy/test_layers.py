@@ -13,11 +13,11 @@ from evolvent.algebra import sparse
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations import energy_momentum as flow
 from evolvent.kernels import contact
+from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.static.work import sparse_of
 from evolvent.solvers.time.implicit import energy_momentum
 from evolvent.solvers.time.implicit.energy_momentum import solve_energy
-from evolvent.solvers.time.implicit.setup import matrix_of
 from implicit.rigs import RUBBER
 from implicit.test_layers import N, wound
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from evolvent import System, parts
-from evolvent.analysis import has_loops
+from evolvent.analysis.methods import has_loops
 from evolvent.elements import Material, Rectangle
 from evolvent.solvers.time.implicit.step_error import rate_tolerance
 from validation.test_mechanisms import four_bars

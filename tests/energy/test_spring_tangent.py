@@ -7,10 +7,10 @@ import pytest
 
 from evolvent import System, parts, spring_law
 from evolvent.equations import energy_momentum as flow
+from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.static.work import sparse_of
 from evolvent.solvers.time.implicit import energy_momentum
 from evolvent.solvers.time.implicit.energy_momentum import solve_energy
-from evolvent.solvers.time.implicit.setup import matrix_of
 
 
 @spring_law

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from evolvent import cases
-from evolvent.exports import figure_pictures, report
-from evolvent_base import pages, plots
+from evolvent.exports import report
+from evolvent_base import pages, plots, showing
 
 DATE = datetime.datetime(2026, 5, 4, 12, 30, tzinfo=datetime.UTC)
 _VOID = {"meta", "img", "br", "link", "input"}
@@ -122,7 +122,7 @@ def test_interrupted_warned_and_old_runs(runs, write):
     assert "This run was interrupted" in text
     assert "a <b> & c" in text
     assert "a &lt;b&gt; &amp; c" in path.read_text()
-    assert "date not recorded" in text
+    assert "not recorded" in text
 
 
 @pytest.mark.parametrize("name", ["heliogyro", "stand", "rib"])
@@ -178,7 +178,7 @@ def test_the_report_shows_the_figures_that_were_written(runs, tmp_path, monkeypa
     figures = cases.presenter(run).figures(run)
     written = plots.draw(figures[:-1], tmp_path)
     drawn = []
-    monkeypatch.setattr(figure_pictures, "figure_picture", lambda one: drawn.append(one.name) or pages.Picture("", ""))
+    monkeypatch.setattr(showing, "figure_picture", lambda one: drawn.append(one.name) or pages.Picture("", ""))
     report.write(run, str(tmp_path / "r.html"), date=DATE, written=written)
     page = Page((tmp_path / "r.html").read_text(encoding="utf-8"))
     assert drawn == [figures[-1].name]

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evolvent import System, analysis
+from evolvent import System
 from evolvent.analysis import sensitivity
+from evolvent.analysis.runs import plan
 from evolvent.analysis.sensitivity import Key
 from evolvent.model.registry import whole
 from evolvent.solvers.sensitivity.adjoint import Adjoint
@@ -67,7 +68,7 @@ def run(system: System, keys: list[tuple[Key, Sides]], samples: np.ndarray, sett
     """Derivatives of the coordinates and rates at the end by the adjoint, times the keys."""
     assembly = system._assembled()
     changed = [(key.name, CHANGE * key.size, sides) for key, sides in keys]
-    adjoint = Adjoint(lambda: analysis.plan(assembly, samples, **settings)[0], changed)
+    adjoint = Adjoint(lambda: plan(assembly, samples, **settings)[0], changed)
     status, message = adjoint.run()
     assert status != "failed", message
     solution, n = adjoint.lead.result(status, message, 0.0), 2 * adjoint.n_v

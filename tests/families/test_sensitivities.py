@@ -70,7 +70,7 @@ def test_they_are_central_differences(family: str, method: str) -> None:
     step = until / 60.0
     settings = {"method": method, "step": step, "spectral_radius": 0.9}
     found = system.sensitivity(VALUE, keys, until=until, fine=False, **settings)
-    samples = evolvent.analysis.sample_times(until)
+    samples = evolvent.analysis.settings.sample_times(until)
     scale = max(float(found.result[0]), 1e-9)
     for j, key in enumerate(keys):
         at, d = float(found["at"][j]), 1e-3

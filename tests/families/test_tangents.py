@@ -18,10 +18,10 @@ from evolvent.equations import energy_momentum as flow
 from evolvent.kernels import attitude, attitude_tangent, blocks
 from evolvent.model.family import ENERGY, IMPLICIT, STATIC
 from evolvent.solvers.common.coordinates import with_positions
+from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.common.standing import idle_nodes
 from evolvent.solvers.static.work import sparse_of
 from evolvent.solvers.time.implicit import energy_momentum
-from evolvent.solvers.time.implicit.setup import matrix_of
 from families.case import CASES
 from families.moving import SYSTEMS
 from families.rows import FAMILIES

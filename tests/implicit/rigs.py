@@ -13,9 +13,9 @@ from evolvent.equations import implicit
 from evolvent.kernels import blocks, contact
 from evolvent.model import powers
 from evolvent.solvers import Solution
+from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.static.work import sparse_of
 from evolvent.solvers.time.implicit.plan import solve_implicit
-from evolvent.solvers.time.implicit.setup import matrix_of
 
 Array = np.ndarray
 

@@ -18,7 +18,7 @@ from evolvent.kernels import blocks, rigid
 from evolvent.model.powers import N_POWERS
 from evolvent.model.registry import families
 from evolvent.solvers import solve
-from evolvent.solvers.time.implicit.setup import acts_from_outside
+from evolvent.solvers.common.start import acts_from_outside
 from families.case import CASES
 from families.moving import SYSTEMS, coupled
 from families.reduced import two_node_file

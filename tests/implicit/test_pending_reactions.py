@@ -10,8 +10,10 @@ from evolvent.solvers.time.implicit import reactions
 def test_reactions_are_evaluated_where_they_are_asked_for(monkeypatch):
     plan = cases.system("structure").plan(cases.load("solar-array", {"simulate.until": "3 s"}))
     whole = plan.run(None)
-    evaluated, calls = reactions.Pending.evaluated, []
-    monkeypatch.setattr(reactions.Pending, "evaluated", lambda self: calls.append(self.samples.size) or evaluated(self))
+    evaluated, calls = reactions.PendingReactions.evaluated, []
+    monkeypatch.setattr(
+        reactions.PendingReactions, "evaluated", lambda self: calls.append(self.samples.size) or evaluated(self)
+    )
     seen = plan.observe(["hinge 1.angle", "panel 3.rate"])
     assert calls == []
     assert seen["hinge 1.angle"].values.tobytes() == whole["hinge 1"].angle.values.tobytes()

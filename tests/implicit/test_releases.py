@@ -18,9 +18,9 @@ from scipy.integrate import solve_ivp
 
 from evolvent import System, elements, parts
 from evolvent.solvers import Solution
+from evolvent.solvers.common.sizes import sizes
 from evolvent.solvers.time.implicit.energy_momentum import solve_energy
 from evolvent.solvers.time.implicit.plan import solve_implicit
-from evolvent.solvers.time.implicit.setup import sizes
 
 Array = np.ndarray
 G, ORIGIN, Z = 9.81, (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)

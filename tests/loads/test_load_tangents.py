@@ -13,9 +13,9 @@ from evolvent import System, elements, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations import energy_momentum as flow
 from evolvent.parts.base import unit
+from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.static.work import sparse_of
 from evolvent.solvers.time.implicit import energy_momentum
-from evolvent.solvers.time.implicit.setup import matrix_of
 from implicit.rigs import Equations
 
 Array = np.ndarray

@@ -8,7 +8,8 @@ import numpy as np
 import xarray as xr
 from scipy.spatial.transform import Rotation
 
-from evolvent import System, analysis
+from evolvent import System
+from evolvent.analysis import runs, trees
 from evolvent.assembly.assembled import Assembly
 from evolvent.solvers import Solution
 from evolvent.solvers.static.static import solve_static
@@ -52,17 +53,17 @@ class Seen(NamedTuple):
 def run(system: System, samples: Any, method: str = "auto", **options: Any) -> Seen:
     """Simulate; the run must end well."""
     assembly = system.assemble()
-    prepared, why = analysis.plan(assembly, np.asarray(samples, dtype=float), method=method, **options)
+    prepared, why = runs.plan(assembly, np.asarray(samples, dtype=float), method=method, **options)
     solution = prepared.run()
     assert solution.success, solution.message
-    return Seen(solution.assembly, solution, analysis.tree(solution, case="", why=why))
+    return Seen(solution.assembly, solution, trees.tree(solution, case="", why=why))
 
 
 def at_rest(system: System, **options: Any) -> Seen:
     """The equilibrium."""
     solution = solve_static(system.assemble(), **options).chosen(slice(-1, None))
     assert solution.success, solution.message
-    return Seen(solution.assembly, solution, analysis.tree(solution, case="", why=""))
+    return Seen(solution.assembly, solution, trees.tree(solution, case="", why=""))
 
 
 def matrices(quaternion: Array) -> Array:

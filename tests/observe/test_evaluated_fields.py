@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import evolvent
-from evolvent import analysis, results
+from evolvent import results
+from evolvent.analysis.runs import solve
 from evolvent.equations.sampling import evaluate
 from evolvent.model import RESULTS
 from evolvent.results.observe.view import View
@@ -21,7 +22,7 @@ CASES = {"solar-array": 3.0, "boom-slew": 0.5, "spinning-tether": 2.0}
 @pytest.mark.parametrize("case", CASES)
 def test_fields_are_those_of_the_samples_one_by_one(case: str) -> None:
     system = evolvent.load(case)
-    solution, _, _ = analysis.solve(system.assemble(), until=CASES[case], every=CASES[case] / 20)
+    solution, _, _ = solve(system.assemble(), until=CASES[case], every=CASES[case] / 20)
     view = View(solution)
     la = np.ascontiguousarray(solution.la) if view.model.joints.size else np.zeros((view.t.size, 0))
     found, model = view.fields, solution.model.copy()

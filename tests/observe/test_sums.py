@@ -11,7 +11,8 @@ from numba import config
 
 import cf
 import families.plain  # noqa: F401  (all families enter their cases)
-from evolvent import analysis
+from evolvent.analysis.runs import plan
+from evolvent.analysis.trees import tree
 from evolvent.assembly import families as table
 from evolvent.model.family import EXPLICIT, IMPLICIT
 from evolvent.results import netcdf
@@ -40,10 +41,10 @@ def seen(family: str, method: str) -> Seen:
         pytest.skip(str(error))
     end = min(case.end, 5e-3 * max(round(400.0 * case.step / 5e-3), 1))  # samples at ends of steps of 1e-3 s
     step = case.step if method == "rk4" else max(case.step, 1e-3)
-    prepared, why = analysis.plan(assembly, np.linspace(0.0, end, 6), method=method, step=step)
+    prepared, why = plan(assembly, np.linspace(0.0, end, 6), method=method, step=step)
     solution = prepared.run()
     assert solution.success, solution.message
-    return Seen(solution.assembly, solution, analysis.tree(solution, case="", why=why))
+    return Seen(solution.assembly, solution, tree(solution, case="", why=why))
 
 
 def total(found: Seen, variable: str) -> np.ndarray:

@@ -7,7 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import evolvent
-from evolvent import System, analysis, parts
+from evolvent import System, parts
+from evolvent.analysis.settings import sample_times
 from evolvent.results.observe.threads import curvature
 from observe.seeing import Array, Seen, close, derivative, matrices, run
 
@@ -34,7 +35,7 @@ def heliogyro(overrides: dict[str, str]) -> Seen:
     """A run of the heliogyro: its solution, and the tree of that."""
     system = evolvent.load("heliogyro", overrides)
     settings = dict(system.settings)
-    times = analysis.sample_times(settings.pop("until"), settings.pop("every"))
+    times = sample_times(settings.pop("until"), settings.pop("every"))
     del settings["fine"]
     return run(system, times, settings.pop("method"), **settings)
 

@@ -9,7 +9,7 @@ import pytest
 
 import evolvent as ev
 from evolvent import cases, parts
-from evolvent.design.optimization import report
+from evolvent.design.optimization import answer
 from evolvent.design.optimization.problem import read
 from evolvent.design.optimization.runs import Designs, quantile
 from evolvent.design.optimization.slopes import Slopes
@@ -41,7 +41,7 @@ def rate_at(stiffness: float) -> float:
 def test_the_softest_spring_that_latches_in_time() -> None:
     """Minimum of the rate where the time is 4 s: stiffness, multiplier and costs of tolerances by closed forms."""
     end = 4.0
-    found = slide().design(
+    found = ev.optimize(slide(),
         vary={STIFFNESS: "0.1 to 5 N/m"}, minimize="slide.latch_rate", subject_to="slide.latch_time <= 4 s",
         tolerances={STIFFNESS: "1%", "parts.mass.mass": "2%"},
     )  # fmt: skip
@@ -60,7 +60,7 @@ def test_the_softest_spring_that_latches_in_time() -> None:
     assert costs["parts.mass.mass"].changes[0] == pytest.approx(max(late, end * (1.0 - 0.98**0.5)), rel=1e-3)
     assert costs["parts.mass.mass"].cost == pytest.approx(rate_at(best) / end * late, rel=0.02)
     assert costs["parts.mass.mass"].exceeds == (0,)
-    text = report.text(found)
+    text = str(found)
     assert "slide.latch_time <= 4 s" in text
     assert "active" in text
     again = slide().with_values(found.values).simulate(keep=["slide.latch_time.last"])
@@ -71,7 +71,7 @@ def test_the_softest_spring_that_latches_in_time() -> None:
 def test_derivatives_of_the_discrete_solution_lead_to_the_same_design() -> None:
     best = MASS * (PHASE / 4.0) ** 2
     for way, words in (("discrete", "those of the discrete solution"), ("differences", "central differences")):
-        found = slide().design(
+        found = ev.optimize(slide(),
             vary={STIFFNESS: "0.1 to 5 N/m"}, minimize="slide.latch_rate", subject_to="slide.latch_time <= 4 s",
             derivatives=way,
         )  # fmt: skip
@@ -80,7 +80,7 @@ def test_derivatives_of_the_discrete_solution_lead_to_the_same_design() -> None:
         assert found.trade is not None
         assert found.trade.multipliers[0] == pytest.approx(rate_at(best) / 4.0, rel=1e-3)
         assert found.derivatives == words
-        assert f"derivatives: {words}" in report.sentences(found)
+        assert f"derivatives: {words}" in found.answer().heads
 
 
 @pytest.mark.slow
@@ -107,14 +107,14 @@ def test_derivatives_of_keys_that_vary_together_are_summed() -> None:
 def test_where_there_are_none_differences_are_taken_and_the_report_says_why() -> None:
     system = slide()
     system.settings = {"until": 8.0, "method": "dopri5"}
-    found = system.design(
+    found = ev.optimize(system,
         vary={STIFFNESS: "0.1 to 5 N/m"}, minimize="slide.latch_rate", subject_to="slide.latch_time <= 4 s",
         derivatives="discrete",
     )  # fmt: skip
     assert found.values[STIFFNESS] == pytest.approx(MASS * (PHASE / 4.0) ** 2, rel=3e-5)
     assert found.derivatives.startswith("central differences (sensitivities are of the steps of ")
     assert found._repr_html_().count("<img") == 1
-    dispersed = slide(0.5).design(
+    dispersed = ev.optimize(slide(0.5),
         vary={STIFFNESS: "0.4 to 0.6 N/m"}, minimize="slide.latch_rate", disperse={"mass.mass": "10%"}, samples=2,
         derivatives="discrete",
     )  # fmt: skip
@@ -135,12 +135,12 @@ def test_a_dispersion_takes_its_quantile() -> None:
     stiffness = found.values[STIFFNESS]
     assert found.objective == pytest.approx(REST * math.sqrt(stiffness / light) * math.sin(PHASE), rel=1e-4)
     assert found.runs % 10 == 0 or found.trade is not None
-    assert any("10 runs with dispersed keys" in line for line in report.sentences(found))
+    assert any("10 runs with dispersed keys" in line for line in found.answer().heads)
 
 
 @pytest.mark.slow
 def test_choices_are_all_tried() -> None:
-    found = slide(0.4).design(
+    found = ev.optimize(slide(0.4),
         vary={STIFFNESS: ["0.2 N/m", 0.25, 0.3, 0.4]}, minimize="slide.latch_rate",
         subject_to="slide.latch_time <= 4 s",
     )  # fmt: skip
@@ -148,19 +148,19 @@ def test_choices_are_all_tried() -> None:
     assert found.values == {STIFFNESS: 0.25}
     assert found.runs == 4
     assert found.trade is None
-    rows = report.end_rows(found)
+    rows = answer.end_table(found).rows
     assert [row[3] for row in rows] == ["yes", "no", "yes", "yes"]
 
 
 @pytest.mark.slow
 def test_what_cannot_be_met_is_reported_with_the_nearest_design() -> None:
-    found = slide().design(
+    found = ev.optimize(slide(),
         vary={STIFFNESS: "0.5 to 2 N/m"}, minimize="slide.latch_rate", subject_to="slide.latch_time <= 1 s",
     )  # fmt: skip
     assert not found.met
     assert found.values[STIFFNESS] == pytest.approx(2.0, rel=1e-6)
     assert found.missed()[0].startswith("slide.latch_time <= 1 s (it is 1.40")
-    assert any("meets all requirements" in line for line in report.sentences(found))
+    assert any("meets all requirements" in line for line in found.answer().warnings)
 
 
 @pytest.mark.slow
@@ -170,7 +170,7 @@ def test_an_inner_optimum(optimizer: str) -> None:
     system = ev.System(settings={"until": 3.0, "method": "generalized-alpha", "tolerance": 1e-9})
     system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)), "mass")
     system.add(parts.TranslationalSpring(a="ground", b="mass", stiffness=4.0, rest=-1.0, damping=1.0), "slide")
-    found = system.design(
+    found = ev.optimize(system,
         vary={"parts.slide.damping": "0.5 to 12 N s/m"}, minimize="mass.energy_kinetic.last", optimizer=optimizer,
         maximize=(), starts=1,
     )  # fmt: skip
@@ -189,24 +189,24 @@ def test_an_inner_optimum(optimizer: str) -> None:
 
 
 def test_runs_are_limited_and_the_best_so_far_is_kept() -> None:
-    found = slide().design(
+    found = ev.optimize(slide(),
         vary={STIFFNESS: "0.1 to 5 N/m"}, minimize="slide.latch_rate", subject_to="slide.latch_time <= 4 s",
         most_runs=6,
     )  # fmt: skip
     assert found.exhausted
     assert found.runs <= 6
     assert found.met
-    assert any("no runs left" in line for line in report.sentences(found))
+    assert any("no runs left" in line for line in found.answer().heads)
 
 
 def test_a_design_is_a_case(tmp_path) -> None:
-    found = slide(0.4).design(vary={STIFFNESS: [0.25, 0.4]}, minimize="slide.latch_rate")
+    found = ev.optimize(slide(0.4), vary={STIFFNESS: [0.25, 0.4]}, minimize="slide.latch_rate")
     loaded = cases.load(found.content)
     assert loaded.parts["slide"].stiffness == 0.25
-    report.write(found, tmp_path / "design.html")
+    found.report(tmp_path / "design.html")
     page = (tmp_path / "design.html").read_text()
     assert "Design: minimize slide.latch_rate" in page
-    assert report.figure(found).panels
+    assert found.answer().figures[0].panels
 
 
 def test_quantiles_are_order_statistics() -> None:
@@ -258,4 +258,4 @@ def test_a_case_without_any_result_fails() -> None:
     with pytest.raises(
         RunFailed, match=r"no design that was tried gives a result; of the case itself: slide.latch_rate"
     ):
-        slide().design(vary={"parts.slide.rest": ["0.1 m", "0.2 m"]}, minimize="slide.latch_rate")
+        ev.optimize(slide(), vary={"parts.slide.rest": ["0.1 m", "0.2 m"]}, minimize="slide.latch_rate")

@@ -15,9 +15,9 @@ from evolvent.kernels import rod, rod_strains
 from evolvent.kernels.blocks import displace
 from evolvent.kernels.rigid import kinematics
 from evolvent.model.powers import N_POWERS
+from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.static.work import sparse_of
 from evolvent.solvers.time.implicit import energy_momentum
-from evolvent.solvers.time.implicit.setup import matrix_of
 from rods.building import RUBBER, STRIP
 
 Array = np.ndarray

@@ -9,7 +9,8 @@ import pytest
 import yaml
 
 import evolvent
-from evolvent import InputError, RunFailed, System, analysis, parts
+from evolvent import InputError, RunFailed, System, parts
+from evolvent.analysis.methods import choose_method
 from evolvent.elements import Material, Rectangle, rods
 from evolvent.view.drawing import motion_of
 from rods.building import RUBBER, STRIP, cantilever
@@ -67,7 +68,7 @@ def test_an_element_that_bends_too_far_is_named() -> None:
 
 
 def test_auto_takes_energy_momentum() -> None:
-    assert analysis.choose_method(cantilever().assemble(), "auto") == (
+    assert choose_method(cantilever().assemble(), "auto") == (
         "energy-momentum",
         "rods: steps of any length gain no energy",
     )

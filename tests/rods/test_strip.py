@@ -14,10 +14,10 @@ from evolvent import System, parts
 from evolvent.closed_forms import driven_twist, spinning_strip_modes, sunlight_coning
 from evolvent.elements import Circle, General, Material, Rectangle, Strip, Tube
 from evolvent.equations import implicit
+from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.modal.linear import linearize
 from evolvent.solvers.static.work import sparse_of
 from evolvent.solvers.time.implicit.energy_momentum import solve_energy
-from evolvent.solvers.time.implicit.setup import matrix_of
 from evolvent_base.errors import InputError
 from rods.test_rod_kernels import by_differences, forces
 

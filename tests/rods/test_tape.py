@@ -16,9 +16,9 @@ from evolvent.elements import Arc, Lenticular, Material, TapeSection
 from evolvent.elements.rods import quaternion
 from evolvent.equations import implicit
 from evolvent.kernels import tape as kernel
+from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.static.static import solve_static
 from evolvent.solvers.static.work import sparse_of
-from evolvent.solvers.time.implicit.setup import matrix_of
 from evolvent_base.errors import InputError
 from rods.test_rod_kernels import energy, forces, moved
 

@@ -32,7 +32,7 @@ def test_a_rod_beyond_its_tension_is_named_by_every_result(tmp_path):
     assert below.modes(count=2).warning == ""
     system = hanging(parts.Rod(**own, elements=4), 0.2 * limit)
     modes = system.modes(count=2)
-    for text in (modes.warning, modes.table(), modes._repr_html_(), modes.to_dataset().attrs["warning"]):
+    for text in (modes.warning, str(modes), modes._repr_html_(), modes.to_dataset().attrs["warning"]):
         assert "above 12 E I/L^2" in text
     model = system.linearize(["load.force.x"], ["load.displacement.x"], modes=2)
     assert "above 12 E I/L^2" in model.warning

@@ -7,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from evolvent import InputError, System, model as mdl, parts
+from evolvent.analysis.modal import ModalResults
 from evolvent.elements import General, Material, Rectangle
 from evolvent.kernels.blocks import displace
 from evolvent.kernels.rotations import rotation_from_quaternion
@@ -14,6 +15,7 @@ from evolvent.parts.base import unit
 from evolvent.solvers.common.observations import sums_of
 from evolvent.solvers.modal.modes import modes
 from evolvent.solvers.modal.positions import linearized_points, rigid_motions
+from evolvent_base.answer import Table
 from helpers import rotation
 from static.composing import STEEL, beam
 
@@ -121,7 +123,7 @@ def test_complex_modes_have_no_effective_masses():
     assert np.iscomplexobj(found.shape)
     with pytest.raises(InputError, match="effective masses are defined for real modes"):
         _ = found.effective_mass
-    assert "mass" not in found.table()
+    assert "mass" not in str(ModalResults.of(found))
     seen = found.to_dataset()
     assert seen["beam.displacement"].dims == ("component", "mode", "beam.node", "axis")
 
@@ -258,7 +260,7 @@ def test_dataset_and_table(tmp_path):
     assert seen["participation_inertia"].attrs["units"] == "kg m"
     assert "mass.rotation" not in seen
     seen.to_netcdf(tmp_path / "modes.nc", engine="h5netcdf")
-    lines = found.table().splitlines()
-    assert len(lines) == 2 + 9 + 4
-    assert len({len(line) for line in lines[2:]}) == 1
-    assert "inertia z" in lines[0]
+    modal, sums = ModalResults.of(found).answer().of_kind(Table)
+    assert len(modal.rows) == 9
+    assert [row[0] for row in sums.rows] == ["sum", "all modes", "held by supports", "whole structure"]
+    assert "inertia z, kg m²" in modal.heads

@@ -12,7 +12,7 @@ from scipy import sparse
 
 import evolvent
 from evolvent import InputError, System, parts
-from evolvent.algebra.eigenproblem import Problem
+from evolvent.algebra.eigenproblem import Eigenproblem
 from evolvent.elements import Circle
 
 
@@ -86,7 +86,7 @@ def test_twist_on_a_weak_spring_is_right_or_refused(kind, spring):
     assert all(rate < 0.5 and "'spring" in text and "is lost in round-off" in text for rate, text in refused)
 
 
-def chain(squares: np.ndarray, gyroscopic: float) -> Problem:
+def chain(squares: np.ndarray, gyroscopic: float) -> Eigenproblem:
     """Uncoupled oscillators, turned into one another at random, with a gyroscopic coupling of the two slowest."""
     n = squares.size
     Q = np.linalg.qr(np.random.default_rng(7).standard_normal((n, n)))[0]
@@ -94,7 +94,7 @@ def chain(squares: np.ndarray, gyroscopic: float) -> Problem:
     C[0, 1], C[1, 0] = -gyroscopic, gyroscopic
     M, C, K = np.eye(n), Q @ C @ Q.T, (Q * squares) @ Q.T
     none = sparse.csr_matrix((0, n))
-    return Problem(*map(sparse.csr_matrix, (M, C, 0.5 * (K + K.T))), none, np.ones(n), conservative=True)
+    return Eigenproblem(*map(sparse.csr_matrix, (M, C, 0.5 * (K + K.T))), none, np.ones(n), conservative=True)
 
 
 @pytest.mark.parametrize("gyroscopic", [0.0, 0.3])
@@ -117,7 +117,7 @@ def test_a_motion_without_stiffness_that_strains_a_part_is_refused():
     K = sparse.diags([0.0, *np.geomspace(1.0, 1e3, n - 1)]).tocsr()
     none = sparse.csr_matrix((0, n))
     for C in (sparse.csr_matrix((n, n)), 1e-3 * sparse.eye(n, format="csr")):
-        problem = Problem(
+        problem = Eigenproblem(
             sparse.eye(n, format="csr"), C, K, none, np.ones(n), conservative=True,
             strains=lambda V, noise, lost: "boom" if np.any(np.abs(V[0]) > 0.5) else "",
         )  # fmt: skip

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from book import Book
-from evolvent import System, analysis, elements, parts
+from evolvent import System, elements, parts
+from evolvent.analysis import runs
 from evolvent.solvers.modal.modes import modes
 from evolvent.solvers.static.static import solve_static
 from families.beams import K_TOUCH, SUNK, resting
@@ -114,7 +115,7 @@ def test_a_rod_that_lies_on_a_surface(prop: str, solver: str) -> None:
         assert modes(assembly, count=1).pole == pytest.approx(np.asarray(case.poles), rel=2e-3)
     else:
         step = 5e-5 if solver == "rk4" else 1e-3
-        plan, _ = analysis.plan(assembly, np.linspace(0.0, 0.6, 7), method=solver, step=step)
+        plan, _ = runs.plan(assembly, np.linspace(0.0, 0.6, 7), method=solver, step=step)
         solution = plan.run()
         exact = case.motion(solution.t)
         assert np.abs(case.seen(assembly, solution.y) - exact).max() < 5e-3 * np.ptp(exact)

@@ -10,8 +10,6 @@ import pytest
 import evolvent as ev
 from evolvent.analysis import accuracy
 from evolvent.design import calibration, optimization
-from evolvent.design.calibration import report
-from evolvent.design.optimization import report as design_report
 from evolvent.solvers.time.implicit import plan as implicit
 
 J, K, C, START = 2.0, 8.0, 0.2, 0.1
@@ -58,7 +56,7 @@ def test_the_truth_is_within_the_errors_of_a_fit(tmp_path, which):
     assert np.all(found.errors < 1.3 * np.array([2.9e-4, 1.4e-4]))  # those of the closed form, fitted to such data
     assert np.all(found.integration <= 0.15 * found.errors)
     assert "finer than the case says" in found.accuracy
-    assert found.accuracy in "\n".join(report.summary(found))
+    assert found.accuracy in str(found)
 
 
 @pytest.mark.slow
@@ -98,7 +96,7 @@ def test_a_design_states_the_error_of_its_best():
     truth = closed(np.array([10.0]), k=float(found.values["parts.spring.stiffness"]), c=0.1)[0]
     own, finer = found.best.result.objective, found.finer.objective
     assert abs(finer - truth) < 0.2 * abs(own - truth)
-    lines = "\n".join(design_report.sentences(found))
+    lines = "\n".join(found.answer().heads)
     assert "error of integration: a finer one changes the objective by" in lines
 
 

@@ -10,7 +10,8 @@ import pytest
 import evolvent
 from evolvent import InputError, parts
 from evolvent.results import happened
-from evolvent.view import notebook
+from evolvent_base import showing
+from evolvent_base.answer import Answer, Section, Table
 
 
 def door():
@@ -96,9 +97,11 @@ def test_notebooks_show_objects_in_short(run):
     warned = run.copy()
     warned.attrs["warning"] = "<b>loose</b>"
     assert "&lt;b&gt;loose&lt;/b&gt;" in warned.ev._repr_html_()
+    table = Table(heads=["head"], rows=[[str(k)] for k in range(24)])
+    long = Answer(title="long", sections=[Section(title="rows", blocks=[table])])
     modes = system.modes(count=1)
     assert "frequency, Hz" in modes._repr_html_()
-    assert "12 more rows" in notebook.summary("long", rows=[["head"], *[[str(k)] for k in range(24)]])
+    assert "12 more rows" in showing.notebook(long)
 
 
 @pytest.mark.slow

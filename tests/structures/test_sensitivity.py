@@ -26,7 +26,7 @@ NEWTON = 1e-14
 
 def value_of(system: System, name: str, until: float, **settings: Any) -> float:
     """A value of a run with fixed steps, whose equations are solved to round-off."""
-    samples = evolvent.analysis.sample_times(until)
+    samples = evolvent.analysis.settings.sample_times(until)
     found = implicit.plan(system.assemble(), samples=samples, newton=NEWTON, **settings).run()
     assert found.status in ("success", "stopped by event"), found.message
     kept = kept_of(found, [name], lambda: None, fine=np.zeros(found.t.size, dtype=bool), why="")  # type: ignore[arg-type, return-value]
@@ -365,9 +365,9 @@ def test_keys_that_change_different_equations_are_evaluated_together() -> None:
     for name, at in keys:
         sides = changed(name, at * (1.0 + change)), changed(name, at * (1.0 - change))
         listed.append((name, at * change, Sides.of(assembly, sides, name)))
-    samples = evolvent.analysis.sample_times(0.1)
+    samples = evolvent.analysis.settings.sample_times(0.1)
     settings: dict[str, Any] = {"method": ALPHA, "step": 0.01}
-    adjoint = Adjoint(lambda: evolvent.analysis.plan(assembly, samples, **settings)[0], listed)
+    adjoint = Adjoint(lambda: evolvent.analysis.runs.plan(assembly, samples, **settings)[0], listed)
     assert adjoint.run()[0] == "success"
     assert adjoint._sides().tolist() == [1, 1, 1]
 

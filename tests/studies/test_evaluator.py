@@ -16,7 +16,7 @@ from evolvent.design.evaluator.differences import central
 from evolvent.design.evaluator.evaluator import Evaluator
 from evolvent.design.evaluator.log import Log
 from evolvent.design.evaluator.record import Outcome
-from evolvent.design.evaluator.task import Check, Runs, Task
+from evolvent.design.evaluator.task import Check, EvaluationTask, Runs
 from evolvent_base.errors import InputError, RunFailed
 
 
@@ -32,7 +32,7 @@ class Squares(Runs):
         """As many as are wanted."""
         return 8
 
-    def outcomes(self, task: Task, check: Check | None = None) -> list[Outcome]:
+    def outcomes(self, task: EvaluationTask, check: Check | None = None) -> list[Outcome]:
         """The square of `x`, and the level."""
         found = []
         for number, point in zip(task.numbers, task.points, strict=True):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+import evolvent
 from evolvent import InputError, System, parts
 from evolvent.compiled import jit
 from evolvent.design import studies
@@ -51,7 +52,7 @@ def system() -> System:
 
 @pytest.mark.parametrize("workers", [1, 2, 5])
 def test_variants_have_the_bits_of_runs_made_one_by_one(system: System, workers: int) -> None:
-    found = system.simulate_many({"hinge.stiffness": STIFFNESSES}, KEEP, workers=workers)
+    found = evolvent.simulate_many(system, {"hinge.stiffness": STIFFNESSES}, KEEP, workers=workers)
     assert found.sizes == {"variant": 4, "time": 31}
     np.testing.assert_array_equal(found["hinge.stiffness"], STIFFNESSES)
     for k, stiffness in enumerate(STIFFNESSES):
@@ -66,7 +67,7 @@ def test_variants_have_the_bits_of_runs_made_one_by_one(system: System, workers:
 
 def test_a_variant_that_fails_is_a_result_and_leaves_the_others_alone(system: System) -> None:
     values = [{"hinge.stiffness": 0.5}, {"hinge.stiffness": -1.0}, {"panel.mass": "2 kg", "hinge.damping": 0.3}]
-    found = system.simulate_many(values, ["hinge.latch_time.last"], workers=2)
+    found = evolvent.simulate_many(system, values, ["hinge.latch_time.last"], workers=2)
     assert found.status.values.tolist() == ["success", "failed", "success"]
     assert "stiffness" in str(found.reason.values[1])
     assert found.reason.values[0] == ""
@@ -80,9 +81,9 @@ def test_a_variant_that_fails_is_a_result_and_leaves_the_others_alone(system: Sy
 
 
 def test_settings_hold_for_all_variants_and_may_be_a_key(system: System) -> None:
-    found = system.simulate_many([{}, {"simulate.until": "1 s"}], ["panel.rate.z"], until=2.0, every=0.5)
+    found = evolvent.simulate_many(system, [{}, {"simulate.until": "1 s"}], ["panel.rate.z"], until=2.0, every=0.5)
     assert found.sizes["time"] == 5
-    short = flap().simulate_many([{"simulate.until": "1 s"}], ["hinge.angle.last"])
+    short = evolvent.simulate_many(flap(), [{"simulate.until": "1 s"}], ["hinge.angle.last"])
     assert short.hinge_angle_last.item() == flap().simulate(until=1.0, keep=["hinge.angle.last"])["hinge.angle.last"]
 
 
@@ -103,7 +104,7 @@ def test_settings_hold_for_all_variants_and_may_be_a_key(system: System) -> None
 )
 def test_refused_in_one_sentence(system: System, values: Any, more: dict[str, Any], sentence: str) -> None:
     with pytest.raises(InputError) as refusal:
-        system.simulate_many(values, **{"keep": ["hinge.angle.last"], **more})
+        evolvent.simulate_many(system, values, **{"keep": ["hinge.angle.last"], **more})
     assert sentence in str(refusal.value)
     assert "\n" not in str(refusal.value)
 
@@ -116,7 +117,7 @@ def test_an_interruption_ends_all_variants(system: System, workers: int) -> None
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        system.simulate_many([{}] * 40, ["hinge.angle.last"], workers=workers, progress=interrupt)
+        evolvent.simulate_many(system, [{}] * 40, ["hinge.angle.last"], workers=workers, progress=interrupt)
 
 
 def test_margins_are_kept_of_variants() -> None:
@@ -125,7 +126,7 @@ def test_margins_are_kept_of_variants() -> None:
     system.sections = {"margin": {"zero": zero("friction")}}
     names = ["hinge.margin", "hinge.margin_in_run"]
     expected = [system.with_values({"hinge.stiffness": v}).simulate(keep=names) for v in (0.5, 0.25)]
-    found = system.simulate_many({"hinge.stiffness": [0.5, 0.25]}, names, workers=2)
+    found = evolvent.simulate_many(system, {"hinge.stiffness": [0.5, 0.25]}, names, workers=2)
     assert found.hinge_margin.values.tolist() == [one[names[0]] for one in expected]
     assert found.hinge_margin_in_run.values.tolist() == [one[names[1]] for one in expected]
     assert found.hinge_margin.values[1] < found.hinge_margin.values[0]
@@ -183,5 +184,5 @@ def test_time_loops_let_other_threads_run() -> None:
 
 def test_a_panel_without_a_latch_keeps_no_time() -> None:
     system = flap()
-    found = system.simulate_many([{"hinge.latch": math.inf}, {}], ["hinge.latch_time.last"])
+    found = evolvent.simulate_many(system, [{"hinge.latch": math.inf}, {}], ["hinge.latch_time.last"])
     assert np.isnan(found.hinge_latch_time_last.values).tolist() == [True, False]

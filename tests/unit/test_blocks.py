@@ -9,11 +9,12 @@ from evolvent import model as mdl
 from evolvent.kernels.blocks import ANGLE, RATE, ROTATION, displace, indices
 from evolvent.model.interval import NUMBERS
 from evolvent.solvers.common.balance import BALANCE
+from evolvent.solvers.common.sizes import sizes
 from evolvent.solvers.static import equilibrium
 from evolvent.solvers.static.work import Work
 from evolvent.solvers.time.explicit import events as explicit_events
 from evolvent.solvers.time.implicit import workspace as implicit_state
-from evolvent.solvers.time.implicit.setup import shares, sizes
+from evolvent.solvers.time.implicit.setup import shares
 from families.plain import CASES
 from families.rows import FAMILIES
 

@@ -15,7 +15,8 @@ import yaml
 import evolvent
 from evolvent import cases
 from evolvent.design import calibration
-from evolvent.design.calibration import data, report
+from evolvent.design.calibration import data
+from evolvent_base import showing
 from evolvent_base.errors import InputError
 from evolvent_papers.wire_booms import closed_form, log
 from evolvent_papers.wire_booms.structure import timeline
@@ -197,7 +198,7 @@ def test_moments_of_the_inertia_stand_from_one_sensor(tmp_path: pathlib.Path) ->
     )
     assert np.all(np.abs(found.values - [3600.0, 43000.0]) < 4.0 * found.errors)
     assert found.rms == pytest.approx(0.01, rel=0.2)
-    assert "kg m^2" in report.text(found)
+    assert "kg m^2" in str(found)
     with pytest.raises(InputError, match=r"'sensor_true\[7\]': sensor_true has no 7; it has 1, 2, 3, 4"):
         calibration.calibrate(case, str(path), fit=["body.inertia.0"], observe=["sensor_true[7]=reading"])
 
@@ -244,7 +245,7 @@ def test_the_report_of_the_flight_log(tmp_path: pathlib.Path) -> None:
     assert found.rms <= 0.0080
     assert found.values[2] == pytest.approx(10.1, abs=0.2)
     assert found.references["eq. (18), roots on the axis"].rms >= 1.5 * found.rms
-    report.write(found, tmp_path)
+    showing.fill(found.answer(), tmp_path)
     written = json.loads((tmp_path / "calibration.json").read_text(encoding="utf-8"))
     assert written["parameters"][2]["key"] == "start_lengths.1"
     again = cases.load(str(tmp_path / "case.yaml"))

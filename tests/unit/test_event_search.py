@@ -9,12 +9,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from evolvent.solvers.time.event_search import END, START, Search, begin_search, next_row, room
+from evolvent.solvers.time.event_search import END, START, EventSearch, begin_search, next_row, room
 
 
 def found(*values: Callable[[float], float], always: bool = False) -> tuple[float, float, int]:
     """Parts of a step between which the first event rises, NaN for none; and the number of evaluations."""
-    search: Search = room(np.full(len(values), always))
+    search: EventSearch = room(np.full(len(values), always))
     for row in (START, END):
         search.values[row] = [one(float(search.place[row])) for one in values]
     begin_search(search)

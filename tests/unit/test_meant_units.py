@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from evolvent import InputError, parts
-from evolvent_base.units.parsing import UnitError, parse
+from evolvent_base.units import UnitError, parse
 
 #: What is meant by a text, by the unit of the key.
 MEANT = {

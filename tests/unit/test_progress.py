@@ -75,7 +75,7 @@ def test_quiet_shows_nothing(monkeypatch, capsys):
 def test_lines_say_how_long_it_will_take():
     """The first after two seconds, then ever more rarely; the time left follows from the pace since the line before."""
     now, said = [0.0], []
-    lines = progress.Lines(said.append, clock=lambda: now[0])
+    lines = progress.ProgressLines(said.append, clock=lambda: now[0])
     for k in range(400):
         now[0] = 0.5 * k
         lines.show(progress.Stage("running", 0.01 * k if k < 20 else 0.2 + 1e-5 * (k - 20), 10.0, "s"))

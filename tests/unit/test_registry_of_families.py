@@ -7,8 +7,9 @@ import pytest
 
 from evolvent.kernels import calls
 from evolvent.kernels.ends import of_bodies
-from evolvent.model import Model, registry
+from evolvent.model import registry
 from evolvent.model.family import Family, record
+from evolvent.model.fields import ModelFields
 from evolvent.model.layout import Events, Rows
 
 
@@ -33,7 +34,7 @@ def family(name: str = "pulls", **given: object) -> Family:
 )
 def test_what_cannot_be_used_is_named(one: Family, words: str) -> None:
 
-    assert words in registry._refused(one, {*Model._declared, *registry.families()})
+    assert words in registry._refused(one, {*ModelFields._declared, *registry.families()})
 
 
 def test_a_family_that_says_nothing_of_it_is_never_isolated() -> None:

@@ -55,25 +55,18 @@ def say(text: str, *, styled: bool = False) -> None:
         discard_output()
 
 
-def aligned(table: Sequence[Sequence[str]]) -> list[str]:
-    """Lines of a table: its first column to the left, the others to the right."""
-    widths = [max(len(row[k]) for row in table) for k in range(len(table[0]))]
-    return [
-        "  ".join(
-            cell.ljust(width) if k == 0 else cell.rjust(width)
-            for k, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in table
-    ]
-
-
-def made_table(title: str, *columns: str) -> Any:
-    """An empty table; the first column is at the left."""
+def made_table(heads: Sequence[str], rows: Sequence[Sequence[str]], *, words: int = 1) -> Any:
+    """A table for the screen; the first `words` columns are at the left, the others at the right."""
     from rich.table import Table
+    from rich.text import Text
 
-    made = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False, header_style="dim")
-    for k, column in enumerate(columns):
-        made.add_column(column, justify="right" if k else "left", overflow="fold")
+    headed = any(heads)
+    made = Table(box=None, pad_edge=False, header_style="dim", show_header=headed)
+    for k in range(len(heads) or len(rows[0])):
+        head = Text(visible(heads[k])) if headed else ""
+        made.add_column(head, justify="right" if k >= words else "left", overflow="fold")
+    for row in rows:
+        made.add_row(*(Text(visible(cell)) for cell in row))
     return made
 
 
@@ -120,7 +113,7 @@ def compiling(tell: Callable[[str], None] | None) -> Iterator[None]:
         yield
 
 
-class _Running(progress.Lines):
+class _Running(progress.ProgressLines):
     """Lines on stderr on all but figures, which take a few seconds."""
 
     def __init__(self) -> None:

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from evolvent_base import files
-from evolvent_base.console import once
+from evolvent_base.console import echo, once
 from evolvent_base.errors import InputError
 from evolvent_base.schema import Section
+
+if TYPE_CHECKING:
+    from evolvent_base.showing import Shown
 
 Decorator = Callable[[Any], Any]
 Kind = TypeVar("Kind", bound=Section)
@@ -72,3 +75,23 @@ def check_output(path: str | None, case: str, instead: str) -> None:
     files.check_writable(path)
     if os.path.exists(path) and os.path.exists(case) and os.path.samefile(case, path):
         raise InputError(f"-o {path!r} is the case file itself; name another, such as {instead!r}")
+
+
+def check_files(*, figure: str | None = None, **others: str | None) -> None:
+    """Refuse files that could not be written, and a figure of an unknown format, before any work is done."""
+    from evolvent_base import plots
+
+    if figure is not None:
+        plots.format_of(figure)
+    for path in filter(None, (*others.values(), figure)):
+        files.check_writable(path)
+
+
+def write_files(
+    found: Shown, *, output: str | None = None, figure: str | None = None, report: str | None = None
+) -> None:
+    """Write an answer as files that are asked for, and name them."""
+    asked = ((found.named, found.save, output), ("figure", found.plot, figure), ("report", found.report, report))
+    for name, write, path in asked:
+        if path is not None:
+            echo(f"{name}: {write(path)}")

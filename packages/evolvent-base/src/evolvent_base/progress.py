@@ -68,7 +68,7 @@ _BAR_EVERY, _BAR_LENGTH = 0.2, 20
 COMPILING = "compiling for this machine, once"
 
 
-class Lines:
+class ProgressLines:
     """One line after another on how far an operation is and how long it will still take.
 
     The first comes after `FIRST` seconds, then each takes as long as all before it, at most `RAREST`. The time left
@@ -117,7 +117,7 @@ class Lines:
         return later
 
 
-class Bar(Lines):
+class Bar(ProgressLines):
     """One line with a bar, rewritten several times a second and cleared at the end, for terminals and notebooks.
 
     Parameters
@@ -166,12 +166,12 @@ def spoken(seconds: float) -> str:
     return f"{seconds / 86400.0:.2g} days"
 
 
-def _on_stderr() -> Lines:
+def _on_stderr() -> ProgressLines:
     """A bar on a terminal and in a notebook, lines elsewhere."""
     notebook = type(sys.stderr).__module__.startswith("ipykernel")
     if notebook or (sys.stderr.isatty() and os.environ.get("TERM") != "dumb"):
         return Bar(sys.stderr)
-    return Lines(_say)
+    return ProgressLines(_say)
 
 
 def _say(line: str) -> None:
@@ -256,7 +256,7 @@ def report_compilation(state: Compilation) -> None:
 
 
 #: What shows the compilation that goes on where nobody listens.
-_shown_compilation: list[Lines] = []
+_shown_compilation: list[ProgressLines] = []
 
 
 def starts_compiling(needed: int) -> str:

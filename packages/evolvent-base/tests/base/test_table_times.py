@@ -14,7 +14,7 @@ COUNT = 80
 SECONDS = np.arange(COUNT) * 0.05
 
 
-def read(head: str, cell: Callable[[float], str], separator: str = ",") -> tables.Table:
+def read(head: str, cell: Callable[[float], str], separator: str = ",") -> tables.TextTable:
     rows = "".join(f"{cell(t)}{separator}{k % 7}\n" for k, t in enumerate(SECONDS))
     return tables.read(f"{head}{separator}x\n{rows}".encode(), "rig.csv")
 

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.analysis.stepping import ResultAddress, Stepper
+from evolvent.analysis.stepper import Stepper
+from evolvent.analysis.stepping import ResultAddress
 from evolvent.results.motion import turned
 from evolvent_base.errors import InputError, nearest
 

@@ -11,12 +11,11 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from evolvent_massprops.certificate import write
     from evolvent_massprops.description import json_schema, load
     from evolvent_massprops.estimates import Evaluation, MassProperties
     from evolvent_massprops.measurement import mass_properties, vibration
 
-__all__ = ["Evaluation", "MassProperties", "json_schema", "load", "mass_properties", "vibration", "write"]
+__all__ = ["Evaluation", "MassProperties", "json_schema", "load", "mass_properties", "vibration"]
 
 #: Where each name stands; loaded when first asked for, so that the command line starts quickly.
 _LAZY = {
@@ -26,7 +25,6 @@ _LAZY = {
     "load": "description",
     "vibration": "measurement",
     "mass_properties": "measurement",
-    "write": "certificate",
 }
 
 

@@ -1,40 +1,34 @@
-"""A measurement as one HTML page that needs nothing else: no network, no script."""
+"""A measurement as an answer: the certificate is its page."""
 
 from __future__ import annotations
 
-import datetime
 import json
 import os
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.stats
 
-from evolvent_base import __version__, pages, texts
+from evolvent_base import __version__, answer as an, texts
 from evolvent_base.errors import InputError
-from evolvent_base.files import write_file
 from evolvent_massprops import pictures
 from evolvent_massprops.description import OnSprings
-from evolvent_massprops.estimates import Evaluation, MassProperties
 from evolvent_massprops.rounding import rounded, shown
 
-#: Quantities beside one another in a table of the budget.
-_WIDE = 3
+if TYPE_CHECKING:
+    from evolvent_massprops.estimates import Evaluation, MassProperties
+
+#: Quantities beside one another in a table of the budget, and its inputs that the screen shows.
+_WIDE, _MOST_ROWS = 3, 6
+_WITHOUT = "the method gives no uncertainty of the frequencies; use varpro for a certificate"
 
 
-def write(found: MassProperties, path: str | os.PathLike[str], *, date: datetime.datetime | None = None) -> str:
-    """Write the certificate; returns its path.
-
-    Parameters
-    ----------
-    found : MassProperties
-    path : str
-    date : the moment that it states; now unless given
+def check(found: MassProperties) -> None:
+    """Refuse a certificate of numbers without uncertainty.
 
     Raises
     ------
     InputError
-        If a number has no uncertainty, or the file cannot be written; nothing is written then.
     """
     if not found.has_uncertainties:
         method = found.description.identification.method
@@ -43,48 +37,58 @@ def write(found: MassProperties, path: str | os.PathLike[str], *, date: datetime
         )
     if not (np.all(np.isfinite(found.values)) and np.all(np.isfinite(found.std)) and np.all(found.std > 0.0)):
         raise InputError("the data give no finite uncertainty; no certificate is written")
-    page = _page(found, date or datetime.datetime.now().astimezone())
-    write_file(path, page)
-    return os.fspath(path)
 
 
-def _page(found: MassProperties, date: datetime.datetime) -> str:
-    given = found.description
-    first = found.evaluations[0]
-    several = len(found.evaluations) > 1
-    return pages.render(
-        "certificate.html",
+def answer_of(found: MassProperties) -> an.Answer:
+    """Values with their uncertainties, modes, budget, and on the page all that they rest on."""
+    given, first, several = found.description, found.evaluations[0], len(found.evaluations) > 1
+    facts = [
+        (o.key, f"{rounded(value, U)} ± {rounded(U, U)} {o.unit}")
+        for o, value, U in zip(found.outputs, found.values, found.expanded, strict=True)
+    ]
+    assumed = [row for row in first.assumed if not (several and row[0] == "mounting")]
+    without = [_WITHOUT] if not found.has_uncertainties else []
+    good = an.Section(title="", blocks=["No warning: nothing in the data contradicts the model."], level=an.PAGE,
+                      kind="good")  # fmt: skip
+    return an.Answer(
         title=given.title or f"Mass properties of {given.body.name}",
-        facts=_facts(found, date),
-        files=_files(found),
-        result=_result(found),
-        values=[
-            (o.key, rounded(found.values[k], U), rounded(U, U), o.unit)
-            for k, (o, U) in enumerate(zip(found.outputs, found.expanded, strict=True))
+        about="Record of a measurement of mass properties",
+        facts=facts if found.has_uncertainties else [],
+        warnings=[*found.cautions, *without],
+        notes=[*found.notes, *(f"assumed: {text}" for what, text in first.assumed if what == "sampling")],
+        sections=[
+            *([] if found.cautions else [good]),
+            _result(found),
+            _comparison(found) if several else _modes(found, first),
+            an.Section(title="Measurement", level=an.PAGE, blocks=[
+                an.Table(heads=(), rows=_facts(found), words=2),
+                an.Table(heads=("file", "format", "samples", "rate Hz", "sensors", "SHA-256"), rows=_files(found),
+                         words=2, kind="files"),
+            ]),
+            *([_budget(found)] if found.shares else []),
+            an.Section(title="Figures", blocks=lambda: _pictures(found), level=an.PAGE),
+            *(section for one in found.evaluations for section in _recording(found, one)),
+            an.Section(title="Method", blocks=[an.Points(_steps(found), numbered=True)], level=an.PAGE),
+            an.Section(title="Assumptions", blocks=[an.Table(heads=(), rows=assumed, words=2)], level=an.PAGE),
+            *([an.Section(title="What these data do not determine",
+                          blocks=[an.Table(heads=(), rows=first.cannot, words=2)])] if first.cannot else []),
+            an.Section(title="", blocks=["Measured by, date", "Checked by, date"], level=an.PAGE, kind="sign"),
+            an.Section(title="Numbers in full", blocks=lambda: [an.Listing(_numbers(found))], level=an.PAGE),
+            an.Section(title="Description of the stand, as used", blocks=lambda: [an.Listing(_description(found))],
+                       level=an.PAGE),
         ],
-        warnings=found.cautions,
-        notes=found.notes,
-        several=several,
-        comparison=_comparison(found) if several else None,
-        budget=_budget(found),
-        recordings=[_recording(found, e) for e in found.evaluations],
-        steps=_steps(found),
-        assumed=[row for row in first.assumed if not (several and row[0] == "mounting")],
-        cannot=first.cannot,
-        numbers=_numbers(found),
-        description=_description(found),
-    )
+        made=f"evolvent {__version__}, evolvent identify", style="certificate.css",
+    )  # fmt: skip
 
 
 # ------------------------------------------------------------------------------------------------ parts
 
 
-def _facts(found: MassProperties, date: datetime.datetime) -> list[tuple[str, str]]:
-    """Body, stand, date, program and remarks."""
+def _facts(found: MassProperties) -> list[tuple[str, str]]:
+    """Body, stand and remarks."""
     given = found.description
     kind = f"springs, {given.stand.support}" if isinstance(given, OnSprings) else f"{given.stand.kind} pendulum"
-    rows = [("body", given.body.name), ("stand", kind), ("date", date.isoformat(sep=" ", timespec="minutes"))]
-    rows.append(("evaluated by", f"evolvent {__version__}, evolvent identify"))
+    rows = [("body", given.body.name), ("stand", kind)]
     return [*rows, ("remarks", given.remarks)] if given.remarks else rows
 
 
@@ -103,46 +107,52 @@ def _files(found: MassProperties) -> list[tuple[str, ...]]:
     ]
 
 
-def _result(found: MassProperties) -> dict[str, Any]:
-    """Values with their uncertainties, and their correlation."""
-    probability = 2.0 * scipy.stats.norm.cdf(found.description.uncertainty.coverage_factor) - 1.0
+def result_table(found: MassProperties) -> an.Table:
+    """Values with their uncertainties."""
     rows = []
     for k, o in enumerate(found.outputs):
-        u, U = found.std[k], found.expanded[k]
+        u, U, value = found.std[k], found.expanded[k], found.values[k]
+        label = o.label if o.key == o.label else f"{o.key}: {o.label}"
+        if not (found.has_uncertainties and u > 0.0):
+            rows.append((label, f"{value:.6g}", o.unit, *6 * "-"))
+            continue
         dof = "∞" if not np.isfinite(found.dof[k]) else f"{found.dof[k]:.0f}"
         low, high = (rounded(x, U) for x in found.interval[:, k])
-        relative = f"{100.0 * u / abs(found.values[k]):.2g} %" if abs(found.values[k]) > u else "-"
-        rows.append(
-            (
-                o.label if o.key == o.label else f"{o.key}: {o.label}",
-                rounded(found.values[k], u),
-                o.unit,
-                rounded(u, u),
-                relative,
-                dof,
-                f"{found.factor[k]:.2f}",
-                rounded(U, U),
-                f"{low} … {high}",
-            )
-        )
+        relative = f"{100.0 * u / abs(value):.2g} %" if abs(value) > u else "-"
+        rows.append((
+            label, rounded(value, u), o.unit, rounded(u, u), relative, dof, f"{found.factor[k]:.2f}", rounded(U, U),
+            f"{low} … {high}",
+        ))  # fmt: skip
+    heads = ("quantity", "value", "unit", "u", "u / value", "dof", "k", "U = k u", "coverage interval")
+    return an.Table(heads=heads, rows=rows, kind="result")
+
+
+def _result(found: MassProperties) -> an.Section:
+    """Values with their uncertainties, and their correlation."""
+    probability = 2.0 * scipy.stats.norm.cdf(found.description.uncertainty.coverage_factor) - 1.0
     draws = found.description.uncertainty.draws
+    interval = "value ± U"
+    if found.evaluations[0].draws is not None:
+        interval = f"the quantiles of a Monte Carlo of {draws} draws (JCGM 101:2008)"
+    blocks: list[an.Block] = [
+        result_table(found),
+        an.Remark(
+            f"u is the standard uncertainty (JCGM 100:2008), dof its degrees of freedom, U the expanded uncertainty "
+            f"with a coverage probability of {100.0 * probability:.2f} %; the coverage interval is {interval}."
+        ),
+    ]  # fmt: skip
     keys = [o.key for o in found.outputs]
-    R = found.covariance / np.outer(found.std, found.std)
-    return {
-        "rows": rows,
-        "probability": f"{100.0 * probability:.2f}",
-        "interval": "value ± U"
-        if found.evaluations[0].draws is None
-        else f"the quantiles of a Monte Carlo of {draws} draws (JCGM 101:2008)",
-        "names": keys,
-        "correlation": [(key, *(f"{x:+.3f}" for x in row)) for key, row in zip(keys, R, strict=True)]
-        if len(keys) > 1
-        else [],
-    }
+    if len(keys) > 1 and found.has_uncertainties:
+        R = found.covariance / np.outer(found.std, found.std)
+        correlation = [(key, *(f"{x:+.3f}" for x in row)) for key, row in zip(keys, R, strict=True)]
+        title = "Correlation of the results"
+        blocks.append(an.Table(heads=("", *keys), rows=correlation, title=title, level=an.PAGE))
+    return an.Section(title="Result", blocks=blocks)
 
 
-def _comparison(found: MassProperties) -> dict[str, Any]:
+def _comparison(found: MassProperties) -> an.Section:
     """The recordings beside one another."""
+    first = found.evaluations[0]
     head = ["recording", "frequency used rad/s", "decay rate 1/s"]
     head += ["mounting", "misfit"] if found.combined else [f"{o.key} {o.unit}" for o in found.outputs]
     rows = []
@@ -162,11 +172,11 @@ def _comparison(found: MassProperties) -> dict[str, Any]:
         "That of the mean is the larger of their scatter and of what their noise and own inputs predict, combined with "
         "the uncertainty of the inputs that they share."
     )
-    picture = None if found.combined else pictures.recordings(found)
-    return {"head": head, "rows": rows, "text": text, "picture": picture}
+    blocks: list[an.Block] = [an.Table(heads=head, rows=rows), an.Remark(text)]
+    return an.Section(title="Recordings", blocks=[*blocks, *([first.why[-1]] if found.combined else [])])
 
 
-def _budget(found: MassProperties) -> dict[str, Any]:
+def _budget(found: MassProperties) -> an.Section:
     """Contributions of the inputs, a few results a table."""
     part = np.array([s.contribution**2 for s in found.shares])
     percent = 100.0 * part / np.maximum(part.sum(axis=0), 1e-300)
@@ -187,30 +197,60 @@ def _budget(found: MassProperties) -> dict[str, Any]:
             for i in columns:
                 row += [f"{s.contribution[i]:.2g}", f"{percent[k, i]:.1f}"]
             rows.append(row)
-        tables.append((head, [*rows, last]))
-    return {"tables": tables, "picture": pictures.budget(found)}
+        tables.append(an.Table(heads=head, rows=[last, *rows], most=_MOST_ROWS + 1, kind="budget"))
+    text = (
+        "Contribution of each input: the change of the result for a change of the input by its standard uncertainty "
+        "(JCGM 100:2008, 5.1.3), with the second order where it matters (5.1.2, note); for groups the standard "
+        "deviation that they give."
+    )
+    return an.Section(title="Uncertainty budget", blocks=[an.Remark(text), *tables])
 
 
-def _recording(found: MassProperties, e: Evaluation) -> dict[str, Any]:
-    """Modes, shapes, figures and reasons of one recording."""
+def _pictures(found: MassProperties) -> list[an.Block]:
+    """Shares of the variance, and the recordings beside one another."""
+    values = "Values of the recordings, their mean and its expanded uncertainty."
+    several = len(found.evaluations) > 1 and not found.combined
+    return [
+        *([an.Captioned(pictures.recordings(found), values)] if several else []),
+        an.Captioned(pictures.budget(found), "Shares of the variance."),
+    ]
+
+
+def _modes(found: MassProperties, e: Evaluation) -> an.Section:
+    """Frequencies and damping of one recording."""
+    modal, modes, rows = e.modal, e.modal.modes, []
+    for k in range(modes.order):
+        wide = modal.widening[k]
+        f, u = modes.frequency[k], wide * modes.frequency_std[k]
+        label = f"{k + 1}" if k in e.used else f"{k + 1} (left out)"
+        decay = shown(modes.decay_rate[k], wide * modes.decay_rate_std[k])
+        ratio = shown(modes.damping_ratio[k], wide * modes.damping_ratio_std[k])
+        rows.append((f"mode {label}", shown(f, u), shown(f / (2.0 * np.pi), u / (2.0 * np.pi)), decay, ratio))
+    table = an.Table(heads=("", "frequency rad/s", "Hz", "decay rate 1/s", "damping ratio"), rows=rows)
+    several = len(found.evaluations) > 1
+    name = os.path.basename(modal.reading.source.path)
+    level = an.PAGE if several else an.EVERYWHERE
+    return an.Section(title=f"Recording {name}" if several else "Modes", blocks=[table], level=level)
+
+
+def _recording(found: MassProperties, e: Evaluation) -> list[an.Section]:
+    """Shapes, figures and reasons of one recording on pages; of one among several its modes before."""
+    several, name = len(found.evaluations) > 1, os.path.basename(e.modal.reading.source.path)
+    more = an.Section(title=f"Fit of {name}", blocks=lambda: _fit(found, e), level=an.PAGE)
+    return [_modes(found, e), more] if several else [more]
+
+
+def _fit(found: MassProperties, e: Evaluation) -> list[an.Block]:
+    """Shapes, figures and reasons of one recording."""
     several = len(found.evaluations) > 1
     modal, modes = e.modal, e.modal.modes
     compared = e.model_frequency.size and np.all(np.isfinite(e.model_frequency))
     realness = modes.mode_shapes().realness
-    rows, more = [], []
+    more = []
     for k in range(modes.order):
         wide = modal.widening[k]
         c = int(np.argmax(modes.amplitude[k]))
-        f, u = modes.frequency[k], wide * modes.frequency_std[k]
         label = f"{k + 1}" if k in e.used else f"{k + 1} (left out)"
-        poles = (
-            (modes.decay_rate[k], wide * modes.decay_rate_std[k]),
-            (
-                modes.damping_ratio[k],
-                wide * modes.damping_ratio_std[k],
-            ),
-        )
-        rows.append((label, shown(f, u), shown(f / (2.0 * np.pi), u / (2.0 * np.pi)), *(shown(*x) for x in poles)))
         row = [label, f"{shown(modes.amplitude[k, c], wide * modes.amplitude_std[k, c])} {modal.reading.unit}"]
         row += [modes.names[c], f"{realness[k]:.3f}"]
         if compared:
@@ -227,20 +267,31 @@ def _recording(found: MassProperties, e: Evaluation) -> dict[str, Any]:
         figures.append((pictures.draws(e, found), "Monte Carlo: distributions and coverage intervals."))
     figures.append((pictures.signals(modal), "Signals with the fit, and the residual."))
     figures.append((pictures.spectrum(modal), "Spectra, over the level of white noise of the same power."))
-    return {
-        "name": os.path.basename(modal.reading.source.path),
-        "modes": rows,
-        "shapes": more,
-        "shapes_head": ["mode", "largest amplitude", "at", "in phase", *(["model rad/s", "MAC"] if compared else [])],
-        "compared": compared,
-        "white": f"{modal.white:.2g}",
-        "consistency": f"{e.consistency:.2f}" if np.isfinite(e.consistency) else "",
-        "figures": figures,
-        "order": modes.order,
-        "orders": _orders(e),
-        "why": e.why,
-        "candidates": [(f"{c.stiffness:.6g}", f"{c.Ixx:.6g}", f"{c.Izz:.6g}", f"{c.mac:.5f}") for c in e.candidates],
-    }
+    heads = ["mode", "largest amplitude", "at", "in phase", *(["model rad/s", "MAC"] if compared else [])]
+    text = "± is the standard uncertainty. In phase: 1 where all sensors move in phase or against it."
+    text += " MAC: agreement of the measured shape with the model's, at most 1." if compared else ""
+    text += f" Whiteness of the residual: p = {modal.white:.2g}"
+    agree = f"; model and data agree to {e.consistency:.2f} of their deviations"
+    text += f"{agree if np.isfinite(e.consistency) else ''}."
+    orders = _orders(e)
+    why = f"{modes.order} modes, as given in the description."
+    if orders:
+        why = (
+            f"{modes.order} modes: the order of least description length (MDL), confirmed by BIC and by how white the "
+            f"residual is; orders with a mode that cannot be distinguished from another or from the noise are excluded."
+        )
+    tried = ("modes tried", "MDL minus minimum", "BIC minus minimum", "whiteness p", "supported")
+    blocks: list[an.Block] = [an.Table(heads=heads, rows=more), text, *(an.Captioned(*one) for one in figures), why]
+    blocks += [an.Table(heads=tried, rows=orders)] if orders else []
+    blocks += e.why
+    if e.candidates:
+        rows = [(f"{c.stiffness:.6g}", f"{c.Ixx:.6g}", f"{c.Izz:.6g}", f"{c.mac:.5f}") for c in e.candidates]
+        blocks += [
+            "All that three frequencies alone would allow for this mass and centre of mass, on the model of a level "
+            "body; the mode shapes (MAC) show which:",
+            an.Table(heads=("stiffness N/m", "Ixx kg m²", "Izz kg m²", "smallest MAC"), rows=rows, words=0),
+        ]
+    return blocks
 
 
 def _orders(e: Evaluation) -> list[tuple[str, ...]]:

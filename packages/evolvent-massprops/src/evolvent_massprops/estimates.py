@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import datetime
 import os
 from typing import NamedTuple
 
 import numpy as np
 
+from evolvent_base.answer import Answer
+from evolvent_base.showing import Shown
 from evolvent_base.signals import Signals
+from evolvent_massprops import certificate
 from evolvent_massprops.description import Description, OnSprings
 from evolvent_massprops.inertia import Candidate
 from evolvent_massprops.modal import Modal
@@ -93,7 +97,7 @@ class Evaluation:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class MassProperties:
+class MassProperties(Shown):
     """The result of a measurement.
 
     Attributes
@@ -124,6 +128,27 @@ class MassProperties:
     interval: np.ndarray
     has_uncertainties: bool
     warnings: tuple[str, ...]
+
+    named = "mass properties"
+
+    def answer(self) -> Answer:
+        """Values with their uncertainties, modes, budget, and on the page all that they rest on."""
+        return certificate.answer_of(self)
+
+    def report(self, path: str | os.PathLike[str], *, date: datetime.datetime | None = None) -> str:
+        """Write the certificate; returns its path.
+
+        Parameters
+        ----------
+        date : the moment that it states; now unless given
+
+        Raises
+        ------
+        InputError
+            If a number has no uncertainty, or the file cannot be written; nothing is written then.
+        """
+        certificate.check(self)
+        return super().report(path, date=date)
 
     @property
     def combined(self) -> bool:

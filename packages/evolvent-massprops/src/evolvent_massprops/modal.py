@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from typing import NamedTuple
 
 import numpy as np
 
 from evolvent_base import units
+from evolvent_base.answer import Answer, Block, Section, Table
 from evolvent_base.errors import InputError
+from evolvent_base.showing import Shown
+from evolvent_massprops import mode_figures
 from evolvent_massprops.description import Pendulum, Signalling
-from evolvent_massprops.identification import Modes, identify
+from evolvent_massprops.identification import IdentifiedModes, identify
 from evolvent_massprops.identification.clipping import clipped
 from evolvent_massprops.identification.noise_density import density
 from evolvent_massprops.identification.orders import WHITE, whiteness
 from evolvent_massprops.identification.signals import Signal, read_signal
 from evolvent_massprops.identification.swing_starts import Kind
 from evolvent_massprops.recordings import Reading
+from evolvent_massprops.rounding import shown
 
 #: A mode this near to half the sampling rate may be a faster one seen through too few samples.
 EDGE = 0.9
@@ -36,13 +41,13 @@ UNDERSTATED = 3.0
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Modal:
+class Modal(Shown):
     """Modes of a recording.
 
     Attributes
     ----------
     reading : Reading
-    modes : Modes, as identified
+    modes : IdentifiedModes, as identified
     white : p-value of the residual's highest line, were the residual white
     widening : (m,) factor on each mode's deviations, 1 where the residual is white
     frequency : (m,) rad/s, undamped, magnitudes of the poles
@@ -55,7 +60,7 @@ class Modal:
     """
 
     reading: Reading
-    modes: Modes
+    modes: IdentifiedModes
     white: float
     widening: np.ndarray
     frequency: np.ndarray
@@ -65,6 +70,24 @@ class Modal:
     warnings: tuple[str, ...]
     hum: tuple[int, ...] = ()
     clipped: tuple[str, ...] = ()
+
+    named = "modes"
+
+    def answer(self) -> Answer:
+        """Modes with the largest amplitude of each and where it is, figures, notes on the recording, and warnings."""
+        m, reading, turn, rows = self.modes, self.reading, 2.0 * np.pi, []
+        unit = "" if reading.unit == "dimensionless" else f" {reading.unit}"
+        for k in range(m.order):
+            wide, c = self.widening[k], int(m.amplitude[k].argmax())
+            f, std = m.frequency[k], wide * m.frequency_std[k]
+            row = shown(f / turn, std / turn), shown(f, std), shown(m.damping_ratio[k], wide * m.damping_ratio_std[k])
+            where = f", {reading.names[c]}" if len(reading.names) > 1 else ""
+            rows.append((f"mode {k + 1}", *row, f"{m.amplitude[k, c]:.4g}{unit}{where}"))
+        heads = ("", "frequency Hz", "frequency rad/s", "damping ratio", "largest amplitude")
+        title = f"modes of {os.path.basename(reading.source.path)}"
+        blocks: list[Block] = [Table(heads=heads, rows=rows), *mode_figures.figures(m, reading.unit)]
+        sections = [Section(title=title, blocks=blocks)]
+        return Answer(title=title, sections=sections, warnings=[*reading.notes, *self.warnings])
 
     @property
     def frequency_std(self) -> np.ndarray:
@@ -187,7 +210,7 @@ def late_start_warning(reading: Reading) -> str:
     return f"the samples are quiet until {begins:.4g} s, where the swing seems to begin; set signals.start to it"
 
 
-def _identification_warnings(modes: Modes, widening: np.ndarray, p: float, reading: Reading) -> list[str]:
+def _identification_warnings(modes: IdentifiedModes, widening: np.ndarray, p: float, reading: Reading) -> list[str]:
     """Warnings of the identification, that on the residual with what was done about it."""
     texts = [text for text in modes.warnings if not text.startswith("the residual is not white")]
     if reading.noise is not None:
@@ -210,7 +233,7 @@ def _identification_warnings(modes: Modes, widening: np.ndarray, p: float, readi
     return texts
 
 
-def _edge(modes: Modes, reading: Reading) -> list[str]:
+def _edge(modes: IdentifiedModes, reading: Reading) -> list[str]:
     half = np.pi * reading.rate
     near = [w for w in modes.frequency if w > EDGE * half]
     if not near:
@@ -222,7 +245,7 @@ def _edge(modes: Modes, reading: Reading) -> list[str]:
 
 
 def _steady(
-    modes: Modes, reading: Reading, widening: np.ndarray, *, pendulum: bool
+    modes: IdentifiedModes, reading: Reading, widening: np.ndarray, *, pendulum: bool
 ) -> tuple[tuple[int, ...], list[str]]:
     """Modes at a mains frequency, as it appears at this rate, and sentences on modes that do not decay.
 
@@ -259,7 +282,7 @@ def _steady(
     return tuple(hum), texts
 
 
-def _widening(signal: Signal, modes: Modes) -> tuple[float, np.ndarray]:
+def _widening(signal: Signal, modes: IdentifiedModes) -> tuple[float, np.ndarray]:
     """p-value of a white residual, and the factors.
 
     Notes

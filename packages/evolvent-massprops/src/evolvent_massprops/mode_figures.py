@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from evolvent_base.figures import Figure, Line, Panel, spectrum, stacked
 from evolvent_base.signals.times import read_times
-from evolvent_massprops.identification import Modes
-
-if TYPE_CHECKING:
-    from evolvent_massprops.planning import Plan
+from evolvent_massprops.identification import IdentifiedModes
 
 Array = np.ndarray
 #: Most sensors that are drawn.
@@ -21,12 +17,12 @@ MOST = 4
 LEAST_SCALE = 0.02
 
 
-def figures(modes: Modes, unit: str) -> list[Figure]:
+def figures(modes: IdentifiedModes, unit: str) -> list[Figure]:
     """Signals with the sum of the modes, their spectra, and the amplitudes at the sensors.
 
     Parameters
     ----------
-    modes : evolvent_massprops.identification.Modes
+    modes : evolvent_massprops.identification.IdentifiedModes
     unit : str, of the sensors
     """
     read = np.where(np.isfinite(modes.data), modes.data, modes.fitted)
@@ -38,7 +34,7 @@ def figures(modes: Modes, unit: str) -> list[Figure]:
     ]
 
 
-def _even(modes: Modes, read: Array) -> tuple[Array, Array]:
+def _even(modes: IdentifiedModes, read: Array) -> tuple[Array, Array]:
     """Times and signals on an even grid: what the modes leave is interpolated, if the times are uneven."""
     times = read_times(modes.time)
     if times.even:
@@ -88,15 +84,3 @@ def amplitudes(
     columns = min(len(panels), 3)
     height = stacked(-(-len(panels) // 3))
     return Figure(name="mode_shapes", title="Amplitudes of the modes", panels=panels, columns=columns, height=height)
-
-
-def planned(duration: Array, worst: Array, labels: Sequence[str], found: Plan) -> Figure:
-    """Largest relative uncertainty over the length of the record (n,), of every pull (pulls, n)."""
-    lines = [
-        Line(x=duration, y=100.0 * row, label=label, color=k, width=1.0)
-        for k, (row, label) in enumerate(zip(worst, labels, strict=True))
-    ]
-    wanted = Line(x=duration[[0, -1]], y=np.full(2, 100.0 * found.wanted), label="wanted", color="gray", width=0.8)
-    label = f"largest expanded uncertainty (k = {found.factor:g}), %"
-    panel = Panel(x_label="length of the record, s", y_label=label, lines=[*lines, wanted], log_x=True, log=True)
-    return Figure(name="plan", title="Uncertainty over the length of the record", panels=[panel], columns=1)

@@ -11,9 +11,9 @@ import numpy as np
 from evolvent_base.errors import InputError
 from evolvent_massprops.description import Bifilar, CompoundPendulum, OnPivot, Pendulum, TorsionWire, Trifilar
 from evolvent_massprops.estimates import Evaluation, Output, Share
+from evolvent_massprops.identification.swing_laws import Swing
 from evolvent_massprops.identification.swing_model import PENDULUM, Reach, Restoring
 from evolvent_massprops.identification.swing_starts import Kind
-from evolvent_massprops.identification.swings import Swing
 from evolvent_massprops.inertia import pendulums
 from evolvent_massprops.modal import Modal, refuse_rate, sensed
 from evolvent_massprops.rounding import shown

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,9 +12,11 @@ from evolvent_base import pages
 from evolvent_base.figures import WIDTH, axis_label
 from evolvent_base.plots import content
 from evolvent_base.style import PALETTE, STYLE
-from evolvent_massprops.estimates import Evaluation, MassProperties
 from evolvent_massprops.identification.signals import power, read_signal
-from evolvent_massprops.modal import Modal
+
+if TYPE_CHECKING:
+    from evolvent_massprops.estimates import Evaluation, MassProperties
+    from evolvent_massprops.modal import Modal
 
 _BLUE, _RED, _GREEN = PALETTE[1], PALETTE[2], PALETTE[3]
 #: Most shares that a bar shows.

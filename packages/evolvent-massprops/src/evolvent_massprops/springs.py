@@ -15,14 +15,14 @@ from evolvent_massprops.description import OnSprings
 from evolvent_massprops.estimates import Evaluation, Output
 from evolvent_massprops.inertia import Body, Candidate, Inertia, Stand, candidates, fit, linear_model, mac
 from evolvent_massprops.inertia.combined import Combined
-from evolvent_massprops.inertia.problem import Problem, assign, matching, undetermined
+from evolvent_massprops.inertia.problem import InertiaProblem, assign, matching, undetermined
 from evolvent_massprops.keys import DIRECTIONS
 from evolvent_massprops.modal import Modal, refuse_fast, refuse_rate
 from evolvent_massprops.spring_keys import PROPERTIES
 from evolvent_massprops.springs_inputs import (
     LABELS,
     Input,
-    Task,
+    SpringsTask,
     assumptions,
     first_body,
     inputs_of,
@@ -72,7 +72,7 @@ def evaluate(given: OnSprings, modal: Modal, own: Sequence[str] = ()) -> Evaluat
     few = "; ".join(merged) or mode_selection.missing_modes_warning(given, modal, used, sensors, directions)
     if not given.identification.shapes:
         _ambiguous(given, stand, body, modal, used)
-    task = Task(given, modal, used, stand, sensors, directions, keys, mean)
+    task = SpringsTask(given, modal, used, stand, sensors, directions, keys, mean)
     try:
         inertia, body, start_assumed = _solve(task)
         p = problem_of(inertia)
@@ -172,7 +172,7 @@ def _ambiguous(given: OnSprings, stand: Stand, body: Body, modal: Modal, used: t
         )
 
 
-def _solve(task: Task) -> tuple[Inertia, Body, list[Input]]:
+def _solve(task: SpringsTask) -> tuple[Inertia, Body, list[Input]]:
     """The solution, where the search began, and inputs for moments that were not stated."""
     frequency = task.modal.frequency[list(task.used)]
     body, assumed = first_body(task.given, task.stand, frequency)
@@ -183,18 +183,18 @@ def _solve(task: Task) -> tuple[Inertia, Body, list[Input]]:
     return inertia, body, assumed
 
 
-def problem_of(inertia: Inertia) -> Problem:
+def problem_of(inertia: Inertia) -> InertiaProblem:
     """What was solved for one recording."""
-    assert isinstance(inertia.problem, Problem)
+    assert isinstance(inertia.problem, InertiaProblem)
     return inertia.problem
 
 
-def fit_from(task: Task, body: Body) -> Inertia:
+def fit_from(task: SpringsTask, body: Body) -> Inertia:
     """The solution of least squares from a given start."""
     return fit(task.stand, body, **data_of(task))
 
 
-def data_of(task: Task) -> dict[str, Any]:
+def data_of(task: SpringsTask) -> dict[str, Any]:
     """Unknowns and data of a task, as parameters of `evolvent_massprops.inertia.fit`."""
     given, keys = task.given, task.keys
     unknown = [PROPERTIES.get(k, "stiffness") for k in keys]
@@ -207,7 +207,7 @@ def data_of(task: Task) -> dict[str, Any]:
     return {"unknown": unknown, "prior": prior, **measured_of(task)}
 
 
-def measured_of(task: Task) -> dict[str, Any]:
+def measured_of(task: SpringsTask) -> dict[str, Any]:
     """The data of a task and its model, as parameters of `evolvent_massprops.inertia.fit`."""
     given, modal, rows = task.given, task.modal, list(task.used)
     shapes: dict[str, Any] = {}
@@ -227,7 +227,7 @@ def measured_of(task: Task) -> dict[str, Any]:
 
 
 def compare(
-    task: Task, p: Problem, values: np.ndarray, warnings: list[str]
+    task: SpringsTask, p: InertiaProblem, values: np.ndarray, warnings: list[str]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Model frequencies, agreement of shapes, and model shapes scaled to the measured ones."""
     modal, used = task.modal, task.used
@@ -250,7 +250,7 @@ def compare(
     return w[pick], agreement, v
 
 
-def _aliasing_warnings(task: Task, inertia: Inertia, consistency: float) -> list[str]:
+def _aliasing_warnings(task: SpringsTask, inertia: Inertia, consistency: float) -> list[str]:
     """Warn of other bodies, with modes above half the sampling rate, that give the same samples.
 
     Notes
@@ -309,12 +309,12 @@ def _off(given: OnSprings, found: Inertia) -> float:
     return round(sum(abs(float(np.log(found.values[n] / v))) for n, v in known.items()), 3)
 
 
-def data_fitted(p: Problem | Combined) -> str:
+def data_fitted(p: InertiaProblem | Combined) -> str:
     """What the least squares fit, in words."""
     return "frequencies and mode shapes" if p.has_shapes else "frequencies"
 
 
-def _how(p: Problem) -> str:
+def _how(p: InertiaProblem) -> str:
     """How the unknowns were found, for the certificate."""
     model = "six degrees of freedom about the true equilibrium" if p.model == "full" else "three of a level body"
     return (
@@ -323,7 +323,7 @@ def _how(p: Problem) -> str:
     )
 
 
-def _others(task: Task, inertia: Inertia) -> tuple[Candidate, ...]:
+def _others(task: SpringsTask, inertia: Inertia) -> tuple[Candidate, ...]:
     """All pairs of moments that the three frequencies alone allow, for the certificate."""
     modal, used, sensors = task.modal, task.used, task.sensors
     vertical = np.all(task.directions == DIRECTIONS["vertical"])
@@ -338,7 +338,7 @@ def _others(task: Task, inertia: Inertia) -> tuple[Candidate, ...]:
         return ()
 
 
-def _undetermined_properties(p: Problem, values: np.ndarray) -> tuple[tuple[str, str], ...]:
+def _undetermined_properties(p: InertiaProblem, values: np.ndarray) -> tuple[tuple[str, str], ...]:
     """Properties that were not asked for and that these data do not determine, each with the reason."""
     rows = []
     for key, name in (*PROPERTIES.items(), ("common_factor", "stiffness")):

@@ -24,7 +24,7 @@ from evolvent_massprops.springs import compare, data_fitted, measured_of, refuse
 from evolvent_massprops.springs_inputs import (
     LABELS,
     Input,
-    Task,
+    SpringsTask,
     asked,
     assumptions,
     first_body,
@@ -214,7 +214,7 @@ def unknowns(recordings: Sequence[Recording], groups: Sequence[int]) -> dict[str
     return found
 
 
-def _task(r: Recording, keys: tuple[str, ...]) -> tuple[Task, list[str], list[str]]:
+def _task(r: Recording, keys: tuple[str, ...]) -> tuple[SpringsTask, list[str], list[str]]:
     """What is solved of one recording, how its modes were chosen, and warnings."""
     try:
         stand = stand_of(r.given)
@@ -232,7 +232,7 @@ def _task(r: Recording, keys: tuple[str, ...]) -> tuple[Task, list[str], list[st
     except InputError as error:
         raise InputError(f"{r.name}: {error}") from None
     mean = float(np.mean(stand.stiffness))
-    return Task(r.given, r.modal, used, stand, sensors, directions, keys, mean), why, warnings
+    return SpringsTask(r.given, r.modal, used, stand, sensors, directions, keys, mean), why, warnings
 
 
 def _moving_mass(given: OnSprings) -> float:
@@ -248,7 +248,7 @@ def _moving_mass(given: OnSprings) -> float:
 
 def joined(
     recordings: Sequence[Recording],
-    tasks: Sequence[Task],
+    tasks: Sequence[SpringsTask],
     groups: Sequence[int],
     unknown: dict[str, tuple[str, float, float]],
     known: dict[str, float] | None = None,
@@ -285,7 +285,7 @@ def joined(
     )
 
 
-def _tare_starts(recordings: Sequence[Recording], tasks: Sequence[Task]) -> dict[str, float]:
+def _tare_starts(recordings: Sequence[Recording], tasks: Sequence[SpringsTask]) -> dict[str, float]:
     """Starts of the tares' unknowns that have none: from the mean frequency of a recording without the body, or all."""
     empty = [t for r, t in zip(recordings, tasks, strict=True) if not occupied(r.given)]
     found = {}
@@ -305,7 +305,7 @@ def _tare_starts(recordings: Sequence[Recording], tasks: Sequence[Task]) -> dict
 
 def shared_inputs(
     recordings: Sequence[Recording],
-    tasks: Sequence[Task],
+    tasks: Sequence[SpringsTask],
     groups: Sequence[int],
     known: dict[str, float] | None,
 ) -> list[Input]:

@@ -107,7 +107,7 @@ def mounting_of(given: OnSprings) -> Mounting:
     )
 
 
-class Task(NamedTuple):
+class SpringsTask(NamedTuple):
     """What is to be solved: a description, the modes that are used, and what does not change during the search.
 
     Attributes

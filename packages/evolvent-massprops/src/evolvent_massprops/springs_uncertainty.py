@@ -13,8 +13,8 @@ from evolvent_base.errors import InputError
 from evolvent_massprops import amplitude
 from evolvent_massprops.estimates import Share
 from evolvent_massprops.inertia.combined import Combined
-from evolvent_massprops.inertia.problem import Problem, assign
-from evolvent_massprops.springs_inputs import Input, Task, label_of
+from evolvent_massprops.inertia.problem import InertiaProblem, assign
+from evolvent_massprops.springs_inputs import Input, SpringsTask, label_of
 
 #: A second-order part of the standard uncertainty above this gives a warning.
 BENT = 0.1
@@ -24,7 +24,9 @@ SHIFT_WARNED = 0.3
 ROUNDING = 1e-13
 
 
-def moved(p: Problem, inputs: Sequence[Input], shifts: np.ndarray) -> tuple[Problem, np.ndarray, np.ndarray | None]:
+def moved(
+    p: InertiaProblem, inputs: Sequence[Input], shifts: np.ndarray
+) -> tuple[InertiaProblem, np.ndarray, np.ndarray | None]:
     """The problem, frequencies and shapes with inputs changed: one row of `shifts` (n, q) a case."""
     n = len(shifts)
     s = p.base
@@ -76,7 +78,7 @@ def moved(p: Problem, inputs: Sequence[Input], shifts: np.ndarray) -> tuple[Prob
 
 
 def _residual(
-    p: Problem | Combined,
+    p: InertiaProblem | Combined,
     values: np.ndarray,
     inputs: Sequence[Input],
     shifts: np.ndarray,
@@ -96,7 +98,7 @@ def _residual(
 
 
 def _ends(
-    p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input], share: float, *, middle: bool = False
+    p: InertiaProblem | Combined, values: np.ndarray, inputs: Sequence[Input], share: float, *, middle: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
     """Shifts (2 q, q) of each input up and down by a share of its deviation, and the residuals there.
 
@@ -134,7 +136,7 @@ def _ends(
 
 
 def _second_order_terms(
-    p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input], P: np.ndarray
+    p: InertiaProblem | Combined, values: np.ndarray, inputs: Sequence[Input], P: np.ndarray
 ) -> np.ndarray:
     """(q, p) f'' u^2 / sqrt(2) of each output f for each input, from evaluations one deviation up and down.
 
@@ -157,7 +159,7 @@ def _second_order_terms(
     return np.asarray((found[:q] + found[q:-1] - 2.0 * found[-1]) / np.sqrt(2.0))
 
 
-def influence(p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input]) -> np.ndarray:
+def influence(p: InertiaProblem | Combined, values: np.ndarray, inputs: Sequence[Input]) -> np.ndarray:
     """(r, q) change of the residual by each input's standard deviation."""
     if not inputs:
         return np.zeros((len(p.residual(values)), 0))
@@ -165,7 +167,7 @@ def influence(p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input]
     return np.asarray((plus - minus).T)
 
 
-def _estimator(p: Problem | Combined, J: np.ndarray, D: np.ndarray) -> np.ndarray:
+def _estimator(p: InertiaProblem | Combined, J: np.ndarray, D: np.ndarray) -> np.ndarray:
     """(p, r) P of the estimate, dp = -P dr, for the derivative J of the residual by the unknowns over their scale.
 
     Notes
@@ -232,7 +234,7 @@ class Budget(NamedTuple):
 
 
 def budget_of(
-    task: Task, p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input], own: Sequence[str]
+    task: SpringsTask, p: InertiaProblem | Combined, values: np.ndarray, inputs: Sequence[Input], own: Sequence[str]
 ) -> Budget:
     """Shares of inputs and data; `own` holds keys of inputs that are each recording's own.
 
@@ -293,7 +295,7 @@ def budget_of(
 
 
 def amplitude_share(
-    tasks: Sequence[Task], p: Problem | Combined, values: np.ndarray, P: np.ndarray
+    tasks: Sequence[SpringsTask], p: InertiaProblem | Combined, values: np.ndarray, P: np.ndarray
 ) -> tuple[Share, Callable[[np.ndarray], list[str]]] | None:
     """Shift by the amplitude of the swing, as a share of the budget, and its warnings for given deviations."""
     step, largest, lost, first, known = np.zeros(len(values)), 0.0, False, 0, False
@@ -330,7 +332,12 @@ def amplitude_share(
 
 
 def monte_carlo(
-    task: Task, p: Problem | Combined, values: np.ndarray, inputs: Sequence[Input], widened: float, P: np.ndarray
+    task: SpringsTask,
+    p: InertiaProblem | Combined,
+    values: np.ndarray,
+    inputs: Sequence[Input],
+    widened: float,
+    P: np.ndarray,
 ) -> np.ndarray:
     """(n, p) unknowns identified from drawn inputs and data (GUM Supplement 1); Gauss-Newton with a fixed P."""
     n = task.given.uncertainty.draws

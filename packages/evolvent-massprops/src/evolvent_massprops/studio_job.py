@@ -5,12 +5,10 @@ from __future__ import annotations
 import pathlib
 from typing import Any
 
-import numpy as np
-
 from evolvent_base import progress
-from evolvent_massprops import certificate, description
+from evolvent_massprops import description
+from evolvent_massprops.certificate import result_table
 from evolvent_massprops.measurement import mass_properties
-from evolvent_massprops.rounding import rounded
 from evolvent_studio.worker import CASE, CERTIFICATE, parsed
 
 
@@ -26,20 +24,16 @@ def identify(place: pathlib.Path, job: dict[str, Any], report: Any) -> None:
     report.reached(0.0, 1.0)
     with progress.shown_by(report.stage):
         found = mass_properties(job["signals"], description.load(parsed(job["case"], CASE)))
-    rows = []
-    for k, output in enumerate(found.outputs):
-        u, U = found.std[k], found.expanded[k]
-        known = found.has_uncertainties and np.isfinite(u) and u > 0.0
-        value = rounded(found.values[k], u) if known else f"{found.values[k]:.6g}"
-        rows.append([output.key, value, rounded(u, u) if known else "-", rounded(U, U) if known else "-", output.unit])
+    result = result_table(found)
     modes = found.evaluations[0].modal.modes
     report.send(
-        rows=rows,
+        head=list(result.heads),
+        rows=list(map(list, result.rows)),
         warnings=found.cautions,
         notes=found.notes,
         modes=[[float(modes.frequency[k]), float(modes.decay_rate[k])] for k in range(modes.order)],
     )
     with progress.shown_by(report.stage):
         progress.report("drawing the certificate")
-        certificate.write(found, place / CERTIFICATE)
+        found.report(place / CERTIFICATE)
     report.send(status="success", message="")

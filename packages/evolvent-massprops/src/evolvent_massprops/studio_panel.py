@@ -399,10 +399,9 @@ class MeasurePanel(StudioPanel):
         rows = job.extra.get("rows")
         if not rows:
             return
-        head = ("result", "value", "standard uncertainty", "expanded uncertainty", "unit")
         card = ui.element("div").classes("ev-card ev-tablebox").props('data-testid="measured"')
         with card:
-            table(rows, head=head)
+            table(rows, head=job.extra.get("head", ()))
         for kind, word, plural in (("warnings", "Warning", "warnings"), ("notes", "Note", "notes on the recordings")):
             _group(kind, word, plural, [str(text) for text in job.extra.get(kind, ())])
 

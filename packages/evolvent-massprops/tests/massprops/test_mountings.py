@@ -22,7 +22,7 @@ from evolvent_massprops.inertia import Body, Stand, air, linear_model
 from evolvent_massprops.inertia.combined import Combined
 from evolvent_massprops.inertia.problem import problem
 from evolvent_massprops.inertia.stand import Mounting
-from evolvent_massprops.springs_inputs import Input, Task
+from evolvent_massprops.springs_inputs import Input, SpringsTask
 from evolvent_massprops.springs_search import Recording, mountings
 from evolvent_massprops.springs_uncertainty import budget_of
 
@@ -135,7 +135,7 @@ def test_a_wrong_rotation_is_contradicted() -> None:
     assert "check rotation and position of each mounting" in text
 
 
-def _problems(unknown: tuple[str, ...]) -> tuple[Combined, list[Input], Task]:
+def _problems(unknown: tuple[str, ...]) -> tuple[Combined, list[Input], SpringsTask]:
     """The three mountings and the empty cradle without noise, with covariances of the size of a recording's."""
     s, base = Stand.rectangle(A, B, **STAND), Body(mass=MASS, centre=CENTRE, inertia=TENSOR)
     found, own = [], []
@@ -167,7 +167,7 @@ def _problems(unknown: tuple[str, ...]) -> tuple[Combined, list[Input], Task]:
     inputs = [Input(("stiffness", k), f"stiffness {k + 1}", K, 5e-4 * K, "N/m") for k in range(4)]
     inputs += [Input(("tare1_mass",), "tare.0.mass", CRADLE_MASS, 0.02, "kg")]
     inputs += [Input((f"turn_{a}",), f"alignment {a}", 0.0, 1e-3, "rad", (k,)) for k in (1, 2) for a in "xyz"]
-    task: Any = Task(None, None, (), s, s.points, s.points, unknown, K)  # type: ignore[arg-type]
+    task: Any = SpringsTask(None, None, (), s, s.points, s.points, unknown, K)  # type: ignore[arg-type]
     return p, inputs, task
 
 

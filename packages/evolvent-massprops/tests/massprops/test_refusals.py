@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from evolvent import EvolventError, InputError
 from evolvent_base import cli, signals
 from evolvent_base.signals import Signals
-from evolvent_massprops import description as schema, json_schema, load, mass_properties, recordings, write
+from evolvent_massprops import description as schema, json_schema, load, mass_properties, recordings
 from evolvent_massprops.commands.identify import identify
 from evolvent_massprops.inertia import Body, linear_model
 from massprops import rig
@@ -376,7 +376,7 @@ def test_methods_without_uncertainty_give_a_table_only(knock: str, tmp_path: pat
     assert not found.has_uncertainties
     assert found["Ixx"] == pytest.approx(3703.0, rel=5e-3)
     with pytest.raises(InputError, match="'esprit', which gives no uncertainty; a certificate takes 'varpro'"):
-        write(found, tmp_path / "report.html")
+        found.report(tmp_path / "report.html")
 
 
 @pytest.mark.slow
@@ -385,6 +385,6 @@ def test_an_expected_page_is_the_same_each_time(knock: str, tmp_path: pathlib.Pa
 
     found = mass_properties(knock, EXAMPLE, rig.THREE)
     date = datetime.datetime(2026, 1, 2, 3, 4, tzinfo=datetime.UTC)
-    pages = [pathlib.Path(write(found, tmp_path / f"{k}.html", date=date)).read_bytes() for k in range(2)]
+    pages = [pathlib.Path(found.report(tmp_path / f"{k}.html", date=date)).read_bytes() for k in range(2)]
     assert pages[0] == pages[1]
-    assert b"2026-01-02 03:04" in pages[0]
+    assert b"2 January 2026, 03:04 UTC" in pages[0]

@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases, closed_forms
+from evolvent_base.answer import Answer, Block, Section, Table
 from evolvent_base.errors import InputError, RunFailed
 from evolvent_base.figures import Figure, Line, Panel, stacked
+from evolvent_base.showing import Shown
 from evolvent_papers import links
 from evolvent_papers.heliogyro import straight
 
@@ -25,7 +27,7 @@ SAMPLES = 400
 
 
 @dataclasses.dataclass(frozen=True)
-class Permissible:
+class Permissible(Shown):
     """Permissible torques over the length of the blades.
 
     Attributes
@@ -46,6 +48,21 @@ class Permissible:
     ramp: float
     nodes: int
     failed: tuple[str, ...] = ()
+
+    named = "torques"
+
+    def answer(self) -> Answer:
+        """A row a length, and a figure."""
+        rows = []
+        for length, *of in zip(self.length, self.rate, self.thread, self.rigid, self.slow, strict=True):
+            rate, thread, rigid, slow = of
+            ratio = thread / rigid if math.isfinite(rigid) else math.nan
+            shown = ("-" if math.isnan(value) else f"{value:.4g}" for value in (rate, thread, rigid, ratio, slow))
+            rows.append((f"{length:g}", *shown))
+        heads = ("length m", "spin rad/s", "thread N m", "rigid blade N m", "thread / rigid", "rigid, slow torque N m")
+        blocks: list[Block] = [Table(heads=heads, rows=rows), figure(self)]
+        title = "Permissible torque"
+        return Answer(title=title, sections=[Section(title=title, blocks=blocks)])
 
 
 def permissible_torque(

@@ -16,13 +16,13 @@ from evolvent.equations import energy_momentum as flow
 from evolvent.kernels.thread import boundary
 from evolvent.parts.thread import Thread
 from evolvent.solvers import solve
+from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.common.observations import observe
 from evolvent.solvers.static.work import sparse_of
 from evolvent.solvers.time.explicit.plan import stable_step
 from evolvent.solvers.time.implicit import energy_momentum
 from evolvent.solvers.time.implicit.energy_momentum import solve_energy
 from evolvent.solvers.time.implicit.plan import solve_implicit
-from evolvent.solvers.time.implicit.setup import matrix_of
 from evolvent_papers.papers.thread_variants import Data, deploy
 from helpers import Array, Run, heliogyro, run, tangent_columns
 

@@ -12,7 +12,7 @@ from scipy.linalg import expm
 import evolvent
 from evolvent import InputError, System, cases, parts
 from evolvent.analysis import feedback
-from evolvent.analysis.stepping import Stepper
+from evolvent.analysis.stepper import Stepper
 from evolvent_papers.heliogyro.structure import build
 
 Array = np.ndarray

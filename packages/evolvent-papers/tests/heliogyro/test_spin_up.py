@@ -194,5 +194,5 @@ def test_the_figure_has_points_at_the_computed_lengths_alone() -> None:
     """Two lengths joined by a line would look like a computed curve."""
     values = np.array([1.0, 2.0])
     found = spin_up.Permissible(values, values, values, values, values, ramp=0.0, nodes=20)
-    lines = [line for panel in spin_up.figure(found).panels for line in panel.lines]
+    lines = [line for panel in found.answer().figures[0].panels for line in panel.lines]
     assert all(line.marker and not line.style.strip() for line in lines)

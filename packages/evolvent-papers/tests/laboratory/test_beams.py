@@ -235,8 +235,8 @@ def test_other_files_are_compared(tmp_path: pathlib.Path) -> None:
     spar = laboratory.found("wing-spar").validate(data=str(tmp_path / "b.csv"))
     assert [one.compared for one in spar.comparisons] == [True, False]
     assert spar.text == "1 of 1 goals are met; 1 of 1 differences are within their bands of 95 %"
-    assert book.rows(spar)[2][2:4] == ["-", "-"]
-    assert book.rows(spar)[2][-1] == "predicted"
+    assert book.table(spar).rows[1][2:4] == ("-", "-")
+    assert book.table(spar).rows[1][-1] == "predicted"
 
 
 @pytest.mark.parametrize(

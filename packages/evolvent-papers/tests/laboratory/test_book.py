@@ -25,7 +25,7 @@ def test_bands_and_verdicts() -> None:
     assert (verdict.goals, verdict.coverage) == ((0, 1), (1, 2))
     assert verdict.missed == [inside]
     assert verdict.text == "0 of 1 goals are met; 1 of 2 differences are within their bands of 95 %"
-    assert book.rows(verdict)[1][-1] == "MISSED, within"
+    assert book.table(verdict).rows[0][-1] == "MISSED, within"
     assert math.isnan(outside.allowed)
 
 

@@ -24,7 +24,7 @@ def start_of(content: Mapping[str, Any], note: Callable[[str], None] = lambda te
     InputError
         If the case cannot be used, its parts cannot be assembled, or there is nothing to draw.
     """
-    from evolvent import analysis
+    from evolvent.analysis.trees import at_start
     from evolvent.results.tree import tree_of
     from evolvent.view import animation
     from evolvent.view.drawing import motion_of
@@ -38,7 +38,7 @@ def start_of(content: Mapping[str, Any], note: Callable[[str], None] = lambda te
         with progress.compilation_shown_by(compiling):
             assembly = cases.system(case.system).build(case).assemble()
             # the method says nothing about the start, and is not chosen: that may fail while a case is being written
-            solution = analysis.at_start(assembly, "auto")
+            solution = at_start(assembly, "auto")
             motion = motion_of(tree_of(solution, lambda: {"status": "success", "message": ""}, balances=False))
     except EvolventError:
         raise

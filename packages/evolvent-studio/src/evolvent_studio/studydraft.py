@@ -435,7 +435,7 @@ def responses(folder: Folder, draft: StudyDraft) -> list[str]:
     InputError
         One sentence that names the key, its value and what is allowed.
     """
-    from evolvent.analysis.margins import kept, reels, shares
+    from evolvent.analysis.margins import kept_margins as kept, reels, shares
     from evolvent.design.studies.study import corners
     from evolvent.results import variables
 

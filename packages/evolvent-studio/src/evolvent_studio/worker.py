@@ -17,7 +17,7 @@ from collections.abc import Callable
 from typing import Any
 
 from evolvent_base import startup
-from evolvent_studio import added, child
+from evolvent_studio import added_jobs, child
 
 #: Files of a job.
 CASE, RUN, STUDY, CERTIFICATE = "case.yaml", "run.nc", "study", "certificate.html"
@@ -43,7 +43,7 @@ def main(folder: str) -> int:
             "run": _run, "equilibrium": _equilibrium, "modes": _modes, "margin": _margin, "sweep": _sweep,
             "disperse": _disperse, "calibrate": _calibrate,
         }  # fmt: skip
-        compute = known.get(job["kind"]) or added.job(job["kind"])
+        compute = known.get(job["kind"]) or added_jobs.computation(job["kind"])
         with (
             contextlib.nullcontext()
             if job["kind"] in ("sweep", "disperse")
@@ -163,6 +163,7 @@ def _modes(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import cases
     from evolvent.view import animation
     from evolvent_base import progress
+    from evolvent_base.answer import Table
 
     case = _case(job)[0]
     report.reached(0.0, 1.0)
@@ -172,15 +173,14 @@ def _modes(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     for k in range(count):
         (place / MODE.format(k)).write_bytes(animation.pack(found.motion(k)))
         report.reached(k + 1.0, count)
-    head, *rows = found.rows()
-    report.send(head=head, rows=rows)
+    table = found.answer().of_kind(Table)[0]
+    report.send(head=table.heads, rows=table.rows)
     found.save(place / MODES)
     report.send(status="success", message="")
 
 
 def _margin(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     from evolvent import cases
-    from evolvent.exports import margins_page
     from evolvent_base import progress
 
     case = _case(job)[0]
@@ -189,7 +189,7 @@ def _margin(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
         found = cases.system(case.system).margin(
             case, progress=lambda reached: report.send(note=f"margins along the run: {reached:.4g} s")
         )
-        margins_page.write(found, os.fspath(place / MARGINS))
+        found.report(place / MARGINS)
     below = f"the margin of {', '.join(map(repr, found.negative))} is below 0"
     report.send(
         status="success", message=below if found.negative else f"every margin holds, the least is {found.least:.4g}"
@@ -218,18 +218,18 @@ def _sweep(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
 
 
 def _disperse(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
-    from evolvent.design.dispersions import dispersed, report as pages
+    from evolvent.design.dispersions import dispersed
 
     found = dispersed.disperse(**_cases(job, place, report))
     report.send(note="drawing the report")
-    pages.write_table(found, place / DISPERSED)
-    pages.write(found, place / DISPERSION)
+    found.save(place / DISPERSED)
+    found.report(place / DISPERSION)
     _end_cases(report, len(found.failures), found.count, "runs")
 
 
 def _calibrate(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
-    from evolvent.design.calibration import fit, report as pages
-    from evolvent_base import progress
+    from evolvent.design.calibration import fit
+    from evolvent_base import progress, showing
 
     asked = parsed(job["case"], CASE)
 
@@ -243,7 +243,7 @@ def _calibrate(place: pathlib.Path, job: dict[str, Any], report: _Report) -> Non
             report=lambda sentence: report.send(note=sentence),
             **{name: asked[name] for name in ("fit", "observe", "deviations", "bounds") if name in asked},
         )  # fmt: skip
-    pages.write(found, place / CALIBRATION)
+    showing.fill(found.answer(), place / CALIBRATION)
     count = len(found.parameters)
     message = f"{count} parameter{'s' * (count > 1)} fitted, root mean square {found.rms:.3g} {found.series[0].unit}"
     report.send(status="success", message=message.strip())

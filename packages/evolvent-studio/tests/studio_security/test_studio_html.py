@@ -11,12 +11,12 @@ import pytest
 
 import evolvent
 from evolvent import cases
-from evolvent.exports import figure_pictures, report
+from evolvent.exports import report
 from evolvent.results.motion import Line as Thread, Motion
 from evolvent.view import animation
-from evolvent_base import plots
+from evolvent_base import plots, showing
 from evolvent_base.figures import Figure, Line, Panel
-from evolvent_massprops import certificate, mass_properties
+from evolvent_massprops import mass_properties
 from studio.conftest import AT_ONCE, browser  # noqa: F401  (a fixture)
 from studio.serving import SHORT, WAIT, choose, part, serving, settle
 
@@ -102,7 +102,7 @@ def test_a_report_holds_texts_as_texts(run, attack, monkeypatch, tmp_path):
         if "long_name" in variable.attrs:
             variable.attrs["long_name"] = attack
     with monkeypatch.context() as patch:
-        patch.setattr(report, "_animation", lambda run, found: "")
+        patch.setattr(report, "_animation", lambda run, found: [])
         patch.setattr(plots, "picture", lambda figure, kind, **_: b"-")  # one is drawn below
         report.write(hostile, str(tmp_path / "report.html"))
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
@@ -110,7 +110,7 @@ def test_a_report_holds_texts_as_texts(run, attack, monkeypatch, tmp_path):
     assert_harmless(page, scripts=0)
     line = Line(x=np.arange(3.0), y=np.arange(3.0), label=attack)
     figure = Figure(name="x", title=attack, panels=[Panel(x_label=attack, y_label=attack, lines=[line])])
-    picture = base64.b64decode(figure_pictures.figure_picture(figure).source.partition(",")[2]).decode()
+    picture = base64.b64decode(showing.figure_picture(figure).source.partition(",")[2]).decode()
     drawn = Read(picture)
     assert not drawn.scripts
     assert not {"img", "script", "iframe", "textarea"} & {tag for tag, _ in drawn.found}
@@ -134,7 +134,7 @@ def test_a_certificate_holds_texts_as_texts(tmp_path):
         "stand": {"kind": "torsion", "stiffness": "9 +- 0.009 N m/rad"},
         "tare": [{"inertia": "0.05 +- 0.0001 kg m^2", "name": IMAGE}],
     }
-    certificate.write(mass_properties(str(path), description), tmp_path / "certificate.html")
+    mass_properties(str(path), description).report(tmp_path / "certificate.html")
     page = (tmp_path / "certificate.html").read_text(encoding="utf-8")
     assert page.count("hacked") > 8
     assert_harmless(page, scripts=0)

@@ -11,7 +11,7 @@ from evolvent_base.errors import EvolventError, InputError, RunFailed
 
 if TYPE_CHECKING:
     from evolvent import parts
-    from evolvent.analysis.stepping import Stepper
+    from evolvent.analysis.stepper import Stepper
     from evolvent.analysis.system import System
     from evolvent.compiled.laws import drive_law, element_law, event_law, force_law, motor_law, spring_law, torque_law
     from evolvent.design.dispersions import disperse
@@ -77,7 +77,7 @@ _LAZY = {
         "evolvent.elements.sections",
     ),
     "SectionInertia": "evolvent.elements.inertia",
-    "Stepper": "evolvent.analysis.stepping",
+    "Stepper": "evolvent.analysis.stepper",
     "System": "evolvent.analysis.system",
     "element_law": "evolvent.compiled.laws",
     "event_law": "evolvent.compiled.laws",

@@ -49,11 +49,11 @@ def read(raw: bytes, name: str) -> tuple[list[Column], dict[str, str], list[str]
     return found, left, table.notes, table.names
 
 
-def _clocks(table: tables.Table, clock: int | None) -> list[str]:
+def _clocks(table: tables.TextTable, clock: int | None) -> list[str]:
     return [table.names[k] for k in {*table.stamps, *(() if clock is None else (clock,))}]
 
 
-def _time(table: tables.Table, place: int) -> Column:
+def _time(table: tables.TextTable, place: int) -> Column:
     """A column of times: as it stands, but for dates, clocks, counters that wrap and counts since 1970."""
     made = functools.partial(Column, table.names[place], table.rows, path=table.heads[place])
     try:
@@ -65,12 +65,12 @@ def _time(table: tables.Table, place: int) -> Column:
     return made(lambda: times.start + times.seconds, "s", notes=times.notes)
 
 
-def _seconds(table: tables.Table, place: int) -> np.ndarray:
+def _seconds(table: tables.TextTable, place: int) -> np.ndarray:
     times = tables.seconds(table, place + 1)
     return times.start + times.seconds
 
 
-def _words(table: tables.Table, place: int) -> str:
+def _words(table: tables.TextTable, place: int) -> str:
     """What a column holds in place of numbers; '' where its numbers are at fault."""
     if table.is_empty(place + 1):
         return "no cell holds anything"
@@ -86,11 +86,11 @@ def _words(table: tables.Table, place: int) -> str:
     )
 
 
-def _numbers(table: tables.Table, place: int, why: str) -> np.ndarray:
+def _numbers(table: tables.TextTable, place: int, why: str) -> np.ndarray:
     return table.numbers(place + 1)
 
 
-def _refuse(table: tables.Table, place: int, why: str) -> np.ndarray:
+def _refuse(table: tables.TextTable, place: int, why: str) -> np.ndarray:
     raise InputError(
         f"the column {table.names[place]!r} of {table.path!r} is no signal: {why}; correct it, or name the columns "
         "that are signals under signals.sensors"

@@ -15,7 +15,7 @@ from evolvent_base.tables.heads import distinct as distinct
 from evolvent_base.tables.layout import is_text as is_text
 from evolvent_base.tables.marks import mark_of_missing as mark_of_missing
 from evolvent_base.tables.reader import read as read
-from evolvent_base.tables.table import Table as Table
+from evolvent_base.tables.table import TextTable as TextTable
 from evolvent_base.tables.times import NO_UNIT as NO_UNIT, Times as Times, seconds as seconds, time_of as time_of
 from evolvent_base.tables.words import (
     DATE_NAMES as DATE_NAMES,

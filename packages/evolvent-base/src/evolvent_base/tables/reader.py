@@ -11,7 +11,7 @@ from evolvent_base.tables.blocks import Block, block_of
 from evolvent_base.tables.cells import is_missing, quantity
 from evolvent_base.tables.heads import Head, head_of
 from evolvent_base.tables.layout import decoded, is_comment, kind, kinds, lines_of, separator_of, split
-from evolvent_base.tables.table import Table
+from evolvent_base.tables.table import TextTable
 from evolvent_base.tables.words import time_columns
 
 #: Rows that show whether cells are parted by decimal commas.
@@ -23,7 +23,7 @@ _WHOLE = re.compile(r"[-+\u2212]?\d+(?:[ '\u00a0\u202f]\d{3})*")
 _GROUPED = re.compile(r"[-+\u2212]?\d+(?:[ '.\u00a0\u202f]\d{3})*")
 
 
-def read(raw: bytes, path: str, *, whole: bool = False) -> Table:
+def read(raw: bytes, path: str, *, whole: bool = False) -> TextTable:
     """The table in a text file.
 
     Parameters
@@ -82,7 +82,7 @@ def read(raw: bytes, path: str, *, whole: bool = False) -> Table:
     own = ["" if k in cut else lines[k] for k in rows]
     marks = _units_in_cells(own, separator, len(head.units))
     head = head._replace(units=[unit or marks.get(c, "") for c, unit in enumerate(head.units)])
-    return Table(path, head, own, [numbers[k] for k in rows], separator, block.width, clocks, marks)
+    return TextTable(path, head, own, [numbers[k] for k in rows], separator, block.width, clocks, marks)
 
 
 def _units_in_cells(lines: Sequence[str], separator: str, count: int) -> dict[int, str]:

@@ -16,7 +16,7 @@ from evolvent_base.tables.layout import rows_of
 _CHUNK, _FIRST = 16_384, 1000
 
 
-class Table:
+class TextTable:
     """Columns of a text.
 
     Attributes

@@ -10,7 +10,7 @@ import numpy as np
 from evolvent_base.errors import InputError
 from evolvent_base.tables import stamps, words
 from evolvent_base.tables.cells import is_missing
-from evolvent_base.tables.table import Table
+from evolvent_base.tables.table import TextTable
 
 #: What is said of times without a unit.
 NO_UNIT = "the time states no unit: taken in s"
@@ -43,7 +43,7 @@ class Times(NamedTuple):
     notes: tuple[str, ...]
 
 
-def time_of(table: Table) -> int | None:
+def time_of(table: TextTable) -> int | None:
     """Index of the column of times: by its name, or the only one with dates or clocks; None where there is none."""
 
     def rises(place: int) -> bool:
@@ -66,7 +66,7 @@ def time_of(table: Table) -> int | None:
     return found
 
 
-def _varies(table: Table, place: int) -> bool:
+def _varies(table: TextTable, place: int) -> bool:
     """Whether a column holds different values: one that does not is a start or a step."""
     try:
         values = table.numbers(place + 1)
@@ -76,7 +76,7 @@ def _varies(table: Table, place: int) -> bool:
     return bool(known.size) and (table.rows == 1 or bool(np.any(known != known[0])))
 
 
-def seconds(table: Table, column: str | int | Sequence[str | int], *, fine: bool = True) -> Times:
+def seconds(table: TextTable, column: str | int | Sequence[str | int], *, fine: bool = True) -> Times:
     """Seconds of a column of times, or of a column of dates and one of clocks.
 
     Parameters
@@ -97,7 +97,7 @@ def seconds(table: Table, column: str | int | Sequence[str | int], *, fine: bool
     return found
 
 
-def _seconds(table: Table, places: list[int]) -> Times:
+def _seconds(table: TextTable, places: list[int]) -> Times:
     if len(places) > 1 or places[0] in table.stamps:
         return _stamped(table, places)
     try:
@@ -112,7 +112,7 @@ def _seconds(table: Table, places: list[int]) -> Times:
 # ------------------------------------------------------------------------------------------------ numbers
 
 
-def _counted(table: Table, place: int, values: np.ndarray) -> Times:
+def _counted(table: TextTable, place: int, values: np.ndarray) -> Times:
     name = table.names[place]
     known = np.flatnonzero(np.isfinite(values))
     if not known.size:
@@ -136,7 +136,7 @@ def _counted(table: Table, place: int, values: np.ndarray) -> Times:
     return Times(offset * factor, 0.0 if is_epoch else first * factor, tuple(notes))
 
 
-def _exact(table: Table, place: int, values: np.ndarray) -> np.ndarray:
+def _exact(table: TextTable, place: int, values: np.ndarray) -> np.ndarray:
     """Differences of whole numbers that are larger than floats hold exactly."""
     try:
         whole = [None if is_missing(cell) else int(cell) for cell in table.words(place + 1)]
@@ -146,7 +146,7 @@ def _exact(table: Table, place: int, values: np.ndarray) -> np.ndarray:
     return np.array([np.nan if one is None else float(one - first) for one in whole])
 
 
-def _factor(table: Table, place: int, values: np.ndarray, notes: list[str]) -> float:
+def _factor(table: TextTable, place: int, values: np.ndarray, notes: list[str]) -> float:
     """Seconds in the unit of a column."""
     name, unit = table.names[place], table.units[place]
     if unit and not words.is_form(unit):
@@ -173,7 +173,7 @@ def _factor(table: Table, place: int, values: np.ndarray, notes: list[str]) -> f
     return 1.0
 
 
-def _check_serial(table: Table, place: int, step: float, notes: list[str]) -> None:
+def _check_serial(table: TextTable, place: int, step: float, notes: list[str]) -> None:
     digits = max(len(cell.replace(",", ".").partition(".")[2]) for cell in table.words(place + 1)[:200])
     resolved = 10.0**-digits
     if resolved > _COARSE * step:
@@ -217,7 +217,7 @@ def _unwrapped(offset: np.ndarray, values: np.ndarray, factor: float, name: str,
     return offset
 
 
-def _check_fine(table: Table, name: str, offset: np.ndarray) -> None:
+def _check_fine(table: TextTable, name: str, offset: np.ndarray) -> None:
     """Refuse times of which many are equal."""
     steps = np.diff(offset)
     equal = np.count_nonzero(steps == 0.0)
@@ -231,7 +231,7 @@ def _check_fine(table: Table, name: str, offset: np.ndarray) -> None:
 # ------------------------------------------------------------------------------------------------ stamps
 
 
-def _stamped(table: Table, places: list[int]) -> Times:
+def _stamped(table: TextTable, places: list[int]) -> Times:
     found = []
     for place in places:
         cells = _read(table, place)
@@ -262,11 +262,11 @@ def _stamped(table: Table, places: list[int]) -> Times:
     return Times(offset - offset[row], 0.0, tuple(notes))
 
 
-def _cell(table: Table, place: int, row: int) -> str:
+def _cell(table: TextTable, place: int, row: int) -> str:
     return table.cell(place + 1, row)
 
 
-def _clock_beside(table: Table, places: list[int]) -> tuple[int, stamps.Cells] | None:
+def _clock_beside(table: TextTable, places: list[int]) -> tuple[int, stamps.Cells] | None:
     """A column of times of day beside dates, where there is one such column."""
     others = [(k, stamps.cells_of(table.words(k + 1))) for k in table.stamps if k not in places]
     clocks = [(k, cells) for k, cells in others if cells.wrong < 0 and cells.clock is not None and not cells.days]
@@ -276,7 +276,7 @@ def _clock_beside(table: Table, places: list[int]) -> tuple[int, stamps.Cells] |
     return None
 
 
-def _read(table: Table, place: int) -> stamps.Cells:
+def _read(table: TextTable, place: int) -> stamps.Cells:
     texts = table.words(place + 1)
     cells = stamps.cells_of(texts)
     if cells.wrong >= 0:
@@ -287,7 +287,7 @@ def _read(table: Table, place: int) -> stamps.Cells:
     return cells
 
 
-def _of_day(table: Table, place: int, cells: stamps.Cells) -> np.ndarray:
+def _of_day(table: TextTable, place: int, cells: stamps.Cells) -> np.ndarray:
     """Seconds of a clock; of two numbers they may be hours and minutes, or minutes and seconds."""
     assert cells.clock is not None
     if "hm" not in cells.forms:
@@ -324,7 +324,7 @@ def _over_midnight(of_day: np.ndarray) -> np.ndarray:
     return of_day + added
 
 
-def _dated(table: Table, name: str, days: dict[str, np.ndarray], of_day: np.ndarray) -> np.ndarray:
+def _dated(table: TextTable, name: str, days: dict[str, np.ndarray], of_day: np.ndarray) -> np.ndarray:
     """Seconds of dates and clocks: the order of day and month is that in which time goes on."""
     found: list[np.ndarray] = []
     for order in ("dmy", "mdy"):

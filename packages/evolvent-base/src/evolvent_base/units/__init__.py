@@ -16,7 +16,6 @@ from evolvent_base.units.parsing import (
     base_exponents as base_exponents,
     is_list as is_list,
     known as known,
-    parse as parse,
     split as split,
     unit_text as unit_text,
 )
@@ -32,7 +31,7 @@ from evolvent_base.units.quantities import (
     unit_of as unit_of,
     units_as_written as units_as_written,
 )
-from evolvent_base.units.written import factor as factor, file_unit as file_unit
+from evolvent_base.units.written import factor as factor, file_unit as file_unit, parse as parse
 
 _LENGTH: dict[str, Any] = {"what": "a length", "unit": "m", "example": "5 m"}
 _TIME: dict[str, Any] = {"what": "a time", "unit": "s", "example": "2.5 s"}

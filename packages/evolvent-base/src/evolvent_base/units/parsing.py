@@ -6,7 +6,7 @@ import functools
 import math
 import numbers
 import re
-from collections.abc import Mapping, Set
+from collections.abc import Callable, Mapping, Set
 from typing import Any
 
 from evolvent_base import startup
@@ -120,13 +120,14 @@ def _registry() -> Any:
     return found
 
 
-def parse(text: str, unit: str) -> float:
+def value_in(text: str, unit: str, meant: Callable[[str, str], str] = lambda given, unit: "") -> float:
     """The value of `text` in `unit`.
 
     Parameters
     ----------
     text : str, a number and a unit ('0.735 g/m', '0.004 kg m^2' or 'kg m2', '30 rpm'); a number alone is in `unit`
     unit : str, the wanted unit, '' for none
+    meant : the end of a sentence on a text that is no such unit: the spelling that may be meant
 
     Raises
     ------
@@ -159,15 +160,9 @@ def parse(text: str, unit: str) -> float:
     try:
         return float(_registry().Quantity(value, known(exponents)).to(known(unit)).magnitude)
     except startup.load("pint").DimensionalityError:
-        raise UnitError(f"{cut(given)!r} is a unit of something else{_meant(exponents, unit)}") from None
+        raise UnitError(f"{cut(given)!r} is a unit of something else{meant(exponents, unit)}") from None
     except Exception:  # noqa: BLE001  (the units library raises many kinds of errors on what it cannot read)
-        raise UnitError(f"{cut(given)!r} is not a known unit{_meant(exponents, unit)}") from None
-
-
-def _meant(given: str, unit: str) -> str:
-    from evolvent_base.units import written
-
-    return written.meant(given, unit)
+        raise UnitError(f"{cut(given)!r} is not a known unit{meant(exponents, unit)}") from None
 
 
 def known(unit: str) -> Any:
@@ -182,7 +177,7 @@ def known(unit: str) -> Any:
         plain = _RAISED.sub(lambda digits: f"^{digits[0]}".translate(_LOWERED), unit)
         if len(unit) <= _LONGEST_UNIT and not _TOWER.search(plain):
             return _registry().parse_units(unit)
-    except Exception:  # noqa: BLE001  (see `parse`)
+    except Exception:  # noqa: BLE001  (see `value_in`)
         pass
     raise UnitError(f"{cut(unit)!r} is not a known unit")
 
@@ -201,7 +196,7 @@ def base_exponents(unit: str) -> dict[str, float] | None:
     """Exponents of base units, by their full names, in a coherent unit of SI; None of what is no such unit."""
     try:
         found = _registry().Quantity(1.0, known(unit)).to_base_units()
-    except Exception:  # noqa: BLE001  (see `parse`)
+    except Exception:  # noqa: BLE001  (see `value_in`)
         return None
     return dict(found.units._units) if found.magnitude == 1.0 else None
 

@@ -22,10 +22,10 @@ from evolvent_base.units.parsing import (
     Measured,
     UnitError,
     is_list,
-    parse,
     split,
     to_float,
 )
+from evolvent_base.units.written import parse
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

@@ -1,6 +1,6 @@
 """Units as files write them (`m/s2`, `Volts`, `in-lbf`, `dps`, `°`), and what they are called here.
 
-Case files are read by `parsing.parse`, which takes one spelling and answers others by a hint. Columns come from
+Case files are read by `parse`, which takes one spelling and answers others by a hint. Columns come from
 programs whose spelling a user cannot choose: their units are read from a lexicon of symbols and names. Other words go
 to the units library only where they are long: it reads short ones as what nobody means here, `Nm` as the fineness of a
 thread, `pct` as a weight of gems.
@@ -14,7 +14,7 @@ import re
 import unicodedata
 
 from evolvent_base.errors import nearest
-from evolvent_base.units.parsing import COMMON, UnitError, cut, known, parse
+from evolvent_base.units.parsing import COMMON, UnitError, cut, known, value_in
 
 #: Symbols of units and the prefixes that they are used with.
 _SYMBOLS = {
@@ -114,10 +114,21 @@ def _read(text: str, wanted: str | None) -> str:
         fits = [one for one in found if _fits(one, wanted)]
         if not fits:
             raise UnitError(_refused(text, found[0], wanted))
-        found = list({parse(f"1 {one}", wanted): one for one in reversed(fits)}.values())[::-1]
+        found = list({value_in(f"1 {one}", wanted): one for one in reversed(fits)}.values())[::-1]
     if len(found) > 1:
         raise UnitError(f"{text!r} may be {' or '.join(found)}; write one of them")
     return found[0]
+
+
+def parse(text: str, unit: str) -> float:
+    """The value of `text` in `unit`, as a case file writes it: see `parsing.value_in`, with a hint in the sentence.
+
+    Raises
+    ------
+    UnitError
+        If the text is not a number with a unit of the same dimension.
+    """
+    return value_in(text, unit, meant)
 
 
 def factor(unit: str, wanted: str) -> float:
@@ -131,9 +142,9 @@ def factor(unit: str, wanted: str) -> float:
     read = file_unit(unit, wanted)
     if not read:
         raise UnitError(f"{unit!r} states no unit")
-    if parse(f"0 {read}", wanted) != 0.0:
+    if value_in(f"0 {read}", wanted) != 0.0:
         raise UnitError(f"{unit!r} has another zero than {wanted!r}; write the values in {wanted}")
-    return parse(f"1 {read}", wanted)
+    return value_in(f"1 {read}", wanted)
 
 
 def _fits(unit: str, wanted: str) -> bool:

@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import __version__, cases
-from evolvent.analysis.stepping import ResultAddress, Stepper
-from evolvent_base import schema, units
+from evolvent import cases
+from evolvent.analysis.stepper import Stepper
+from evolvent.analysis.stepping import ResultAddress
+from evolvent_base import __version__, schema, units
 from evolvent_base.errors import InputError
 
 #: Results that are outputs unless others are named: of bodies, and of point masses.

@@ -6,8 +6,7 @@ import re
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 
-from evolvent import __version__
-from evolvent_base import units
+from evolvent_base import __version__, units
 from evolvent_base.errors import visible
 from evolvent_cosim.fmu.contents import Contents, Variable
 

@@ -21,8 +21,8 @@ import traceback
 from collections.abc import Callable, Mapping
 from typing import Any, NoReturn
 
-from evolvent import __version__, cases
-from evolvent_base import startup
+from evolvent import cases
+from evolvent_base import __version__, startup
 from evolvent_base.errors import EvolventError, InputError
 
 OK, ERROR = 0, 3
@@ -138,7 +138,7 @@ class Instance:
     def stepper(self) -> Any:
         """The model, made when it is first needed."""
         if self._stepper is None:
-            from evolvent.analysis.stepping import Stepper
+            from evolvent.analysis.stepper import Stepper
 
             changed = {
                 v["name"]: self._values[k]

@@ -6,7 +6,7 @@ The signal model, with t from the first sample, for every sensor c::
 
 The poles -decay_rate + i frequency are common to all sensors. `identify` is the way in: it finds the number of modes,
 the noise of each sensor and the modes, and refuses signals that hold none. The methods behind it can be called one by
-one (`prony`, `tls_prony`, `matrix_pencil`, `esprit`, `varpro`); all return the same `Modes`.
+one (`prony`, `tls_prony`, `matrix_pencil`, `esprit`, `varpro`); all return the same `IdentifiedModes`.
 
 >>> import numpy as np
 >>> from evolvent_massprops.identification import identify
@@ -20,14 +20,14 @@ one (`prony`, `tls_prony`, `matrix_pencil`, `esprit`, `varpro`); all return the 
 from evolvent_massprops.identification.automatic import identify
 from evolvent_massprops.identification.bounds import cramer_rao
 from evolvent_massprops.identification.linear_prediction import prony, tls_prony
-from evolvent_massprops.identification.modes import Modes, ModeShapes, OrderCriteria, mode_variables
+from evolvent_massprops.identification.modes import IdentifiedModes, ModeShapes, OrderCriteria, mode_variables
 from evolvent_massprops.identification.signals import recorded
 from evolvent_massprops.identification.subspace import esprit, matrix_pencil
 from evolvent_massprops.identification.variable_projection import frequencies_in, varpro
 
 __all__ = [
+    "IdentifiedModes",
     "ModeShapes",
-    "Modes",
     "OrderCriteria",
     "cramer_rao",
     "esprit",

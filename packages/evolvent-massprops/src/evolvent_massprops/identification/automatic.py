@@ -11,7 +11,7 @@ import numpy as np
 from evolvent_base.errors import InputError, nearest
 from evolvent_massprops.identification.decay_laws import DECAY
 from evolvent_massprops.identification.linear_prediction import prony, tls_prony
-from evolvent_massprops.identification.modes import Modes
+from evolvent_massprops.identification.modes import IdentifiedModes
 from evolvent_massprops.identification.orders import search
 from evolvent_massprops.identification.signals import Array, Sampling, Signal, read_signal, refuse_uneven
 from evolvent_massprops.identification.subspace import esprit, matrix_pencil
@@ -19,7 +19,7 @@ from evolvent_massprops.identification.swing_starts import Kind
 from evolvent_massprops.identification.swings import refine
 from evolvent_massprops.identification.variable_projection import fit, varpro
 
-METHODS: dict[str, Callable[..., Modes]] = {
+METHODS: dict[str, Callable[..., IdentifiedModes]] = {
     "varpro": varpro,
     "esprit": esprit,
     "matrix_pencil": matrix_pencil,
@@ -44,7 +44,7 @@ def identify(
     detrend: str = "constant",
     decay: str = "auto",
     swing: Kind | None = None,
-) -> Modes:
+) -> IdentifiedModes:
     """Frequencies, decay rates, amplitudes and phases of the modes in free vibrations, with their uncertainties.
 
     Parameters
@@ -67,7 +67,7 @@ def identify(
 
     Returns
     -------
-    Modes
+    IdentifiedModes
         Its `warnings` say what the data do not support; `criteria` what was found for each order.
 
     Raises
@@ -119,7 +119,7 @@ def identify(
 
 def _exponential(
     method: str, data: Any, order: int | None, highest_order: int | None, options: Sampling
-) -> tuple[Modes, Signal]:
+) -> tuple[IdentifiedModes, Signal]:
     """Modes that decay exponentially, and the signal that they were found in.
 
     Notes
@@ -149,7 +149,9 @@ def _exponential(
     return modes, signal
 
 
-def _found(method: str, data: Any, order: int | None, highest_order: int | None, options: Sampling) -> Modes | None:
+def _found(
+    method: str, data: Any, order: int | None, highest_order: int | None, options: Sampling
+) -> IdentifiedModes | None:
     """Modes by a method, of the order that is given or that the data hold; None where they hold none."""
     if order is not None:
         return METHODS[method](data, order, **options)
@@ -161,7 +163,7 @@ def _found(method: str, data: Any, order: int | None, highest_order: int | None,
     return replace(modes, criteria=criteria)
 
 
-def _slope(modes: Modes, scatter: Array) -> float:
+def _slope(modes: IdentifiedModes, scatter: Array) -> float:
     """Relative standard uncertainty of the clock by times that scatter, for the mode with the largest amplitude.
 
     Notes
@@ -174,7 +176,7 @@ def _slope(modes: Modes, scatter: Array) -> float:
     return float(np.std(scatter) * np.sqrt(((weight * away) ** 2).sum()) / (weight * away**2).sum())
 
 
-def _with_clock(modes: Modes, unsure: float) -> Modes:
+def _with_clock(modes: IdentifiedModes, unsure: float) -> IdentifiedModes:
     """The modes with a relative standard uncertainty of the clock, that all frequencies and decay rates share."""
     if unsure == 0.0:
         return modes
@@ -183,7 +185,7 @@ def _with_clock(modes: Modes, unsure: float) -> Modes:
     return replace(modes, covariance=C)
 
 
-def _evidence(squares: Array, modes: Modes, signal: Signal) -> float:
+def _evidence(squares: Array, modes: IdentifiedModes, signal: Signal) -> float:
     """Logarithm of the likelihood of a fit that leaves these sums of squares (c,) over that of the modes."""
     own = np.nansum(modes.residual**2, axis=0)
     if signal.noise is not None:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent_massprops.identification.modes import Modes
+from evolvent_massprops.identification.modes import IdentifiedModes
 from evolvent_massprops.identification.signals import Array, Signal
 
 #: Modes of this share of a sensor's strongest are its motion; weaker ones may be harmonics that clipping makes.
@@ -42,7 +42,7 @@ class Found(NamedTuple):
     size: float
 
 
-def clipped(modes: Modes, signal: Signal) -> list[str]:
+def clipped(modes: IdentifiedModes, signal: Signal) -> list[str]:
     """A sentence on each sensor whose crests are cut."""
     found = []
     for c, name in enumerate(signal.names):
@@ -56,7 +56,7 @@ def clipped(modes: Modes, signal: Signal) -> list[str]:
     return found
 
 
-def look(modes: Modes, signal: Signal, c: int) -> Found | None:
+def look(modes: IdentifiedModes, signal: Signal, c: int) -> Found | None:
     """What a hinge at some level explains of one sensor's samples; None where there is nothing to look at.
 
     Notes
@@ -118,7 +118,7 @@ def _explained(q: Array, e: Array, high: Callable[[Array], Array]) -> tuple[floa
     return gain, float(np.sqrt(2.0 * gain / len(q)))
 
 
-def _sorted(modes: Modes, strong: Array) -> tuple[list[int], set[int]]:
+def _sorted(modes: IdentifiedModes, strong: Array) -> tuple[list[int], set[int]]:
     """Modes that are the motion, with those beside them; and weaker ones at odd products of them."""
     w = modes.frequency
     line = 2.0 * np.pi / float(modes.time[-1])

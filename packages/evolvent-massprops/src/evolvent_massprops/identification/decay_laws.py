@@ -12,15 +12,9 @@ from evolvent_massprops.identification import swing_model as model
 from evolvent_massprops.identification.noise_density import density_near
 from evolvent_massprops.identification.orders import WHITE, whiteness
 from evolvent_massprops.identification.signals import Array, Signal
+from evolvent_massprops.identification.swing_laws import LAWS
 from evolvent_massprops.identification.swing_model import Component, Found
 
-#: Laws of decay by name: which of viscous damping, dry friction and quadratic drag act.
-LAWS = {
-    "viscous": (True, False, False),
-    "dry": (False, True, False),
-    "quadratic": (False, False, True),
-    "mixed": (True, True, True),
-}
 DECAY = ("auto", *LAWS)
 #: Gain of the information criterion below which two descriptions are not distinguished.
 DECISIVE = 10.0

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from evolvent_base.errors import InputError
-from evolvent_massprops.identification.modes import Modes, make_modes
+from evolvent_massprops.identification.modes import IdentifiedModes, make_modes
 from evolvent_massprops.identification.signals import Array, Sampling, Signal, noise_and_highest_frequency
 from evolvent_massprops.identification.subspace import (
     candidates,
@@ -22,7 +22,9 @@ from evolvent_massprops.identification.subspace import (
 )
 
 
-def prony(data: Any, order: int, *, samples_per_period: float | None = 2.5, **sampling: Unpack[Sampling]) -> Modes:
+def prony(
+    data: Any, order: int, *, samples_per_period: float | None = 2.5, **sampling: Unpack[Sampling]
+) -> IdentifiedModes:
     """Least-squares Prony with decimation: the historical method, for comparison.
 
     Parameters
@@ -34,7 +36,7 @@ def prony(data: Any, order: int, *, samples_per_period: float | None = 2.5, **sa
 
     Returns
     -------
-    Modes
+    IdentifiedModes
         With NaN as covariance: none follows from this method.
 
     Raises
@@ -64,7 +66,7 @@ def prony(data: Any, order: int, *, samples_per_period: float | None = 2.5, **sa
     return _from_roots("prony", roots[roots.imag > 0.0], stride, signal, order)
 
 
-def tls_prony(data: Any, order: int, **sampling: Unpack[Sampling]) -> Modes:
+def tls_prony(data: Any, order: int, **sampling: Unpack[Sampling]) -> IdentifiedModes:
     """Total-least-squares Prony: the least-norm prediction that is orthogonal to the signal subspace.
 
     Parameters, returns and errors are those of `esprit`.
@@ -105,7 +107,7 @@ def _highest_mode(signal: Signal, order: int) -> float:
     return min(highest, float(strongest(signal, poles, order).imag.max()))
 
 
-def _from_roots(method: str, roots: Array, stride: int, signal: Signal, order: int) -> Modes:
+def _from_roots(method: str, roots: Array, stride: int, signal: Signal, order: int) -> IdentifiedModes:
     roots = roots[np.abs(roots) > 0.0]
     poles = np.log(roots) / (stride * signal.step)
     return make_modes(method, check_poles(signal, order, poles, method), signal)

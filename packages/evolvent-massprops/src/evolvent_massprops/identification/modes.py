@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from evolvent_base.answer import Answer, Section, Table
 from evolvent_base.dense import facing
+from evolvent_base.showing import Answered
 from evolvent_massprops.identification.signals import Array, Signal, basis, fit_linear, noise_of, split
-
-if TYPE_CHECKING:
-    from evolvent_massprops.identification.swings import Swing
+from evolvent_massprops.identification.swing_laws import Swing
 
 
 class OrderCriteria(NamedTuple):
@@ -58,7 +58,7 @@ class ModeShapes(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Modes:
+class IdentifiedModes(Answered):
     """Modes of free vibration, by rising frequency, m modes at c sensors.
 
     The model: x_c(t) = offset_c + drift_c t + sum_k amplitude_kc exp(-decay_rate_k t) cos(frequency_k t + phase_kc),
@@ -247,23 +247,27 @@ class Modes:
         """The fitted model (n, c) at other times, s from the first sample."""
         return np.asarray(self.parts(time).sum(axis=1) + self.offset + np.multiply.outer(time, self.drift))
 
-    def __str__(self) -> str:
-        lines = [f"{self.order} modes by {self.method} from {len(self.time)} samples of {len(self.names)} sensors"]
-        lines.append("  frequency rad/s    decay rate 1/s   damping ratio   largest amplitude")
+    def answer(self) -> Answer:
+        """Frequencies, decay rates, damping and the largest amplitudes, and warnings."""
+        rows, with_swings = [], any(swing is not None for swing in self.swings)
         for k in range(self.order):
             c = int(np.argmax(self.amplitude[k]))
-            lines.append(
-                f"  {self.frequency[k]:.6g} ± {self.frequency_std[k]:.2g}"
-                f"   {self.decay_rate[k]:.4g} ± {self.decay_rate_std[k]:.2g}"
-                f"   {self.damping_ratio[k]:.3g}   {self.amplitude[k, c]:.4g} ({self.names[c]})"
-            )
             swing = self.swings[k] if self.swings else None
-            if swing is not None:
-                lines.append(f"    one swing: {swing}")
-        return "\n".join([*lines, *self.warnings])
+            rows.append((
+                f"{self.frequency[k]:.6g} ± {self.frequency_std[k]:.2g}",
+                f"{self.decay_rate[k]:.4g} ± {self.decay_rate_std[k]:.2g}",
+                f"{self.damping_ratio[k]:.3g}", f"{self.amplitude[k, c]:.4g} ({self.names[c]})",
+                *(["" if swing is None else str(swing)] if with_swings else []),
+            ))  # fmt: skip
+        heads = ["frequency rad/s", "decay rate 1/s", "damping ratio", "largest amplitude"]
+        heads += ["one swing"] if with_swings else []
+        title = f"{self.order} modes by {self.method} from {len(self.time)} samples of {len(self.names)} sensors"
+        sections = [Section(title=title, blocks=[Table(heads=heads, rows=rows, words=0)])]
+        return Answer(title=title, sections=sections, warnings=self.warnings)
 
 
-#: Quantities of `Modes` for files and tables: name -> (units, text, whether of every sensor); '' is the sensors' unit.
+#: Quantities of `IdentifiedModes` for files and tables: name -> (units, text, whether of every sensor); '' is
+#: the sensors' unit.
 QUANTITIES = {
     "frequency": ("rad s-1", "identified frequency", False),
     "frequency_std": ("rad s-1", "standard deviation of the identified frequency", False),
@@ -276,13 +280,13 @@ QUANTITIES = {
 
 
 def mode_variables(
-    modes: Modes | None, *, unit: str, order: int = 0, sensors: int = 0
+    modes: IdentifiedModes | None, *, unit: str, order: int = 0, sensors: int = 0
 ) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
     """Modes as variables over the dimensions "mode" and "sensor": name -> (dimensions, values, units, text).
 
     Parameters
     ----------
-    modes : Modes, or None where none were found
+    modes : IdentifiedModes, or None where none were found
     unit : str, of the sensors
     order, sensors : int, numbers of modes and sensors where none were found; the values are then NaN
     """
@@ -307,7 +311,7 @@ def make_modes(
     noise: Array | None = None,
     covariance: Array | None = None,
     iterations: int = 0,
-) -> Modes:
+) -> IdentifiedModes:
     """Modes of given poles; those of a fit are in order and come with its linear `coefficients`.
 
     Without these, the amplitudes are those that fit best; without `noise`, it follows from the residual.
@@ -322,7 +326,7 @@ def make_modes(
     if noise is None:
         noise = signal.noise if signal.noise is not None else noise_of(signal, np.nansum(residual**2, axis=0), m)
     size = 2 * m + 2 * m * sensors + sensors
-    return Modes(
+    return IdentifiedModes(
         method=method,
         order=m,
         names=signal.names,

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent_massprops.identification.modes import Modes
+from evolvent_massprops.identification.modes import IdentifiedModes
 from evolvent_massprops.identification.signals import Array, Signal, power
 
 #: Lines of the residual's spectrum on each side of a mode that show the noise there.
 NEAR = 12
 
 
-def density(modes: Modes, signal: Signal) -> Array:
+def density(modes: IdentifiedModes, signal: Signal) -> Array:
     """(m, c) variance that white noise of the spectral density near each mode would have, over that of the sensor."""
     return density_near(modes.frequency, modes.residual, modes.noise, signal)
 
@@ -36,14 +36,14 @@ def density_near(frequency: Array, residual: Array, noise: Array, signal: Signal
     return found
 
 
-def energy(modes: Modes, signal: Signal) -> Array:
+def energy(modes: IdentifiedModes, signal: Signal) -> Array:
     """(m, c) sum of the squares of each mode's samples, over the noise of the sensor."""
     growth = -2.0 * modes.decay_rate * float(modes.time[-1])
     mean = np.where(np.abs(growth) > 1e-9, np.expm1(growth) / np.where(growth == 0.0, 1.0, growth), 1.0)
     return np.asarray(0.5 * signal.counts * (modes.amplitude / modes.noise) ** 2 * mean[:, None])
 
 
-def faint(modes: Modes, signal: Signal) -> Array:
+def faint(modes: IdentifiedModes, signal: Signal) -> Array:
     """Indices of modes that noise of the density near them may well be, the weakest first.
 
     Notes

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent_massprops.identification.modes import Modes, OrderCriteria
+from evolvent_massprops.identification.modes import IdentifiedModes, OrderCriteria
 from evolvent_massprops.identification.noise_density import faint
 from evolvent_massprops.identification.signals import (
     Array,
@@ -69,7 +69,7 @@ def fit_order(signal: Signal, starts: Starts, order: int, fewer: Array) -> Fit:
     return min(good, key=lambda trial: criteria(signal, trial.point.squares, order)[0])
 
 
-def search(signal: Signal, limit: int | None = None) -> tuple[Modes | None, OrderCriteria]:
+def search(signal: Signal, limit: int | None = None) -> tuple[IdentifiedModes | None, OrderCriteria]:
     """Try 0, 1, 2, ... modes and take the order that MDL asks for, confirmed by BIC and by a white residual.
 
     Parameters
@@ -94,7 +94,7 @@ def search(signal: Signal, limit: int | None = None) -> tuple[Modes | None, Orde
     residual = fit_linear(point.poles, signal)[1]
     noise = signal.noise if signal.noise is not None else noise_of(signal, point.squares, 0)
     rows = [_Row(0, *criteria(signal, point.squares, 0), whiteness(signal, residual, noise, 1 + signal.degree), True)]
-    tried: list[Modes | None] = [None]
+    tried: list[IdentifiedModes | None] = [None]
     for m in range(1, most + 1):
         found = fit_order(signal, starts, m, point.poles)
         point = found.point
@@ -117,7 +117,7 @@ def search(signal: Signal, limit: int | None = None) -> tuple[Modes | None, Orde
     return best_modes, OrderCriteria(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
-def _above_coloured_noise(modes: Modes, signal: Signal) -> Modes:
+def _above_coloured_noise(modes: IdentifiedModes, signal: Signal) -> IdentifiedModes:
     """The modes that stand out of the noise near them, where it is not white; else all.
 
     Notes

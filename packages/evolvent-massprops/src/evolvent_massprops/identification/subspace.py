@@ -15,7 +15,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from evolvent_base.errors import InputError
-from evolvent_massprops.identification.modes import Modes, make_modes, sort
+from evolvent_massprops.identification.modes import IdentifiedModes, make_modes, sort
 from evolvent_massprops.identification.signals import (
     Array,
     Sampling,
@@ -270,7 +270,7 @@ def complete_signal(method: str, data: Any, order: int, sampling: Sampling) -> t
     return signal, check_order(signal, order)
 
 
-def esprit(data: Any, order: int, **sampling: Unpack[Sampling]) -> Modes:
+def esprit(data: Any, order: int, **sampling: Unpack[Sampling]) -> IdentifiedModes:
     """ESPRIT on all sensors (HTLS): the shift of the signal subspace by total least squares.
 
     Parameters
@@ -281,7 +281,7 @@ def esprit(data: Any, order: int, **sampling: Unpack[Sampling]) -> Modes:
 
     Returns
     -------
-    Modes
+    IdentifiedModes
         With NaN as covariance: none follows from this method.
 
     Raises
@@ -299,7 +299,7 @@ def esprit(data: Any, order: int, **sampling: Unpack[Sampling]) -> Modes:
     return make_modes("esprit", check_poles(signal, order, poles, "esprit"), signal)
 
 
-def matrix_pencil(data: Any, order: int, **sampling: Unpack[Sampling]) -> Modes:
+def matrix_pencil(data: Any, order: int, **sampling: Unpack[Sampling]) -> IdentifiedModes:
     """Matrix pencil: as `esprit` without stride, by least squares.
 
     Parameters, returns and errors are those of `esprit`.

@@ -8,7 +8,7 @@ import numpy as np
 
 from evolvent_massprops import swing as kernel
 from evolvent_massprops.identification import swing_model as model
-from evolvent_massprops.identification.modes import Modes
+from evolvent_massprops.identification.modes import IdentifiedModes
 from evolvent_massprops.identification.signals import Array, Signal
 from evolvent_massprops.identification.swing_model import Component, Reach, Restoring
 
@@ -36,7 +36,7 @@ class Kind(NamedTuple):
     avoid: float = np.nan
 
 
-def _alike(modes: Modes, group: list[int]) -> bool:
+def _alike(modes: IdentifiedModes, group: list[int]) -> bool:
     """Whether the modes of a group move the sensors alike, as parts of one swing do."""
     a = modes.complex_amplitude[group] / modes.noise
     size = np.sqrt((np.abs(a) ** 2).sum(axis=1))
@@ -46,7 +46,7 @@ def _alike(modes: Modes, group: list[int]) -> bool:
     return bool(np.all(agreement[strong] > ALIKE))
 
 
-def start_of(modes: Modes, group: list[int], signal: Signal, kind: Kind) -> Component | None:
+def start_of(modes: IdentifiedModes, group: list[int], signal: Signal, kind: Kind) -> Component | None:
     """A swing that begins and decays as a group of exponential modes does; None where they beat, or differ in shape."""
     if not _alike(modes, group):
         return None

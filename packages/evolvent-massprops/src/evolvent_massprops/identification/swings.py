@@ -9,21 +9,21 @@ describes the record better (Bayesian information criterion).
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
 from evolvent_massprops.identification import swing_model as model
-from evolvent_massprops.identification.decay_laws import DECISIVE, LAWS, Choice, best_law, density_at, is_white
-from evolvent_massprops.identification.modes import Modes
+from evolvent_massprops.identification.decay_laws import DECISIVE, Choice, best_law, density_at, is_white
+from evolvent_massprops.identification.modes import IdentifiedModes
 from evolvent_massprops.identification.orders import WHITE, search, whiteness
 from evolvent_massprops.identification.signals import Array, Signal, information
+from evolvent_massprops.identification.swing_laws import Swing
 from evolvent_massprops.identification.swing_model import Component, Found
 from evolvent_massprops.identification.swing_starts import Kind, start_of
 from evolvent_massprops.identification.variable_projection import colour, own_unknowns, remarks, unsupported
 
-_WORDS = ("viscous damping", "dry friction", "quadratic drag")
 #: Share of a group's amplitude below which a mode may be a part of it, at odd harmonics, or nearer than these lines.
 WEAK, HARMONICS, SIDE = 0.15, (3, 5, 7, 9), 10.0
 #: Share of the strongest amplitude below which a swing is not examined.
@@ -36,68 +36,12 @@ DOMINANT = 0.8
 _LINES = 3
 
 
-@dataclass(frozen=True, eq=False)
-class Swing:
-    """How one mode swings and decays.
-
-    Attributes
-    ----------
-    component : its parameters
-    std : of d, D, Q, 1/s; 0 for those that do not act
-    last : amplitude at the last sample over that at the first
-    amplitude, amplitude_std : rad at the first sample; nan where the frequency does not depend on it. Where it is not
-        seen, the deviation is about the largest that it may have.
-    """
-
-    component: Component
-    std: Array
-    last: float
-    amplitude: float
-    amplitude_std: float
-
-    @property
-    def law(self) -> str:
-        """In words."""
-        words = [w for w, acts in zip(_WORDS, self.component.law, strict=True) if acts]
-        return " and ".join(words) if len(words) < 3 else ", ".join(words[:-1]) + " and " + words[-1]
-
-    @property
-    def exponential(self) -> bool:
-        """Whether its amplitude decays exponentially."""
-        return self.component.law == LAWS["viscous"]
-
-    @property
-    def follows_amplitude(self) -> bool:
-        """Whether its frequency depends on its amplitude."""
-        return not self.component.restoring.linear or self.component.free_cube
-
-    def predict(self, time: Array, amplitude: Array) -> Array:
-        """(n, c) what sensors with complex amplitudes (c,) read at times (n,), s."""
-        first, second = self.component.phasors()
-        turn = np.array([[first.real, second.real], [first.imag, second.imag]])
-        coefficients = np.linalg.solve(turn, np.array([amplitude.real, amplitude.imag]))
-        return np.asarray(self.component.columns(np.asarray(time, dtype=float)) @ coefficients)
-
-    def __str__(self) -> str:
-        """Law of decay, with its rates at the first amplitude, and what the frequency does."""
-        rates = self.component.rates or ()
-        parts = [
-            f"{word} {rate:.3g} ± {std:.1g} 1/s"
-            for word, rate, std, acts in zip(_WORDS, rates, self.std, self.component.law, strict=True)
-            if acts
-        ]
-        text = f"{', '.join(parts)} at the first amplitude, {self.last:.2g} of which is left at the end"
-        if np.isfinite(self.amplitude):
-            text += f"; amplitude {self.amplitude:.4g} ± {self.amplitude_std:.1g} rad"
-        return text + ("; frequency at zero amplitude" if self.follows_amplitude else "")
-
-
 def resolved(signal: Signal) -> float:
     """Distance of frequencies, rad/s, that the record resolves: one line, 1 / T in Hz."""
     return 2.0 * np.pi / float(signal.time[-1])
 
 
-def groups(modes: Modes, signal: Signal) -> list[list[int]]:
+def groups(modes: IdentifiedModes, signal: Signal) -> list[list[int]]:
     """Modes nearer to each other than the record, or their own decay, resolves; the strongest group first."""
     found: list[list[int]] = []
     for k in range(modes.order):
@@ -113,8 +57,8 @@ def groups(modes: Modes, signal: Signal) -> list[list[int]]:
 
 
 def refine(
-    modes: Modes, signal: Signal, kind: Kind | None = None, decay: str = "auto", *, fixed: bool = False
-) -> Modes:
+    modes: IdentifiedModes, signal: Signal, kind: Kind | None = None, decay: str = "auto", *, fixed: bool = False
+) -> IdentifiedModes:
     """The same record with swings in place of groups of exponential modes, where they describe it better.
 
     Parameters
@@ -171,7 +115,7 @@ def refine(
 
 
 def _choose(
-    modes: Modes,
+    modes: IdentifiedModes,
     signal: Signal,
     own: Kind,
     ways: list[tuple[set[int], set[int]]],
@@ -220,7 +164,7 @@ def _readings(kind: Kind) -> list[Kind]:
     return [kind, kind._replace(reach=kind.reach._replace(factor=np.nan))]
 
 
-def _misread(modes: Modes, given: Kind) -> tuple[str, ...]:
+def _misread(modes: IdentifiedModes, given: Kind) -> tuple[str, ...]:
     """A sentence on sensors of angles that do not show the amplitude by which the frequency changes."""
     if not np.isfinite(given.reach.factor):
         return ()
@@ -237,21 +181,21 @@ def _misread(modes: Modes, given: Kind) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _is_avoided(modes: Modes, group: Iterable[int], avoid: float) -> bool:
+def _is_avoided(modes: IdentifiedModes, group: Iterable[int], avoid: float) -> bool:
     return bool(np.any(np.abs(modes.natural_frequency[list(group)] / avoid - 1.0) < 0.05))
 
 
-def _share(modes: Modes, parts: Iterable[int]) -> float:
+def _share(modes: IdentifiedModes, parts: Iterable[int]) -> float:
     """Share of some modes in the squares of all amplitudes."""
     weight = ((modes.amplitude / modes.noise) ** 2).sum(axis=1)
     return float(weight[list(parts)].sum() / weight.sum())
 
 
-def _strongest(modes: Modes, group: list[int]) -> int:
+def _strongest(modes: IdentifiedModes, group: list[int]) -> int:
     return max(group, key=lambda k: float((modes.amplitude[k] ** 2).sum()))
 
 
-def _suspicious(modes: Modes, group: list[int], signal: Signal) -> bool:
+def _suspicious(modes: IdentifiedModes, group: list[int], signal: Signal) -> bool:
     """Whether a group of exponential modes may be one swing, or leaves something of it."""
     strength = np.sqrt((modes.amplitude**2).sum(axis=1))
     if strength[group].max() < SMALL * strength.max():
@@ -266,7 +210,7 @@ def _suspicious(modes: Modes, group: list[int], signal: Signal) -> bool:
     )
 
 
-def _parts(modes: Modes, group: list[int], signal: Signal) -> list[tuple[set[int], set[int]]]:
+def _parts(modes: IdentifiedModes, group: list[int], signal: Signal) -> list[tuple[set[int], set[int]]]:
     """Modes that may be parts of a swing, and those of them by which it begins.
 
     First a group with weaker modes near it or near odd multiples of its frequency; then with strong ones near it too.
@@ -283,7 +227,7 @@ def _parts(modes: Modes, group: list[int], signal: Signal) -> list[tuple[set[int
     return found if beside <= parts else [*found, (parts | beside, beside)]
 
 
-def _near(modes: Modes, signal: Signal) -> tuple[str, ...]:
+def _near(modes: IdentifiedModes, signal: Signal) -> tuple[str, ...]:
     """Sentences on exponential modes that are nearer than the record resolves and yet no single swing."""
     found = []
     for group in groups(modes, signal):
@@ -335,7 +279,7 @@ def _wild(found: Found, signal: Signal) -> bool:
 # ------------------------------------------------------------------------------------------------ result
 
 
-def _modes(found: Found, spreads: list[float], signal: Signal, before: Modes) -> Modes:
+def _modes(found: Found, spreads: list[float], signal: Signal, before: IdentifiedModes) -> IdentifiedModes:
     """Modes of the fit by rising frequency."""
     now = found.solution
     order = np.argsort([one.pole.imag for one in now.components], kind="stable")
@@ -360,7 +304,7 @@ def _modes(found: Found, spreads: list[float], signal: Signal, before: Modes) ->
         first += size
     coefficients = found.solution.coefficients
     drift = coefficients[2 * m + 1] / signal.time[-1] if signal.degree else np.zeros(sensors)
-    modes = Modes(
+    modes = IdentifiedModes(
         method=before.method,
         order=m,
         names=signal.names,
@@ -384,7 +328,7 @@ def _modes(found: Found, spreads: list[float], signal: Signal, before: Modes) ->
     return replace(modes, warnings=warnings)
 
 
-def _sentences(modes: Modes) -> tuple[str, ...]:
+def _sentences(modes: IdentifiedModes) -> tuple[str, ...]:
     """What is said of swings that do not decay exponentially, or whose stand is not known."""
     found = []
     for k, (w, one) in enumerate(zip(modes.natural_frequency, modes.swings, strict=True)):

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent_base.errors import InputError
 from evolvent_massprops.identification.bounds import Factor, covariance, slope_factors
-from evolvent_massprops.identification.modes import Modes, make_modes, sort
+from evolvent_massprops.identification.modes import IdentifiedModes, make_modes, sort
 from evolvent_massprops.identification.shared_noise import components, correlation, mixing, pair, refuse_copies, unmixed
 from evolvent_massprops.identification.signals import (
     Array,
@@ -185,12 +185,12 @@ def whiteness(signal: Signal, residual: Array, noise: Array, unknowns: int = 0) 
     return float(-np.expm1(len(total) * np.log1p(-min(float(tail), 1.0 - 1e-16))))
 
 
-def own_unknowns(modes: Modes, signal: Signal) -> int:
+def own_unknowns(modes: IdentifiedModes, signal: Signal) -> int:
     """Number of parameters that were fitted to each sensor."""
     return 2 * modes.order + 1 + signal.degree
 
 
-def colour(modes: Modes, signal: Signal) -> tuple[str, ...]:
+def colour(modes: IdentifiedModes, signal: Signal) -> tuple[str, ...]:
     """A sentence where the residual is not white."""
     p = whiteness(signal, modes.residual, modes.noise, own_unknowns(modes, signal))
     if p >= WHITE:
@@ -201,7 +201,7 @@ def colour(modes: Modes, signal: Signal) -> tuple[str, ...]:
     )
 
 
-def unsupported(modes: Modes) -> tuple[str, ...]:
+def unsupported(modes: IdentifiedModes) -> tuple[str, ...]:
     """Modes that the data do not support: not apart from their neighbours or not above the noise; a sentence each."""
     w, C = modes.frequency, modes.pole_covariance
     if not np.all(np.isfinite(C)):
@@ -222,7 +222,7 @@ def unsupported(modes: Modes) -> tuple[str, ...]:
     return tuple(found)
 
 
-def remarks(modes: Modes) -> tuple[str, ...]:
+def remarks(modes: IdentifiedModes) -> tuple[str, ...]:
     """What is unusual about modes of free vibration, a sentence each."""
     found = []
     for k, (w, decay) in enumerate(zip(modes.frequency, modes.decay_rate, strict=True)):
@@ -236,7 +236,7 @@ def remarks(modes: Modes) -> tuple[str, ...]:
     return tuple(found)
 
 
-def modes_of_fit(found: Fit, signal: Signal) -> Modes:
+def modes_of_fit(found: Fit, signal: Signal) -> IdentifiedModes:
     """Modes with the covariance that the fit gives."""
     point = found.point
     return make_modes(
@@ -250,7 +250,7 @@ def modes_of_fit(found: Fit, signal: Signal) -> Modes:
     )
 
 
-def varpro(data: Any, order: int, *, start: Any = None, **sampling: Unpack[Sampling]) -> Modes:
+def varpro(data: Any, order: int, *, start: Any = None, **sampling: Unpack[Sampling]) -> IdentifiedModes:
     """Maximum likelihood for white Gaussian noise: common poles, own amplitudes and offset of each sensor.
 
     Parameters
@@ -262,7 +262,7 @@ def varpro(data: Any, order: int, *, start: Any = None, **sampling: Unpack[Sampl
 
     Returns
     -------
-    Modes
+    IdentifiedModes
         With the covariance of all parameters, from the Fisher information at the fit.
 
     Raises
@@ -307,7 +307,7 @@ def fit_lines(signal: Signal, order: int) -> Fit:
     return found
 
 
-def checked_modes(found: Fit, signal: Signal) -> Modes:
+def checked_modes(found: Fit, signal: Signal) -> IdentifiedModes:
     """Modes of a fit with its warnings; refused unless it converged, inside the band."""
     order = len(found.point.poles)
     if not found.converged:
@@ -329,7 +329,7 @@ def acceptable(found: Fit, signal: Signal) -> bool:
     return found.converged and len(in_band(found.point.poles, signal)) == len(found.point.poles)
 
 
-def with_shared_noise(modes: Modes, signal: Signal) -> Modes:
+def with_shared_noise(modes: IdentifiedModes, signal: Signal) -> IdentifiedModes:
     """The same modes with shared noise taken into account, and with all that speaks against them.
 
     Raises
@@ -351,7 +351,7 @@ def with_shared_noise(modes: Modes, signal: Signal) -> Modes:
     return replace(modes, warnings=(*unsupported(modes), *remarks(modes), *colour(modes, signal), *shared_noise))
 
 
-def fit_jointly(modes: Modes, signal: Signal, shared: Array) -> Modes | None:
+def fit_jointly(modes: IdentifiedModes, signal: Signal, shared: Array) -> IdentifiedModes | None:
     """Fit with the correlation `shared` of the sensors' noise; None where gaps or a singular covariance forbid it.
 
     Notes
@@ -382,12 +382,12 @@ def fit_jointly(modes: Modes, signal: Signal, shared: Array) -> Modes | None:
     )
 
 
-def frequencies_in(modes: Modes, data: Any, *, rate: float) -> Array | None:
+def frequencies_in(modes: IdentifiedModes, data: Any, *, rate: float) -> Array | None:
     """Frequencies (m,), rad/s, of the same modes in other signals; None where the fit from their poles fails.
 
     Parameters
     ----------
-    modes : Modes, identified in signals alike
+    modes : IdentifiedModes, identified in signals alike
     data : (N, c) float
     rate : float, Hz
     """

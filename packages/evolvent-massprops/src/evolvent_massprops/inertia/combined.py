@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from evolvent_base.errors import InputError
-from evolvent_massprops.inertia.problem import BODY_NAMES, Problem, scale_of, value_of
+from evolvent_massprops.inertia.problem import BODY_NAMES, InertiaProblem, scale_of, value_of
 from evolvent_massprops.inertia.stand import Setup
 
 #: What is said where no recording has the body on the stand.
@@ -21,7 +21,7 @@ class Combined:
 
     Attributes
     ----------
-    problems : tuple of Problem, one a recording, without priors
+    problems : tuple of InertiaProblem, one a recording, without priors
     unknown : tuple of str
         Names of the unknowns of all; that of a number that only some recordings have is followed by "@" and a mark.
     own : tuple of tuple of str
@@ -31,14 +31,14 @@ class Combined:
         Whether known numbers count with their uncertainties when the data are weighted (generalized least squares).
     """
 
-    problems: tuple[Problem, ...]
+    problems: tuple[InertiaProblem, ...]
     unknown: tuple[str, ...]
     own: tuple[tuple[str, ...], ...]
     prior: tuple[tuple[str, float, float], ...] = ()
     generalized: bool = False
 
     @property
-    def parts(self) -> tuple[tuple[Problem, list[int]], ...]:
+    def parts(self) -> tuple[tuple[InertiaProblem, list[int]], ...]:
         """Each problem with the places of its unknowns among all."""
         places = {name: k for k, name in enumerate(self.unknown)}
         return tuple((p, [places[n] for n in own]) for p, own in zip(self.problems, self.own, strict=True))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent_base.errors import InputError, nearest
-from evolvent_massprops.identification import Modes
+from evolvent_massprops.identification import IdentifiedModes
 from evolvent_massprops.inertia.least_squares import finish, solve, starts
 from evolvent_massprops.inertia.linear_equations import refuse_mass, six_mode_properties, vertical_properties
 from evolvent_massprops.inertia.problem import BODY_NAMES, problem
@@ -23,7 +23,13 @@ WAYS = ("fit", "three-frequencies", "shapes", "six-modes")
 
 
 def from_modes(
-    stand: Stand, body: Body, modes: Modes, *, way: str = "fit", points: Any, directions: Any = (0.0, 1.0, 0.0)
+    stand: Stand,
+    body: Body,
+    modes: IdentifiedModes,
+    *,
+    way: str = "fit",
+    points: Any,
+    directions: Any = (0.0, 1.0, 0.0),
 ) -> Inertia:
     """Mass properties from the identified modes of sensors on the body, with their covariance.
 
@@ -33,7 +39,7 @@ def from_modes(
         What is known. "three-frequencies" and "fit" take mass, centre of mass, Iyy and the products as known, and of
         the stand the geometry and the ratios of the stiffnesses: the stiffness itself cancels. "shapes" and "six-modes"
         know the stiffness and find mass and centre of mass too. Moments that are to be found are not used.
-    modes : evolvent_massprops.identification.Modes, of displacements
+    modes : evolvent_massprops.identification.IdentifiedModes, of displacements
     way : {"fit", "three-frequencies", "shapes", "six-modes"}
         `from_three_frequencies`, or the least squares that start from it ("fit": at the tilted equilibrium);
         `from_shapes`; `from_six_modes`.
@@ -296,9 +302,10 @@ def fit(
 
     Notes
     -----
-    Levenberg-Marquardt on the residual of `Problem`, whitened by the covariances. With shapes it starts from the best
-    of: the given body, the candidates of three frequencies, the linear solutions from shapes of three or six modes.
-    Without shapes it starts from the given body, and where other bodies have the same frequencies a warning reports it.
+    Levenberg-Marquardt on the residual of `InertiaProblem`, whitened by the covariances. With shapes it starts from
+    the best of: the given body, the candidates of three frequencies, the linear solutions from shapes of three or six
+    modes. Without shapes it starts from the given body, and where other bodies have the same frequencies a warning
+    reports it.
     """
     p = problem(
         stand,

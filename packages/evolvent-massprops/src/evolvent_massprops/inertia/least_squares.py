@@ -1,4 +1,4 @@
-"""Nonlinear least squares of a `Problem`: its starts, the search, and checks of what it finds."""
+"""Nonlinear least squares of a `InertiaProblem`: its starts, the search, and checks of what it finds."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from evolvent_base.errors import InputError
 from evolvent_massprops.inertia.combined import Combined
 from evolvent_massprops.inertia.linear_equations import refuse_mass, six_mode_properties, vertical_properties
-from evolvent_massprops.inertia.problem import BODY_NAMES, Problem, undetermined, value_of
+from evolvent_massprops.inertia.problem import BODY_NAMES, InertiaProblem, undetermined, value_of
 from evolvent_massprops.inertia.stand import MOMENTS, Body, Stand, inertia_defect
 from evolvent_massprops.inertia.statics import Y
 from evolvent_massprops.inertia.three_frequencies import candidates
@@ -22,7 +22,7 @@ from evolvent_massprops.inertia.uncertainty import Candidate, Inertia, with_budg
 CENTRE_SHARE, PRODUCT_SHARE = 1e-2, 1e-3  # nudges off a symmetric start, of the unknown's scale
 
 
-def starts(p: Problem, stand: Stand, body: Body) -> list[np.ndarray]:
+def starts(p: InertiaProblem, stand: Stand, body: Body) -> list[np.ndarray]:
     """Where a search may begin: the given body, off its symmetries, and what the direct ways find."""
     base = p.initial_estimate
     nudge = np.array(
@@ -63,7 +63,7 @@ def starts(p: Problem, stand: Stand, body: Body) -> list[np.ndarray]:
 
 
 def solve(
-    p: Problem | Combined, method: str, begin: Sequence[np.ndarray], *, inputs: Mapping[str, float] | None = None
+    p: InertiaProblem | Combined, method: str, begin: Sequence[np.ndarray], *, inputs: Mapping[str, float] | None = None
 ) -> Inertia:
     """Least squares of a problem from the best of several starts."""
     import scipy.optimize
@@ -121,7 +121,7 @@ def _too_little(reasons: Sequence[str]) -> str:
 
 
 def finish(
-    p: Problem | Combined,
+    p: InertiaProblem | Combined,
     values: np.ndarray,
     method: str,
     *,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent_base.errors import InputError
-from evolvent_massprops.inertia.problem import BODY_NAMES, Problem, assign, scale_of, value_of
+from evolvent_massprops.inertia.problem import BODY_NAMES, InertiaProblem, assign, scale_of, value_of
 from evolvent_massprops.inertia.stand import MOMENTS, Setup
 from evolvent_massprops.inertia.statics import Pose, Y, cross, equilibrium_pose, gradient, skew, spring_state, turning
 from evolvent_massprops.inertia.vibration import level, linearise
@@ -45,7 +45,7 @@ def properties(p: np.ndarray) -> dict[str, float]:
     return {"mass": float(mass), "ex": float(c[0]), "h": float(-c[1]), "ez": float(c[2]), **moments}
 
 
-def rigid_shapes(p: Problem, J: np.ndarray, basis: np.ndarray) -> np.ndarray:
+def rigid_shapes(p: InertiaProblem, J: np.ndarray, basis: np.ndarray) -> np.ndarray:
     """(m, 6) motion of the reference point in each measured mode, by weighted least squares over the sensors."""
     if p.shapes is None or p.shape_covariance is None:
         raise InputError("shapes are needed; give them with the points of their sensors")
@@ -75,7 +75,7 @@ def refuse_mass(mass: float) -> None:
         raise InputError(f"the data give a mass of {mass:.6g} kg; check frequencies, shapes and stiffness")
 
 
-def vertical_properties(p: Problem) -> dict[str, float]:
+def vertical_properties(p: InertiaProblem) -> dict[str, float]:
     """mass, ex, ez, Ixx, Izz, Ixz from three modes of the vertical model by M_S phi omega^2 = K phi."""
     if p.points is None or len(p.frequency) < 3:
         raise InputError("this way takes three frequencies with their shapes")
@@ -104,7 +104,7 @@ def spring_stiffness(s: Setup, pose: Pose) -> np.ndarray:
     return gradient(s._replace(centre=np.zeros(3), gravity=np.zeros(())), pose.origin, pose.rotation)[1]
 
 
-def six_mode_properties(p: Problem, pose: Pose | None = None) -> dict[str, float]:
+def six_mode_properties(p: InertiaProblem, pose: Pose | None = None) -> dict[str, float]:
     """All ten mass properties from six modes by [omega^2 Y(phi) - G(phi)] p = K_s phi.
 
     Notes

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent_massprops.identification import Modes
+from evolvent_massprops.identification import IdentifiedModes
 from evolvent_massprops.inertia.problem import mac
 from evolvent_massprops.inertia.stand import Stand
 from evolvent_massprops.inertia.vibration import NormalModes, spring_energies
@@ -50,14 +50,14 @@ def partners(
 
 
 def mode_energies(
-    stand: Stand, modes: NormalModes, found: Modes, pairs: Mapping[int, int], points: Any, directions: Any
+    stand: Stand, modes: NormalModes, found: IdentifiedModes, pairs: Mapping[int, int], points: Any, directions: Any
 ) -> tuple[np.ndarray, np.ndarray]:
     """Energy of each identified mode, J, from its amplitudes, and its standard deviation; NaN for one without partner.
 
     Parameters
     ----------
     stand, modes : Stand, NormalModes, of the model
-    found : evolvent_massprops.identification.Modes, of displacements, m
+    found : evolvent_massprops.identification.IdentifiedModes, of displacements, m
     pairs : mapping, as of `partners`
     points, directions : (s, 3) float, m and level axes, of the sensors
 

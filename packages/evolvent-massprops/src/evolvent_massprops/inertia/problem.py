@@ -166,7 +166,7 @@ def mac(u: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Problem:
+class InertiaProblem:
     """Measured modes, the model they are held against, and what is unknown in it.
 
     Attributes
@@ -210,7 +210,7 @@ class Problem:
         return np.array([float(value_of(self.base, name)) for name in self.unknown])
 
     @property
-    def parts(self) -> tuple[tuple[Problem, list[int]], ...]:
+    def parts(self) -> tuple[tuple[InertiaProblem, list[int]], ...]:
         """Itself, with the places of all unknowns: as of `evolvent_massprops.inertia.combined.Combined`."""
         return ((self, list(range(len(self.unknown)))),)
 
@@ -363,8 +363,8 @@ def problem(
     prior: dict[str, tuple[float, float]] | None = None,
     mounting: Mounting | None = None,
     at_springs: Sequence[int] = (),
-) -> Problem:
-    """A checked `Problem`; parameters as of `evolvent_massprops.inertia.fit`."""
+) -> InertiaProblem:
+    """A checked `InertiaProblem`; parameters as of `evolvent_massprops.inertia.fit`."""
     s = setup(stand, body)._replace(mounting=mounting)
     if s.batch:
         raise InputError("stand and body have leading axes; one identification takes one stand and one body")
@@ -407,7 +407,7 @@ def problem(
         rows.append((name, float(array(f"prior of {name}", value)), float(array(f"deviation of {name}", std))))
         if rows[-1][2] <= 0.0:
             raise InputError(f"the standard deviation of {name} is {std!r}; it must be above 0")
-    return Problem(
+    return InertiaProblem(
         base=s,
         unknown=unknown,
         model=model,

@@ -8,14 +8,16 @@ from typing import Any
 
 import numpy as np
 
+from evolvent_base.answer import Answer, Section, Table
 from evolvent_base.errors import InputError
+from evolvent_base.showing import Answered
 from evolvent_massprops.inertia.combined import Combined
-from evolvent_massprops.inertia.problem import BODY_NAMES, Problem, check_names, value_of
+from evolvent_massprops.inertia.problem import BODY_NAMES, InertiaProblem, check_names, value_of
 from evolvent_massprops.inertia.stand import MOMENTS
 
 
 @dataclasses.dataclass(frozen=True)
-class Budget:
+class Budget(Answered):
     """What each input adds to the uncertainty of each output.
 
     Attributes
@@ -44,19 +46,15 @@ class Budget:
         variance = np.sum(self.contribution**2, axis=0)
         return 100.0 * self.contribution**2 / np.where(variance > 0.0, variance, 1.0)
 
-    def __str__(self) -> str:
-        """A table: the contribution of each input, absolute and in percent of the value."""
-        lines = [f"{'':16}" + "".join(f"{name:>24}" for name in self.outputs)]
-        rows = [("value", self.value)]
-        rows += [(name, c) for name, c in zip(self.inputs, self.contribution, strict=True)]
-        rows += [("all", self.std)]
-        for name, row in rows:
-            cells = "".join(
-                f"{x:>24.6g}" if name == "value" else f"{x:>14.4g} {percent(x, v):>8.4f} %"
-                for x, v in zip(row, self.value, strict=True)
-            )
-            lines.append(f"{name:16}" + cells)
-        return "\n".join(lines)
+    def answer(self) -> Answer:
+        """The contribution of each input, absolute and in percent of the value."""
+        rows = [("value", *(f"{x:.6g}" for x in self.value))]
+        rows += [
+            (name, *(f"{x:.4g} {percent(x, v):.4f} %" for x, v in zip(row, self.value, strict=True)))
+            for name, row in [*zip(self.inputs, self.contribution, strict=True), ("all", self.std)]
+        ]
+        sections = [Section(title="", blocks=[Table(heads=("", *self.outputs), rows=rows)])]
+        return Answer(title="Uncertainty budget", sections=sections)
 
 
 def percent(x: float, value: float) -> float:
@@ -100,14 +98,14 @@ class Inertia:
     misfit : float
         Root mean square of the residual in standard deviations of the data; nan where the data are just enough.
     warnings : tuple of str
-    problem : Problem, what was solved
+    problem : InertiaProblem, what was solved
     """
 
     values: dict[str, float]
     identified: tuple[str, ...]
     covariance: np.ndarray
     method: str
-    problem: Problem | Combined = dataclasses.field(repr=False)
+    problem: InertiaProblem | Combined = dataclasses.field(repr=False)
     budget: Budget | None = dataclasses.field(default=None, repr=False)
     candidates: tuple[Candidate, ...] = ()
     misfit: float = float("nan")
@@ -176,7 +174,7 @@ def inertia_variables(
     return data
 
 
-def check_inputs(p: Problem | Combined, inputs: Mapping[str, float]) -> tuple[tuple[str, ...], np.ndarray]:
+def check_inputs(p: InertiaProblem | Combined, inputs: Mapping[str, float]) -> tuple[tuple[str, ...], np.ndarray]:
     """Names and standard deviations of inputs; refused where unknown, identified or negative."""
     names = check_names("inputs", tuple(inputs), p.base.points.shape[-2])
     for name in names:
@@ -209,7 +207,7 @@ def with_budget(inertia: Inertia, inputs: Mapping[str, float]) -> Inertia:
     at = np.array([inertia.values[name] for name in p.unknown])
     scale = p.scale
     P = scale[:, None] * np.linalg.pinv(p.jacobian(at) * scale)
-    sensitivity = -(P @ p.jacobian(at, names)).T if names and isinstance(p, Problem) else np.zeros((0, len(at)))
+    sensitivity = -(P @ p.jacobian(at, names)).T if names and isinstance(p, InertiaProblem) else np.zeros((0, len(at)))
     rows = [sensitivity * std[:, None]]
     groups = {label: P[:, of] for label, of in p.groups.items() if p.weighted or label == "priors"}
     covariance = rows[0].T @ rows[0]

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent_base.errors import InputError, in_keys
 from evolvent_massprops import batch
-from evolvent_massprops.identification import Modes, frequencies_in, identify, mode_variables
+from evolvent_massprops.identification import IdentifiedModes, frequencies_in, identify, mode_variables
 from evolvent_massprops.inertia import Inertia, from_modes, inertia_variables, mode_energies, partners
 from evolvent_massprops.inertia_stand.case import Case
 from evolvent_massprops.inertia_stand.structure import Setup, known_of
@@ -38,14 +38,14 @@ class Found(NamedTuple):
 
     Attributes
     ----------
-    modes, body : Modes, Inertia; None where they could not be found
+    modes, body : IdentifiedModes, Inertia; None where they could not be found
     reason : str, why not
     pairs : dict, number of an identified mode -> that of its partner in the linear model
     shift : (m,) relative difference of the frequencies from those of small motion; NaN where unknown
     bias : change of the body's numbers by that shift, by name; NaN where a mode has no partner
     """
 
-    modes: Modes | None
+    modes: IdentifiedModes | None
     body: Inertia | None
     reason: str
     pairs: dict[int, int]
@@ -84,7 +84,7 @@ def identified(
     return _variables(case, setup, found, order or 3), _warnings(case, found)
 
 
-def inertia_of(case: Case, modes: Modes) -> Inertia:
+def inertia_of(case: Case, modes: IdentifiedModes) -> Inertia:
     """Mass properties by the way that the case asks for."""
     sensors = {"points": case.sensor_points, "directions": case.sensor_directions}
     stand, body = known_of(case)

@@ -12,7 +12,7 @@ import numpy as np
 from evolvent_base.errors import InputError
 from evolvent_massprops.description import OnSprings, load
 from evolvent_massprops.inertia.stand import MOMENTS
-from evolvent_massprops.planning.expected import Expected, Option, Task, expected
+from evolvent_massprops.planning.expected import Expected, Option, PlanningTask, expected
 from evolvent_massprops.planning.predictions import at, predicted, relative
 from evolvent_massprops.spring_keys import CALIBRATED
 from evolvent_massprops.springs_inputs import first_body
@@ -63,7 +63,7 @@ class Calibration(NamedTuple):
     std: dict[str, float]
 
 
-def needs(task: Task, wanted: float, best: Option) -> tuple[Need, ...]:
+def needs(task: PlanningTask, wanted: float, best: Option) -> tuple[Need, ...]:
     """How well half-length, half-width and common factor have to be known, and other inputs that count.
 
     Notes
@@ -116,7 +116,7 @@ def _probed(one: Expected) -> Expected:
     return one._replace(given=given)
 
 
-def calibrations(task: Task, wanted: float, best: Option) -> tuple[Calibration, ...]:
+def calibrations(task: PlanningTask, wanted: float, best: Option) -> tuple[Calibration, ...]:
     """What ways of calibrating the stand give; none for a stand whose springs are listed one by one.
 
     Notes
@@ -163,7 +163,7 @@ def calibrations(task: Task, wanted: float, best: Option) -> tuple[Calibration, 
     return tuple(found)
 
 
-def _stated(task: Task, best: Option) -> dict[str, float]:
+def _stated(task: PlanningTask, best: Option) -> dict[str, float]:
     """Relative uncertainties of the stand's numbers as they are known without a calibration; of the mean stiffness."""
     found, stand = _found(best), task.given.stand
     for key in CALIBRATED:
@@ -195,7 +195,7 @@ def _again(one: Expected, keys: dict[str, Any]) -> Expected:
     return one._replace(given=given)
 
 
-def _added_mass(task: Task) -> dict[str, float]:
+def _added_mass(task: PlanningTask) -> dict[str, float]:
     stand, body = task.given.stand, next(one for one in task.recordings if occupied(one.given)).given.body
     assert stand.half_length is not None
     assert stand.half_width is not None
@@ -203,7 +203,7 @@ def _added_mass(task: Task) -> dict[str, float]:
             "offset_z": AT * stand.half_width.value}  # fmt: skip
 
 
-def _with_mass(task: Task, mass: dict[str, float]) -> Expected | None:
+def _with_mass(task: PlanningTask, mass: dict[str, float]) -> Expected | None:
     """One more record of the body in its first mounting, with a known mass."""
     one = next(one for one in task.recordings if occupied(one.given))
     more = {"name": "added mass", **mass}
@@ -211,7 +211,7 @@ def _with_mass(task: Task, mass: dict[str, float]) -> Expected | None:
     return _one_more(one.given, {"tare": tare}, "with added mass", ("tare",))
 
 
-def _reference(task: Task) -> Expected | None:
+def _reference(task: PlanningTask) -> Expected | None:
     """One more record, of the body that is known."""
     one = next(one for one in task.recordings if occupied(one.given))
     known = task.planned.reference

@@ -14,7 +14,7 @@ from evolvent_base.errors import InputError
 from evolvent_base.signals import Signals
 from evolvent_massprops import modal
 from evolvent_massprops.description import OnSprings, for_recording, load
-from evolvent_massprops.identification import Modes
+from evolvent_massprops.identification import IdentifiedModes
 from evolvent_massprops.identification.bounds import Factor, covariance
 from evolvent_massprops.identification.signals import basis, read_signal
 from evolvent_massprops.inertia import Stand
@@ -27,7 +27,7 @@ from evolvent_massprops.recordings import Reading, converted
 from evolvent_massprops.spring_keys import Planned
 from evolvent_massprops.springs_inputs import (
     LABELS,
-    Task as SpringTask,
+    SpringsTask as SpringTask,
     asked,
     first_body,
     mounting_of,
@@ -75,7 +75,7 @@ class Expected(NamedTuple):
     pulls: tuple[Pull, ...]
 
 
-class Task(NamedTuple):
+class PlanningTask(NamedTuple):
     """What is planned.
 
     Attributes
@@ -151,7 +151,7 @@ class Option(NamedTuple):
         return "; ".join(dict.fromkeys(pull.label for pull in self.pulls))
 
 
-class Lines(NamedTuple):
+class ExpectedLines(NamedTuple):
     """What some sensors show of the modes, by rising frequency; modes of one frequency are one line.
 
     Attributes
@@ -173,7 +173,7 @@ class Lines(NamedTuple):
         return 2.0 * math.pi / gap if math.isfinite(gap) else 0.0
 
 
-def task_of(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None) -> Task:
+def task_of(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None) -> PlanningTask:
     """A checked description, and what it lets expect.
 
     Raises
@@ -203,7 +203,7 @@ def task_of(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None)
         raise InputError(NO_BODY)
     if any(len(one.points) != len(recordings[0].points) for one in recordings):
         raise InputError("recordings have different numbers of signals.sensors; a plan takes the same for all")
-    task = Task(given, given.plan, recordings)
+    task = PlanningTask(given, given.plan, recordings)
     seen = np.max([np.abs(amplitude(one, pull)).max(axis=0) for one in recordings for pull in one.pulls], axis=0)
     for k in np.flatnonzero(seen <= BLIND * seen.max()):
         raise InputError(
@@ -297,7 +297,7 @@ def amplitude(one: Expected, pull: Pull) -> Array:
     return np.asarray(one.modes.amplitude(pull.z, one.points, one.directions))
 
 
-def lines(one: Expected, pull: Pull, rows: Sequence[int]) -> Lines:
+def lines(one: Expected, pull: Pull, rows: Sequence[int]) -> ExpectedLines:
     """What some sensors show after a pull.
 
     Raises
@@ -313,7 +313,7 @@ def lines(one: Expected, pull: Pull, rows: Sequence[int]) -> Lines:
     if not speed.max(initial=0.0) > 0.0:
         raise InputError(f"the pull at {pull.label} moves none of the sensors")
     seen = speed > FAINT * speed.max()
-    return Lines(w[seen], decay[seen], a[seen], w[seen & several])
+    return ExpectedLines(w[seen], decay[seen], a[seen], w[seen & several])
 
 
 def with_sensors(one: Expected, rows: Sequence[int], order: int) -> OnSprings:
@@ -369,7 +369,7 @@ def modal_of(one: Expected, pull: Pull, rate: float, samples: int, rows: Sequenc
     if not np.all(np.isfinite(C)):
         raise InputError(f"a record of {(samples - 1) / rate:.3g} s is too short to distinguish the modes")
     zero = np.zeros(len(at))
-    modes = Modes(
+    modes = IdentifiedModes(
         "bound", w.size, reading.names, w, decay, np.abs(a), np.angle(a), zero, zero, C, one.noise[at],
         reading.time, reading.data, reading.data, np.zeros_like(reading.data),
     )  # fmt: skip

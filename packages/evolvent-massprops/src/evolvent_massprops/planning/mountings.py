@@ -12,7 +12,7 @@ from evolvent_base import progress
 from evolvent_base.errors import InputError
 from evolvent_massprops.description import OnSprings, load
 from evolvent_massprops.mounting_keys import Mounting
-from evolvent_massprops.planning.expected import Expected, Option, Task, expected
+from evolvent_massprops.planning.expected import Expected, Option, PlanningTask, expected
 from evolvent_massprops.planning.predictions import at
 from evolvent_massprops.springs_search import occupied
 
@@ -52,7 +52,7 @@ class Further(NamedTuple):
     option: Option
 
 
-def sets(task: Task, wanted: float, best: Option) -> tuple[MountingSet, ...]:
+def sets(task: PlanningTask, wanted: float, best: Option) -> tuple[MountingSet, ...]:
     """Of each number of recordings with the body the set with the least uncertainty; none for a single recording.
 
     Notes
@@ -73,7 +73,7 @@ def sets(task: Task, wanted: float, best: Option) -> tuple[MountingSet, ...]:
     return tuple(reversed(found))
 
 
-def _of(task: Task, wanted: float, best: Option, chosen: Sequence[int]) -> Option:
+def _of(task: PlanningTask, wanted: float, best: Option, chosen: Sequence[int]) -> Option:
     """What some of the recordings with the body give, and all without it."""
     kept = [k for k, one in enumerate(task.recordings) if k in chosen or not occupied(one.given)]
     some = task._replace(recordings=tuple(task.recordings[k] for k in kept))
@@ -81,7 +81,7 @@ def _of(task: Task, wanted: float, best: Option, chosen: Sequence[int]) -> Optio
     return at(some, wanted, pulls, best.rate, best.samples, [k - 1 for k in best.sensors])
 
 
-def further(task: Task, wanted: float, best: Option) -> tuple[Further, ...]:
+def further(task: PlanningTask, wanted: float, best: Option) -> tuple[Further, ...]:
     """What one more recording would give in each rotation that is not planned, the best first.
 
     Only where the plan has mountings, or names rotations in `plan.mountings`.
@@ -101,7 +101,7 @@ def further(task: Task, wanted: float, best: Option) -> tuple[Further, ...]:
     return tuple(sorted(found, key=lambda one: _rank(one.option)))
 
 
-def _with(task: Task, wanted: float, best: Option, mounting: Mounting) -> Option | None:
+def _with(task: PlanningTask, wanted: float, best: Option, mounting: Mounting) -> Option | None:
     """What all recordings give with the body in one more mounting; None where the stand does not hold it."""
     written = mounting.model_dump(mode="json")["rotation"]
     keys = {"mounting.rotation": written, "mounting.body": True}

@@ -14,7 +14,7 @@ from evolvent_massprops.inertia.problem import undetermined
 from evolvent_massprops.planning.expected import (
     COINCIDING,
     Option,
-    Task,
+    PlanningTask,
     is_counted,
     lines,
     modal_of,
@@ -23,7 +23,7 @@ from evolvent_massprops.planning.expected import (
 )
 from evolvent_massprops.planning.pulls import Pull
 from evolvent_massprops.springs_combined import joined, own_labels, shared_inputs, spelled_by_user, unknowns, with_keys
-from evolvent_massprops.springs_inputs import Input, Task as SpringTask, stand_factor
+from evolvent_massprops.springs_inputs import Input, SpringsTask as SpringTask, stand_factor
 from evolvent_massprops.springs_search import Recording, mountings, open_sentence, undetermined_near
 from evolvent_massprops.springs_uncertainty import budget_of
 
@@ -110,7 +110,7 @@ class Mode(NamedTuple):
     amplitude: float
 
 
-def posed(task: Task, recordings: Sequence[Recording], rows: Sequence[int]) -> Posed:
+def posed(task: PlanningTask, recordings: Sequence[Recording], rows: Sequence[int]) -> Posed:
     """Recordings as the identification's least squares, set up at the expected body."""
     groups = mountings(recordings)
     unknown = unknowns(recordings, groups)
@@ -122,7 +122,7 @@ def posed(task: Task, recordings: Sequence[Recording], rows: Sequence[int]) -> P
     return Posed(p, keys, tasks, inputs, own_labels(recordings), spelled_by_user(unknown, recordings))
 
 
-def predicted(task: Task, pulls: Sequence[Pull], rate: float, samples: int, rows: Sequence[int]) -> Prediction:
+def predicted(task: PlanningTask, pulls: Sequence[Pull], rate: float, samples: int, rows: Sequence[int]) -> Prediction:
     """What recordings will give: the budget at the expected body, with the bound of the modes.
 
     Raises
@@ -166,7 +166,7 @@ def predicted(task: Task, pulls: Sequence[Pull], rate: float, samples: int, rows
     )
 
 
-def relative(task: Task, keys: Sequence[str], values: Array, std: Array) -> Array:
+def relative(task: PlanningTask, keys: Sequence[str], values: Array, std: Array) -> Array:
     """(p,) expanded, over the values; NaN of what may be zero."""
     counts = np.array([is_counted(key, keys) for key in keys])
     return task.given.uncertainty.coverage_factor * over(std, np.where(counts, np.abs(values), 0.0))
@@ -177,7 +177,9 @@ def over(numbers: Array, by: Array) -> Array:
     return np.divide(numbers, by, out=np.full(len(by), np.nan), where=by > 0.0)
 
 
-def at(task: Task, wanted: float, pulls: tuple[Pull, ...], rate: float, samples: int, rows: Sequence[int]) -> Option:
+def at(
+    task: PlanningTask, wanted: float, pulls: tuple[Pull, ...], rate: float, samples: int, rows: Sequence[int]
+) -> Option:
     """Recordings of a given length."""
     try:
         found = predicted(task, pulls, rate, samples, rows)
@@ -205,7 +207,7 @@ def without_result(pulls: tuple[Pull, ...], rate: float, duration: float, rows: 
     return Option(pulls, rate, duration, numbers, False, (), none, none, none, none, reason)
 
 
-def modes_of(task: Task, best: Option) -> tuple[Mode, ...]:
+def modes_of(task: PlanningTask, best: Option) -> tuple[Mode, ...]:
     """The modes of every recording with their bounds."""
     rows, found = [k - 1 for k in best.sensors], []
     for one, pull in zip(task.recordings, best.pulls, strict=True):

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from evolvent_massprops.identification import Modes
+from evolvent_massprops.identification import IdentifiedModes
 from evolvent_massprops.identification.signals import DETREND
 from evolvent_massprops.planning.expected import Expected, Option, lines, modal_of
 from evolvent_massprops.planning.pulls import Pull
@@ -50,7 +50,7 @@ def rules(one: Expected, pull: Pull, best: Option) -> tuple[Rule, ...]:
     least = 4 * w.size + 2 + DETREND[one.given.identification.detrend]
     fastest, N = float(w.max()), best.samples
 
-    def modes(rate: float, samples: int) -> Modes:
+    def modes(rate: float, samples: int) -> IdentifiedModes:
         return modal_of(one, pull, rate, samples, rows).modes
 
     def deviation(rate: float, samples: int) -> float:
@@ -103,7 +103,7 @@ def rules(one: Expected, pull: Pull, best: Option) -> tuple[Rule, ...]:
     return tuple(found)
 
 
-def _of_amplitudes(modes: Modes) -> np.ndarray:
+def _of_amplitudes(modes: IdentifiedModes) -> np.ndarray:
     """(m,) deviation of the largest amplitude of each mode."""
     largest = modes.amplitude.argmax(axis=1)
     return modes.amplitude_std[np.arange(modes.order), largest]

@@ -24,9 +24,9 @@ from evolvent_massprops.mounting_keys import Mounting
 from evolvent_massprops.planning.calibration import Calibration, Need, calibrations, needs
 from evolvent_massprops.planning.expected import (
     Expected,
-    Lines,
+    ExpectedLines,
     Option,
-    Task,
+    PlanningTask,
     lines,
     reading_of,
     recording_of,
@@ -38,7 +38,7 @@ from evolvent_massprops.planning.mountings import Further, MountingSet, further,
 from evolvent_massprops.planning.predictions import Mode, at, modes_of, over, posed, predicted, without_result
 from evolvent_massprops.planning.pulls import Pull
 from evolvent_massprops.planning.rules import Rule, rules
-from evolvent_massprops.springs_inputs import Task as SpringTask, label_of
+from evolvent_massprops.springs_inputs import SpringsTask as SpringTask, label_of
 from evolvent_massprops.springs_search import occupied
 from evolvent_massprops.springs_uncertainty import amplitude_share, weighted
 
@@ -55,7 +55,7 @@ LEAST_PERIODS = 3.0
 MOST_SAMPLES, MOST_FAILED = 2_000_000, 0.05
 
 
-class Plan(NamedTuple):
+class MeasurementPlan(NamedTuple):
     """A planned measurement.
 
     Attributes
@@ -98,7 +98,7 @@ class Plan(NamedTuple):
     warnings: tuple[str, ...]
 
 
-def plan(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None = None) -> Plan:
+def plan(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None = None) -> MeasurementPlan:
     """A measurement that gives the moments of inertia with a wanted uncertainty.
 
     Parameters
@@ -114,7 +114,7 @@ def plan(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None = N
 
     Returns
     -------
-    Plan
+    MeasurementPlan
 
     Raises
     ------
@@ -154,7 +154,7 @@ def plan(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None = N
     fewer = _fewer_sensors(task, uncertainty, best)
     floor, warnings = _floor(task, best)
     k = next(k for k, one in enumerate(task.recordings) if occupied(one.given))
-    return Plan(
+    return MeasurementPlan(
         wanted=uncertainty,
         factor=task.given.uncertainty.coverage_factor,
         best=best,
@@ -186,7 +186,7 @@ def _fastest(one: Expected, pull: Pull, rows: Sequence[int]) -> float:
         return 0.0
 
 
-def _chosen_pulls(task: Task, wanted: float, rate: float) -> tuple[Pull, ...]:
+def _chosen_pulls(task: PlanningTask, wanted: float, rate: float) -> tuple[Pull, ...]:
     """A pull for each of several recordings: that of most energy, then one after the other that of least U."""
     pulls = list(task.best_pulls)
     samples = _most_samples(task, rate)
@@ -200,14 +200,14 @@ def _chosen_pulls(task: Task, wanted: float, rate: float) -> tuple[Pull, ...]:
 
 
 def curves(
-    stand: Any, found: Plan, overrides: Mapping[str, Any] | None = None, *, points: int = 24
+    stand: Any, found: MeasurementPlan, overrides: Mapping[str, Any] | None = None, *, points: int = 24
 ) -> tuple[Array, Array, tuple[str, ...]]:
     """Uncertainty over the length of the record, of every pull of one recording, or of the pulls chosen for several.
 
     Parameters
     ----------
     stand, overrides : as of `plan`
-    found : Plan
+    found : MeasurementPlan
     points : int, lengths
 
     Returns
@@ -280,14 +280,14 @@ def check(
     return over(np.sqrt(np.mean(np.square(errors), axis=0)), truth.noise)
 
 
-def _least_samples(shown: Sequence[Lines], rate: float, detrend: str) -> int:
+def _least_samples(shown: Sequence[ExpectedLines], rate: float, detrend: str) -> int:
     """Samples in which an identification can distinguish the lines of every recording."""
     longest = max(max(LEAST_PERIODS * 2.0 * math.pi / float(one.frequency.min()), one.least_duration) for one in shown)
     enough = 2 * (4 * max(one.frequency.size for one in shown) + 1 + DETREND[detrend])
     return max(math.ceil(longest * rate) + 1, enough)
 
 
-def _most_samples(task: Task, rate: float) -> int:
+def _most_samples(task: PlanningTask, rate: float) -> int:
     """Samples of the longest record that is allowed."""
     most = math.floor(task.planned.duration * rate) + 1
     if most > MOST_SAMPLES:
@@ -298,7 +298,7 @@ def _most_samples(task: Task, rate: float) -> int:
     return most
 
 
-def option(task: Task, wanted: float, pulls: tuple[Pull, ...], rate: float, rows: Sequence[int]) -> Option:
+def option(task: PlanningTask, wanted: float, pulls: tuple[Pull, ...], rate: float, rows: Sequence[int]) -> Option:
     """The shortest recordings that reach the wanted uncertainty, or the longest ones that are allowed.
 
     Notes
@@ -343,7 +343,7 @@ def option(task: Task, wanted: float, pulls: tuple[Pull, ...], rate: float, rows
     return reached
 
 
-def _fewer_sensors(task: Task, wanted: float, full: Option) -> list[Option]:
+def _fewer_sensors(task: PlanningTask, wanted: float, full: Option) -> list[Option]:
     """The best sets of fewer and fewer sensors; each leaves out the one that is missed least."""
     found, rows = [full], tuple(k - 1 for k in full.sensors)
     while len(rows) > 1:
@@ -359,7 +359,7 @@ def _fewer_sensors(task: Task, wanted: float, full: Option) -> list[Option]:
     return found
 
 
-def _floor(task: Task, best: Option) -> tuple[tuple[tuple[str, float], ...], tuple[str, ...]]:
+def _floor(task: PlanningTask, best: Option) -> tuple[tuple[tuple[str, float], ...], tuple[str, ...]]:
     """What a longer record does not improve: contributions of the inputs to the worst quantity; and warnings.
 
     Warnings are those of a simulated recording with noise, whose swing has the amplitude of the pull; of several

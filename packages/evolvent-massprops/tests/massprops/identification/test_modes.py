@@ -9,7 +9,7 @@ import pytest
 
 from book import Book
 from evolvent_massprops.identification import (
-    Modes,
+    IdentifiedModes,
     esprit,
     frequencies_in,
     identify,
@@ -244,7 +244,7 @@ def test_one_sensor_and_start_values(rng: np.random.Generator) -> None:
 @pytest.mark.parametrize("method", ["esprit", "matrix_pencil", "tls_prony", "prony"])
 def test_other_methods_by_name(method: str, rng: np.random.Generator) -> None:
     setup = three_modes()
-    modes: Modes = identify(setup.samples(300, rng), rate=300 / DURATION, method=method)
+    modes: IdentifiedModes = identify(setup.samples(300, rng), rate=300 / DURATION, method=method)
     assert modes.method.replace(" ", "_") == method
     assert modes.order == 3
     np.testing.assert_allclose(modes.frequency, setup.frequency, rtol=0.02)

@@ -7,7 +7,7 @@ import pytest
 
 from evolvent_base.errors import InputError
 from evolvent_massprops.identification import (
-    Modes,
+    IdentifiedModes,
     automatic,
     cramer_rao,
     esprit,
@@ -182,7 +182,7 @@ def test_accepted_though_flat_here_and_there() -> None:
 
 
 def test_what_the_data_do_not_support_is_said() -> None:
-    def warned(modes: Modes, words: str) -> bool:
+    def warned(modes: IdentifiedModes, words: str) -> bool:
         return any(words in sentence for sentence in modes.warnings)
 
     t = np.arange(600) / RATE

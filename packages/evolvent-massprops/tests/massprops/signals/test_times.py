@@ -163,14 +163,13 @@ def test_names_units_and_start_of_labview(tmp_path: pathlib.Path) -> None:
 
 def test_the_notes_are_in_what_is_measured(tmp_path: pathlib.Path, call: Any) -> None:
     """On the terminal, in a certificate and in Python."""
-    from evolvent_massprops import certificate
     from evolvent_massprops.measurement import mass_properties
 
     path = written(tmp_path / "a.csv", {"time": TIME, "x": DECAY})
     stand = {"stand": {"kind": "torsion", "stiffness": "0.35 N m/rad"}, "body": {}, "signals": {"unit": "mm"}}
     found = mass_properties(path, stand)
     assert NO_UNIT in found.notes
-    certificate.write(found, str(tmp_path / "c.html"))
+    found.report(tmp_path / "c.html")
     assert NO_UNIT in (tmp_path / "c.html").read_text(encoding="utf-8")
     code, out, _ = call("identify", str(path))
     assert code == 0

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from evolvent_base import files, options as shared, progress
-from evolvent_base.console import echo, made_table, showing_progress
+from evolvent_base.console import echo, showing_progress
 from evolvent_base.errors import InputError, RunFailed
-
-if TYPE_CHECKING:
-    from evolvent_papers.drives import Design
 
 #: Options that are bounds, with what they bound.
 _BOUNDS = {
@@ -62,13 +59,11 @@ def design_drive(
     evolvent run drive.yaml
     """  # noqa: D301
     from evolvent import cases
-    from evolvent_base import plots
+    from evolvent_base import showing
     from evolvent_papers import drives
 
     bounds = _read(file, options)
-    if figure is not None:
-        plots.format_of(figure)
-        files.check_writable(figure)
+    shared.check_files(figure=figure)
     shared.check_output(output, case, "drive.yaml")
 
     def show(runs: int, _: float) -> None:
@@ -76,17 +71,15 @@ def design_drive(
 
     with showing_progress(quiet=quiet):
         found = drives.design(case, bounds, cases.parse_assignments(assignments), progress=show)
+    answer = found.answer()
     if not quiet:
-        _print(found)
-    missed = drives.text(found)
+        showing.show(answer)
     if output is not None:
-        first = "A designed drive; " + (f"bounds not met: {missed}" if missed else "all bounds are met")
-        files.write_file(output, f"# {first}\n{cases.dump(found.content)}".encode())
+        files.write_file(output, answer.files["drive.yaml"]())
         echo(f"case: {output}")
-    if figure is not None:
-        echo(f"figure: {plots.save(drives.figure(found), figure)}")
-    if missed:
-        raise RunFailed(f"bounds are not met: {missed}", found)
+    shared.write_files(found, figure=figure)
+    if answer.warnings:
+        raise RunFailed("; ".join(answer.warnings), found)
 
 
 def _read(file: str | None, options: dict[str, str | None]) -> Any:
@@ -100,29 +93,3 @@ def _read(file: str | None, options: dict[str, str | None]) -> Any:
         raise InputError(f"{file}: bounds are a mapping of keys to values, such as peak_lag: 14 deg; this is not")
     given = {str(key): value for key, value in content.items()}
     return shared.section(Bounds, given | {key: value for key, value in options.items() if value is not None})
-
-
-def _print(found: Design) -> None:
-    """Print measures beside bounds, and the corners."""
-    from rich.console import Console
-
-    from evolvent_papers.drives import report
-
-    console = Console(highlight=False)
-    last = ("worst corner",) if found.corners else ()
-    table = made_table("designed drive", "", "bound", "constant rate", "designed", "other models", *last)
-    for row in report.rows(found):
-        table.add_row(*row)
-    console.print(table)
-    lags = ("peak lag, deg", "swing of the tip, deg", "swing at the spool, deg")
-    console.print()
-    table = made_table("models of the blade", "segments", *lags)
-    for model in report.models(found):
-        table.add_row(*model)
-    console.print(table)
-    if found.corners:
-        console.print()
-        table = made_table("errors of inertia and spin", "inertia", "spin", *lags)
-        for corner in report.corners(found):
-            table.add_row(*corner)
-        console.print(table)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Any
+from typing import Annotated
 
 import click
 from pydantic import Field
 
-from evolvent_base import files, options as shared, progress, units
-from evolvent_base.console import echo, made_table, showing_progress
+from evolvent_base import options as shared, progress, units
+from evolvent_base.console import showing_progress
 from evolvent_base.errors import RunFailed
 from evolvent_base.schema import Section
 
@@ -44,37 +43,20 @@ def permissible_torque(
     evolvent permissible-torque heliogyro --lengths 1m,2m,5m,10m -o spin-up.png
     """  # noqa: D301
     from evolvent import cases
-    from evolvent_base import plots
+    from evolvent_base import showing
     from evolvent_papers import spin_up
 
     overrides = cases.parse_assignments(assignments)
     asked = None if lengths is None else tuple(one.strip() for one in lengths.split(","))
     options = shared.section(Options, {"lengths": asked, "rate": rate, "ramp": ramp})
-    if output is not None:
-        plots.format_of(output)
-        files.check_writable(output)
+    shared.check_files(figure=output)
     with showing_progress(quiet=quiet):
         found = spin_up.permissible_torque(
             case, options.lengths, overrides, rate=options.rate, ramp=options.ramp,
             progress=lambda done, count: progress.report("searching", done, count, "lengths"),
         )  # fmt: skip
     if not quiet:
-        _print(found)
-    if output is not None:
-        echo(f"figure: {plots.save(spin_up.figure(found), output)}")
+        showing.show(found.answer())
+    shared.write_files(found, figure=output)
     if found.failed:
         raise RunFailed("; ".join(found.failed), found)
-
-
-def _print(found: Any) -> None:
-    from rich.console import Console
-
-    columns = ("length m", "spin rad/s", "thread N m", "rigid blade N m", "thread / rigid", "rigid, slow torque N m")
-    table = made_table("permissible torque", *columns)
-    for length, rate, thread, rigid, slow in zip(
-        found.length, found.rate, found.thread, found.rigid, found.slow, strict=True
-    ):
-        ratio = thread / rigid if math.isfinite(rigid) else math.nan
-        shown = ["-" if math.isnan(value) else f"{value:.4g}" for value in (rate, thread, rigid, ratio, slow)]
-        table.add_row(f"{length:g}", *shown)
-    Console(highlight=False).print(table)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from evolvent_base import files, options as shared
-from evolvent_base.console import aligned, echo, say, showing_progress
+from evolvent_base.console import echo, showing_progress
 from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ def validate(
     evolvent validate triple-pendulum --data recordings --set fitted=5
     """  # noqa: D301
     from evolvent import cases
+    from evolvent_base import plots, showing
     from evolvent_papers import laboratory
     from evolvent_papers.laboratory import book
 
@@ -52,15 +53,16 @@ def validate(
                 raise InputError(f"a SET is missing, or --all; known: {', '.join(laboratory.SETS)}")
             _list()
             return
-    for path in filter(None, (figure, output)):
-        files.check_writable(path)
-    if every:
-        found = _every(quiet=quiet)
-    else:
-        assert name is not None
-        found = _one(name, data, cases.parse_assignments(assignments), figure, quiet=quiet)
+    shared.check_files(figure=figure, output=output)
+    found = _every(quiet=quiet) if every else _one(str(name), data, cases.parse_assignments(assignments), quiet=quiet)
+    answer = book.answer_of(found)
+    if not quiet:
+        showing.show(answer)
+    for k, drawn in enumerate(answer.figures if figure is not None else ()):
+        path = str(figure) if k == 0 else str(figure).replace(".", f"-{k + 1}.", 1)
+        echo(f"figure: {plots.save(drawn, path)}")
     if output is not None:
-        files.write_file(output, book.as_json(found))
+        files.write_file(output, answer.files["verdict.json"]())
         echo(f"verdict: {output}")
     verdicts = {of.name: one for of, one in found.items() if one is not None}
     missed = [f"{key}: {one.what}" if every else one.what for key, v in verdicts.items() for one in v.missed]
@@ -78,40 +80,19 @@ def _list() -> None:
         echo(f"{name:<{width}}  {one.title}" + (f" (--data FOLDER: {one.needs})" if one.needs else ""))
 
 
-def _one(
-    name: str, data: str | None, overrides: dict[str, Any], figure: str | None, *, quiet: bool
-) -> dict[Set, Verdict | None]:
+def _one(name: str, data: str | None, overrides: dict[str, Any], *, quiet: bool) -> dict[Set, Verdict | None]:
     """Predict and compare one set."""
-    from evolvent_base import plots
     from evolvent_papers import laboratory
-    from evolvent_papers.laboratory import book
 
     asked = laboratory.found(name)
-    if figure is not None:
-        plots.format_of(figure)
     with showing_progress(quiet=quiet):
-        found = asked.validate(overrides, data)
-    if not quiet:
-        say("\n".join(aligned(book.rows(found))))
-        for note in found.notes:
-            say(note)
-        say(found.text)
-    if figure is not None:
-        for k, drawn in enumerate(found.figures):
-            path = figure if k == 0 else figure.replace(".", f"-{k + 1}.", 1)
-            echo(f"figure: {plots.save(drawn, path)}")
-    return {asked: found}
+        return {asked: asked.validate(overrides, data)}
 
 
 def _every(*, quiet: bool) -> dict[Set, Verdict | None]:
     """Predict and compare all sets whose measurements the package has."""
     from evolvent_papers import laboratory
-    from evolvent_papers.laboratory import book
 
     sets = [laboratory.found(name) for name in laboratory.SETS]
     with showing_progress(quiet=quiet):
-        found = {one: None if one.needs else one.validate() for one in sets}
-    if not quiet:
-        say("\n".join(aligned(book.overview(found))))
-        say(book.sentence(*book.totals(one for one in found.values() if one is not None)))
-    return found
+        return {one: None if one.needs else one.validate() for one in sets}

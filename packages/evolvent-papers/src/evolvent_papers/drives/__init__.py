@@ -1,6 +1,6 @@
 """Drives of spools that pay out or reel in within bounds: searched with the thread model, from closed forms on."""
 
+from evolvent_papers.drives.answer import Design as Design
 from evolvent_papers.drives.bounds import Bounds as Bounds
 from evolvent_papers.drives.motion import Measures as Measures, Motion as Motion
-from evolvent_papers.drives.report import figure as figure, text as text
-from evolvent_papers.drives.search import Design as Design, design as design
+from evolvent_papers.drives.search import design as design

@@ -61,7 +61,7 @@ class Bounds(Section):
 
 
 @dataclasses.dataclass(frozen=True)
-class Task:
+class DriveTask:
     """A case with the bounds of its drive, all given.
 
     Attributes
@@ -103,7 +103,7 @@ class Task:
         return 2.0 * math.pi / closed_forms.lag_frequency(rotor, length, spin)
 
 
-def task(case: Any, bounds: Bounds) -> Task:
+def task(case: Any, bounds: Bounds) -> DriveTask:
     """The bounds beside a checked case, completed.
 
     Raises
@@ -156,4 +156,4 @@ def task(case: Any, bounds: Bounds) -> Task:
         time=TIME_SHARE * constant if bounds.time is None else bounds.time,
         length=length,
     )
-    return Task(case, full, rotor, rate, constant, steady, angles)
+    return DriveTask(case, full, rotor, rate, constant, steady, angles)

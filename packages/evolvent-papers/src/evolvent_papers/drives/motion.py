@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent_papers import links
-from evolvent_papers.drives.bounds import Task
+from evolvent_papers.drives.bounds import DriveTask
 
 Array = np.ndarray
 #: Samples of a motion: evenly spread until the drive ends, close to each of its ends, and after it.
@@ -101,13 +101,13 @@ def sample_times(end: float, after: float) -> Array:
     return np.unique(np.concatenate([until, end + after * np.linspace(0.0, 1.0, _AFTER)]))
 
 
-def after(task: Task) -> float:
+def after(task: DriveTask) -> float:
     """Time for which a motion goes on after its drive, s."""
     return AFTER_PERIODS * task.period(task.bounds.length or 0.0)
 
 
 def run(
-    task: Task, table: Any, *, end: float, inertia: float = 1.0, spin: float = 1.0, nodes: int | None = None,
+    task: DriveTask, table: Any, *, end: float, inertia: float = 1.0, spin: float = 1.0, nodes: int | None = None,
     springs: bool = False,
 ) -> Motion:  # fmt: skip
     """The motion under a table of rates.
@@ -152,7 +152,7 @@ def run(
     )
 
 
-def others(task: Task, table: Any, *, end: float) -> dict[str, Motion]:
+def others(task: DriveTask, table: Any, *, end: float) -> dict[str, Motion]:
     """Motions under a table of other models of the blade, by name: finer meshes, and springs where the case has them.
 
     A case with n nodes: 2 n and 4 n links of fixed length, n and 2 n springs.
@@ -172,7 +172,7 @@ def _spool_lag(blade: Mapping[str, Any], segment: float) -> Array:
     return np.nan_to_num(np.take_along_axis(lags, last[:, None], axis=1)[:, 0])
 
 
-def constant_table(task: Task) -> list[list[float]]:
+def constant_table(task: DriveTask) -> list[list[float]]:
     """Table of the case's constant rate, which starts and stops at once."""
     end = task.constant_time
     return [[0.0, task.rate], [end, task.rate], [end * (1.0 + 1e-9), 0.0], [2.0 * end, 0.0]]

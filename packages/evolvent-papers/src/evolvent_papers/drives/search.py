@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -11,7 +10,8 @@ import numpy as np
 from evolvent import cases
 from evolvent_base.errors import RunFailed
 from evolvent_papers.drives import motion as mo
-from evolvent_papers.drives.bounds import Bounds, Task, task as task_of
+from evolvent_papers.drives.answer import Design
+from evolvent_papers.drives.bounds import Bounds, DriveTask, task as task_of
 
 Array = np.ndarray
 #: Most nodes of the blade in the first round of the search.
@@ -31,49 +31,6 @@ NOMINAL, BOUNDED, CORNER, SMOOTH = 10.0, 100.0, 0.3, 0.1
 ROUNDS = (7, 6)
 #: Iterations of a further round, and most such rounds; they go on while a bound is missed.
 FURTHER, MOST_FURTHER = 4, 3
-
-
-@dataclasses.dataclass(frozen=True)
-class Design:
-    """A drive that was found.
-
-    Attributes
-    ----------
-    task : Task, what was asked
-    table : list of (time s, rate rad/s) rows
-    end : float, s
-    nominal, constant : Motion, under this drive, and under the constant rate that starts and stops at once
-    others : mapping, name -> Motion, of other models of the blade: more nodes, and springs where the case has them
-    corners : mapping, (factor of the inertia, factor of the spin) -> Motion
-    evaluations : int, runs of the search
-    """
-
-    task: Task
-    table: list[list[float]]
-    end: float
-    nominal: mo.Motion
-    constant: mo.Motion
-    others: Mapping[str, mo.Motion]
-    corners: Mapping[tuple[float, float], mo.Motion]
-    evaluations: int
-
-    @property
-    def largest(self) -> mo.Measures:
-        """The largest values of all models of the blade."""
-        models = [one.measures() for one in (self.nominal, *self.others.values())]
-        return mo.Measures(*map(max, zip(*models, strict=True)))
-
-    def missed(self) -> list[tuple[str, float, float]]:
-        """Bounds that are not met by one of the models: (key of the measure, largest value, bound)."""
-        found = zip(mo.Measures._fields, self.largest, strict=True)
-        given = ((key, value, getattr(self.task.bounds, mo.BOUND_OF[key])) for key, value in found)
-        return [(key, value, bound) for key, value, bound in given if bound is not None and value > bound]
-
-    @property
-    def content(self) -> dict[str, Any]:
-        """The case with the drive, as a file holds it."""
-        given = mo.table_keys(self.table) | {"solver.duration": round(self.end + mo.after(self.task), 3)}
-        return cases.written(cases.load(self.task.case.model_dump(mode="json"), given))
 
 
 def design(
@@ -114,13 +71,13 @@ def design(
     drive always takes the time of the bounds: the time is no unknown of the search.
     """
     given = bounds if isinstance(bounds, Bounds) else Bounds(**dict(bounds or {}))
-    return Search(task_of(cases.load(case, dict(overrides or {})), given), progress).design()
+    return DriveSearch(task_of(cases.load(case, dict(overrides or {})), given), progress).design()
 
 
-class Search:
+class DriveSearch:
     """The search for one task."""
 
-    def __init__(self, task: Task, progress: Callable[[int, float], None] | None = None) -> None:
+    def __init__(self, task: DriveTask, progress: Callable[[int, float], None] | None = None) -> None:
         self.task, self.progress = task, progress
         self.end = float(task.bounds.time or task.constant_time)
         self.start_share, self.stop_share = (

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
 from evolvent import cases, results
+from evolvent_base.answer import Answer, Section, Table
 from evolvent_base.errors import InputError
 from evolvent_base.figures import Figure, Line, Panel, stacked
+from evolvent_base.showing import Shown
 from evolvent_papers.heliogyro import straight
 from evolvent_papers.heliogyro.case import Case
 from evolvent_papers.heliogyro.structure import build
@@ -23,7 +24,7 @@ PARTS = (0.6, 0.7, 0.8, 0.9, 1.0)
 
 
 @dataclasses.dataclass(frozen=True)
-class LoopTable:
+class LoopTable(Shown):
     """Modes of the loop at several lengths.
 
     Attributes
@@ -41,34 +42,28 @@ class LoopTable:
         """Poles at all lengths, 1/s."""
         return np.concatenate([one.pole for one in self.modes])
 
-    def rows(self) -> list[list[str]]:
-        """A table for the screen: its head with units, then a row a mode."""
-        found = [["out, m", "time, s", "mode", "frequency, rad/s", "damping ratio", "growth, 1/s"]]
+    named = "modes"
+    endings = (".nc",)
+
+    def answer(self) -> Answer:
+        """A row a mode at every length, and a file."""
+        rows = []
         for length, time, of in zip(self.length, self.time, self.modes, strict=True):
             for k, pole in enumerate(of.pole):
                 own = [f"{length:.5g}", f"{time:.5g}"] if k == 0 else ["", ""]
                 numbers = (f"{of.frequency[k]:.4g}", f"{of.damping_ratio[k]:.3g}", f"{pole.real:.3g}")
-                found.append([*own, str(k), *numbers])
-        return found
+                rows.append([*own, str(k), *numbers])
+        heads = ("out, m", "time, s", "mode", "frequency, rad/s", "damping ratio", "growth, 1/s")
+        return Answer(
+            title="Modes of the closed loop", sections=[Section(title="", blocks=[Table(heads=heads, rows=rows)])],
+            files={"modes.nc": self._netcdf}, made=results.made_with(),
+        )  # fmt: skip
 
-    def table(self) -> str:
-        """As `rows`, as text."""
-        rows = self.rows()
-        widths = [max(len(row[c]) for row in rows) for c in range(len(rows[0]))]
-        return "\n".join("  ".join(f"{cell:>{width}}" for cell, width in zip(row, widths, strict=True)) for row in rows)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write lengths, times and poles as NetCDF.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be written.
-        """
+    def _netcdf(self) -> memoryview:
+        """Lengths, times and poles as NetCDF."""
         import xarray as xr
 
         from evolvent.results import netcdf
-        from evolvent_base import files
 
         poles = np.full((self.length.size, max(of.pole.size for of in self.modes)), np.nan, dtype=complex)
         for row, of in zip(poles, self.modes, strict=True):
@@ -83,7 +78,7 @@ class LoopTable:
             coords={"length": ("length", self.length, {"units": "m", "long_name": "length that is out"})},
             attrs={"title": "modes of a closed loop by evolvent", "made_with": results.made_with()},
         )
-        files.write_file(path, netcdf.image(found))
+        return netcdf.image(found)
 
     def motion(self, k: int, **_: Any) -> NoReturn:
         """Refused: modes of a map have no shapes that are drawn."""
@@ -101,7 +96,7 @@ def modes(case: Case, count: int | None) -> LoopTable:
         If a blade of the case is not out so far in its run.
     """
     from evolvent.analysis.loop_modes import loop_modes
-    from evolvent.analysis.stepping import Stepper
+    from evolvent.analysis.stepper import Stepper
 
     given, blade = case.spool.feedback, case.blade
     assert given is not None

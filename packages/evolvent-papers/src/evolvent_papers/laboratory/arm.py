@@ -22,7 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent import analysis, cases
+from evolvent import cases
+from evolvent.analysis.runs import solve
 from evolvent.analysis.system import System
 from evolvent_base import progress
 from evolvent_base.errors import InputError, RunFailed
@@ -193,7 +194,7 @@ class Piece:
 
 def _solved(arm: Arm, motor: Mapping[str, Any], start: Array, time: Array, tolerance: float) -> tuple[Array, Array]:
     """Angle and rate at even times: (nt,) float each."""
-    solution, _, _ = analysis.solve(
+    solution, _, _ = solve(
         arm.system(motor, float(start[0]), float(start[1])).assemble(), until=float(time[-1]), fine=False,
         every=float(time[-1]) / (time.size - 1), method="dopri5", tolerance=tolerance,
     )  # fmt: skip

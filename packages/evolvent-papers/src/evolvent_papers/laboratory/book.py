@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent_base import answer as an
 from evolvent_base.errors import InputError
 from evolvent_base.figures import Figure
 from evolvent_base.schema import Section
@@ -259,10 +260,10 @@ def sentence(goals: tuple[int, int], coverage: tuple[int, int]) -> str:
     return f"{met}{coverage[0]} of {coverage[1]} differences are within their bands of 95 %"
 
 
-def rows(found: Verdict) -> list[list[str]]:
-    """A table of the comparisons: its head, then a row each."""
-    head = ["what", "predicted", "measured", "difference", "band, 95 %", "goal", "verdict"]
-    table = [head]
+def table(found: Verdict) -> an.Table:
+    """The comparisons, a row each."""
+    heads = ("what", "predicted", "measured", "difference", "band, 95 %", "goal", "verdict")
+    rows = []
     for one in found.comparisons:
         unit = f" {one.unit}" if one.unit and one.unit != "1" else ""
         measured, difference, verdict = "-", "-", "predicted"
@@ -270,11 +271,11 @@ def rows(found: Verdict) -> list[list[str]]:
             measured, difference = f"{one.measured:.4g}{unit}", f"{one.difference:+.3g}"
             verdict = ("met" if one.meets else "MISSED") if math.isfinite(one.allowed) else "-"
             verdict += ", within" if one.covered else ", outside"
-        table.append([
+        rows.append((
             one.what, f"{one.predicted:.4g}{unit}", measured, difference, f"{one.band.half_width:.2g}",
             one.goal or "-", verdict,
-        ])  # fmt: skip
-    return table
+        ))  # fmt: skip
+    return an.Table(heads=heads, rows=rows)
 
 
 def totals(found: Iterable[Verdict]) -> tuple[tuple[int, int], tuple[int, int]]:
@@ -284,18 +285,32 @@ def totals(found: Iterable[Verdict]) -> tuple[tuple[int, int], tuple[int, int]]:
     return goals, coverage
 
 
-def overview(found: Mapping[Set, Verdict | None]) -> list[list[str]]:
-    """A table of sets: its head, then a row each; None stands for a set whose measurements are missing."""
-    table = [["set", "goals met", "within their bands", "missed"]]
+def answer_of(found: Mapping[Set, Verdict | None]) -> an.Answer:
+    """Comparisons of a set with figures; of several sets their counts. None stands for one without measurements."""
+    shown, figures, notes = _overview(found), list[Figure](), list[str]()
+    title, verdict = "Sets of measurements", sentence(*totals(one for one in found.values() if one is not None))
+    if len(found) == 1:
+        ((of, only),) = found.items()
+        assert only is not None
+        title, shown, figures, notes = of.title, table(only), list(only.figures), list(only.notes)
+    return an.Answer(
+        title=title, sections=[an.Section(title="", blocks=[shown, *figures])], notes=[*notes, verdict],
+        files={"verdict.json": lambda: as_json(found)},
+    )  # fmt: skip
+
+
+def _overview(found: Mapping[Set, Verdict | None]) -> an.Table:
+    """Sets, a row each."""
+    rows = list[tuple[str, ...]]()
     for of, one in found.items():
         if one is None:
-            table.append([of.name, "-", "-", "no measurements: needs --data FOLDER"])
+            rows.append((of.name, "-", "-", "no measurements: needs --data FOLDER"))
             continue
         missed = "; ".join(each.what for each in one.missed) or "-"
-        table.append([of.name, *(f"{a} of {b}" for a, b in (one.goals, one.coverage)), missed])
+        rows.append((of.name, *(f"{a} of {b}" for a, b in (one.goals, one.coverage)), missed))
     goals, coverage = totals(one for one in found.values() if one is not None)
-    table.append(["all", *(f"{a} of {b}" for a, b in (goals, coverage)), ""])
-    return table
+    rows.append(("all", *(f"{a} of {b}" for a, b in (goals, coverage)), ""))
+    return an.Table(heads=("set", "goals met", "within their bands", "missed"), rows=rows)
 
 
 def content(of: Set, found: Verdict) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field
 
-from evolvent import analysis
+from evolvent.analysis.runs import solve
 from evolvent.analysis.system import System
 from evolvent.parts import Joint, RigidBody, RotationalSpring
 from evolvent_base import progress, units
@@ -112,7 +112,7 @@ class Pendulum:
         """
         n = self.arms
         row = piece.start if start is None else start
-        solution, _, _ = analysis.solve(
+        solution, _, _ = solve(
             self.system(row[:n], row[n:]).assemble(), until=float(piece.time[-1]), every=piece.every, fine=False,
             method="dopri5", tolerance=tolerance,
         )  # fmt: skip

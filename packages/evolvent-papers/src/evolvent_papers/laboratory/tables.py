@@ -54,7 +54,7 @@ def has(name: str, raw: bytes, head: Sequence[str]) -> bool:
         return False
 
 
-def _read(name: str, raw: bytes, head: Sequence[str]) -> tables.Table:
+def _read(name: str, raw: bytes, head: Sequence[str]) -> tables.TextTable:
     found = tables.read(raw, name, whole=True)
     if set(found.heads) != set(head):
         raise InputError(f"{name}: the columns must be {','.join(head)}")

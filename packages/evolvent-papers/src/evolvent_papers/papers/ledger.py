@@ -18,9 +18,8 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Any, Literal, get_args
 
-from evolvent import __version__
 from evolvent.assembly import expressions
-from evolvent_base import files
+from evolvent_base import __version__, files
 from evolvent_base.errors import InputError, nearest
 from evolvent_papers import papers
 

@@ -15,7 +15,7 @@ from evolvent.view.drawing import smooth
 from evolvent_base.figures import Figure, Line, Panel, plain
 from evolvent_papers.papers import Made, Options
 from evolvent_papers.papers.rib_captions import title
-from evolvent_papers.papers.rib_runs import ALPHAS, Run, of_the_paper, runs
+from evolvent_papers.papers.rib_runs import ALPHAS, RibRun, of_the_paper, runs
 from evolvent_papers.papers.winding import markdown
 from evolvent_papers.wrapped_rib.show import comparable_string
 
@@ -38,30 +38,30 @@ ROOT: Mapping[str, Mapping[str, Any]] = {
 }
 
 
-def _all(options: Options) -> tuple[list[Run], bool]:
+def _all(options: Options) -> tuple[list[RibRun], bool]:
     """The runs with the paper's three mass dampings, and whether they are complete."""
     return _of(of_the_paper(quick=options.quick), options)
 
 
-def _of(wanted: Sequence[Mapping[str, Any]], options: Options) -> tuple[list[Run], bool]:
+def _of(wanted: Sequence[Mapping[str, Any]], options: Options) -> tuple[list[RibRun], bool]:
     found = list(runs(wanted, options.report))
     return found, len(found) == len(wanted) and found[-1].status != "interrupted"
 
 
-def _name(run: Run) -> str:
+def _name(run: RibRun) -> str:
     return f"$a$ = {run.case.damping.alpha:g} 1/s"
 
 
-def _ours(run: Run, damping: str = "$a$") -> str:
+def _ours(run: RibRun, damping: str = "$a$") -> str:
     """What the paper does not give, or leaves open."""
     return f"torque {run.case.drive.torque:g} N m, {damping} on the whole rib"
 
 
-def _note(run: Run) -> str:
+def _note(run: RibRun) -> str:
     return f"{run.case.rib.elements} cable elements, torque {run.case.drive.torque:g} N m, energy-momentum.\n"
 
 
-def _lines(found: list[Run], values: Callable[[Run], Array]) -> list[Line]:
+def _lines(found: list[RibRun], values: Callable[[RibRun], Array]) -> list[Line]:
     """A line of each run over its time."""
     return [Line(x=run.t, y=values(run), label=_name(run), color=k, width=1.2) for k, run in enumerate(found)]
 
@@ -105,7 +105,7 @@ def _inside(line: Line, radius: float) -> Line:
     return dataclasses.replace(line, label="", x=x, y=y)
 
 
-def _string_speed(run: Run) -> Line:
+def _string_speed(run: RibRun) -> Line:
     """Speed of the tip of a string without bending stiffness."""
     string = comparable_string(run.case)
     assert string is not None
@@ -142,7 +142,7 @@ def figure_7(options: Options) -> Made:
     return Made(text=f"{_note(found[0])}\n{markdown(head, rows)}", figure=figure, complete=complete)
 
 
-def _touching_elements(run: Run) -> Array:
+def _touching_elements(run: RibRun) -> Array:
     """Number of elements of which a contact point touches, (nt,)."""
     found: Array = run.touching.reshape(run.t.size, run.case.rib.elements, -1).any(axis=2).sum(axis=1)
     return found
@@ -209,7 +209,7 @@ FORCES = ("impulse to the peak of the tip's speed, N s", "largest mean over 10 m
           "largest of samples every 0.25 s, N")  # fmt: skip
 
 
-def _forces(run: Run) -> list[str]:
+def _forces(run: RibRun) -> list[str]:
     values = (run.impulse[run.peak], run.largest_mean_force, run.force.max(), run.force[run.even].max())
     return [f"{value:.3g}" for value in values]
 
@@ -254,7 +254,7 @@ def root_damping(options: Options) -> Made:
 # ------------------------------------------------------------------------------------------------ points at rest
 
 
-def departure(run: Run) -> float:
+def departure(run: RibRun) -> float:
     """Largest distance of a cubic from an arc of the hub's radius with whose ends and directions it agrees, m."""
     R = run.case.hub.radius
     return float(R * (run.case.rib.element_length / R) ** 4 / 384.0)

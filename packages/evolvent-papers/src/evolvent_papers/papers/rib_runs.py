@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import analysis, cases
+from evolvent import cases
+from evolvent.analysis.runs import plan
+from evolvent.analysis.settings import sample_times
 from evolvent.results.fine_samples import Times
 from evolvent.results.observe import View
 from evolvent.results.observe.contact import touching_span
@@ -31,7 +33,7 @@ WINDOW = 0.01
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Run:
+class RibRun:
     """A winding.
 
     Attributes
@@ -98,7 +100,7 @@ class Run:
         return smooth(self.x[:, :, 0], self.x[:, :, 1], self.case.rib.element_length, FOLLOWED)
 
 
-def winding(name: str = "wrapped-rib", **keys: Any) -> Run:
+def winding(name: str = "wrapped-rib", **keys: Any) -> RibRun:
     """A run of a case, kept for the next call.
 
     Parameters
@@ -110,18 +112,18 @@ def winding(name: str = "wrapped-rib", **keys: Any) -> Run:
 
 
 @functools.lru_cache(maxsize=24)
-def _winding(name: str, keys: tuple[tuple[str, Any], ...]) -> Run:
+def _winding(name: str, keys: tuple[tuple[str, Any], ...]) -> RibRun:
     case = cases.load(name, {key.replace("__", "."): value for key, value in keys})
     system = cases.system(case.system)
     return simulated(system.build(case).assemble(), case)
 
 
-def simulated(assembly: Assembly, case: Any) -> Run:
+def simulated(assembly: Assembly, case: Any) -> RibRun:
     """A run of the assembled parts of a case, sampled again about the largest tip speed where the tip whips."""
     system = cases.system(case.system)
     settings = system.settings(case)
     settings.pop("fine", None)  # the samples about the whip are chosen here
-    even = analysis.sample_times(settings.pop("until"), settings.pop("every"), values=assembly.y.size)
+    even = sample_times(settings.pop("until"), settings.pop("every"), values=assembly.y.size)
     times = Times.of(even, system.between(case), fine=False, values=assembly.y.size)
     found = _read(_solved(assembly, times.all, settings), case, times.regular)
     at = found.t[found.peak]
@@ -134,16 +136,16 @@ def simulated(assembly: Assembly, case: Any) -> Run:
 
 
 def _solved(assembly: Assembly, times: Array, settings: Mapping[str, Any]) -> Solution:
-    prepared, _ = analysis.plan(assembly, times, **settings)
+    prepared, _ = plan(assembly, times, **settings)
     found: Solution = prepared.run(None).or_start(0.0)
     return found
 
 
-def _read(solution: Solution, case: Any, kept: Array) -> Run:
+def _read(solution: Solution, case: Any, kept: Array) -> RibRun:
     view = View.of(solution)
     x, rates = view.nodes(view.index("rib-1"))
     contact = {field: values[:, view.index("contact-1")] for field, values in view.fields["contact_surfaces"].items()}
-    return Run(
+    return RibRun(
         case=case, status=solution.status, message=solution.message, statistics=solution.statistics,
         t=solution.t, even=kept[: solution.t.size], x=x, rates=rates,
         force=contact["normal"], impulse=contact["impulse"], points=contact["touching"],
@@ -151,7 +153,7 @@ def _read(solution: Solution, case: Any, kept: Array) -> Run:
     )  # fmt: skip
 
 
-def runs(wanted: Sequence[Mapping[str, Any]], report: Callable[[str], None]) -> Iterator[Run]:
+def runs(wanted: Sequence[Mapping[str, Any]], report: Callable[[str], None]) -> Iterator[RibRun]:
     """Run one after another; an interrupted run is the last one.
 
     Parameters

@@ -13,7 +13,7 @@ import numpy as np
 
 from evolvent_base.errors import InputError
 from evolvent_base.figures import Figure, Line, Panel
-from evolvent_massprops.identification import Modes, cramer_rao, prony, varpro
+from evolvent_massprops.identification import IdentifiedModes, cramer_rao, prony, varpro
 from evolvent_papers.papers import Made, Options
 from evolvent_papers.papers.stand import grid
 from evolvent_papers.papers.winding import markdown
@@ -31,7 +31,7 @@ DAMPINGS = (0.002, 0.01)
 TRIALS, QUICK_TRIALS = 200, 20
 SEED = 1
 #: Modes from samples (n,) and their rate, Hz.
-Method = Callable[[np.ndarray, float], Modes]
+Method = Callable[[np.ndarray, float], IdentifiedModes]
 HEAD = (
     "damping ratio", "samples a period", "Prony, %", "without result", "VARPRO, %", "least that is possible, %",
 )  # fmt: skip
@@ -104,12 +104,12 @@ def frequencies() -> np.ndarray:
     return np.asarray(over.modes(0.0, 0.0).natural_frequency)
 
 
-def plain_prony(data: np.ndarray, rate: float) -> Modes:
+def plain_prony(data: np.ndarray, rate: float) -> IdentifiedModes:
     """Prony's method on all samples."""
     return prony(data, 3, rate=rate, samples_per_period=None)
 
 
-def maximum_likelihood(data: np.ndarray, rate: float) -> Modes:
+def maximum_likelihood(data: np.ndarray, rate: float) -> IdentifiedModes:
     """VARPRO on all samples."""
     return varpro(data, 3, rate=rate)
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from evolvent_massprops.identification import Modes, prony
+from evolvent_massprops.identification import IdentifiedModes, prony
 from evolvent_papers.papers.stand_prony import (
     DAMPINGS,
     Record,
@@ -155,7 +155,7 @@ def decimation() -> Values:
     record = Record(samples=1000, per_period=float(np.sqrt(1000.0)))
     m = int(record.per_period / 2.5)
 
-    def every(data: np.ndarray, rate: float) -> Modes:
+    def every(data: np.ndarray, rate: float) -> IdentifiedModes:
         return plain_prony(data[::m], rate / m)
 
     few = TRIALS // 2

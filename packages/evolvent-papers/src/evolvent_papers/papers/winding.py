@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from evolvent import analysis, cases
+from evolvent import cases
+from evolvent.analysis.runs import plan
 from evolvent.results.observe import View
 from evolvent.solvers.time.explicit.plan import choose_step
 
@@ -152,7 +153,7 @@ class Model:
         return assembly
 
     def settings(self, trial: Trial) -> dict[str, Any]:
-        """Options of `analysis.plan`, as `evolvent run` has them; a share of the stability limit becomes a step."""
+        """Options of `runs.plan`, as `evolvent run` has them; a share of the stability limit becomes a step."""
         assembly = self.assembly("rk4" if trial.method in EXPLICIT else trial.method)
         if trial.method in EXPLICIT:
             limit = choose_step(assembly, trial.method, None, self.end)[1]
@@ -166,10 +167,10 @@ class Model:
         step, method = settings["step"], trial.method
         assembly = self.assembly("rk4" if method in EXPLICIT else method)
         warm = step or 1e-4
-        analysis.plan(assembly, np.array([0.0, WARM_STEPS * warm]), **settings)[0].run(None)  # loads what it calls
+        plan(assembly, np.array([0.0, WARM_STEPS * warm]), **settings)[0].run(None)  # loads what it calls
         end = self.end if trial.stop is None else trial.stop
         samples = np.linspace(0.0, end, max(round(end / EVERY), 1) + 1)
-        prepared, _ = analysis.plan(assembly, samples, **settings)
+        prepared, _ = plan(assembly, samples, **settings)
         began = time.process_time()
         found = prepared.run(None).or_start(0.0)
         return self._winding(trial, step, found, (time.process_time() - began) * self.end / end)

@@ -29,7 +29,7 @@ SPIN_UP = 0.5
 _OBSERVED = ("spin_rate",)
 
 
-class Row(NamedTuple):
+class LogRow(NamedTuple):
     """One step of a log; a rate or a number of clicks that it lacks is not a number."""
 
     pair: str
@@ -50,7 +50,7 @@ def is_log(path: str) -> bool:
     return all(_place(table, name) is not None for name in ("pair", "stroke_after", "rate_after"))
 
 
-def _place(table: tables.Table, name: str) -> int | None:
+def _place(table: tables.TextTable, name: str) -> int | None:
     """Place of a column by its name, with its unit or without."""
     for known in (table.names, table.heads):
         for one in (name, f"{name}_{_UNITS.get(name)}"):
@@ -59,7 +59,7 @@ def _place(table: tables.Table, name: str) -> int | None:
     return None
 
 
-def read(path: str) -> tuple[list[Row], list[str]]:
+def read(path: str) -> tuple[list[LogRow], list[str]]:
     """The steps of a log, and notes on rows whose times cannot be used.
 
     Raises
@@ -89,7 +89,7 @@ def read(path: str) -> tuple[list[Row], list[str]]:
     return [_row(path, k, row, notes) for k, row in enumerate(rows, start=1)], notes
 
 
-def _numbers(table: tables.Table, place: int, unit: str) -> np.ndarray:
+def _numbers(table: tables.TextTable, place: int, unit: str) -> np.ndarray:
     """Values of a column in a unit, that of the column where its head states none."""
     name = table.heads[place]
     try:
@@ -102,7 +102,7 @@ def _numbers(table: tables.Table, place: int, unit: str) -> np.ndarray:
     return values
 
 
-def _row(path: str, k: int, row: dict[str, Any], notes: list[str]) -> Row:
+def _row(path: str, k: int, row: dict[str, Any], notes: list[str]) -> LogRow:
     pair = "-".join(re.findall(r"\d", row["pair"]))
     if pair not in PAIRS:
         raise InputError(f"row {k} of {path!r} has the pair {row['pair']!r}; it must be one of {', '.join(PAIRS)}")
@@ -120,10 +120,10 @@ def _row(path: str, k: int, row: dict[str, Any], notes: list[str]) -> Row:
             f"{duration:.0f} s."
         )
     rates = float(row["rate_before"]), float(row["rate_after"])
-    return Row(pair, duration, before, after, *rates, float(row["clicks"]))
+    return LogRow(pair, duration, before, after, *rates, float(row["clicks"]))
 
 
-def written(rows: Sequence[Row]) -> str:
+def written(rows: Sequence[LogRow]) -> str:
     """A log with these rows, one behind the other in time."""
     lines, time = [",".join([*COLUMNS, "clicks"])], datetime.datetime(2000, 1, 1, tzinfo=datetime.UTC)
     for row in rows:
@@ -133,9 +133,9 @@ def written(rows: Sequence[Row]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def grouped(rows: Sequence[Row]) -> list[list[Row]]:
+def grouped(rows: Sequence[LogRow]) -> list[list[LogRow]]:
     """Rows between spin-ups: the first rate of a row is above the last one before it; missing rates are passed over."""
-    groups: list[list[Row]] = [[]]
+    groups: list[list[LogRow]] = [[]]
     last = math.inf
     for row in rows:
         known = [rate for rate in (row.rate_before, row.rate_after) if math.isfinite(rate)]

@@ -30,7 +30,7 @@ from evolvent_papers.wrapped_rib.show import estimating_string, figures, motion,
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System
-    from evolvent.cases import Plan
+    from evolvent.cases import CasePlan
     from evolvent.solvers.common.solution import Solution
 
 #: Interval, of the time in which a string would be wound, in which the tip's largest speed is sought between samples,
@@ -61,7 +61,7 @@ class WrappedRib(SystemDefinition):
     def __init__(self, begin: Start | None = None) -> None:
         self.begin = begin
 
-    def plan(self, case: Any, **options: Any) -> Plan:
+    def plan(self, case: Any, **options: Any) -> CasePlan:
         """As of `SystemDefinition`; a saved run, from which a case starts, is read once."""
         own = copy.copy(self)
         own.begin = initial_state(case)

@@ -63,7 +63,7 @@ def _somewhere(shape: Array) -> str:
     return f"coordinate {int(np.argmax(np.abs(shape)))}"
 
 
-class Problem:
+class Eigenproblem:
     """The eigenproblem of M, C, K under G u = 0.
 
     Parameters

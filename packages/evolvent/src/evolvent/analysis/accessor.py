@@ -12,9 +12,11 @@ import xarray as xr
 
 from evolvent import cases
 from evolvent.results import WELL, display, happened, statistics_of, variables
-from evolvent.view import notebook, show
+from evolvent.view import show
+from evolvent_base import answer as an
 from evolvent_base.errors import InputError, counted
 from evolvent_base.figures import Figure, Line, Number, spectrum
+from evolvent_base.showing import Answered, Page, Sheets
 from evolvent_base.units import unit_text
 
 if TYPE_CHECKING:
@@ -25,7 +27,7 @@ _SHOWN = 12
 
 
 @xr.register_datatree_accessor("ev")
-class RunAccessor:
+class RunAccessor(Answered):
     """What can be done with a run: ``run.ev.plot("boom.tip_deflection")``.
 
     Parameters
@@ -69,8 +71,8 @@ class RunAccessor:
         """The latches that have locked: see `evolvent.results.happened.latches_of`."""
         return happened.latches_of(self._run)
 
-    def _repr_html_(self) -> str:
-        """Status, warning, latches and sizes, for notebooks."""
+    def answer(self) -> an.Answer:
+        """Status, warning, latches and sizes."""
         run, attrs, names = self._run, self._run.attrs, variables.parts(self._run)
         facts = [("status", str(attrs["status"])), ("method", str(attrs["method"]))]
         if attrs["status"] not in WELL:
@@ -86,15 +88,16 @@ class RunAccessor:
         if self.events.sizes["event"]:
             facts.append(("events", str(self.events.sizes["event"])))
         held = self.latches
-        rows = [["latch", "time", "rate", "peak"]] if held.sizes["latch"] else []
-        rows += [
+        rows = [
             [str(one.latch.values), f"{float(one.time):.6g} s", _shown_rate(float(one.rate), str(one.rate_unit.values)),
              f"{float(one.peak):.4g} {one.peak_unit.values}"]
             for one in (held.isel(latch=k) for k in range(held.sizes["latch"]))
         ]  # fmt: skip
         warnings = [str(attrs["warning"])] if attrs.get("warning") else []
         title = str(attrs.get("title") or f"evolvent run of {attrs['system']}")
-        return notebook.summary(title, facts, rows=rows, warnings=warnings)
+        table = an.Table(heads=("latch", "time", "rate", "peak"), rows=rows)
+        sections = [an.Section(title="Latches", blocks=[table])] if rows else []
+        return an.Answer(title=title, facts=facts, sections=sections, warnings=warnings)
 
     def plot(
         self, *names: str, path: str | os.PathLike[str] | None = None, units: str | None = None
@@ -117,7 +120,7 @@ class RunAccessor:
         drawn: list[Figure] = [show.figure(self._run, names, units=units)] if names else self._system.figures(self._run)
         if path is None:
             sheets = [plots.sheet(figure) for figure in drawn]
-            return sheets[0] if names else notebook.Sheets(sheets)
+            return sheets[0] if names else Sheets(sheets)
         if names:
             return plots.save(drawn[0], path)
         return plots.draw(drawn, path)
@@ -192,7 +195,7 @@ class RunAccessor:
 
             found = marked(found, clearance)
         motion = found.labelled(unfinished(self._run))
-        return notebook.Page(animation.page(motion)[0]) if path is None else animation.write(motion, path)
+        return Page(animation.page(motion)[0]) if path is None else animation.write(motion, path)
 
     def regular(self) -> xr.DataTree:
         """The run at its regular samples alone: without those that were kept where the motion is fast."""

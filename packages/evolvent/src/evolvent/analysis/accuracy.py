@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from evolvent.analysis import runs
+from evolvent.analysis.methods import choose_method
 from evolvent.solvers.time.explicit import plan as explicit_plan
 from evolvent.solvers.time.implicit import plan as implicit
 
@@ -31,19 +33,17 @@ def settings_at(
     level : float, of finer integration: the tolerance times `TOLERANCE`, or the step times `STEP`, to its power; below
         0 of coarser
     samples : (nt,) float, s
-    settings : arguments of `evolvent.analysis.plan`; with others, which stay
+    settings : arguments of `evolvent.analysis.runs.plan`; with others, which stay
 
     Raises
     ------
     InputError
-        As of `evolvent.analysis.plan`, where a step that is chosen is asked for.
+        As of `evolvent.analysis.runs.plan`, where a step that is chosen is asked for.
     """
-    from evolvent import analysis
-
     found = dict(settings)
     if not level:
         return found
-    method, _ = analysis.choose_method(assembly, found.get("method", "auto"))
+    method, _ = choose_method(assembly, found.get("method", "auto"))
     step, tolerance = found.get("step"), found.get("tolerance")
     adaptive = method == "dopri5" or (method in implicit.METHODS and step is None)
     if adaptive:
@@ -55,7 +55,7 @@ def settings_at(
         return found
     if step is None:
         own_settings = {name: found[name] for name in ("method", "step", "tolerance") if name in found}
-        step = analysis.plan(assembly, samples, **own_settings)[0].step
+        step = runs.plan(assembly, samples, **own_settings)[0].step
     return found | {"step": STEP**level * step}
 
 

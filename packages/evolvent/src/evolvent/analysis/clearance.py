@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from evolvent import __version__, cases
+from evolvent import cases
 from evolvent.assembly.references import split_reference
 from evolvent.parts.beam import Beam
 from evolvent.parts.joint import Joint
@@ -24,6 +24,7 @@ from evolvent.results import variables
 from evolvent.results.motion import quantity, rotation_matrices
 from evolvent.results.solids import Solid
 from evolvent.results.tree import solution_of
+from evolvent_base import __version__
 from evolvent_base.errors import InputError, counted, nearest
 
 Array = np.ndarray

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 from typing import Any
 
 import numpy as np
@@ -12,11 +11,10 @@ import xarray as xr
 
 from evolvent.results import netcdf
 from evolvent.results.motion import Motion, quantity
-from evolvent_base import files
-from evolvent_base.errors import InputError
+from evolvent_base import answer as an
 from evolvent_base.figures import Figure, Line, Panel
 
-#: Endings of the files that `save` writes.
+#: Endings of the files that clearances are written as.
 ENDINGS = (".nc", ".json")
 #: Most pairs in a figure: those with the smallest clearances.
 _MOST = 8
@@ -63,44 +61,28 @@ def figure(found: xr.Dataset) -> Figure:
 
 def to_dict(found: xr.Dataset) -> dict[str, Any]:
     """Numbers and texts, as the JSON file has them; what is not known is None."""
-
-    def plain(values: Any) -> list[float | None]:
-        return [float(x) if np.isfinite(x) else None for x in values]
-
     pairs = []
     for k in range(found.sizes["pair"]):
         one, times = found.isel(pair=k), np.flatnonzero(found.between.values == k)
         spans = [{key: float(found[key].values[i]) for key in ("start", "end", "depth")} for i in times]
-        numbers = {key: plain([one[key].values])[0] for key in ("smallest", "time_of_smallest", "least_between")}
-        series = {"clearance": plain(one.clearance.values), "exact": one.exact.values.astype(bool).tolist()}
+        numbers = {key: one[key].values for key in ("smallest", "time_of_smallest", "least_between")}
+        series = {"clearance": one.clearance.values, "exact": one.exact.values.astype(bool)}
         pairs.append({"bodies": [str(one.a.values), str(one.b.values)], **numbers, "interference": spans, **series})
     texts = {key: json.loads(found.attrs[key]) for key in ("sentences", "warnings", "left_out", "not_checked")}
     units = {"lengths": "m", "times": "s"}
-    return {"title": found.attrs["title"], "units": units, **texts, "time": plain(found.time.values), "pairs": pairs}
+    content = {"title": found.attrs["title"], "units": units, **texts, "time": found.time.values, "pairs": pairs}
+    values: dict[str, Any] = an.plain(content)
+    return values
 
 
-def check_ending(path: str | os.PathLike[str]) -> None:
-    """Refuse a file whose ending is none of `ENDINGS`."""
-    ending = os.path.splitext(path)[1]
-    if ending not in ENDINGS:
-        raise InputError(f"{os.fspath(path)!r} ends with {ending!r}; clearances are written as {', '.join(ENDINGS)}")
-
-
-def save(found: xr.Dataset, path: str | os.PathLike[str]) -> str:
-    """Write clearances as NetCDF (.nc) or JSON (.json); returns the path.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written, or its ending is another one.
-    """
-    check_ending(path)
-    target = os.fspath(path)
-    if target.endswith(".nc"):
-        files.write_file(target, netcdf.image(found))
-    else:
-        files.write_file(target, json.dumps(to_dict(found), indent=1, allow_nan=False) + "\n")
-    return target
+def answer(found: xr.Dataset) -> an.Answer:
+    """Smallest clearances, figure, sentences, and files."""
+    return an.Answer(
+        title=str(found.attrs["title"]),
+        sections=[an.Section(title="Clearances", blocks=[an.Table.of(rows(found)), figure(found)])],
+        notes=notes(found),
+        files={"clearances.nc": lambda: netcdf.image(found), "clearances.json": lambda: an.as_json(to_dict(found))},
+    )
 
 
 def marked(motion: Motion, found: xr.Dataset) -> Motion:

@@ -16,8 +16,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from evolvent.analysis import closure
-from evolvent.cases import Plan
+from evolvent.analysis import closure, runs, trees
+from evolvent.analysis.methods import choose_method
+from evolvent.analysis.settings import check_run, sample_times
+from evolvent.cases import CasePlan
 from evolvent_base.errors import InputError, RunFailed, in_keys, naming_keys, nearest
 from evolvent_base.schema import Section
 
@@ -131,7 +133,7 @@ class SystemDefinition:
     def plan(
         self, case: Any, *, laws: Mapping[str, Any] | None = None, keep: Sequence[str] = (),
         variants: Variants | None = None,
-    ) -> Plan:  # fmt: skip
+    ) -> CasePlan:  # fmt: skip
         """The case, checked and prepared; nothing long is compiled.
 
         Parameters
@@ -145,9 +147,8 @@ class SystemDefinition:
         InputError
             For whatever can be found before the run.
         """
-        from evolvent import analysis
         from evolvent.analysis import accuracy
-        from evolvent.analysis.margins.kept import KeptMargins
+        from evolvent.analysis.margins.kept_margins import KeptMargins
         from evolvent.results.fine_samples import Times
         from evolvent.results.kept import is_local, kept_of
         from evolvent.results.tree import root_of
@@ -158,7 +159,7 @@ class SystemDefinition:
         with naming_keys(keys):
             assembly, times, settings = self.assembled(case, given, variants)
             settings = accuracy.settings_at(self.level, assembly, times, settings)
-            analysis.check_run(assembly, times, settings.get("step"))
+            check_run(assembly, times, settings.get("step"))
             margins = KeptMargins.of(assembly, self.sections(case).get("margin", {}), keep)
             local = bool(keep) and not margins.of_run and is_local(assembly, margins.others)
             fine = bool(settings.pop("fine", True)) and not local
@@ -175,7 +176,7 @@ class SystemDefinition:
         def solve(progress: Callable[[float], None] | None) -> tuple[Solution, Variables, str, str]:
             solution, kept, why = sampled(progress)
             root, warning = self.findings(case, solution)
-            solution, root = analysis.without(solution, root, kept)
+            solution, root = trees.without(solution, root, kept)
             return solution, root | sampling.mark(solution.t), warning, why
 
         def run(progress: Callable[[float], None] | None = None) -> xr.DataTree:
@@ -185,7 +186,7 @@ class SystemDefinition:
         def observe(names: Iterable[str]) -> xr.Dataset:
             solution, root, _, _ = solve(None)
             marks = {name: (dims, values) for name, (dims, values, *_) in sampling.mark(solution.t).items()}
-            return analysis.observed(solution, names, system=case.system, root=root).assign(marks)
+            return trees.observed(solution, names, system=case.system, root=root).assign(marks)
 
         def kept_values() -> Kept:
             if not margins.need_run:
@@ -194,18 +195,18 @@ class SystemDefinition:
             solution = closure.check_energy_gain(whole if seen.all() else whole.chosen(seen))
 
             def root() -> xr.Dataset:
-                _, found = analysis.without(whole, self.findings(case, whole)[0], seen)
+                _, found = trees.without(whole, self.findings(case, whole)[0], seen)
                 return root_of(solution, found)
 
             found = kept_of(solution, margins.others, root, fine=sampling.is_fine(solution.t), why=why)
             return margins.added(found, solution)
 
         def start() -> xr.DataTree:
-            solution = analysis.at_start(assembly, method, float(times[0]))
-            return analysis.tree(solution, case="", why="", system=case.system, root=self.findings(case, solution)[0])
+            solution = trees.at_start(assembly, method, float(times[0]))
+            return trees.tree(solution, case="", why="", system=case.system, root=self.findings(case, solution)[0])
 
         name = explicit_plan.cache_name(assembly, method)
-        return Plan(
+        return CasePlan(
             duration=float(times[-1]), run=run, solver=name, note=note, start=start, observe=observe,
             keep=kept_values if keep else None,
         )  # fmt: skip
@@ -228,7 +229,6 @@ class SystemDefinition:
         InputError
             For parts and settings that cannot be used.
         """
-        from evolvent import analysis
         from evolvent.solvers.common.laws import refusing_laws
 
         assembly = self.build(case, laws=laws).assemble(variants)
@@ -236,7 +236,7 @@ class SystemDefinition:
             settings = self.prepared_settings(case, assembly, laws)
         if "until" not in settings:
             raise InputError("simulate is missing; give how long the motion is followed, such as {until: 20 s}")
-        times = analysis.sample_times(settings.pop("until"), settings.pop("every", None), values=assembly.y.size)
+        times = sample_times(settings.pop("until"), settings.pop("every", None), values=assembly.y.size)
         return assembly, times, settings
 
     def prepare_run(
@@ -247,14 +247,13 @@ class SystemDefinition:
         The run has ``run(progress)``, which returns a Solution. What can be found quickly is refused here, what needs
         compiled functions by the function.
         """
-        from evolvent import analysis
         from evolvent.solvers.time.explicit import plan as explicit_plan
 
-        method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
+        method, _ = choose_method(assembly, settings.get("method", "auto"))
         beams = assembly.model.info.slender > 0
         if method not in explicit_plan.METHODS or (settings.get("step") is None and not beams):
-            return method, lambda: analysis.plan(assembly, times, **settings), ""
-        checked, note = analysis.plan(assembly, times, **settings), ""  # refuses an unstable step
+            return method, lambda: runs.plan(assembly, times, **settings), ""
+        checked, note = runs.plan(assembly, times, **settings), ""  # refuses an unstable step
         if beams and checked[0].step is not None:
             steps = f"{times[-1] / checked[0].step:.2g} steps of {checked[0].step:.2g} s"
             note = f"{method} takes {steps} over {times[-1]:.6g} s; energy-momentum takes far fewer with beams"
@@ -277,10 +276,10 @@ class SystemDefinition:
         laws : mapping, the laws in Python of the run, by name
         findings : of the solution; found if left out
         """
-        from evolvent import analysis, cases
+        from evolvent import cases
 
         root, warning = self.findings(case, solution) if findings is None else findings
-        found = analysis.tree(
+        found = trees.tree(
             solution, case=cases.to_yaml(case), why=why, system=case.system, root=root,
             title=getattr(case, "title", ""), warning=in_keys(warning, self.keys), keep_states=self.keeps_states(case),
         )  # fmt: skip
@@ -354,14 +353,13 @@ class SystemDefinition:
         """
         if not self.steps:
             raise InputError(f"system is {case.system!r}, which is not stepped from outside")
-        from evolvent import analysis
         from evolvent.solvers.time.implicit import plan as implicit
 
         assembly = self.build(case).assemble()
         settings = self.prepared_settings(case, assembly, {})
-        method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
+        method, _ = choose_method(assembly, settings.get("method", "auto"))
         if method in implicit.METHODS and implicit.METHODS[method].flags["midpoint"]:
-            method, _ = analysis.choose_method(assembly, implicit.NAME)
+            method, _ = choose_method(assembly, implicit.NAME)
         found = {"method": method, "step": settings.get("step")}
         for name in ("tolerance", "spectral_radius"):
             if settings.get(name) is not None:

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -20,13 +20,9 @@ from evolvent.kernels.expression import evaluate
 from evolvent.model import family
 from evolvent.model.registry import asked
 from evolvent.parts.feedback import FeedbackDrive
+from evolvent.solvers.time.explicit.plan import METHODS
 from evolvent_base import units
 from evolvent_base.errors import InputError, RunFailed
-
-if TYPE_CHECKING:
-    from evolvent.analysis.stepping import Stepper
-    from evolvent.solvers.common.solution import Solution
-    from evolvent.solvers.time.explicit.plan import Plan
 
 Array = np.ndarray
 #: Parts of a period that are round-off of times.
@@ -51,6 +47,21 @@ class Command:
     angle: float
     rate: float
     target: float
+
+
+class Measured(Protocol):
+    """What a loop needs of what is stepped: the results that it measures, and the model whose table it writes."""
+
+    assembly: Assembly
+
+    def address(self, name: Any) -> Any:
+        """Where a result is found."""
+
+    def describe(self, name: str) -> tuple[str, str]:
+        """Unit and meaning of a result."""
+
+    def value(self, address: Any) -> float | Array:
+        """A result now."""
 
 
 class Loop:
@@ -103,7 +114,7 @@ class Loop:
         count = math.floor((end - self.start) / self.period + _NEAR) + 1
         return self.start + self.period * np.arange(count)
 
-    def attach(self, stepper: Stepper) -> None:
+    def attach(self, stepper: Measured) -> None:
         """Find the results that are measured, and the sizes of their noise.
 
         Raises
@@ -133,7 +144,7 @@ class Loop:
         family, k = self.owner
         return families.records(model, family)[k : k + 1]
 
-    def sample(self, stepper: Stepper) -> None:
+    def sample(self, stepper: Measured) -> None:
         """Measure and filter."""
         values = np.array([float(stepper.value(address)) for address in self.addresses])
         self.measure(values + self.noise * self.random.standard_normal(values.size))
@@ -200,7 +211,7 @@ class Loop:
         wanted = min(wanted, _stopping(high - angle, rate, most, period))
         return max(wanted, -_stopping(angle - low, -rate, most, period))
 
-    def write(self, stepper: Stepper, piece: Command, end: float) -> None:
+    def write(self, stepper: Measured, piece: Command, end: float) -> None:
         """Write a piece of the table, and in the place of the next one that its rate goes on."""
         p, model = stepper.assembly.model.parameters, stepper.assembly.model
         n = int(p[self.first])
@@ -221,11 +232,11 @@ class Loops:
 
     Parameters
     ----------
-    stepper : Stepper, at its start, of an assembly that `with_tables` has made
+    stepper : Measured, at its start, of an assembly that `with_tables` has made
     loops : list of Loop
     """
 
-    def __init__(self, stepper: Stepper, loops: list[Loop]) -> None:
+    def __init__(self, stepper: Measured, loops: list[Loop]) -> None:
         self.stepper, self.loops = stepper, loops
         for loop in loops:
             loop.attach(stepper)
@@ -297,8 +308,6 @@ def method_of(assembly: Assembly, method: str) -> tuple[str, str]:
     InputError
         If it is no explicit one, or does not support another part.
     """
-    from evolvent.solvers.time.explicit.plan import METHODS
-
     name = next(iter(reels(assembly)))
     if method not in ("auto", *METHODS):
         raise InputError(
@@ -310,73 +319,6 @@ def method_of(assembly: Assembly, method: str) -> tuple[str, str]:
         return method, "as asked for"
     fixed = all(families.suit_adaptive_steps(whole.model))
     return "dopri5" if fixed else "rk4", f"{name!r} reacts to what is measured, which needs an explicit method"
-
-
-class ClosedPlan:
-    """A run with loops of feedback: they are followed first, then the motion is solved with what they commanded.
-
-    Attributes
-    ----------
-    plan : Plan, of the run with the tables
-    stepper : Stepper, that follows the loops
-    """
-
-    def __init__(self, plan: Plan, stepper: Stepper) -> None:
-        self.plan, self.stepper = plan, stepper
-
-    @property
-    def step(self) -> float | None:
-        """Step of the method, s; None of an adaptive one."""
-        return self.plan.step
-
-    def run(self, progress: Callable[[float], None] | None = None) -> Solution:
-        """Follow the loops, then integrate; `progress` is called with times from the start to the end."""
-        times = self.plan.times
-        start, end = float(times[0]), float(times[-1])
-        stop, status, message = end, "", ""
-        try:
-            for stop in self.stepper.stops(end):
-                self.stepper.go_to(stop)
-                if progress is not None:
-                    progress(0.5 * (start + stop))
-        except KeyboardInterrupt:
-            status = "interrupted"
-            message = f"interrupted at t = {self.stepper.time:.6g} s; what was computed is kept"
-        except RunFailed as error:
-            status, message = "failed", f"{error}; what was computed is kept"
-        own = self.plan
-        own.assembly.model.parameters[:] = self.stepper.assembly.model.parameters
-        if status:  # up to where the tables are written
-            own = own.going_on(np.append(times[times < stop], stop), own.assembly.y, own.assembly.s)
-        solution = own.run(None if progress is None else lambda t: progress(0.5 * (t + end)))
-        solution.measured = self.stepper.measured
-        if status and solution.status == "success":
-            solution = solution.chosen(solution.t <= self.stepper.time)
-            solution.status, solution.message = status, message
-        return solution
-
-
-def prepared(assembly: Assembly, samples: Array, **options: Any) -> Plan | ClosedPlan:
-    """A prepared explicit run, whose loops of feedback are closed where there are any.
-
-    Parameters
-    ----------
-    options : of `evolvent.solvers.time.explicit.plan.plan`
-    """
-    from evolvent.solvers.time.explicit import plan as explicit_plan
-
-    times = explicit_plan.sample_times(samples)
-    whole, loops = with_tables(assembly, float(times[0]), float(times[-1]))
-    plan = explicit_plan.plan(whole, samples=times, **options)
-    if not loops:
-        return plan
-    from evolvent.analysis.stepping import Stepper
-
-    stepper = Stepper.of_assembly(
-        assembly, method=plan.method, start=float(times[0]), until=float(times[-1]), step=plan.step,
-        tolerance=plan.rtol, absolute_tolerance=plan.atol,
-    )  # fmt: skip
-    return ClosedPlan(plan, stepper)
 
 
 def _stopping(left: float, rate: float, most: float, period: float) -> float:

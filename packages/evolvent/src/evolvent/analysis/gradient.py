@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from evolvent.analysis import trees
 from evolvent.kernels.blocks import displace
 from evolvent.results.kept import Kept, kept_of, reduce, split
 from evolvent.solvers.common.laws import law_failure
@@ -73,8 +74,6 @@ def gradient(
     InputError, RunFailed
         As of `evolvent.System.sensitivity`.
     """
-    from evolvent import analysis
-
     adjoint = Adjoint(make, [(key.name, key.change, Sides.of(assembly, key.systems, key.name)) for key in keys])
     try:
         status, message = adjoint.run(progress)
@@ -84,7 +83,7 @@ def gradient(
         raise RunFailed(law_failure(assembly, error, adjoint.lead.moments()), None) from None
     solution = adjoint.lead.result(status, message, 0.0)
     if status == "failed":
-        raise RunFailed(message, analysis.tree(solution.or_start(0.0), case="", why=""))
+        raise RunFailed(message, trees.tree(solution.or_start(0.0), case="", why=""))
     kept, values = read(solution)
     seeds = [_seeds(solution, name, value, adjoint) for name, value in zip(names, values, strict=True)]
     found = adjoint.gradients(np.array([one[0] for one in seeds]), np.array([one[1] for one in seeds]))

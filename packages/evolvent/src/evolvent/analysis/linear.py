@@ -14,14 +14,33 @@ from evolvent.elements.reduced_files import write_model
 from evolvent.elements.reduced_models import ReducedModel, check_model
 from evolvent.solvers.modal.linear import FrequencyResponse, StateSpace
 from evolvent.solvers.modal.reduction import CRAIG_BAMPTON, FULL, MODAL
+from evolvent_base.answer import Answer, Section
 from evolvent_base.errors import InputError, counted
 from evolvent_base.figures import Figure, Line, Panel, stacked
+from evolvent_base.showing import Shown
 
 
-class Response(FrequencyResponse):
+class Response(Shown, FrequencyResponse):
     """`evolvent.solvers.modal.linear.FrequencyResponse` with its figure."""
 
-    __slots__ = ()
+    named = "frequency responses"
+
+    def answer(self) -> Answer:
+        """Magnitude and phase over the frequency; without a figure where a frequency is 0, or nothing to draw."""
+        drawn = [self.figure()] if self._is_drawn else []
+        facts = [("inputs", ", ".join(self.inputs)), ("outputs", ", ".join(self.outputs))]
+        title = "Frequency response"
+        return Answer(title=title, facts=facts, sections=[Section(title=title, blocks=drawn)])
+
+    @property
+    def _is_drawn(self) -> bool:
+        return bool(self.inputs and self.outputs and np.all(self.omega > 0.0))
+
+    def plot(self, path: str | os.PathLike[str] | None = None) -> Any:
+        """As of `Shown`."""
+        if not self._is_drawn:
+            raise InputError("a frequency response is drawn of inputs to outputs at frequencies above 0")
+        return super().plot(path)
 
     def figure(self) -> Figure:
         """Magnitude and phase over the frequency, a line for each output and input; a panel for each unit."""
@@ -42,28 +61,6 @@ class Response(FrequencyResponse):
         drawn.append(Panel(x_label="frequency, Hz", y_label="phase, deg", lines=phases, log_x=True))
         height = stacked(len(drawn))
         return Figure(name="frequency-response", title="Frequency response", panels=drawn, height=height)
-
-    def plot(self, path: str | os.PathLike[str] | None = None) -> Any:
-        """Draw magnitude and phase over the frequency.
-
-        Parameters
-        ----------
-        path : str, optional, file that ends with .png, .svg or .pdf
-
-        Returns
-        -------
-        matplotlib.figure.Figure, or the path that was written
-
-        Raises
-        ------
-        InputError
-            If there is nothing to draw, or the file cannot be written.
-        """
-        from evolvent_base import plots
-
-        if not self.inputs or not self.outputs or np.any(self.omega <= 0.0):
-            raise InputError("a frequency response is drawn of inputs to outputs at frequencies above 0")
-        return plots.sheet(self.figure()) if path is None else plots.save(self.figure(), path)
 
 
 @dataclasses.dataclass(frozen=True, repr=False)

@@ -15,12 +15,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from evolvent.analysis import feedback
-from evolvent.analysis.stepping import Stepper
+from evolvent.analysis.stepping import SteppedAssembly
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import blocks as kinds, rigid
 from evolvent.model.registry import asked
+from evolvent_base.answer import Answer, Section, Table
 from evolvent_base.errors import InputError, RunFailed
+from evolvent_base.showing import Answered
 
 Array = np.ndarray
 #: Increments of the state, and of a law's variables, relative to their sizes, for central differences.
@@ -36,7 +38,7 @@ _TOLERANCE = 1e-10
 
 
 @dataclasses.dataclass(frozen=True)
-class LoopModes:
+class LoopModes(Answered):
     """Modes of a closed loop that the loop moves; the others are those of the motion without it.
 
     Attributes
@@ -68,13 +70,14 @@ class LoopModes:
         """Largest rate at which a mode grows, 1/s; below zero where all decay."""
         return float(self.pole.real.max())
 
-    def table(self) -> str:
-        """Frequencies and damping ratios as text, a line a mode."""
-        lines = [f"{'mode':>4}  {'frequency':>12}  {'damping':>9}  {'growth':>10}"]
-        lines.append(f"{'':>4}  {'rad/s':>12}  {'ratio':>9}  {'1/s':>10}")
-        for k, pole in enumerate(self.pole):
-            lines.append(f"{k:>4}  {self.frequency[k]:>12.6g}  {self.damping_ratio[k]:>9.4g}  {pole.real:>10.3g}")
-        return "\n".join(lines)
+    def answer(self) -> Answer:
+        """Frequencies, damping ratios and growth, a row a mode."""
+        rows = [
+            (str(k), f"{self.frequency[k]:.6g}", f"{self.damping_ratio[k]:.4g}", f"{pole.real:.3g}")
+            for k, pole in enumerate(self.pole)
+        ]
+        table = Table(heads=("mode", "frequency, rad/s", "damping ratio", "growth, 1/s"), rows=rows)
+        return Answer(title="Modes of the closed loop", sections=[Section(title="", blocks=[table])])
 
 
 def loop_modes(
@@ -169,7 +172,7 @@ class _Plant:
 
     def __init__(self, assembly: Assembly, period: float) -> None:
         method = "dopri5" if all(families.suit_adaptive_steps(assembly.model)) else "rk4"
-        self.stepper = Stepper.of_assembly(
+        self.stepper = SteppedAssembly(
             assembly, method=method, start=0.0, until=8.0 * period, tolerance=_TOLERANCE,
             absolute_tolerance=1e-2 * _TOLERANCE,
         )  # fmt: skip

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from evolvent.analysis.variation import Composed
 from evolvent.assembly.references import split_reference
 from evolvent.parts.base import Part, Reference
-from evolvent.solvers.modal.modal import Modes
+from evolvent.solvers.modal.modal import VibrationModes
 from evolvent.view import show
 from evolvent_base.errors import InputError
 from evolvent_base.schema import marks
@@ -17,7 +18,6 @@ from evolvent_base.schema import marks
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.analysis.system import System
 
 Array = np.ndarray
 #: Order p in the length of the elements of results of beams, rods and threads.
@@ -48,7 +48,7 @@ def richardson(coarse: Array, fine: Array) -> MeshError:
     return MeshError(found, np.divide(off, size, out=np.where(off == 0.0, 0.0, np.nan), where=size > 0.0))
 
 
-def refined(system: System) -> System:
+def refined(system: Composed) -> Composed:
     """The system with every element of its beams, rods and threads in halves; references to nodes follow.
 
     Raises
@@ -87,7 +87,7 @@ def _renumbered(part: Part, changed: set[str]) -> Part:
     return part.with_keys(**keys) if keys else part
 
 
-def of_modes(coarse: Modes, fine: Modes) -> MeshError:
+def of_modes(coarse: VibrationModes, fine: VibrationModes) -> MeshError:
     """Of the frequencies (k,), Hz, of modes that are paired by their shapes.
 
     Notes
@@ -110,7 +110,7 @@ def of_modes(coarse: Modes, fine: Modes) -> MeshError:
     return richardson(f, partner)
 
 
-def _shapes(found: Modes, step: int) -> Array:
+def _shapes(found: VibrationModes, step: int) -> Array:
     """Displacements over the structure's size, and rotations, of every `step`-th node and all other points: (k, m)."""
     points = {name: place for name, place in found._points.items() if "[" not in name or _number(name) % step == 0}
     position = np.array([place.position for place in points.values()])

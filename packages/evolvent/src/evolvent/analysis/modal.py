@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from evolvent import __version__
+from evolvent import results
 from evolvent.analysis.mesh_error import MeshError
+from evolvent.results import netcdf
 from evolvent.solvers.common.sampled import empty
 from evolvent.solvers.common.solution import Solution
-from evolvent.solvers.modal.modal import NOTHING, Modes
-from evolvent_base import files
+from evolvent.solvers.modal.modal import NOTHING, VibrationModes
+from evolvent_base import __version__, answer as an
+from evolvent_base.showing import Shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,8 +24,8 @@ if TYPE_CHECKING:
 
 
 @dataclasses.dataclass(frozen=True)
-class ModalResults(Modes):
-    """`evolvent.solvers.modal.modal.Modes` with what shows them.
+class ModalResults(Shown, VibrationModes):
+    """`evolvent.solvers.modal.modal.VibrationModes` with what shows them.
 
     Attributes
     ----------
@@ -33,22 +35,54 @@ class ModalResults(Modes):
     mesh: MeshError | None = None
 
     @classmethod
-    def of(cls, found: Modes) -> Self:
+    def of(cls, found: VibrationModes) -> Self:
         """The same modes."""
         return cls(**{field.name: getattr(found, field.name) for field in dataclasses.fields(found)})
 
-    def table(self) -> str:
-        """As of `Modes`, then a line a mode with the error of the mesh, where it is asked for."""
-        if self.mesh is None:
-            return super().table()
-        heads = (("mode", "extrapolated", "mesh error"), ("", "Hz", "%"))
-        lines = [super().table(), *(f"{a:>4}  {b:>12}  {c:>10}" for a, b, c in heads)]
-        for k, (value, relative) in enumerate(zip(*self.mesh, strict=True)):
-            lines.append(f"{k:>4}  {value:>12.6g}  {100.0 * relative:>10.2g}")
-        return "\n".join(lines)
+    named = "modes"
+    endings = (".nc",)
+
+    def answer(self) -> an.Answer:
+        """Frequencies, damping ratios and effective masses, what the equilibrium is beyond, and a file."""
+        parts = {"Modes": [self._modes()], "Effective masses": self._sums()}
+        return an.Answer(
+            title=f"{len(self.pole)} modes", warnings=[self.warning] if self.warning else [],
+            sections=[an.Section(title=title, blocks=blocks) for title, blocks in parts.items() if blocks],
+            files={"modes.nc": self._netcdf}, made=results.made_with(),
+        )  # fmt: skip
+
+    def _modes(self) -> an.Table:
+        """A row a mode; effective masses of real modes alone."""
+        heads = ["mode", "frequency, Hz", "rad/s", "damping ratio"]
+        masses = None if np.iscomplexobj(self.shape) else self.effective_mass
+        if masses is not None:
+            heads += [f"mass {a}, kg" for a in "xyz"] + [f"inertia {a}, kg m²" for a in "xyz"]
+        if self.mesh is not None:
+            heads += ["extrapolated, Hz", "mesh error, %"]
+        rows = []
+        for k in range(len(self.pole)):
+            row = [str(k), f"{self.frequency_hz[k]:.6g}", f"{self.frequency[k]:.6g}", f"{self.damping_ratio[k]:.4g}"]
+            if masses is not None:
+                least = NOTHING * self.total_mass
+                row += [f"{m if m > f else 0.0:.4g}" for m, f in zip(masses[k], least, strict=True)]
+            if self.mesh is not None:
+                row += [f"{self.mesh.extrapolated[k]:.6g}", f"{100.0 * self.mesh.relative[k]:.2g}"]
+            rows.append(row)
+        return an.Table(heads=heads, rows=rows)
+
+    def _sums(self) -> list[an.Table]:
+        """The effective masses of all modes, beside what there is; none of complex modes."""
+        if np.iscomplexobj(self.shape):
+            return []
+        of = {
+            "sum": self.effective_mass.sum(axis=0), "all modes": self.movable_mass,
+            "held by supports": self.held_mass, "whole structure": self.total_mass,
+        }  # fmt: skip
+        heads = ["", *(f"mass {a}, kg" for a in "xyz"), *(f"inertia {a}, kg m²" for a in "xyz")]
+        return [an.Table(heads=heads, rows=[[word, *(f"{m:.4g}" for m in values)] for word, values in of.items()])]
 
     def to_dataset(self) -> xr.Dataset:
-        """As of `Modes`, with extrapolated frequencies and the relative error of the mesh, where it is asked for."""
+        """As of `VibrationModes`, with extrapolated frequencies and the error of the mesh, where it is asked for."""
         found = super().to_dataset()
         if self.mesh is not None:
             what = "frequency, extrapolated from n and 2 n elements"
@@ -56,32 +90,6 @@ class ModalResults(Modes):
             what = "relative error of the frequency by the mesh"
             found["mesh_error"] = ("mode", self.mesh.relative, {"units": "1", "long_name": what})
         return found
-
-    def rows(self) -> list[list[str]]:
-        """A table for the screen: its head with units, then a row a mode; effective masses of real modes alone."""
-        head = ["mode", "frequency, Hz", "rad/s", "damping ratio"]
-        masses = None if np.iscomplexobj(self.shape) else self.effective_mass
-        if masses is not None:
-            head += [f"mass {a}, kg" for a in "xyz"] + [f"inertia {a}, kg m²" for a in "xyz"]
-        if self.mesh is not None:
-            head += ["extrapolated, Hz", "mesh error, %"]
-        found = [head]
-        for k in range(len(self.pole)):
-            row = [str(k), f"{self.frequency_hz[k]:.5g}", f"{self.frequency[k]:.5g}", f"{self.damping_ratio[k]:.3g}"]
-            if masses is not None:
-                least = NOTHING * self.total_mass
-                row += [f"{m if m > f else 0.0:.4g}" for m, f in zip(masses[k], least, strict=True)]
-            if self.mesh is not None:
-                row += [f"{self.mesh.extrapolated[k]:.5g}", f"{100.0 * self.mesh.relative[k]:.2g}"]
-            found.append(row)
-        return found
-
-    def _repr_html_(self) -> str:
-        """The slowest modes, for notebooks."""
-        from evolvent.view import notebook
-
-        warnings = [self.warning] if self.warning else []
-        return notebook.summary(f"{len(self.pole)} modes", rows=self.rows(), warnings=warnings)
 
     def motion(self, k: int, *, amplitude: float | None = None, frames: int = 60) -> Motion:
         """The motion of one mode over one period.
@@ -128,17 +136,8 @@ class ModalResults(Modes):
 
         return animation.write(self.motion(k, amplitude=amplitude, frames=frames), path)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write frequencies, damping, effective masses and shapes as NetCDF.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be written.
-        """
-        from evolvent import results
-        from evolvent.results import netcdf
-
+    def _netcdf(self) -> memoryview:
+        """Frequencies, damping, effective masses and shapes as NetCDF."""
         found = self.to_dataset()
         found.attrs |= {
             "title": "modes by evolvent",
@@ -146,4 +145,4 @@ class ModalResults(Modes):
             "holds": results.MODES,
             "made_with": results.made_with(),
         }
-        files.write_file(path, netcdf.image(found))
+        return netcdf.image(found)

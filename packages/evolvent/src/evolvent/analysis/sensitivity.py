@@ -13,8 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.analysis import variation
+from evolvent.analysis import runs, trees, variation
 from evolvent.analysis.closure import warning_of
+from evolvent.analysis.composition import Composition
+from evolvent.analysis.methods import choose_method
+from evolvent.analysis.settings import check_run, sample_times
 from evolvent.assembly.families import owner
 from evolvent.model.registry import families
 from evolvent.results.fine_samples import Times
@@ -23,12 +26,12 @@ from evolvent.solvers.common.laws import law_failure
 from evolvent.solvers.sensitivity.neighbours import Neighbours, TooFar
 from evolvent.solvers.time.implicit import plan as implicit
 from evolvent_base import schema, units
+from evolvent_base.answer import Answer, Section, Table, as_csv
 from evolvent_base.errors import EvolventError, InputError, RunFailed, nearest
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.analysis.system import System
     from evolvent.assembly.assembled import Assembly
     from evolvent.solvers.common.solution import Solution
 
@@ -59,7 +62,7 @@ class Key:
     size: float
 
 
-def key_of(system: System, name: str) -> Key:
+def key_of(system: Composition, name: str) -> Key:
     """A key of a part, or of all that a name stands for (`variation.parts_of`), or an entry of the gravity, by name.
 
     Raises
@@ -118,12 +121,11 @@ def check(assembly: Assembly, method: str) -> None:
 
 
 def sensitivity(
-    system: System, values: Sequence[str], keys: Sequence[str], *, progress: Callable[[float], None] | None,
+    system: Composition, values: Sequence[str], keys: Sequence[str], *, progress: Callable[[float], None] | None,
     until: float, every: float | None = None, fine: bool = True, mode: str = "forward", check: bool = True,
     **settings: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Derivatives of values of a run by keys: see `evolvent.System.sensitivity`."""
-    from evolvent import analysis
     from evolvent.analysis import accuracy, simulation
 
     values, of = _names("values", values), [key_of(system, name) for name in _names("keys", keys)]
@@ -133,8 +135,8 @@ def sensitivity(
     if not system._found.issuperset(values):
         simulation.check_kept(assembly, values, method=settings["method"])
         system._found.update(values)
-    samples = analysis.sample_times(until, every, values=assembly.y.size)
-    analysis.check_run(assembly, samples, settings.get("step"))
+    samples = sample_times(until, every, values=assembly.y.size)
+    check_run(assembly, samples, settings.get("step"))
 
     def table(progress: Callable[[float], None] | None, settings: Mapping[str, Any]) -> xr.Dataset:
         if mode == "adjoint":
@@ -185,11 +187,10 @@ def _with_errors(found: xr.Dataset, beside: xr.Dataset, factor: float) -> xr.Dat
 
 
 def _by_adjoint(
-    system: System, assembly: Assembly, of: Sequence[Key], values: Sequence[str], samples: Array,
+    system: Composition, assembly: Assembly, of: Sequence[Key], values: Sequence[str], samples: Array,
     progress: Callable[[float], None] | None, settings: Mapping[str, Any],
 ) -> xr.Dataset:  # fmt: skip
     """Derivatives by the adjoint."""
-    from evolvent import analysis
     from evolvent.analysis import gradient
 
     def read(solution: Solution) -> tuple[Kept, Array]:
@@ -205,24 +206,24 @@ def _by_adjoint(
     ]  # fmt: skip
 
     def together(changes: Mapping[int, float]) -> Assembly:
-        return system.with_values({of[k].name: of[k].value + d for k, d in changes.items()})._assembled()
+        return variation.with_values(system, {of[k].name: of[k].value + d for k, d in changes.items()})._assembled()
 
     found = gradient.gradient(
-        assembly, lambda: analysis.plan(assembly, samples, **settings)[0], keys, together, values, read, progress
+        assembly, lambda: runs.plan(assembly, samples, **settings)[0], keys, together, values, read, progress
     )
     attrs = {"change": change, "mode": "adjoint"}
     return _table(found.kept, values, of, found.values, found.derivative, found.plan, attrs, warning_of(found.solution))
 
 
 def jacobian(
-    system: System, evaluate: Callable[[Solution], Array], keys: Sequence[str], *, until: float,
+    system: Composition, evaluate: Callable[[Solution], Array], keys: Sequence[str], *, until: float,
     every: float | None = None, fine: bool = True, **settings: Any,
 ) -> tuple[Array, Array]:  # fmt: skip
     """What a function makes of the solution of a run, and its derivatives by keys.
 
     Parameters
     ----------
-    system : System
+    system : Composition
     evaluate : function of a `Solution`, at samples that are alike in all of them, to an array (n,)
     keys : as of `evolvent.System.sensitivity`; until, every, fine, settings : as of `evolvent.System.simulate`
 
@@ -235,12 +236,10 @@ def jacobian(
     InputError, RunFailed
         As of `evolvent.System.sensitivity`.
     """
-    from evolvent import analysis
-
     of = [key_of(system, name) for name in _names("keys", keys)]
     assembly, settings = _checked(system, of, settings, "forward")
-    samples = analysis.sample_times(until, every, values=assembly.y.size)
-    analysis.check_run(assembly, samples, settings.get("step"))
+    samples = sample_times(until, every, values=assembly.y.size)
+    check_run(assembly, samples, settings.get("step"))
     times = Times.of(samples, fine=fine, values=assembly.y.size)
     change, solutions, _ = _solutions(system, assembly, of, times.all, None, settings)
     kept_samples = times.kept(solutions[0])
@@ -249,33 +248,32 @@ def jacobian(
     return values, odd / (change * np.array([key.size for key in of]))
 
 
-def _checked(system: System, of: Sequence[Key], settings: dict[str, Any], mode: str) -> tuple[Assembly, dict[str, Any]]:
+def _checked(
+    system: Composition, of: Sequence[Key], settings: dict[str, Any], mode: str
+) -> tuple[Assembly, dict[str, Any]]:
     """The assembled system, and settings of its run with the method that is taken, if both have derivatives."""
-    from evolvent import analysis
-
     if len(of) > MOST and mode == "forward":
         raise InputError(f"there are {len(of)} keys, of at most {MOST} in a call; take mode 'adjoint'")
     assembly = system._assembled()
-    method, _ = analysis.choose_method(assembly, settings.get("method", "auto"))
+    method, _ = choose_method(assembly, settings.get("method", "auto"))
     check(assembly, method)
     return assembly, settings | {"method": method}
 
 
 def _solutions(
-    system: System, assembly: Assembly, of: Sequence[Key], times: Array, progress: Callable[[float], None] | None,
+    system: Composition, assembly: Assembly, of: Sequence[Key], times: Array, progress: Callable[[float], None] | None,
     settings: Mapping[str, Any],
 ) -> tuple[float, list[Solution], Any]:  # fmt: skip
     """The change of keys, solutions of the run, of its middle and of its neighbours to both sides, and its plan."""
-    from evolvent import analysis
 
     def plan(one: Assembly) -> Any:
-        return analysis.plan(one, times, **settings)[0]
+        return runs.plan(one, times, **settings)[0]
 
     for change in CHANGES:
         changed = [_changed(system, key, side * change) for key in of for side in (1.0, -1.0)]
-        runs = Neighbours(plan(assembly), plan(assembly), [plan(one) for one in changed])
+        beside = Neighbours(plan(assembly), plan(assembly), [plan(one) for one in changed])
         try:
-            status, message = runs.run(progress)
+            status, message = beside.run(progress)
             break
         except TooFar as left:
             if change == CHANGES[-1]:
@@ -286,13 +284,13 @@ def _solutions(
         except EvolventError:
             raise
         except Exception as error:  # noqa: BLE001  (whatever a user's law may raise)
-            moments = [moment for one in (runs.lead, *runs.all) for moment in one.moments()]
+            moments = [moment for one in (beside.lead, *beside.all) for moment in one.moments()]
             why = law_failure(assembly, error, moments)
             raise RunFailed(why, None) from None
-    solutions = [one.result(status, message, 0.0) for one in (runs.lead, *runs.all)]
+    solutions = [one.result(status, message, 0.0) for one in (beside.lead, *beside.all)]
     if status == "failed":
-        raise RunFailed(message, analysis.tree(solutions[0].or_start(0.0), case="", why=""))
-    return change, solutions, runs.lead.plan
+        raise RunFailed(message, trees.tree(solutions[0].or_start(0.0), case="", why=""))
+    return change, solutions, beside.lead.plan
 
 
 def _names(what: str, given: Any) -> list[str]:
@@ -305,10 +303,10 @@ def _names(what: str, given: Any) -> list[str]:
     return names
 
 
-def _changed(system: System, key: Key, side: float) -> Assembly:
+def _changed(system: Composition, key: Key, side: float) -> Assembly:
     """The system with a key changed to one side, assembled."""
     try:
-        return system.with_values({key.name: key.value + side * key.size})._assembled()
+        return variation.with_values(system, {key.name: key.value + side * key.size})._assembled()
     except InputError as error:
         raise InputError(
             f"a derivative by {key.name!r}, which is {key.value:g} {key.unit}, needs values on both sides: {error}"
@@ -316,7 +314,6 @@ def _changed(system: System, key: Key, side: float) -> Assembly:
 
 
 def _kept(solution: Solution, values: Sequence[str]) -> Kept:
-    from evolvent import analysis
     from evolvent.results.tree import root_of
     from evolvent.results.variables import names
 
@@ -324,7 +321,7 @@ def _kept(solution: Solution, values: Sequence[str]) -> Kept:
         solution, values, lambda: root_of(solution, {}), fine=np.zeros(solution.t.size, dtype=bool), why=""
     )  # fmt: skip
     if found.missing:
-        known = names(analysis.tree(solution, case="", why=""), over_time=False)
+        known = names(trees.tree(solution, case="", why=""), over_time=False)
         raise refusal(found.missing[0], [*known, *solution.statistics])
     return found
 
@@ -396,3 +393,21 @@ def _ratio(unit: str, by: str) -> str:
     if by in ("", "1"):
         return unit
     return f"{unit}/({by})" if any(mark in by for mark in " /") else f"{unit}/{by}"
+
+
+def answer(found: xr.Dataset) -> Answer:
+    """Derivatives of `sensitivity`: a row for every value and key, what the errors rest on, and a file."""
+    rows = [["value", "key", "derivative", "unit", "relative", "error"]]
+    for i, value in enumerate(found["value"].values):
+        for j, key in enumerate(found["key"].values):
+            derivative, relative = float(found.derivative[i, j]), float(found.relative[i, j])
+            error = f"{float(found.derivative_error[i, j]):.2g}" if "derivative_error" in found else "-"
+            unit = str(found.unit.values[i, j])
+            rows.append([str(value), str(key), f"{derivative:.7g}", unit, f"{relative:.5g}", error])
+    attrs, title = found.attrs, f"Sensitivities, by {found.attrs['method']}"
+    return Answer(
+        title=title, sections=[Section(title=title, blocks=[Table.of(rows)])],
+        notes=[attrs["integration"]] if "integration" in attrs else [],
+        warnings=[attrs["warning"]] if "warning" in attrs else [],
+        files={"sensitivities.csv": lambda: as_csv(rows)},
+    )  # fmt: skip

@@ -5,38 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from evolvent.analysis import runs, trees, variation
 from evolvent.analysis.closure import warning_of
+from evolvent.analysis.composition import Composition
+from evolvent.analysis.methods import choose_method
 from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
-    from evolvent.analysis.margins.kept import KeptMargins
-    from evolvent.analysis.system import System
+    from evolvent.analysis.margins.kept_margins import KeptMargins
     from evolvent.assembly.assembled import Assembly
     from evolvent.results.fine_samples import Times
     from evolvent.results.kept import Kept
     from evolvent.solvers.common.solution import Solution
-
-
-def settings_of(own: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
-    """Settings of a run with what is given in their place, times in seconds.
-
-    Parameters
-    ----------
-    own : settings of the system
-    given : arguments, None where they are left out
-    """
-    from evolvent import analysis
-
-    method = given.get("method")
-    if method is not None and method != own.get("method", method):  # step and tolerances are of another method
-        own = {name: value for name, value in own.items() if name in ("until", "every", "fine")}
-    settings = {**own, **{name: value for name, value in given.items() if value is not None}}
-    if "until" not in settings:
-        raise InputError("until is missing; give the end of the run, such as until='20 s'")
-    for name in ("until", "every", "step"):
-        if name in settings:
-            settings[name] = analysis.seconds(name, settings[name])
-    return settings
 
 
 def check_kept(assembly: Assembly, keep: Sequence[str], *, method: str = "auto") -> None:
@@ -46,14 +26,13 @@ def check_kept(assembly: Assembly, keep: Sequence[str], *, method: str = "auto")
     ------
     InputError
     """
-    from evolvent import analysis
     from evolvent.results.kept import check_names
 
-    chosen, _ = analysis.choose_method(assembly, method)
-    check_names(keep, analysis.tree(analysis.at_start(assembly, chosen), case="", why=""))
+    chosen, _ = choose_method(assembly, method)
+    check_names(keep, trees.tree(trees.at_start(assembly, chosen), case="", why=""))
 
 
-def margins_of(system: System, assembly: Assembly, keep: Sequence[str]) -> KeptMargins:
+def margins_of(system: Composition, assembly: Assembly, keep: Sequence[str]) -> KeptMargins:
     """The names of `keep`, checked for a system, with the margins among them.
 
     Raises
@@ -61,7 +40,7 @@ def margins_of(system: System, assembly: Assembly, keep: Sequence[str]) -> KeptM
     InputError
         For names that its runs will not have.
     """
-    from evolvent.analysis.margins.kept import KeptMargins
+    from evolvent.analysis.margins.kept_margins import KeptMargins
 
     if isinstance(keep, str) or not all(isinstance(name, str) for name in keep):
         raise InputError(f"keep is {keep!r}; it must be a list of variables, such as ['hub.rate.z.last']")
@@ -73,10 +52,9 @@ def margins_of(system: System, assembly: Assembly, keep: Sequence[str]) -> KeptM
 
 
 def kept(
-    system: System, keep: Sequence[str], progress: Callable[[float], None] | None, settings: Mapping[str, Any]
+    system: Composition, keep: Sequence[str], progress: Callable[[float], None] | None, settings: Mapping[str, Any]
 ) -> Kept:
     """What is kept of a simulation: see `evolvent.System.simulate`."""
-    from evolvent import analysis
     from evolvent.results.kept import refusal
     from evolvent.results.variables import names
 
@@ -87,16 +65,16 @@ def kept(
     found, solution, why, times = evaluated(assembly, margins, progress, settings)
     if solution.status == "failed":
         root = times.mark(solution.t)
-        run = analysis.tree(solution, case=system._case(settings), why=why, title=system.title, root=root)
+        run = trees.tree(solution, case=system._case(settings), why=why, title=system.title, root=root)
         raise RunFailed(solution.message, run)
     if found.missing:
-        known = names(analysis.tree(solution, case="", why=why), over_time=False)
+        known = names(trees.tree(solution, case="", why=why), over_time=False)
         raise refusal(found.missing[0], [*known, *solution.statistics])
     return found
 
 
 def kept_of_variant(
-    system: System, values: Mapping[str, Any], keep: Sequence[str], progress: Callable[[float], None] | None,
+    system: Composition, values: Mapping[str, Any], keep: Sequence[str], progress: Callable[[float], None] | None,
     given: Mapping[str, Any],
 ) -> Kept:  # fmt: skip
     """What is kept of a simulation with other values of some keys; nothing of a run that has failed.
@@ -112,9 +90,9 @@ def kept_of_variant(
     InputError
         For values that a case would refuse.
     """
-    from evolvent.analysis.margins.kept import KeptMargins
+    from evolvent.analysis.margins.kept_margins import KeptMargins
 
-    own = system.with_values(values)
+    own = variation.with_values(system, values)
     settings = own._run_settings(given)
     assembly = own._assembled()
     margins = KeptMargins.of(assembly, own.sections.get("margin", {}), keep)
@@ -130,13 +108,12 @@ def evaluated(
 
     The assembly is of this run alone, which may change its model.
     """
-    from evolvent import analysis
     from evolvent.results.kept import is_local, kept_of
     from evolvent.results.tree import root_of
 
     fine = settings.get("fine", True) and (margins.of_run or not is_local(assembly, margins.others))
     own = margins.at_rest is None  # which have been found of the assembly
-    solution, why, times = analysis.solve(assembly, progress=progress, **{**settings, "fine": fine, "own": own})
+    solution, why, times = runs.solve(assembly, progress=progress, **{**settings, "fine": fine, "own": own})
     found = kept_of(
         solution, margins.others, lambda: root_of(solution, {}), fine=times.is_fine(solution.t), why=why,
         warning="" if solution.status == "failed" else warning_of(solution),

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from evolvent import cases
-from evolvent.analysis.system import System
+from evolvent.analysis.composition import Composition
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import rigid
 from evolvent.parts.load import Force, Torque
@@ -23,14 +23,14 @@ def listed(inputs: str | Sequence[str]) -> tuple[str, ...]:
         raise InputError(f"inputs is {inputs!r}; it must be names of bodies, such as ['hub']") from None
 
 
-def movable(system: System) -> dict[str, bool]:
+def movable(system: Composition) -> dict[str, bool]:
     """Names of a system's bodies, and whether forces move them."""
     assembly = system.assemble()
     rows = {name: row for name, (family, row) in assembly.names.items() if family == "bodies" and name != "ground"}
     return {name: int(assembly.model.bodies["motion"][row]) in (rigid.FREE, rigid.SPIN) for name, row in rows.items()}
 
 
-def with_inputs(system: System, inputs: Sequence[str]) -> Assembly:
+def with_inputs(system: Composition, inputs: Sequence[str]) -> Assembly:
     """The system with a force and a torque, none so far, on each of some bodies."""
     known = movable(system)
     copy = system.copy()
@@ -46,7 +46,7 @@ def with_inputs(system: System, inputs: Sequence[str]) -> Assembly:
     return copy.assemble()
 
 
-def of_case(case: Any, until: float | None) -> tuple[System, dict[str, Any], float]:
+def of_case(case: Any, until: float | None) -> tuple[Any, dict[str, Any], float]:
     """System of a checked case, how it asks to be stepped, and the end of the time that may be stepped through, s.
 
     Raises

@@ -1,4 +1,4 @@
-"""Steps on demand: a model that another simulator drives, time after time, through forces on its bodies."""
+"""Steps on demand: an assembled system that is stepped from outside, through forces on its bodies."""
 
 from __future__ import annotations
 
@@ -8,16 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent import cases
 from evolvent.analysis import feedback
-from evolvent.analysis.step_inputs import listed, of_case, with_inputs
 from evolvent.analysis.step_results import ResultAddress as ResultAddress, StepResults
-from evolvent.analysis.system import System
 from evolvent.assembly import families, needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations.rhs import rhs
 from evolvent.kernels import rigid
-from evolvent.parts.checks import number, positive, vector
+from evolvent.parts.checks import positive, vector
 from evolvent.results.motion import quaternions
 from evolvent.solvers.common import balance as eb
 from evolvent.solvers.common.laws import law_failure, refusing_laws
@@ -25,7 +22,6 @@ from evolvent.solvers.common.limits import limitation_of
 from evolvent.solvers.common.sampled import Sampled, bristles
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.time.explicit import plan as explicit_plan
-from evolvent.solvers.time.explicit.plan import METHODS, STEP_ALLOWED
 from evolvent.solvers.time.implicit import plan as implicit
 from evolvent.solvers.time.implicit.releases import write_accounts
 from evolvent_base.errors import EvolventError, InputError, RunFailed, naming_keys, nearest
@@ -50,93 +46,34 @@ class BodyState(NamedTuple):
     rate: np.ndarray
 
 
-class Stepper:
-    """A system that is stepped from outside, for co-simulation.
+class SteppedAssembly:
+    """An assembled system that is stepped.
 
     Parameters
     ----------
-    system : System, which is left as it is
-    inputs : names of bodies on which forces and torques will be set; of one body its name alone will do
-    method : an explicit method, or an implicit one but energy-momentum, by name
-    start : float, s
-    until : float, s, the end of the time that may be stepped through
-    step : float, s, of a fixed-step method; None: by tolerance, or from the highest frequency
-    tolerance : float, of adaptive methods
-    spectral_radius : float, of implicit methods
-
-    Raises
-    ------
-    InputError
-        For an unknown body or method, an input on a body that no force moves, or a system that the method cannot carry.
-
-    Notes
-    -----
-    A wrench is held over the steps until it is set again. The explicit methods restart at every step.
-
-    Examples
-    --------
-    >>> from evolvent import Stepper, System, parts
-    >>> system = System()
-    >>> hub = system.add(parts.RigidBody(mass=2.0, inertia=1.0), "hub")
-    >>> stepper = Stepper(system, inputs=[hub], until=10.0, step=0.1)  # doctest: +SKIP
-    >>> stepper.set_wrench(hub, torque=(0.0, 0.0, 0.1))  # doctest: +SKIP
-    >>> stepper.step(0.5)  # doctest: +SKIP
+    assembly : Assembly, with a force and a torque on every one of the inputs
+    method, start, until, step, tolerance, spectral_radius : as of `evolvent.Stepper`
+    inputs : names of bodies on which forces and torques will be set
+    absolute_tolerance : float, of dopri5; a hundredth of `tolerance` if left out
     """
 
     def __init__(
-        self,
-        system: System,
-        *,
-        inputs: str | Sequence[str] = (),
-        method: str = implicit.NAME,
-        start: float = 0.0,
-        until: float = 1e4,
-        step: float | None = None,
-        tolerance: float = 1e-4,
-        spectral_radius: float = 0.9,
-    ) -> None:
-        known = [*IMPLICIT, *METHODS]
-        if method not in known:
-            raise InputError(f"method is {method!r}; {nearest(str(method), known)}")
-        if not isinstance(system, System):
-            raise InputError(f"system is a {type(system).__name__}; it must be a System (Stepper.of_case takes a case)")
-        start, until = _time("start", start), _time("until", until)
-        if not until > start:
-            raise InputError(f"until is {until!r} s; it must be after the start, {start!r} s")
-        step = None if step is None else positive("step", step, allowed=STEP_ALLOWED)
-        tolerance = positive("tolerance", tolerance)
-        self.method, self.time, self.until = method, start, until
-        self.inputs = listed(inputs)
+        self, assembly: Assembly, *, method: str, start: float, until: float, inputs: tuple[str, ...] = (),
+        step: float | None = None, tolerance: float = 1e-4, absolute_tolerance: float | None = None,
+        spectral_radius: float = 1.0,
+    ) -> None:  # fmt: skip
+        self.method, self.time, self.until, self.inputs = method, start, until, inputs
         self._changed = False
         self._held: dict[str, np.ndarray] = {}
         self._failed = ""
         self._keys: Mapping[str, str] = {}
         self._events: list[tuple[np.ndarray, np.ndarray]] = []
-        self._set_up(with_inputs(system, self.inputs), step=step, tolerance=tolerance, spectral_radius=spectral_radius)
-
-    @classmethod
-    def of_assembly(
-        cls, assembly: Assembly, *, method: str, start: float, until: float, step: float | None = None,
-        tolerance: float = 1e-4, absolute_tolerance: float | None = None,
-    ) -> Stepper:  # fmt: skip
-        """An assembled system without inputs, stepped by an explicit method."""
-        found = cls.__new__(cls)
-        found.method, found.time, found.until, found.inputs = method, start, until, ()
-        found._changed, found._held, found._failed, found._keys, found._events = False, {}, "", {}, []
-        found._set_up(assembly, step=step, tolerance=tolerance, absolute_tolerance=absolute_tolerance)
-        return found
-
-    def _set_up(
-        self, assembly: Assembly, *, step: float | None, tolerance: float, spectral_radius: float = 1.0,
-        absolute_tolerance: float | None = None,
-    ) -> None:  # fmt: skip
-        """Prepare the steps, close the loops of feedback, and look at the start."""
-        method, times = self.method, np.array([self.time, self.until])
+        times = np.array([start, until])
         if families.reacts(assembly.model):
             feedback.method_of(assembly, method)
         assembly, loops = feedback.with_tables(assembly, self.time, self.until)
         if method in IMPLICIT:
-            self._run = implicit.Run(
+            self._run = implicit.ImplicitRun(
                 implicit.plan(
                     assembly,
                     samples=times,
@@ -166,38 +103,6 @@ class Stepper:
             self._loops.act(self.time)
         except RunFailed as error:
             raise InputError(str(error)) from None
-
-    @classmethod
-    def of_case(
-        cls,
-        case: Any,
-        overrides: Mapping[str, Any] | None = None,
-        *,
-        inputs: str | Sequence[str] = (),
-        start: float = 0.0,
-        until: float | None = None,
-    ) -> Stepper:
-        """A case, stepped by the method of its section ``solver``.
-
-        Parameters
-        ----------
-        case, overrides : as of `evolvent.run`
-        inputs : names of bodies on which forces and torques will be set
-        start : float, s
-        until : float, s, the end of the time that may be stepped through; None: that of the case's run
-
-        Raises
-        ------
-        InputError
-            If the case cannot be used, or its system cannot be stepped from outside.
-        """
-        loaded = cases.load(case, overrides)
-        system, options, end = of_case(loaded, until)
-        keys = cases.solver_keys(loaded)
-        with naming_keys(keys):
-            stepper = cls(system, inputs=inputs, start=start, until=end, **options)
-        stepper._keys = keys
-        return stepper
 
     # -------------------------------------------------------------------------------------------- in and out
 
@@ -493,8 +398,3 @@ class _Sample(NamedTuple):
     y: np.ndarray
     s: np.ndarray
     kept: Sampled | None
-
-
-def _time(name: str, value: Any) -> float:
-    """`value` as a finite time, s."""
-    return number(name, value, allowed="a finite time in seconds")

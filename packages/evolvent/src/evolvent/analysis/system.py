@@ -1,24 +1,19 @@
-"""System: parts by name, assembled once into a Model, and the analyses of it. It knows no kind of part."""
+"""System: parts by name, and the analyses of what they make."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Self, overload
 
 import numpy as np
-from pydantic_core import PydanticCustomError
 
-from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.builder import Builder
-from evolvent.assembly.order import in_order
-from evolvent.assembly.variants import Variants
-from evolvent.parts.base import Part, check_name
-from evolvent_base import units
-from evolvent_base.errors import InputError, RunFailed, nearest
+from evolvent.analysis import runs, trees, variation
+from evolvent.analysis.composition import Composition
+from evolvent_base.answer import Answer, Section, Table
+from evolvent_base.errors import RunFailed
 from evolvent_base.progress import on_stderr
-from evolvent_base.schema import check_visible
+from evolvent_base.showing import Answered
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,15 +21,7 @@ if TYPE_CHECKING:
     from evolvent.results.kept import Kept
 
 
-def _check_part(part: Any) -> None:
-    if not isinstance(part, Part):
-        raise InputError(f"{part!r} is not a part; add one of evolvent.parts, such as parts.Point(mass=1.0)")
-
-
-_GRAVITY = units.Vector(quantity=units.Quantity(what="an acceleration", unit="m/s^2", example="9.81 m/s^2"))
-
-
-class System:
+class System(Composition, Answered):
     """A mechanical system, composed part by part.
 
     Parameters
@@ -53,125 +40,25 @@ class System:
     >>> assembly = system.assemble()
     """
 
-    def __init__(
-        self,
-        gravity: Sequence[Any] = (0.0, 0.0, 0.0),
-        *,
-        title: str = "",
-        settings: Mapping[str, Any] | None = None,
-        sections: Mapping[str, Mapping[str, Any]] | None = None,
-    ) -> None:
-        try:
-            self._gravity = np.array(_GRAVITY.read(gravity))
-        except PydanticCustomError as error:
-            raise InputError(f"gravity is {gravity!r}; {error.message()}") from None
-        self._parts: dict[str, Part] = {}
-        self.settings = dict(settings or {})
-        self.sections = {name: dict(content) for name, content in (sections or {}).items()}
-        self._variants: Variants | None = None
-        self._found: set[str] = set()
-        check_visible("title", title)
-        self.title = title
-
-    def add(self, part: Part, name: str | None = None) -> str:
-        """Add a part; later parts refer to it by the name that is returned.
-
-        Parameters
-        ----------
-        part : a part of `evolvent.parts`
-        name : str, optional; made from the part's kind and a number if left out
-
-        Raises
-        ------
-        InputError
-            If `part` is none, or the name is taken.
-        """
-        _check_part(part)
-        if name is None:
-            kind = type(part).__name__.lower()
-            number = 1 + sum(type(other) is type(part) for other in self._parts.values())
-            name = f"{kind}-{number}"
-        if check_name(name) in self._parts:
-            raise InputError(f"the name {name!r} is already taken by another part")
-        self._parts[name] = part
-        self._found, self._variants = set(), None
-        return name
-
-    def remove(self, name: str) -> Part:
-        """Take a part out; returns it.
-
-        Parameters
-        ----------
-        name : str
-
-        Raises
-        ------
-        InputError
-            If no part has the name, or other parts refer to it; the sentence names them.
-        """
-        self._check_known(name)
-        refer = [other for other, part in self._parts.items() if other != name and name in part.references()]
-        if refer:
-            verb, them = ("refers", "it") if len(refer) == 1 else ("refer", "them")
-            names = ", ".join(map(repr, refer))
-            raise InputError(f"{name!r} cannot be removed: {names} {verb} to it; remove {them} first")
-        self._found, self._variants = set(), None
-        return self._parts.pop(name)
-
-    def replace(self, name: str, part: Part) -> Part:
-        """Put another part in the place of one, under its name; returns the one before.
-
-        Parts that refer to the name refer to the new part. Whether it has the points that they name is checked when the
-        system is assembled. `with_values` changes single keys of a part.
-
-        Parameters
-        ----------
-        name : str
-        part : a part of `evolvent.parts`
-
-        Raises
-        ------
-        InputError
-            If no part has the name, or `part` is none.
-        """
-        self._check_known(name)
-        _check_part(part)
-        before, self._parts[name] = self._parts[name], part
-        self._found, self._variants = set(), None
-        return before
-
-    def _check_known(self, name: Any) -> None:
-        if name not in self._parts:
-            raise InputError(f"no part is called {name!r}; {nearest(str(name), self._parts)}")
-
-    @property
-    def parts(self) -> Mapping[str, Part]:
-        """All parts by name, in the order in which they were added."""
-        return MappingProxyType(self._parts)
-
-    def _repr_html_(self) -> str:
-        """Kinds and number of the parts, for notebooks."""
-        from evolvent.view import notebook
-
+    def answer(self) -> Answer:
+        """Kinds and number of the parts."""
         kinds: dict[str, list[str]] = {}
         for name, part in self._parts.items():
             kinds.setdefault(str(type(part).model_fields["kind"].default), []).append(name)
-        rows = [["kind", "number", "names"]] if kinds else []
-        for kind, names in kinds.items():
-            rows.append([kind, str(len(names)), ", ".join(names[:6]) + (", ..." if len(names) > 6 else "")])
+        rows = [
+            (kind, ", ".join(names[:6]) + (", ..." if len(names) > 6 else ""), str(len(names)))
+            for kind, names in kinds.items()
+        ]
         facts = [("parts", str(len(self._parts)))]
         if np.any(self._gravity):
             facts.append(("gravity", f"{self._gravity.tolist()} m/s²"))
         facts += [(name, str(self.settings[name])) for name in ("until", "method") if name in self.settings]
-        return notebook.summary(self.title or "System", facts, rows=rows)
+        parts = Section(
+            title="Parts", blocks=[Table(heads=("kind", "names", "number"), rows=rows, words=2)] if rows else []
+        )
+        return Answer(title=self.title or "System", facts=facts, sections=[parts])
 
-    def copy(self) -> System:
-        """The same parts in its own system."""
-        other = System(gravity=self._gravity.tolist(), title=self.title, settings=self.settings, sections=self.sections)
-        other._parts = dict(self._parts)
-        return other
-
-    def with_values(self, values: Mapping[str, Any]) -> System:
+    def with_values(self, values: Mapping[str, Any]) -> Self:
         """The same system with other values of some keys, which shares what does not change.
 
         Its analyses give the same numbers, to the last bit, as a system that is built with these values. Stiffnesses,
@@ -199,41 +86,7 @@ class System:
         >>> softer.parts["hinge 1"].stiffness
         0.18
         """
-        from evolvent.analysis import variation
-
-        found = variation.with_values(self, values)
-        self._variants = self._variants or Variants()
-        found._variants, found._found = self._variants, self._found
-        return found
-
-    def assemble(self, variants: Variants | None = None) -> Assembly:
-        """All parts as one Model of flat arrays, with the initial state.
-
-        Parameters
-        ----------
-        variants : what systems of mostly the same parts share, which are then assembled faster
-
-        Raises
-        ------
-        InputError
-            If there is no part, a part refers to one that is not there, parts refer to one another in a circle, or the
-            start breaks a constraint.
-        """
-        if not self._parts:
-            raise InputError("the system has no parts; add one of evolvent.parts, or name one under `parts` in a case")
-        shared = variants or self._variants
-        if shared is not None:
-            found = shared.assembled(self._gravity, self._parts) or shared.assemble(self._gravity, self._parts)
-            return found if variants else dataclasses.replace(found, shared=None)
-        builder = Builder(self._gravity)
-        for name in in_order(self._parts):
-            builder.write(name, self._parts[name])
-        return builder.build()
-
-    def _assembled(self) -> Assembly:
-        """The assembly, which shares what follows from the structure with those of the runs before and of variants."""
-        self._variants = self._variants or Variants()
-        return self.assemble(self._variants)
+        return variation.with_values(self, values)
 
     @overload
     def simulate(
@@ -296,7 +149,6 @@ class System:
         RunFailed
             If the run did not reach its end; ``.run`` holds what was computed.
         """
-        from evolvent import analysis
         from evolvent.analysis import simulation
 
         given = {"until": until, "every": every, "fine": fine, "method": method, "step": step}
@@ -306,48 +158,10 @@ class System:
             listener = shown if progress is None else progress
             if keep is not None:
                 return simulation.kept(self, keep, listener, settings)
-            return analysis.simulate(
+            return runs.simulate(
                 self.assemble(), case=self._case(settings), title=self.title, progress=listener,
                 keep_states="margin" in self.sections, **settings,
             )  # fmt: skip
-
-    def simulate_many(
-        self, values: Sequence[Mapping[str, Any]] | Mapping[str, Sequence[Any]], keep: Sequence[str], *,
-        workers: int | None = None, progress: Callable[[int, int], None] | None = None, **settings: Any,
-    ) -> xr.Dataset:  # fmt: skip
-        """Simulate many variants, on all cores, and keep values of each.
-
-        Parameters
-        ----------
-        values : of every variant, as of `with_values`: a list of mappings, or a mapping of lists of one length
-        keep : names of what is kept, as of `simulate`
-        workers : int, threads; left out, one a core, at most four
-        progress : called with the number of variants that have ended and of all
-        settings : until, every, fine, method, step, tolerance and spectral_radius, as of `simulate`
-
-        Returns
-        -------
-        xarray.Dataset
-            Over ``variant``: what is kept, named as in sweeps (``hinge_1_latch_time_last``), ``status`` and ``reason``
-            of every run, NaN where a run has failed; the keys are coordinates. The bits do not depend on `workers`.
-
-        Raises
-        ------
-        InputError
-            For names that no run has, and settings that concern all variants. What one variant is refused for is its
-            ``reason``.
-
-        Examples
-        --------
-        >>> import evolvent
-        >>> array = evolvent.load("solar-array")
-        >>> found = array.simulate_many(
-        ...     {"hinge 1.stiffness": [0.19, 0.2, 0.21]}, ["hinge 1.latch_time.last"]
-        ... )  # doctest: +SKIP
-        """
-        import evolvent
-
-        return evolvent.simulate_many(self, values, keep, workers=workers, progress=progress, **settings)
 
     def sensitivity(
         self, values: str | Sequence[str], keys: str | Sequence[str], *, until: Any = None, every: Any = None,
@@ -393,12 +207,6 @@ class System:
             listener = shown if progress is None else progress
             return sensitivity.sensitivity(self, values, keys, progress=listener, mode=mode, check=check, **settings)
 
-    def _run_settings(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """How the motion is run: `settings` with what is given in their place, times in seconds."""
-        from evolvent.analysis import simulation
-
-        return simulation.settings_of(self.settings, given)
-
     def margin(
         self, *, motion: bool | None = None, progress: Callable[[float], None] | None = None, **keys: Any
     ) -> Any:
@@ -426,7 +234,6 @@ class System:
         RunFailed
             If the run did not reach its end; ``.run`` holds what was computed.
         """
-        from evolvent import analysis
         from evolvent.analysis.margins import evaluation
 
         asked = evaluation.with_keys(self.sections.get("margin", {}), keys)
@@ -436,7 +243,7 @@ class System:
             settings = self._run_settings({})
             with on_stderr(settings["until"]) as shown:
                 listener = shown if progress is None else progress
-                solution, _, _ = analysis.solve(assembly, progress=listener, **settings)
+                solution, _, _ = runs.solve(assembly, progress=listener, **settings)
             if solution.status == "failed":
                 raise RunFailed(solution.message, solution)
             return solution
@@ -444,27 +251,6 @@ class System:
         found = evaluation.at_rest(assembly, asked)
         moves = motion or (motion is None and "until" in self.settings)
         return found.results(run() if moves else None, title=self.title, case=self._case(self.settings))
-
-    def design(self, **asked: Any) -> Any:
-        """Find the values of keys that minimize a result and meet requirements.
-
-        Parameters
-        ----------
-        asked : what varies, what is minimized and what is required, as of `evolvent.optimize`
-
-        Returns
-        -------
-        evolvent.design.optimization.Design
-            ``self.with_values(found.values)`` is the system with the design.
-
-        Raises
-        ------
-        InputError, RunFailed
-            As of `evolvent.optimize`.
-        """
-        import evolvent
-
-        return evolvent.optimize(self, **asked)
 
     def equilibrium(
         self, *, load_steps: int | Sequence[float] | None = None, arc_length: bool = False, time: float = 0.0,
@@ -493,14 +279,13 @@ class System:
         RunFailed
             If there is no equilibrium; ``.run`` holds the last state that was reached.
         """
-        from evolvent import analysis
         from evolvent.solvers.static.static import solve_static
 
         found = solve_static(
             self.assemble(), load_steps=load_steps, arc_length=arc_length, time=time, rotating=rotating, centre=centre,
             tolerance=tolerance, progress=progress,
         )  # fmt: skip
-        run = analysis.tree(
+        run = trees.tree(
             found.chosen(slice(-1, None)), case=self._case(self.settings), why="equilibrium under the loads",
             title=self.title,
         )  # fmt: skip
@@ -610,52 +395,3 @@ class System:
             centre=centre, boundary=boundary, static_correction=static_correction,
         )  # fmt: skip
         return LinearModel.of(found)
-
-    def to_yaml(self, **settings: Any) -> str:
-        """The system as a case file, which `evolvent.load` and ``evolvent run`` read.
-
-        Parameters
-        ----------
-        settings : arguments of `simulate`, such as until="20 s"
-
-        Raises
-        ------
-        InputError
-            If a part holds a law in Python, which no file can hold; the sentence names the part.
-        """
-        from evolvent import cases
-
-        return cases.dump(self._content(**settings) | {"parts": {name: self._written(name) for name in self._parts}})
-
-    def _content(self, **settings: Any) -> dict[str, Any]:
-        """Content of a case file without the parts."""
-        from evolvent import analysis
-
-        found = self.settings | settings
-        for name in ("until", "every", "step"):
-            if found.get(name) is not None:
-                found[name] = f"{analysis.seconds(name, found[name])!r} s"
-        content: dict[str, Any] = {"system": "structure"}
-        if self.title:
-            content["title"] = self.title
-        if np.any(self._gravity):
-            content["gravity"] = _GRAVITY.write(tuple(self._gravity.tolist()))
-        content["parts"] = {}
-        if found:
-            content["simulate"] = found
-        return content | self.sections
-
-    def _written(self, name: str) -> dict[str, Any]:
-        """A part as a case file holds it."""
-        part = self._parts[name]
-        try:
-            return part.as_keys()
-        except InputError as error:
-            raise InputError(f"{name!r} cannot be written: {error}") from None
-
-    def _case(self, settings: Mapping[str, Any]) -> str:
-        """The system as a case, '' where it cannot be written."""
-        try:
-            return self.to_yaml(**settings)
-        except InputError:
-            return ""

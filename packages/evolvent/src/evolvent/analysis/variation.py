@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 from evolvent import cases
+from evolvent.analysis.composition import Composition
+from evolvent.assembly.variants import Variants
+from evolvent.parts.base import Part
 from evolvent.parts.registry import read_parts
 from evolvent_base.errors import InputError, counted, nearest
 
-if TYPE_CHECKING:
-    from evolvent.analysis.system import System
-    from evolvent.parts.base import Part
-
+Composed = TypeVar("Composed", bound=Composition)
 #: Keys of a case that a system has beside its parts.
 _OTHERS = ("title", "gravity", "simulate", "equilibrium", "modes", "margin")
 
 
-def with_values(system: System, values: Mapping[str, Any]) -> System:
-    """A copy of a system with other values: see `evolvent.System.with_values`."""
+def with_values(system: Composed, values: Mapping[str, Any]) -> Composed:
+    """A copy of a system with other values, which shares what does not change: see `evolvent.System.with_values`."""
     if not isinstance(values, Mapping):
         raise InputError(f"the values are {values!r}; they must be a mapping of keys, such as 'hinge.stiffness': 2.0")
     of_parts: dict[str, dict[str, Any]] = {}
@@ -38,10 +38,12 @@ def with_values(system: System, values: Mapping[str, Any]) -> System:
     found = _with_others(system, others) if others else system.copy()
     for name, changes in of_parts.items():
         found._parts[name] = _changed(name, system.parts[name], changes)
+    system._variants = system._variants or Variants()
+    found._variants, found._found = system._variants, system._found
     return found
 
 
-def parts_of(system: System, words: str) -> list[str]:
+def parts_of(system: Composition, words: str) -> list[str]:
     """Names of the parts to which a key belongs: a part, or all 'hinge 1', 'hinge 2' where none is called 'hinge'.
 
     Raises
@@ -85,10 +87,10 @@ def _changed(name: str, part: Part, changes: Mapping[str, Any]) -> Part:
     return read_parts({name: content})[name]
 
 
-def _with_others(system: System, values: Mapping[str, Any]) -> System:
+def _with_others(system: Composed, values: Mapping[str, Any]) -> Composed:
     """A system with other keys of a case beside its parts."""
     own = {name: value for name, value in system._content().items() if name != "parts"}
     case = cases.load({**own, "parts": {}}, values)
-    found: System = cases.system("structure").system(case)
+    found: Composed = cases.system("structure").system(case)
     found._parts = dict(system.parts)
     return found

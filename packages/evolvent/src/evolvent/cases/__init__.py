@@ -46,7 +46,7 @@ from evolvent_base.schema import Section, SectionsByName, by_name, dotted, keys,
 from evolvent_base.texts import dump as dump, key_problem, parse_yaml as parse_yaml
 
 
-class Plan(NamedTuple):
+class CasePlan(NamedTuple):
     """A case, checked and prepared.
 
     Attributes

@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from evolvent.commands.run import print_rows
 from evolvent_base import files, options as shared
 from evolvent_base.console import echo, once
 from evolvent_base.errors import RunFailed
@@ -47,10 +48,12 @@ def modes(
 
     Prints frequencies (Hz), damping ratios and effective masses.
     """
+    from evolvent_base import showing
+
     _check_targets(output, figures, case)
     loaded, definition = _loaded(case, assignments)
     found = definition.modes(loaded, count=count, mesh_error=mesh_error)
-    echo(found.table())
+    showing.show(found.answer())
     if output is not None:
         found.save(output)
         echo(f"modes: {output}")
@@ -81,9 +84,7 @@ def equilibrium(
     loaded, definition = _loaded(case, assignments)
     found = definition.equilibrium(loaded, mesh_error=mesh_error)
     rows = [("status", found.attrs["status"])] + [(n.label, n.value) for n in show.numbers(found)] + mesh.lines(found)
-    width = max(len(label) for label, _ in rows)
-    for label, value in rows:
-        echo(f"{label:<{width}}  {value}")
+    print_rows(rows, status=found.attrs["status"])
     if output is not None:
         results.save(found, output)
         echo(f"results: {output}")

@@ -40,7 +40,8 @@ def calibrate(
     import os
     import pathlib
 
-    from evolvent.design.calibration import fit as fitting, report
+    from evolvent.design.calibration import fit as fitting
+    from evolvent_base import showing
     from evolvent_base.errors import InputError
 
     name = os.path.splitext(os.path.basename(case))[0]
@@ -70,6 +71,7 @@ def calibrate(
         except KeyboardInterrupt:
             say(f"stopped; every evaluation is kept in {folder}, and the same command continues")
             raise click.exceptions.Exit(INTERRUPTED) from None
-    echo(report.text(found))
-    paths = report.write(found, folder)
+    answer = found.answer()
+    showing.show(answer)
+    paths = showing.fill(answer, folder)
     echo(f"results: {', '.join(paths)} in {folder}")

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from evolvent_base import files, options as shared, progress
-from evolvent_base.console import echo, made_table, showing_progress
+from evolvent_base import options as shared, progress
+from evolvent_base.console import echo, showing_progress
 from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
@@ -44,26 +44,24 @@ def clearance(
     evolvent clearance run.nc --pair "panel 1,satellite" --check
     """  # noqa: D301
     from evolvent.analysis import clearance as distances, clearance_results as shown
-    from evolvent_base import plots
+    from evolvent_base import plots, showing
 
     if output is not None:
-        shown.check_ending(output)
-    if figure is not None:
-        plots.format_of(figure)
+        showing.check_ending(output, shown.ENDINGS, "clearances")
     if animation is not None and os.path.splitext(animation)[1] not in _MOVING:
         raise InputError(f"--animation is {animation!r}; its name must end in {', '.join(_MOVING)}")
-    for path in filter(None, (output, figure, animation)):
-        files.check_writable(path)
+    shared.check_files(output=output, figure=figure, animation=animation)
     asked = [_pair(text) for text in pairs] or None
     distances.check_package()
     made = _run(run, assignments, quiet)
     found = distances.clearances(made, asked)
+    answer = shown.answer(found)
     if not quiet:
-        _print(found)
+        showing.show(answer)
     if output is not None:
-        echo(f"clearances: {shown.save(found, output)}")
+        echo(f"clearances: {showing.save(answer, output)}")
     if figure is not None:
-        echo(f"figure: {plots.save(shown.figure(found), figure)}")
+        echo(f"figure: {plots.save(answer.figures[0], figure)}")
     if animation is not None:
         _write_animation(made, animation, found)
     if check and found.sizes["interference"]:
@@ -104,19 +102,3 @@ def _run(source: str, assignments: tuple[str, ...], quiet: bool) -> Any:
     if found.attrs["status"] == "failed":
         raise RunFailed(found.attrs["message"], found)
     return found
-
-
-def _print(found: xr.Dataset) -> None:
-    """Print the table, and sentences on interference and on what was not checked."""
-    from rich.console import Console
-
-    from evolvent.analysis import clearance_results as shown
-
-    rows = shown.rows(found)
-    table = made_table("clearances", *rows[0])
-    for row in rows[1:]:
-        table.add_row(*row)
-    console = Console(highlight=False)
-    console.print(table)
-    for text in shown.notes(found):
-        console.print(text, soft_wrap=True)

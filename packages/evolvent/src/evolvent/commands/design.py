@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from evolvent_base import files, options as shared, progress
-from evolvent_base.console import echo, say, showing_progress
+from evolvent_base.console import echo, showing_progress
 from evolvent_base.errors import InputError, RunFailed
 
 
@@ -53,15 +53,12 @@ def design(case: str, **options: Any) -> None:
         --minimize "hinge 1.latch_work.last" --subject-to "margin >= 0" --subject-to "hinge 1.latch_time <= 15 s"
     """  # noqa: D301
     from evolvent import cases
-    from evolvent.design.optimization import report, search
-    from evolvent_base import plots
+    from evolvent.design.optimization import search
+    from evolvent_base import showing
 
     output, page, picture = options["output"], options["report"], options["figure"]
     shared.check_output(output, case, "design.yaml")
-    if picture is not None:
-        plots.format_of(picture)
-    for path in filter(None, (page, picture)):
-        files.check_writable(path)
+    shared.check_files(figure=picture, report=page)
     if not 50.0 <= options["quantile"] < 100.0:
         raise InputError(f"--quantile is {options['quantile']:g}; it must be from 50 and below 100, in percent")
 
@@ -79,16 +76,13 @@ def design(case: str, **options: Any) -> None:
             seed=options["seed"], workers=options["workers"], overrides=cases.parse_assignments(options["assignments"]),
             progress=show,
         )  # fmt: skip
+    answer = found.answer()
     if not options["quiet"]:
-        say(report.text(found))
+        showing.show(answer)
     if output is not None:
-        files.write_file(output, f"# A design: {found.problem.aim}\n{cases.dump(found.content)}".encode())
+        files.write_file(output, answer.files["design.yaml"]())
         echo(f"case: {output}")
-    if page is not None:
-        report.write(found, page)
-        echo(f"report: {page}")
-    if picture is not None:
-        echo(f"figure: {plots.save(report.figure(found), picture)}")
+    shared.write_files(found, report=page, figure=picture)
     if not found.met:
         raise RunFailed(f"no design that was tried meets all requirements; missed: {'; '.join(found.missed())}", found)
 

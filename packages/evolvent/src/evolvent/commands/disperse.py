@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from evolvent.commands.sweep import Reached
-from evolvent_base import files, options as shared
+from evolvent_base import options as shared
 from evolvent_base.console import INTERRUPTED, figure_format, say, showing_progress
 from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
-    from evolvent.design.dispersions import Dispersion
     from evolvent.design.studies import Study
 
 #: Names in a key of a case, and several keys that share one draw.
@@ -56,6 +55,7 @@ def disperse(case: str, **options: Any) -> None:
     """  # noqa: D301
     from evolvent.design.dispersions import dispersed
     from evolvent.design.studies import runner, store
+    from evolvent_base import progress, showing
 
     runner.check_installed()
     coverage, confidence = (_share(name, options[name]) for name in ("coverage", "confidence"))
@@ -74,11 +74,11 @@ def disperse(case: str, **options: Any) -> None:
                 f"command continues from there"
             )
             raise click.exceptions.Exit(INTERRUPTED) from None
-        written = _write(found, folder, options)
+        progress.report("writing tables and figures")
+        answer = found.answer()
+        written = showing.fill(answer, folder, kind=options["kind"], drawn=not options["no_figures"])
     if not quiet:
-        from evolvent.design.dispersions import report
-
-        say(report.text(found))
+        showing.show(answer)
         say(f"results: {', '.join(written)} in {folder}")
     if len(found.failures) == found.count:
         raise RunFailed(f"all {found.count} runs failed; the first: {found.failures[0].reason}", found)
@@ -152,20 +152,3 @@ def _pair(text: str, keys: str, value: str) -> tuple[list[str], float]:
     if len(names) != 2 or not -1.0 <= number <= 1.0:
         raise InputError(f"--correlate {text!r} must name two keys and a number from -1 to 1")
     return names, number
-
-
-def _write(found: Dispersion, folder: str, options: Mapping[str, Any]) -> list[str]:
-    """Write tables, figures and the report; returns the files' names."""
-    from evolvent.design.dispersions import report
-    from evolvent_base import plots, progress
-
-    files.make_folder(folder)
-    progress.report("writing tables and figures")
-    names = ["dispersion.csv", "dispersion.nc"]
-    report.write_table(found, os.path.join(folder, names[0]))
-    report.write_netcdf(found, os.path.join(folder, names[1]))
-    if options["no_figures"]:
-        return names
-    drawn = plots.draw(report.figures(found), folder, kind=options["kind"])
-    report.write(found, os.path.join(folder, "report.html"))
-    return [*names, *map(os.path.basename, drawn), "report.html"]

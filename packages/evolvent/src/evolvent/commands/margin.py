@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
-from evolvent_base import files, options as shared
-from evolvent_base.console import echo, made_table, showing_progress
+from evolvent_base import options as shared
+from evolvent_base.console import showing_progress
 from evolvent_base.errors import RunFailed
-
-if TYPE_CHECKING:
-    from evolvent.analysis.margins.results import MarginResults
 
 
 @click.command()
@@ -42,30 +39,20 @@ def margin(
     evolvent margin solar-array --factors NASA-STD-5017B --check -o margins.json
     """  # noqa: D301
     from evolvent import cases
-    from evolvent.analysis.margins.results import check_ending
-    from evolvent_base import plots
+    from evolvent.analysis.margins.results import MarginResults
+    from evolvent_base import answer, showing
 
     if output is not None:
-        check_ending(output)
-    if figure is not None:
-        plots.format_of(figure)
-    for path in filter(None, (output, figure, report)):
-        files.check_writable(path)
+        MarginResults.check_ending(output)
+    shared.check_files(output=output, figure=figure, report=report)
     loaded, keys = _loaded(case, cases.parse_assignments(assignments))
     if factors is not None:
         keys["factors"] = factors
     with showing_progress(quiet=quiet):
         found = cases.system(loaded.system).margin(loaded, motion=False if at_rest else None, **keys)
     if not quiet:
-        _print(found, details=details)
-    if output is not None:
-        echo(f"margins: {found.save(output)}")
-    if figure is not None:
-        echo(f"figure: {found.plot(figure)}")
-    if report is not None:
-        from evolvent.exports import margins_page
-
-        echo(f"report: {margins_page.write(found, report)}")
+        showing.show(found.answer(), level=answer.DETAIL if details else answer.EVERYWHERE)
+    shared.write_files(found, output=output, figure=figure, report=report)
     if check and found.negative:
         raise RunFailed(f"the margin of {', '.join(map(repr, found.negative))} is below 0", found)
 
@@ -82,28 +69,3 @@ def _loaded(case: str, given: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
     for key, value in own.items():
         cases.override(asked, key, value)
     return loaded, asked["margin"]
-
-
-def _print(found: MarginResults, *, details: bool) -> None:
-    """Print margins, what governs them, latches and notes."""
-    from rich.console import Console
-
-    console = Console(highlight=False)
-
-    def show(title: str, rows: list[list[str]]) -> None:
-        table = made_table(title, *rows[0])
-        for row in rows[1:]:
-            table.add_row(*row)
-        console.print(table)
-        console.print()
-
-    show(f"margins by {found.label}", found.rows())
-    show("at the governing positions, and what brings the margin to 0", found.balance_rows())
-    if details:
-        for table in found.tables:
-            name = table.coordinate.name
-            show(f"{name} where its margin is least", found.contributions(name))
-    if found.latches:
-        show("latches and stops in the run", found.latch_rows())
-    for text in found.notes():
-        console.print(text, soft_wrap=True)

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import click
 
 from evolvent_base import files, options as shared
-from evolvent_base.console import echo, made_table, showing_progress
+from evolvent_base.console import echo, showing_progress
 
 
 @click.command()
@@ -31,11 +29,11 @@ def sensitivity(
     evolvent sensitivity solar-array --of "hinge 1.latch_time" --by "parts.hinge 1.stiffness" --by "parts.panel 1.mass"
     """  # noqa: D301
     from evolvent import cases
-    from evolvent_base.errors import InputError
+    from evolvent.analysis.sensitivity import answer
+    from evolvent_base import showing
 
     if output is not None:
-        if not output.endswith(".csv"):
-            raise InputError(f"-o is {output!r}; the table is written as CSV, with the ending .csv")
+        showing.check_ending(output, (".csv",), "sensitivities")
         files.check_writable(output)
     loaded = cases.load(case, cases.parse_assignments(assignments))
     definition = cases.system(loaded.system)
@@ -43,40 +41,8 @@ def sensitivity(
         found = definition.system(loaded).sensitivity(
             list(values), list(keys), mode="adjoint" if adjoint else "forward"
         )
-    rows = _rows(found)
+    shown = answer(found)
     if not quiet:
-        _print(rows, found.attrs)
+        showing.show(shown)
     if output is not None:
-        import csv
-        import io
-
-        table = io.StringIO(newline="")
-        csv.writer(table).writerows(rows)
-        files.write_file(output, table.getvalue())
-        echo(f"sensitivities: {output}")
-
-
-def _rows(found: Any) -> list[list[str]]:
-    """The table, its heading first."""
-    rows = [["value", "key", "derivative", "unit", "relative", "error"]]
-    for i, value in enumerate(found["value"].values):
-        for j, key in enumerate(found["key"].values):
-            derivative, relative = float(found.derivative[i, j]), float(found.relative[i, j])
-            error = f"{float(found.derivative_error[i, j]):.2g}" if "derivative_error" in found else "-"
-            unit = str(found.unit.values[i, j])
-            rows.append([str(value), str(key), f"{derivative:.7g}", unit, f"{relative:.5g}", error])
-    return rows
-
-
-def _print(rows: list[list[str]], attrs: Any) -> None:
-    from rich.console import Console
-
-    table = made_table(f"sensitivities, by {attrs['method']}", *rows[0])
-    for row in rows[1:]:
-        table.add_row(*row)
-    console = Console(highlight=False)
-    console.print(table)
-    if "integration" in attrs:
-        console.print(attrs["integration"], soft_wrap=True)
-    if "warning" in attrs:
-        console.print(f"warning: {attrs['warning']}", soft_wrap=True)
+        echo(f"sensitivities: {showing.save(shown, output)}")

@@ -6,6 +6,8 @@ import dataclasses
 import datetime
 import io
 import json
+import os
+import pathlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -15,13 +17,15 @@ import xarray as xr
 from evolvent import cases
 from evolvent.analysis import clearance_results
 from evolvent.analysis.clearance import clearances
-from evolvent.exports import margins_page
-from evolvent.exports.figure_pictures import figure_picture, figure_pictures
+from evolvent.analysis.margins import evaluation, factors, latches
+from evolvent.analysis.margins.results import MarginResults
 from evolvent.exports.pictures import pictures
 from evolvent.results import WELL, made_with, statistics_of, unfinished
+from evolvent.results.tree import solution_of
 from evolvent.view import animation
-from evolvent_base import pages
-from evolvent_base.errors import counted
+from evolvent_base import answer as an, pages, showing
+from evolvent_base.errors import InputError, counted
+from evolvent_base.figures import Figure
 from evolvent_base.files import write_file
 
 #: Stills that stand for the animation on paper.
@@ -61,28 +65,26 @@ def write(
 
 def _page(run: Any, date: datetime.datetime, found: xr.Dataset | None, written: Sequence[str]) -> str:
     module = cases.presenter(run)
-    status = run.attrs["status"]
-    parts = {
-        "results": ("Results", [(n.label, n.value) for n in module.numbers(run) if n.label != "warning"]),
-        "animation": ("Animation", _animation(run, found)),
-        "figures": ("Figures", figure_pictures(module.figures(run), written)),
-        "margins": ("Margins", margins_page.section(run)),
-        "clearances": ("Clearances", {} if found is None else _clearances(found)),
-        "balances": ("Balances", _balances(run)),
-        "case": ("Case", run.attrs["case"]),
-        "provenance": ("Provenance", _provenance(run, date)),
+    results = [(n.label, n.value) for n in module.numbers(run) if n.label != "warning"]
+    again = an.Remark("Saved as a file, this case can be run again: evolvent run case.yaml.")
+    parts: dict[str, Sequence[an.Block]] = {
+        "Results": [an.Table(heads=(), rows=results, words=2, kind="results")],
+        "Animation": _animation(run, found),
+        "Figures": _pictures(module.figures(run), written),
+        "Margins": _margins(run),
+        "Clearances": [] if found is None else an.within(clearance_results.answer(found)),
+        "Balances": _balances(run),
+        "Case": [again, an.Listing(run.attrs["case"])],
+        "Provenance": [an.Table(heads=(), rows=_provenance(run, date), words=2, kind="results")],
     }
-    shown = {key: name for key, (name, content) in parts.items() if content}
-    return pages.render(
-        "report.html",
-        title=_title(run),
-        status=status,
-        good=status in WELL,
-        facts=_facts(run),
-        notes=_notes(run),
-        sections=shown,
-        **{key: content for key, (_, content) in parts.items()},
-    )
+    sections = [an.Section(title=title, blocks=blocks) for title, blocks in parts.items() if blocks]
+    status = run.attrs["status"]
+    return showing.page(
+        an.Answer(
+            title=_title(run), about="Report of a simulation", status=(status, status in WELL), facts=_facts(run),
+            sections=[*_notes(run), *sections], contents=True,
+        )
+    )  # fmt: skip
 
 
 # ------------------------------------------------------------------------------------------------ parts
@@ -96,13 +98,13 @@ def _title(run: Any) -> str:
     return f"{system}: {motion.title[:1].lower()}{motion.title[1:]}"
 
 
-def _facts(run: Any) -> list[str]:
+def _facts(run: Any) -> list[tuple[str, str]]:
     """Samples, solver and date of a run."""
     attrs = run.attrs
     return [
-        f"{counted(run.sizes['time'], 'sample')} to {float(run.time.values[-1]):.6g} s",
-        attrs["method"],
-        _day(attrs["date"]) if "date" in attrs else "date not recorded",
+        ("time", f"{counted(run.sizes['time'], 'sample')} to {float(run.time.values[-1]):.6g} s"),
+        ("method", attrs["method"]),
+        ("date", _day(attrs["date"]) if "date" in attrs else "not recorded"),
     ]
 
 
@@ -114,12 +116,12 @@ def _day(date: str) -> str:
         return date
 
 
-def _notes(run: Any) -> list[dict[str, Any]]:
+def _notes(run: Any) -> list[an.Section]:
     """What a reader must know first: that the run is not complete, and its warnings."""
-    attrs, notes = run.attrs, []
+    attrs, notes = run.attrs, list[an.Section]()
 
     def add(kind: str, *texts: str, heading: str = "") -> None:
-        notes.append({"kind": kind, "heading": heading, "texts": texts})
+        notes.append(an.Section(title=heading, blocks=texts, kind=kind))
 
     if unfinished(run):
         heading = {"failed": "This run failed", "interrupted": "This run was interrupted"}[attrs["status"]]
@@ -139,17 +141,68 @@ def _notes(run: Any) -> list[dict[str, Any]]:
     return notes
 
 
-def _clearances(found: xr.Dataset) -> dict[str, Any]:
-    """Table, figure and sentences."""
-    drawn = figure_picture(clearance_results.figure(found))
-    return {"rows": clearance_results.rows(found), "drawn": drawn, "notes": clearance_results.notes(found)}
+def _margins(run: Any) -> list[an.Block]:
+    """The margins of the case of a run, with what the run says of latches and stops; none without a key `margin`.
+
+    Where the margins cannot be found, the reason is stated.
+    """
+    try:
+        content = cases.parse_yaml(run.attrs["case"], "the case of the run")
+    except InputError:
+        return []
+    if not isinstance(content, dict) or not isinstance(content.get("margin"), dict):
+        return []
+    try:
+        return an.within(_margins_of(run, content).answer())
+    except InputError as error:
+        return [f"The margins of this case are not stated: {error}."]
 
 
-def _animation(run: Any, found: xr.Dataset | None) -> dict[str, Any]:
+def _margins_of(run: Any, content: dict[str, Any]) -> MarginResults:
+    """Margins of the case of a run, its latches and stops; those along the run where its states are kept."""
+    if json.loads(run.attrs["laws"]):
+        raise InputError("the run used laws of the user, which the case cannot hold")
+    cases.check_files_of_run(run)
+    name = content["margin"].get("factors")
+    if name is not None and name not in factors.built_in():
+        raise InputError(f"the run does not hold the factors of {name!r}; evolvent margin reads them")
+    system = cases.presenter(run).system(cases.load(content))
+    keys = evaluation.with_keys(system.sections.get("margin", {}), {})
+    at_rest = evaluation.at_rest(system.assemble(), keys)
+    solution, why = solution_of(run), "a file of results has no states; evolvent margin gives them"
+    if solution is not None and solution.status == "failed":
+        solution, why = None, "the run failed"
+    try:
+        found, why = at_rest.results(solution), "" if solution is not None else why
+    except InputError as error:
+        if solution is None:
+            raise
+        found, why = at_rest.results(), str(error)
+    found.latches = [latches.of_tree(at_rest.assembly, table, run) for table in at_rest.tables]
+    found.without_run = why
+    return found
+
+
+def _pictures(figures: Sequence[Figure], written: Sequence[str] = ()) -> list[pages.Picture]:
+    """Figures as images in the page, those that were `written` as PNG or SVG files as these files are."""
+    kinds = {".png": "png", ".svg": "svg+xml"}
+    files = {os.path.basename(path): path for path in written}
+    found = []
+    for figure in figures:
+        for ending, kind in kinds.items():
+            if (path := files.get(figure.name + ending)) is not None:
+                found.append(pages.picture(pathlib.Path(path).read_bytes(), kind, figure.title, titled=True))
+                break
+        else:
+            found.append(showing.figure_picture(figure))
+    return found
+
+
+def _animation(run: Any, found: xr.Dataset | None) -> list[an.Block]:
     """The page of the animation, and stills for paper; empty if the run holds no motion."""
     motion = animation.of_run(run)
     if motion is None:
-        return {}
+        return []
     motion = motion if found is None else clearance_results.marked(motion, found)
     from PIL import Image
 
@@ -162,10 +215,10 @@ def _animation(run: Any, found: xr.Dataset | None) -> dict[str, Any]:
             content, format="PNG", optimize=True
         )
         stills.append(pages.picture(content.getvalue(), "png", motion.title))
-    return {"title": motion.title, "page": animation.page(motion, playing=False)[0].decode(), "stills": stills}
+    return [an.Frame(motion.title, animation.page(motion, playing=False)[0].decode(), stills)]
 
 
-def _balances(run: Any) -> dict[str, list[Any]]:
+def _balances(run: Any) -> list[an.Block]:
     """Largest defects of the balances, and the values of conserved quantities; empty if there are none."""
     time = run.time.values
     defects: list[tuple[str, ...]] = []
@@ -181,11 +234,14 @@ def _balances(run: Any) -> dict[str, list[Any]]:
             defects.append((long_name, f"{values[k, 0]:.2e}", f"{time[k]:.5g} s", f"{values[-1, 0]:.2e}"))
         elif variable.attrs.get("units") in _ACCOUNTS and values.shape[1] <= 12:
             kept.setdefault(variable.attrs["units"], []).extend(_account(run, str(name)))
-    tables = [
-        {"name": _ACCOUNTS[unit], "unit": unit.replace("m2", "m²").replace("s-1", "s⁻¹"), "rows": rows}
-        for unit, rows in kept.items()
-    ]
-    return {"defects": defects, "kept": tables} if defects or tables else {}
+    tables: list[an.Block] = (
+        [an.Table(heads=("balance", "largest defect", "at", "at the end"), rows=defects)] if defects else []
+    )
+    for unit, rows in kept.items():
+        name, shown = _ACCOUNTS[unit], unit.replace("m2", "m²").replace("s-1", "s⁻¹")
+        heads = (f"{name.lower()}, {shown}", "at the start", "smallest", "largest", "at the end")
+        tables += [an.Table(heads=heads, rows=rows, title=name)] if rows else []
+    return tables
 
 
 def _account(run: Any, name: str) -> list[tuple[str, ...]]:

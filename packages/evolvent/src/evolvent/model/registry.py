@@ -19,6 +19,7 @@ import numpy as np
 
 from evolvent.compiled import lookups
 from evolvent.model.family import Family
+from evolvent.model.fields import ModelFields
 from evolvent.model.layout import CONSTRAINT, Events
 from evolvent_base import plugins
 from evolvent_base.errors import InputError
@@ -80,9 +81,7 @@ def _lacks_row(family: Family, question: str) -> bool:
 
 def _declared(wrong: dict[str, str]) -> Iterator[Family]:
     """Families of the package by their order, then those of other distributions; into `wrong` why some are not used."""
-    from evolvent.model import Model  # whose further fields are the families
-
-    taken = {*Model._declared}
+    taken = {*ModelFields._declared}
     for is_own in (True, False):
         found: dict[str, Family] = {}
         for module in modules():

@@ -52,7 +52,7 @@ def _rows(path: str) -> list[list[str]]:
     return [list(row) for row in zip(*columns, strict=True)]
 
 
-def _column(table: tables.Table, what: str, wanted: tuple[str, ...]) -> tuple[int, str]:
+def _column(table: tables.TextTable, what: str, wanted: tuple[str, ...]) -> tuple[int, str]:
     """Place and unit of the only column of a kind."""
     found = {}
     for place, text in enumerate(table.units):

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from evolvent import __version__, cases
+from evolvent import cases
 from evolvent.results import netcdf
 from evolvent.results.fine_samples import MARK
-from evolvent_base import safe_open
+from evolvent_base import __version__, safe_open
 from evolvent_base.errors import HIDDEN, InputError
 from evolvent_base.figures import Number, numbers_of
 from evolvent_base.files import _named, write_file
@@ -416,11 +416,16 @@ def save(dataset: Any, path: str | os.PathLike[str]) -> None:
     InputError
         If the file cannot be written.
     """
+    write_file(path, image(dataset))
+
+
+def image(dataset: Any) -> memoryview:
+    """A run or data set as the bytes of a NetCDF file, with its digest."""
     dataset = _listed(dataset)
     dataset = dataset.copy()
     dataset.attrs = netcdf.CONVENTIONS | dataset.attrs
     dataset.attrs = dataset.attrs | {DIGEST: digest(dataset)}
-    write_file(path, netcdf.image(dataset))
+    return netcdf.image(dataset)
 
 
 def digest(run: Any) -> str:

@@ -54,7 +54,7 @@ class Equilibrium(Section):
     )
 
 
-class Modes(Section):
+class ModesSection(Section):
     """Which modes are found, of ``evolvent modes``."""
 
     count: Annotated[int, units.Whole(least=1, most=10_000)] = 10
@@ -70,7 +70,7 @@ class StructureCase(Section):
     parts: PartsByName
     simulate: Simulate | None = None
     equilibrium: Equilibrium = Equilibrium()
-    modes: Modes = Modes()
+    modes: ModesSection = ModesSection()
     margin: Margin | None = None
 
 

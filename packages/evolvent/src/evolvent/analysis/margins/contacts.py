@@ -10,17 +10,14 @@ yield: their depth is that of the coordinates. Elastic parts are in equilibrium 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from evolvent.analysis.margins.positions import Direction, MechanismModels, Position
+from evolvent.analysis.margins.shares import Share
 from evolvent.assembly.families import records
 from evolvent.model.shares import NORMAL
 from evolvent_base.errors import InputError
-
-if TYPE_CHECKING:
-    from evolvent.analysis.margins.mechanism import Direction, Mechanism, Position
-    from evolvent.analysis.margins.shares import Share
 
 Array = np.ndarray
 
@@ -30,7 +27,7 @@ _HELD = 1e-9
 _HALVINGS = 10
 
 
-def force(mechanism: Mechanism, share: Share, at: Position, direction: Direction) -> Array:
+def force(mechanism: MechanismModels, share: Share, at: Position, direction: Direction) -> Array:
     """Generalised forces of a contact's share on the left of the equations, with those of the bare model: (nv,)."""
     n_q, n_v, contact = mechanism.n_q, mechanism.n_v, share.evaluated.contact
     assert contact is not None
@@ -46,7 +43,7 @@ def force(mechanism: Mechanism, share: Share, at: Position, direction: Direction
 
 
 def touching(
-    mechanism: Mechanism, shares: list[Share], direction: Direction, at: Position
+    mechanism: MechanismModels, shares: list[Share], direction: Direction, at: Position
 ) -> dict[str, tuple[Share, Array]]:
     """Shares of the contacts that touch at a position, and their normal forces (nv,), by the name of the contact."""
     found = {}
@@ -59,7 +56,7 @@ def touching(
 
 
 def refuse_undetermined(
-    mechanism: Mechanism, found: dict[str, tuple[Share, Array]], rows: list[int], at: Position
+    mechanism: MechanismModels, found: dict[str, tuple[Share, Array]], rows: list[int], at: Position
 ) -> None:
     """Refuse contacts that touch at a position and whose forces do not follow from the coordinates.
 
@@ -93,7 +90,7 @@ def refuse_undetermined(
             )
 
 
-def _is_free(mechanism: Mechanism, own: Array, rows: list[int], at: Position) -> bool:
+def _is_free(mechanism: MechanismModels, own: Array, rows: list[int], at: Position) -> bool:
     """Whether forces do work along motions that joints, loops of cables and held coordinates leave."""
     A = np.vstack([at.G, mechanism.tied(at.J), at.J[rows]])
     L = np.linalg.cholesky(at.mass)
@@ -105,7 +102,7 @@ def _is_free(mechanism: Mechanism, own: Array, rows: list[int], at: Position) ->
 
 
 def first_touch(
-    mechanism: Mechanism, share: Share, held: dict[int, float], direction: Direction, k: int, there: Position,
+    mechanism: MechanismModels, share: Share, held: dict[int, float], direction: Direction, k: int, there: Position,
     before: Position | None,
 ) -> float:  # fmt: skip
     """Value of coordinate k from which on a contact touches, rad or m.

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -28,17 +28,16 @@ from scipy.sparse.linalg import splu
 
 from evolvent import model as mdl
 from evolvent.algebra.sparse import clear
+from evolvent.analysis.margins.positions import MechanismModels, Position
 from evolvent.analysis.margins.shares import is_held, of_family
 from evolvent.equations.implicit import energies, tangent
 from evolvent.kernels.blocks import displace
 from evolvent.model.registry import families, motions, motions_of
+from evolvent.solvers.common.matrices import matrix_of
+from evolvent.solvers.common.sizes import sizes
 from evolvent.solvers.static import equilibrium
 from evolvent.solvers.static.work import spare_of, sparse_of
-from evolvent.solvers.time.implicit.setup import matrix_of, sizes
 from evolvent_base.errors import InputError
-
-if TYPE_CHECKING:
-    from evolvent.analysis.margins.mechanism import Mechanism, Position
 
 Array = np.ndarray
 
@@ -103,10 +102,10 @@ class Elastic:
 
     Parameters
     ----------
-    mechanism : Mechanism, of which the coordinates are held
+    mechanism : MechanismModels, of which the coordinates are held
     """
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: MechanismModels) -> None:
         whole, self._mechanism = mechanism.whole, mechanism
         still = motions_of(mechanism.bare).copy()
         still["stiffness"] = 1.0

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.analysis.margins import factors, latches, lines, reels, shares, tables
+from evolvent.analysis.margins import coordinates as lines, factors, latches, reels, shares, tables
 from evolvent.analysis.margins.factors import Standard
 from evolvent.analysis.margins.keys import Margin, MarginLine
 from evolvent.analysis.margins.mechanism import Mechanism
 from evolvent.analysis.margins.results import MarginResults
 from evolvent.analysis.margins.shares import Share
-from evolvent.analysis.margins.tables import Table
+from evolvent.analysis.margins.tables import MarginTable
 from evolvent.model.shares import ACCELERATION
 from evolvent.solvers.common.laws import refusing_laws
 from evolvent.solvers.common.limits import limitations
@@ -48,7 +48,7 @@ class AtRest:
     evidence: str
     mechanism: Mechanism | None
     shares: list[Share]
-    tables: list[Table]
+    tables: list[MarginTable]
     reels: dict[str, Any]
     opened: str = ""
 
@@ -61,7 +61,7 @@ class AtRest:
             For a resistance that is neither given nor declared to be zero.
         """
         known = self.standard, self.evidence
-        moving: list[Table | None] = [None] * len(self.tables)
+        moving: list[MarginTable | None] = [None] * len(self.tables)
         if solution is not None and self.mechanism is not None:
             with refusing_laws(self.assembly):
                 asked = [table.coordinate for table in self.tables]
@@ -78,7 +78,7 @@ class AtRest:
                 for table, motion in both
             ]
             remarks += [f"{one.name!r} is held throughout the run, which has no margin along it" for one in stay]
-        still: list[Table | None] = [*self.tables, *([None] * len(self.reels))]
+        still: list[MarginTable | None] = [*self.tables, *([None] * len(self.reels))]
         for name, thread in self.reels.items():
             found = (
                 None if solution is None else reels.along_run(self.assembly, name, thread, self.keys, solution, known)
@@ -92,7 +92,7 @@ class AtRest:
             self.label, self.standard, self.keys, names, still, moving, ends, remarks, title=title, case=case,
         )  # fmt: skip
 
-    def _starts(self, table: Table, solution: Solution) -> bool:
+    def _starts(self, table: MarginTable, solution: Solution) -> bool:
         """Whether a run begins before the end of a coordinate's travel."""
         assert self.mechanism is not None
         one = table.coordinate
@@ -211,7 +211,7 @@ def _check_parts(keys: Margin, found: list[Share], assembly: Assembly, standard:
 def _along_travel(
     mechanism: Mechanism, one: lines.MarginCoordinate, found: list[Share], ends: Mapping[int, float],
     keys: Margin, known: tuple[Standard, str],
-) -> Table:  # fmt: skip
+) -> MarginTable:  # fmt: skip
     """The table at rest of one coordinate, from the start of the system."""
     at = mechanism.at_rest(keys.time)
     held = {k: float(ends.get(k, at.x[k])) for k in (mechanism.names.index(name) for name in one.held)}
@@ -220,7 +220,7 @@ def _along_travel(
     return tables.along_travel(mechanism, one, found, held, keys.stations, at, known)
 
 
-def _given(table: Table) -> set[str]:
+def _given(table: MarginTable) -> set[str]:
     """Categories that a part gives along a table."""
     active = np.any(table.values != 0.0, axis=1)
     found = {share.category for share, acts in zip(table.shares, active, strict=True) if acts}

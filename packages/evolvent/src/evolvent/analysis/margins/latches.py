@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent.analysis.margins.mechanism import Mechanism
-from evolvent.analysis.margins.tables import Table
+from evolvent.analysis.margins.tables import MarginTable
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.constraints import ends_of_row, family_of
 from evolvent.kernels import sides
@@ -30,7 +30,7 @@ Variables = Callable[[str], Mapping[str, Array]]
 
 
 def of_solution(
-    mechanism: Mechanism, table: Table, motion: Table | None, solution: Solution, *, held: bool
+    mechanism: Mechanism, table: MarginTable, motion: MarginTable | None, solution: Solution, *, held: bool
 ) -> dict[str, Any]:
     """What a run says of the end of a coordinate's travel, as `latch_of`.
 
@@ -50,7 +50,7 @@ def of_solution(
     return latch_of(mechanism.assembly, table, solution.t, variables, arrival)
 
 
-def of_tree(assembly: Assembly, table: Table, run: xr.DataTree) -> dict[str, Any]:
+def of_tree(assembly: Assembly, table: MarginTable, run: xr.DataTree) -> dict[str, Any]:
     """What the results of a run say of the end of a coordinate's travel, as `latch_of`."""
 
     def variables(name: str) -> Mapping[str, Array]:
@@ -67,7 +67,7 @@ def of_tree(assembly: Assembly, table: Table, run: xr.DataTree) -> dict[str, Any
 
 
 def latch_of(
-    assembly: Assembly, table: Table, t: Array, variables: Variables, arrival: tuple[float, float]
+    assembly: Assembly, table: MarginTable, t: Array, variables: Variables, arrival: tuple[float, float]
 ) -> dict[str, Any]:
     """What a run says of the end of a coordinate's travel.
 

@@ -14,8 +14,6 @@ their stiffness (`elastic`). A part with the generalised force Q has the share Q
 
 from __future__ import annotations
 
-import dataclasses
-import functools
 import hashlib
 import math
 from collections.abc import Iterator, Sequence
@@ -24,31 +22,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent.analysis.margins import contacts
+from evolvent.analysis.margins.elastic import Elastic
+from evolvent.analysis.margins.positions import Direction, MechanismModels, Position
 from evolvent.analysis.margins.shares import (
     GRAVITY,
     SPIN,
     Share,
-    coordinate_names,
     has_elastic_parts,
-    measured,
-    ties_of,
-    unforced,
 )
 from evolvent.assembly.assembled import Assembly
 from evolvent.compiled.pointer import Struct
-from evolvent.equations.implicit import residual
-from evolvent.kernels import axial
-from evolvent.kernels.axial import QUARTER
 from evolvent.kernels.blocks import displace
-from evolvent.model.powers import N_POWERS
-from evolvent.model.registry import forget_steps, motions, motions_of
 from evolvent.model.shares import Elastic as ElasticShares, Tie
 from evolvent.solvers.common.standing import at_time
 from evolvent.solvers.static import equilibrium
 from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
-    from evolvent.analysis.margins.elastic import Elastic
     from evolvent.solvers.common.solution import Solution
 
 Array = np.ndarray
@@ -64,57 +54,7 @@ _STATIONS: dict[Any, list[tuple[Position, Direction, Array]]] = {}
 _MOST_KEPT = 32
 
 
-@dataclasses.dataclass(frozen=True)
-class Direction:
-    """How a mechanism moves with a coordinate.
-
-    Attributes
-    ----------
-    v : (nv,) float, velocities by that of the coordinate, which is 1 or -1
-    rates : (nc,) float, of all coordinates
-    inertia : float, kg m2 or kg, v.M v
-    """
-
-    v: Array
-    rates: Array
-    inertia: float
-
-
-class Position:
-    """A mechanism at a time and a state, with what its constraints and coordinates are there.
-
-    Attributes
-    ----------
-    t : float, s; y : (n,) float, the state
-    zero : (nv,) float, left side of the equations without any force of a part
-    G : (nj, nv) float, gradients of the joints; gaps : (nj,) float; penalties hold as constraints do
-    J : (nc, nv) float, gradients of the coordinates: the force of a spring with a torque of 1
-    x : (nc,) float, rad or m, values of the coordinates
-    """
-
-    def __init__(self, mechanism: Mechanism, t: float, y: Array) -> None:
-        self._mechanism, self.t, self.y = mechanism, t, y
-        bare, n_v = mechanism.bare, mechanism.n_v
-        r = mechanism.left(t, y, bare)
-        self.zero, self.gaps = r[:n_v], r[n_v:]
-        self.x = motions_of(bare)["angle"].copy()
-        G = [mechanism.left(t, y, bare, la=e)[:n_v] - self.zero for e in np.eye(mechanism.n_j)]
-        self.G = np.array(G).reshape(mechanism.n_j, n_v)
-        self.J = np.zeros((self.x.size, n_v))
-        for k, one in enumerate(mechanism.with_torque):
-            motions_of(one)["rest"] = self.x[k] - 1.0
-            self.J[k] = mechanism.left(t, y, one)[:n_v] - self.zero
-
-    @functools.cached_property
-    def mass(self) -> Array:
-        """Mass matrix, (nv, nv)."""
-        one = self._mechanism
-        columns = [one.left(self.t, self.y, one.bare, a=e)[: one.n_v] - self.zero for e in np.eye(one.n_v)]
-        found = np.array(columns)
-        return 0.5 * (found + found.T)
-
-
-class Mechanism:
+class Mechanism(MechanismModels):
     """Forces, constraints and positions of an assembled system.
 
     Parameters
@@ -125,33 +65,10 @@ class Mechanism:
     """
 
     def __init__(self, assembly: Assembly, spin: Array, opened: Sequence[int] = ()) -> None:
-        model = assembly.model.copy()
-        model.constraints["until"] = model.constraints["latest"]
-        model.constraints["until"][list(opened)] = model.constraints["latest"][list(opened)] = -np.inf
-        self.assembly, self.spin = assembly, spin
-        self.n_v, self.n_j, self.n_q = int(model.info.nv), int(model.constraints.size), int(model.info.nq)
-        model.info.exact = 1
-        model.switches[:] = assembly.s
-        forget_steps(model)
-        self.names = coordinate_names(assembly)
-        #: Rows of coordinates by which bearings measure alone, and which have no margin of their own.
-        self.measured = measured(model)
-        self.whole, self.ties = model, ties_of(model)
-        weightless = model.info.copy()
-        weightless["gravity"] = 0.0
-        #: The model without any force but those of constraints.
-        self.bare = model._replace(info=weightless, **unforced(model))
-        still = motions_of(self.bare)
-        #: The same with one coordinate, whose spring has a torque or force of 1 where `rest` is the value less 1.
-        self.with_torque = [self.bare._replace(**{motions(): still[k : k + 1].copy()}) for k in range(still.size)]
-        for one in self.with_torque:
-            motions_of(one)["stiffness"] = 1.0
-        self._models: dict[str, Any] = {}
+        super().__init__(assembly, spin, opened)
         #: Equilibria of elastic parts, None without any.
-        self.elastic = _elastic(self) if has_elastic_parts(model) else None
+        self.elastic = Elastic(self) if has_elastic_parts(self.whole) else None
         self._digest = _digest(self.bare if self.elastic is None else self.elastic.model, self.ties, spin)
-        self.powers = np.zeros(N_POWERS)
-        self.none = np.zeros(self.n_v), np.zeros(self.n_j)
 
     # ------------------------------------------------------------------------------------------------ the engine
 
@@ -172,19 +89,6 @@ class Mechanism:
         else:
             getattr(model, share.family)[:] = records
         return model
-
-    def left(
-        self, t: float, y: Array, model: Any, *, a: Any = None, la: Any = None, step: float = 0.0, factor: float = 0.0
-    ) -> Array:
-        """Residual of a model: generalised forces on the left of the equations, then gaps."""
-        r = np.empty(self.n_v + self.n_j)
-        a, la = self.none[0] if a is None else a, self.none[1] if la is None else la
-        residual(t, y, a, la, step, factor, model, r, self.powers)
-        return r
-
-    def at(self, t: float, y: Array) -> Position:
-        """The mechanism at a time (s) and a state."""
-        return Position(self, t, y)
 
     def of_run(self, solution: Solution, n: int) -> Position:
         """The mechanism at sample n of a run."""
@@ -281,12 +185,6 @@ class Mechanism:
         """Forces of a model at a state on the left of the equations, without those of the bare one."""
         return (self.left(t, y, model) - self.left(t, y, self.bare))[: self.n_v]
 
-    def once(self, label: str, **changes: Any) -> Any:
-        """The bare model with some arrays of its own, made once."""
-        if label not in self._models:
-            self._models[label] = self.bare._replace(**changes)
-        return self._models[label]
-
     def _elastic_force(self, share: Share, elastic: ElasticShares, at: Position) -> Array:
         """Generalised forces by which an elastic part resists its strains, as of `_force`; without its damping."""
         whole, (k,) = self.whole, share.rows
@@ -303,18 +201,6 @@ class Mechanism:
         return np.asarray(at.zero + force)
 
     # ------------------------------------------------------------------------------------------------ directions
-
-    def tied(self, J: Array) -> Array:
-        """Gradients of the sums of coordinates that loops of cables keep: (n, nv)."""
-        return np.array([self._sum(tie, J) for tie in self.ties]).reshape(len(self.ties), self.n_v)
-
-    def stretch(self, x: Array) -> Array:
-        """How far coordinates are off those sums: (n,)."""
-        return np.array([self._sum(tie, x) - tie.value for tie in self.ties])
-
-    @staticmethod
-    def _sum(tie: Tie, values: Array) -> Any:
-        return sum(ratio * values[k] for k, ratio in zip(tie.motions, tie.ratios, strict=True))
 
     def direction(self, k: int, held: list[int], sense: float, at: Position, *, still: bool) -> Direction:
         """How the mechanism moves with coordinate k at the rate `sense`, 1 or -1; `still` as of `power`.
@@ -409,13 +295,6 @@ class Mechanism:
             self.bare.switches[:] = switches
             yield there, direction
 
-    def count_turns(self) -> None:
-        """Keep the last angles as those from which whole turns are counted."""
-        rows = motions_of(self.bare)
-        angles = rows["kind"] == axial.ANGLE
-        quarters = np.floor(rows["angle"] / QUARTER + 0.5).astype(np.int64)
-        self.bare.switches[rows["switch"][angles]] = quarters[angles]
-
     def move(self, targets: dict[int, float], at: Position) -> Position:
         """The position in which coordinates have the values `targets`, at rest, from another one.
 
@@ -453,17 +332,6 @@ class Mechanism:
             f"{self.names[k]!r} does not reach {values[rows.index(k)]:.6g} {self.unit(k)}: the constraints and the "
             f"coordinates that are held stop it at {x[k]:.6g} {self.unit(k)}"
         )
-
-    def unit(self, k: int) -> str:
-        """Unit of coordinate k."""
-        return "rad" if motions_of(self.whole)["kind"][k] == axial.ANGLE else "m"
-
-
-def _elastic(mechanism: Mechanism) -> Elastic:
-    """Equilibria of a mechanism with elastic parts; SciPy is not imported without them."""
-    from evolvent.analysis.margins.elastic import Elastic
-
-    return Elastic(mechanism)
 
 
 def _digest(model: Any, ties: list[Tie], spin: Array) -> str:

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from evolvent.analysis.margins.coordinates import MarginCoordinate, specified_acceleration
 from evolvent.analysis.margins.factors import Standard
 from evolvent.analysis.margins.keys import Margin, MarginLine
-from evolvent.analysis.margins.lines import MarginCoordinate, specified_acceleration
 from evolvent.analysis.margins.shares import Share, with_keys
-from evolvent.analysis.margins.tables import Table
+from evolvent.analysis.margins.tables import MarginTable
 from evolvent.assembly.families import records
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.profile import profile
@@ -69,7 +69,7 @@ def asked_of(assembly: Assembly, keys: Margin) -> dict[str, Any]:
 
 def along_run(
     assembly: Assembly, name: str, thread: Any, keys: Margin, solution: Solution, known: tuple[Standard, str]
-) -> Table | None:
+) -> MarginTable | None:
     """The table of a reel along a run; None where its spool does not turn.
 
     Parameters
@@ -121,7 +121,7 @@ def along_run(
         zero=frozenset((*keys.zero, *line.zero)),
     )  # fmt: skip
     inertia = np.full(n, float(thread["spool_inertia"]))
-    return Table(coordinate, shares, angle, t, np.array(values), inertia, *known)
+    return MarginTable(coordinate, shares, angle, t, np.array(values), inertia, *known)
 
 
 def _share(label: str, name: str, category: str, keys: Margin, known: tuple[Standard, str]) -> Share:

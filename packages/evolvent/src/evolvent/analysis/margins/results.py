@@ -2,35 +2,31 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import math
-import os
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent import __version__
 from evolvent.analysis.margins.factors import CATEGORIES, Standard
 from evolvent.analysis.margins.keys import Margin
-from evolvent.analysis.margins.tables import Table
+from evolvent.analysis.margins.tables import MarginTable
 from evolvent.model.shares import DAMPING
-from evolvent_base import files
+from evolvent.results import made_with, netcdf
+from evolvent_base import __version__, answer as an
 from evolvent_base.errors import InputError, nearest
 from evolvent_base.figures import Figure, Line, Panel, stacked
+from evolvent_base.showing import Shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Endings of the files that `MarginResults.save` writes.
-ENDINGS = (".nc", ".json", ".csv")
 #: Colours of the area between what is available and what is required, where that is above 0 and where it is below.
 _ENOUGH, _LACKING = "#cfe8cf", "#f3c9c9"
 
 
-class MarginResults:
+class MarginResults(Shown):
     """Margins of all coordinates.
 
     Attributes
@@ -43,37 +39,60 @@ class MarginResults:
     latches : list of dict, of `latches.latch_of`; empty without a run
     remarks : list of str, sentences on parts that have no share, and on what the run is beyond
     title, case : str
+    without_run : str, why there are no margins along a run; '' where that needs no reason
     """
 
+    named, endings = "margins", (".nc", ".json", ".csv")
+
     def __init__(
-        self, label: str, standard: Standard, keys: Margin, names: Sequence[str], still: Sequence[Table | None],
-        moving: Sequence[Table | None], latches: Sequence[dict[str, Any]], remarks: Sequence[str] = (), *,
+        self, label: str, standard: Standard, keys: Margin, names: Sequence[str], still: Sequence[MarginTable | None],
+        moving: Sequence[MarginTable | None], latches: Sequence[dict[str, Any]], remarks: Sequence[str] = (), *,
         title: str = "", case: str = "",
     ) -> None:  # fmt: skip
         self.label, self.standard, self.keys = label, standard, keys
         self.names, self.still, self.moving, self.latches = list(names), list(still), list(moving), list(latches)
-        self.remarks, self.title, self.case = list(remarks), title, case
+        self.remarks, self.title, self.case, self.without_run = list(remarks), title, case, ""
 
     def __repr__(self) -> str:
         """Name of the standard and the least margin."""
         return f"<MarginResults: {len(self.names)} coordinates by {self.label}, least margin {self.least:.4g}>"
 
-    def _repr_html_(self) -> str:
-        """Least margin and the table of all coordinates, for notebooks."""
-        from evolvent.view import notebook
+    def answer(self) -> an.Answer:
+        """Verdict, tables, figure, what was assumed, and files."""
+        sections = [
+            an.Section(title=f"Margins by {self.label}", blocks=[an.Table.of(self.rows(), words=2)]),
+            an.Section(title="What brings each margin to 0", blocks=[an.Table.of(self.balance_rows())]),
+            *(an.Section(title=f"{name}: what counts where its margin is least", level=an.DETAIL,
+                         blocks=[an.Table.of(self.contributions(name), words=3)])
+              for name in (one.coordinate.name for one in self.tables)),
+        ]  # fmt: skip
+        if self.latches:
+            title = "Latches and stops in the run"
+            sections.append(an.Section(title=title, blocks=[an.Table.of(self.latch_rows())]))
+        if self.tables:
+            sections.append(an.Section(title="Over the travel", blocks=[self.figure()], level=an.PAGE))
+        if self.case:
+            sections.append(an.Section(title="Case", blocks=[an.Listing(self.case)], level=an.PAGE))
+        why = self.without_run and f"no margins along the run: {self.without_run}"
+        low = f"the margin of {', '.join(map(repr, self.negative))} is below 0"
+        return an.Answer(
+            title=f"Margins of {self.title or 'a mechanism'}",
+            facts=[("least margin", shown_margin(self.least)), ("factors", f"{self.label}, {self.standard.revision}")],
+            warnings=[low] if self.negative else [], heads=[] if self.negative else ["every margin holds"],
+            sections=sections, notes=[*self.notes(), *filter(None, [self.standard.source, why])], made=made_with(),
+            files={"margins.nc": lambda: netcdf.image(self.to_tree()),
+                   "margins.json": lambda: an.as_json(self.to_dict()),
+                   "margins.csv": lambda: an.as_csv(self.stations())},
+        )  # fmt: skip
 
-        low = [f"the margin of {', '.join(map(repr, self.negative))} is below 0"] if self.negative else []
-        facts = [("least margin", shown_margin(self.least)), ("factors", f"{self.label}, {self.standard.revision}")]
-        return notebook.summary(self.title or "Margins", facts, rows=self.rows(), warnings=low)
-
-    def __getitem__(self, name: str) -> Table:
+    def __getitem__(self, name: str) -> MarginTable:
         """The table at rest of a coordinate; of a reel that along the run."""
         table = self.still[self._index(name)] or self.moving[self._index(name)]
         if table is None:
             raise InputError(f"{name!r} is a reel, whose margin is that along a run in which it turns")
         return table
 
-    def at_rest(self, name: str) -> Table:
+    def at_rest(self, name: str) -> MarginTable:
         """The table at rest of a coordinate.
 
         Raises
@@ -86,7 +105,7 @@ class MarginResults:
             raise InputError(f"{name!r} is a reel, whose margin is that along a run: {name}.margin_in_run")
         return table
 
-    def motion(self, name: str) -> Table | None:
+    def motion(self, name: str) -> MarginTable | None:
         """The table along the motion of a coordinate, None without a run."""
         return self.moving[self._index(name)]
 
@@ -96,7 +115,7 @@ class MarginResults:
         return self.names.index(name)
 
     @property
-    def tables(self) -> list[Table]:
+    def tables(self) -> list[MarginTable]:
         """The table at rest of every coordinate, of reels that along the run; without reels that have none."""
         both = (still or moving for still, moving in zip(self.still, self.moving, strict=True))
         return [one for one in both if one is not None]
@@ -173,7 +192,6 @@ class MarginResults:
     def notes(self) -> list[str]:
         """Sentences on what was assumed, and on dead points that only speed passes."""
         found = [
-            f"factors: {self.label}, {self.standard.revision}",
             f"stations: the other coordinates stand at their {self.keys.others}; kinetic energy does not count",
             *self.remarks,
         ]
@@ -267,26 +285,6 @@ class MarginResults:
         title = f"Margins by {self.label}"
         return Figure(name="margins", title=title, panels=panels, height=stacked(len(panels)))
 
-    def plot(self, path: str | os.PathLike[str] | None = None) -> Any:
-        """Draw `figure`.
-
-        Parameters
-        ----------
-        path : str, optional, file that ends with .png, .svg or .pdf
-
-        Returns
-        -------
-        matplotlib.figure.Figure, or the path that was written
-
-        Raises
-        ------
-        InputError
-            If the file cannot be written.
-        """
-        from evolvent_base import plots
-
-        return plots.sheet(self.figure()) if path is None else plots.save(self.figure(), path)
-
     # ---------------------------------------------------------------------------------------------------- files
 
     def to_tree(self) -> xr.DataTree:
@@ -318,45 +316,23 @@ class MarginResults:
         """All tables as numbers and texts, as the JSON file has them; what is infinite or not known is None."""
         found: dict[str, Any] = {
             "factors": self.label, "revision": self.standard.revision, "others": self.keys.others,
-            "least_margin": _plain(self.least), "negative": self.negative, "notes": self.notes(), "coordinates": {},
+            "least_margin": self.least, "negative": self.negative, "notes": self.notes(), "coordinates": {},
         }  # fmt: skip
         for n, (still, moving) in enumerate(zip(self.still, self.moving, strict=True)):
             one = {} if still is None else _as_dict(still)
             one["motion"] = None if moving is None else _as_dict(moving)
             known = n < len(self.latches)
-            one["latch"] = {key: _plain(value) for key, value in self.latches[n].items()} if known else None
+            one["latch"] = self.latches[n] if known else None
             found["coordinates"][self.names[n]] = one
-        return found
+        values: dict[str, Any] = an.plain(found)
+        return values
 
-    def save(self, path: str | os.PathLike[str]) -> str:
-        """Write the margins as NetCDF (.nc), JSON (.json) or a table (.csv, one row a station); returns the path.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be written, or its ending is another one.
-        """
-        target = os.fspath(path)
-        ending = os.path.splitext(target)[1]
-        check_ending(target)
-        if ending == ".json":
-            files.write_file(target, json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n")
-        elif ending == ".csv":
-            files.write_file(target, self._csv())
-        else:
-            from evolvent.results import netcdf
-
-            files.write_file(target, netcdf.image(self.to_tree()))
-        return target
-
-    def _csv(self) -> str:
-        """One row a station of every coordinate, in both tables."""
+    def stations(self) -> list[list[str]]:
+        """One row a station of every coordinate, in both tables, below a row of heads."""
         names = list(self.standard.requirements)
-        out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
         head = ["coordinate", "table", "time [s]", "position [rad or m]", *(f"{c} [N m or N]" for c in CATEGORIES)]
         head += ["available", *(f"required ({name})" for name in names), *(f"margin ({name})" for name in names)]
-        writer.writerow(head)
+        found = [head]
         for still, moving in zip(self.still, self.moving, strict=True):
             for kind, table in (("at rest", still), ("in the run", moving)):
                 if table is None:
@@ -367,24 +343,17 @@ class MarginResults:
                 for n, x in enumerate(table.x):
                     time = f"{table.time[n]:.9g}" if table.time.size else ""
                     values = [f"{float(column[n]):.9g}" for column in columns]
-                    writer.writerow([table.coordinate.name, kind, time, f"{x:.9g}", *values])
-        return out.getvalue()
+                    found.append([table.coordinate.name, kind, time, f"{x:.9g}", *values])
+        return found
 
 
-def check_ending(path: str) -> None:
-    """Refuse a file whose ending is none of `ENDINGS`."""
-    ending = os.path.splitext(path)[1]
-    if ending not in ENDINGS:
-        raise InputError(f"{path!r} ends with {ending!r}; margins are written as {', '.join(ENDINGS)}")
-
-
-def least_of(table: Table) -> tuple[str, int, float]:
+def least_of(table: MarginTable) -> tuple[str, int, float]:
     """Requirement, station and value of the least margin of a table."""
     name, n = table.governing()
     return name, n, float(table.margin(name)[n])
 
 
-def dataset_of(table: Table) -> xr.Dataset:
+def dataset_of(table: MarginTable) -> xr.Dataset:
     """One table as a data set: dimension `station`, shares by name."""
     import xarray as xr
 
@@ -417,7 +386,7 @@ def dataset_of(table: Table) -> xr.Dataset:
     return found
 
 
-def _as_dict(table: Table) -> dict[str, Any]:
+def _as_dict(table: MarginTable) -> dict[str, Any]:
     """One table as numbers and texts."""
     one = table.coordinate
     name, n, margin = least_of(table)
@@ -428,30 +397,22 @@ def _as_dict(table: Table) -> dict[str, Any]:
         numbers[f"margin_{requirement}"] = table.margin(requirement)
     return {
         "units": list(one.units), "held": list(one.held), "follow": list(one.follow), "zero": sorted(one.zero),
-        "acceleration": one.acceleration, "requirement": name, "governing_station": n, "least_margin": _plain(margin),
-        "spring_to_add": _plain(table.spring_to_add()), "friction_to_lose": _plain(table.friction_to_lose()),
-        **{key: [_plain(value) for value in values] for key, values in numbers.items()},
+        "acceleration": one.acceleration, "requirement": name, "governing_station": n, "least_margin": margin,
+        "spring_to_add": table.spring_to_add(), "friction_to_lose": table.friction_to_lose(), **numbers,
         "shares": [
             {"name": share.label, "category": share.category, "evidence": share.evidence, "source": share.source,
-             "values": [_plain(value) for value in values]}
+             "values": values}
             for share, values in zip(table.shares, table.values, strict=True)
         ],
     }  # fmt: skip
 
 
-def _plain(value: Any) -> Any:
-    """A number as JSON has it, None where it is not finite; texts as they are."""
-    if isinstance(value, str):
-        return value
-    return float(value) if math.isfinite(value) else None
-
-
-def _place(table: Table, n: int) -> str:
+def _place(table: MarginTable, n: int) -> str:
     """Position of a station, for tables."""
     return _at(table, float(table.x[n]))
 
 
-def _at(table: Table, x: float) -> str:
+def _at(table: MarginTable, x: float) -> str:
     """A value of a table's coordinate."""
     return f"{math.degrees(x):.4g} deg" if table.coordinate.angle else f"{x:.4g} m"
 

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent.analysis.margins import contacts, factors as of
+from evolvent.analysis.margins.coordinates import MarginCoordinate
 from evolvent.analysis.margins.factors import Standard
-from evolvent.analysis.margins.lines import MarginCoordinate
-from evolvent.analysis.margins.mechanism import Direction, Mechanism, Position
+from evolvent.analysis.margins.mechanism import Mechanism
+from evolvent.analysis.margins.positions import Direction, Position
 from evolvent.analysis.margins.shares import Share
 from evolvent.model.shares import ACCELERATION, FRICTION, SPRING
 
@@ -25,7 +26,7 @@ _SNAP = 0.05
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Table:
+class MarginTable:
     """What drives and resists one coordinate, station by station.
 
     Attributes
@@ -138,7 +139,7 @@ class Table:
 def along_travel(
     mechanism: Mechanism, coordinate: MarginCoordinate, shares: list[Share], held: dict[int, float], stations: int,
     at: Position, known: tuple[Standard, str],
-) -> Table:  # fmt: skip
+) -> MarginTable:  # fmt: skip
     """The table at rest, station by station.
 
     Parameters
@@ -161,7 +162,7 @@ def along_travel(
         energy[n] = 0.0 if mechanism.elastic is None else mechanism.elastic.energy(there)
         values[:, n], inertia[n] = _powers(mechanism, shares, direction, there, rows, None), direction.inertia
     snaps = _snaps(xs, energy, values[[share.stores for share in shares]].sum(axis=0))
-    return Table(coordinate, shares, xs, np.zeros(0), values, inertia, *known, snaps, touches)
+    return MarginTable(coordinate, shares, xs, np.zeros(0), values, inertia, *known, snaps, touches)
 
 
 def _snaps(x: Array, energy: Array, given: Array) -> tuple[int, ...]:
@@ -175,7 +176,7 @@ def _snaps(x: Array, energy: Array, given: Array) -> tuple[int, ...]:
 def along_motion(
     mechanism: Mechanism, coordinates: list[MarginCoordinate], shares: list[Share], solution: Solution,
     known: tuple[Standard, str],
-) -> list[Table | None]:  # fmt: skip
+) -> list[MarginTable | None]:  # fmt: skip
     """The table along a run of each coordinate, until it reaches its end; None where no sample of the run is before.
 
     It begins where hold-downs let the coordinate move. Positions and rates are those of the run; the direction is that
@@ -203,12 +204,12 @@ def along_motion(
 def _of_rows(
     coordinate: MarginCoordinate, shares: list[Share], rows: list[tuple[float, float, Array, float, int]],
     known: tuple[Standard, str],
-) -> Table | None:  # fmt: skip
+) -> MarginTable | None:  # fmt: skip
     """The table of what was found at each sample; None without any."""
     if not rows:
         return None
     time, xs, values, inertia, behind = zip(*rows, strict=True)
-    return Table(
+    return MarginTable(
         coordinate, shares, np.array(xs), np.array(time), np.array(values).reshape(len(xs), len(shares)).T,
         np.array(inertia), *known, behind=behind[-1],
     )  # fmt: skip

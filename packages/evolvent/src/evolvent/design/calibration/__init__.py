@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from evolvent.design.calibration.fit import Calibration, calibrate
+    from evolvent.design.calibration.answer import Calibration
+    from evolvent.design.calibration.fit import calibrate
 
 __all__ = ["Calibration", "calibrate"]
 

@@ -53,7 +53,7 @@ def read(path: str, case: Any, observed: Sequence[str]) -> Measurements:
     raw = safe_open.content(path)
     table: Any = tables.read(raw, path) if signals.is_text(raw, path) else _Recording(signals.read(path))
     columns = [_Observed(name, _place(table, column)) for name, column in pairs]
-    clock = tables.time_of(table) if isinstance(table, tables.Table) else None
+    clock = tables.time_of(table) if isinstance(table, tables.TextTable) else None
     keys = _keys(table, {clock, *(one.place for one in columns)}, content)
     if keys and (clock is None or clock in table.stamps):
         return _runs(table, content, columns, keys)
@@ -177,7 +177,7 @@ def _keys(table: Any, others: set[int | None], content: Mapping[str, Any]) -> li
 
 
 def _runs(
-    table: tables.Table, content: Mapping[str, Any], columns: Sequence[_Observed], keys: Sequence[int]
+    table: tables.TextTable, content: Mapping[str, Any], columns: Sequence[_Observed], keys: Sequence[int]
 ) -> Measurements:
     kind = cases.system(content["system"]).Case
     notes = []

@@ -12,6 +12,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.design.calibration import data, observed, uncertainty
+from evolvent.design.calibration.answer import Calibration, Parameter, Reference
 from evolvent.design.calibration.residuals import Residuals, SeriesRuns
 from evolvent.results.measurements import Series
 from evolvent_base import schema, units
@@ -28,83 +29,6 @@ SHARE, LEAST_OFF, LEVELS = 0.1, 1e-6, 4
 MODELS = ("auto", "runs", "closed-form")
 #: Parameters that may be fitted at most.
 MOST = 40
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Parameter:
-    """A fitted key of a case: where the fit starts (SI), what is allowed, and what counts as 1."""
-
-    key: str
-    unit: str
-    start: float
-    least: float
-    most: float
-    scale: float
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
-class Reference:
-    """Another formula fitted to the same data: values of every series, and the root mean square of its residuals."""
-
-    modelled: tuple[Array, ...]
-    rms: float
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
-class Calibration:
-    """A fit.
-
-    Attributes
-    ----------
-    parameters : tuple of Parameter
-    values, errors : (p,) float, SI, and their errors: standard errors of the data, and `integration`
-    integration : (p,) float, SI, by how much values would change with finer integration of the runs
-    accuracy : str, a sentence on it; '' of closed forms
-    correlation : (p, p) float
-    series : tuple of `Series`, as measured
-    modelled : of each series the model's values in its unit
-    references : mapping, label -> Reference, formulas that the system has beside its model
-    residuals : (n,) float, modelled less measured of all series, in their units
-    evaluations : int, of which `reused` were read from the folder
-    message : str, of the least squares
-    notes : what the data do not determine
-    case : dict, the content of the case with the fitted values
-    source, model : str, file of the data, and what was fitted
-    derivatives : str, how they were found: of the discrete solution (`System.sensitivity`), or differences and why
-    """
-
-    parameters: tuple[Parameter, ...]
-    values: Array
-    errors: Array
-    integration: Array
-    accuracy: str
-    correlation: Array
-    series: tuple[Series, ...]
-    modelled: tuple[Array, ...]
-    references: Mapping[str, Reference]
-    residuals: Array
-    evaluations: int
-    reused: int
-    message: str
-    notes: tuple[str, ...]
-    case: Mapping[str, Any]
-    source: str
-    model: str
-    derivatives: str
-
-    @property
-    def rms(self) -> float:
-        """Root mean square of the residuals."""
-        return float(np.sqrt(np.mean(self.residuals**2)))
-
-    def _repr_html_(self) -> str:
-        """Fitted values and residuals with their figure, for notebooks."""
-        from evolvent.design.calibration import report
-        from evolvent.view import notebook
-
-        rows = [report.HEADS, *report.rows(self)]
-        notes, drawn = report.summary(self), [report.figure(self)]
-        return notebook.summary(f"Calibration by {self.source}", rows=rows, notes=notes, figures=drawn)
 
 
 def calibrate(

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from evolvent import analysis, cases
+from evolvent import cases
+from evolvent.analysis import trees
 from evolvent.analysis.sensitivity import jacobian
 from evolvent.design.calibration import observed, uncertainty
 from evolvent.design.evaluator.differences import central
@@ -23,7 +24,7 @@ from evolvent.design.evaluator.evaluator import Evaluator
 from evolvent.design.evaluator.log import Log
 from evolvent.design.evaluator.record import Outcome
 from evolvent.design.evaluator.sources import sources, versions
-from evolvent.design.evaluator.task import Check, Point, Runs, Task
+from evolvent.design.evaluator.task import Check, EvaluationTask, Point, Runs
 from evolvent.results.kept import split
 from evolvent.results.measurements import Measurements
 from evolvent_base import files
@@ -59,7 +60,7 @@ class SeriesRuns(Runs):
         """Definition of the system."""
         return cases.system(self.content["system"])
 
-    def outcomes(self, task: Task, check: Check | None = None) -> list[Outcome]:
+    def outcomes(self, task: EvaluationTask, check: Check | None = None) -> list[Outcome]:
         """Values of every series, in its unit, by its number."""
         return [
             Outcome(index=number, status="success", variables=self._values(point, task.level))
@@ -106,7 +107,7 @@ class SeriesRuns(Runs):
             system = self.system.finer(level).system(cases.load(content))
 
             def series(solution: Any, content: Any = content) -> Array:
-                run = analysis.observed(solution, self._names, system=content["system"], root={})
+                run = trees.observed(solution, self._names, system=content["system"], root={})
                 both = zip(self.measured.series, self.weights, strict=True)
                 return np.concatenate([observed.values(run, one, content) * w for one, w in both])
 

@@ -9,7 +9,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from evolvent.design.dispersions.dispersed import Dispersion, disperse, evaluate
+    from evolvent.design.dispersions.answer import Dispersion
+    from evolvent.design.dispersions.dispersed import disperse, evaluate
 
 __all__ = ["Dispersion", "disperse", "evaluate"]
 

@@ -14,6 +14,7 @@ import xarray as xr
 
 from evolvent import cases
 from evolvent.design.dispersions import order, sensitivity
+from evolvent.design.dispersions.answer import Dispersion, Draw, Failure, Output
 from evolvent.design.evaluator.evaluator import Progress
 from evolvent.design.evaluator.pools import Report
 from evolvent.design.studies import draws, runner
@@ -28,139 +29,6 @@ Array = np.ndarray
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 #: Most entries of a variable that are each a result.
 _MOST_ENTRIES = 24
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
-class Draw:
-    """A draw: the keys that follow it, its distribution as the study states it, and values of its first key.
-
-    Attributes
-    ----------
-    keys : tuple of str
-    text : str
-    unit : str, SI, of the first key
-    values : (n,) float, of the first key; NaN where it takes no numbers
-    """
-
-    keys: tuple[str, ...]
-    text: str
-    unit: str
-    values: Array
-
-    @property
-    def name(self) -> str:
-        """The keys in one text."""
-        return ", ".join(self.keys)
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Failure:
-    """A run that failed: its case, why, and the values of its keys."""
-
-    case: int
-    reason: str
-    keys: Mapping[str, Any]
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
-class Output:
-    """One result over all runs.
-
-    Attributes
-    ----------
-    name : str, as the study asks for it, with its entry where a variable has several
-    text : str, what it is
-    unit : str
-    values : (n,) float, of all runs; NaN of a run that failed or has no value
-    seen : (k,) bool, the runs that bounds, moments and quantiles rest on: all, of a sample by Saltelli the first two
-        samples
-    moments : mapping: mean, std, least, largest
-    upper, lower : order.Bound
-    quantiles : list of order.Quantile
-    regression : sensitivity.Regression
-    indices : sensitivity.Indices or None
-    """
-
-    name: str
-    text: str
-    unit: str
-    values: Array
-    seen: Array
-    moments: Mapping[str, float]
-    upper: order.Bound
-    lower: order.Bound
-    quantiles: list[order.Quantile]
-    regression: sensitivity.Regression
-    indices: sensitivity.Indices | None
-
-    @property
-    def finite(self) -> Array:
-        """Values that bounds and moments rest on."""
-        own = self.values[self.seen]
-        return own[np.isfinite(own)]
-
-    @property
-    def lacking(self) -> int:
-        """Number of runs without a value among those that bounds rest on."""
-        return int(np.sum(~np.isfinite(self.values[self.seen])))
-
-    @property
-    def extremes(self) -> tuple[int, int]:
-        """Cases with the smallest and the largest value; -1 where none has one."""
-        if not np.isfinite(self.values).any():
-            return -1, -1
-        return int(np.nanargmin(self.values)), int(np.nanargmax(self.values))
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
-class Dispersion:
-    """An evaluated study.
-
-    Attributes
-    ----------
-    dataset : xarray.Dataset, of `evolvent.sweep`
-    name, sample : str, of the study
-    count : int, runs
-    coverage, confidence : float, of the bounds
-    draws : tuple of Draw
-    outputs : tuple of Output
-    failures : tuple of Failure
-    notes : tuple of str, what a reader must know
-    """
-
-    dataset: xr.Dataset
-    name: str
-    sample: str
-    count: int
-    coverage: float
-    confidence: float
-    draws: tuple[Draw, ...]
-    outputs: tuple[Output, ...]
-    failures: tuple[Failure, ...]
-    notes: tuple[str, ...]
-
-    def __getitem__(self, name: str) -> Output:
-        """The result of a name."""
-        for one in self.outputs:
-            if one.name == name:
-                return one
-        raise InputError(f"no result is called {name!r}; known: {', '.join(one.name for one in self.outputs)}")
-
-    @property
-    def statement(self) -> str:
-        """Coverage and confidence in short: "95/95"."""
-        return f"{100 * self.coverage:.6g}/{100 * self.confidence:.6g}"
-
-    def _repr_html_(self) -> str:
-        """Bounds of the results, what the runs are, failures and the first figure, for notebooks."""
-        from evolvent.design.dispersions import report
-        from evolvent.view import notebook
-
-        rows = [report.heads(self), *report.summary(self)]
-        return notebook.summary(
-            f"Dispersion {self.name}", rows=rows, notes=report.sentences(self), figures=report.figures(self)[:1],
-            warnings=notebook.failed([one.reason for one in self.failures]),
-        )  # fmt: skip
 
 
 def disperse(

@@ -16,7 +16,7 @@ import numpy as np
 from evolvent.compiled import codecache
 from evolvent.design.evaluator import pools, record, sources
 from evolvent.design.evaluator.log import Key, Log
-from evolvent.design.evaluator.task import Point, Result, Runs, Task, compute, one_thread
+from evolvent.design.evaluator.task import EvaluationResult, EvaluationTask, Point, Runs, compute, one_thread
 from evolvent_base.console import compiling
 from evolvent_base.errors import EvolventError, InputError
 
@@ -74,8 +74,8 @@ class Evaluator:
         self.one_thread, self.progress, self.report = one_thread, progress or _silent, report or _silent
         self._log, self.name = log, uuid.uuid4().hex
         self.pool: pools.Pool | None = None
-        self.tables: list[record.Table] = []
-        self.known: dict[Key, record.Row] = {}
+        self.tables: list[record.CaseTable] = []
+        self.known: dict[Key, record.CaseRow] = {}
         self.evaluations = self.reused = self.tasks = self._asked = 0
         self.cost = 0.0  # s, of a point in the last task
         for keys, rows in log.found if log is not None else ():
@@ -90,7 +90,7 @@ class Evaluator:
             self.pool.close(at_once=any(error))
         self.pool = None
 
-    def of(self, points: Sequence[Point], *, numbered: bool = False, level: float = 0.0) -> list[record.Row]:
+    def of(self, points: Sequence[Point], *, numbered: bool = False, level: float = 0.0) -> list[record.CaseRow]:
         """What is kept at points, in order.
 
         Parameters
@@ -117,11 +117,11 @@ class Evaluator:
         self.reused += len(reused)
         return [self.known[key] for key in keys]
 
-    def table(self) -> record.Table:
+    def table(self) -> record.CaseTable:
         """Everything that is known, a row each in the order of the points' numbers."""
         return record.join(self.tables)
 
-    def keep(self, keys: Sequence[Key], result: Result) -> None:
+    def keep(self, keys: Sequence[Key], result: EvaluationResult) -> None:
         """Keep a finished task."""
         if result.refused and self.tasks == 0:
             raise InputError(result.refused)
@@ -134,9 +134,9 @@ class Evaluator:
         self.evaluations += len(keys)
         self.cost = result.seconds / len(keys)
 
-    def _add(self, keys: Sequence[Key], rows: record.Table) -> None:
+    def _add(self, keys: Sequence[Key], rows: record.CaseTable) -> None:
         self.tables.append(rows)
-        self.known |= {key: record.Row(rows, place) for place, key in enumerate(keys)}
+        self.known |= {key: record.CaseRow(rows, place) for place, key in enumerate(keys)}
 
 
 class _Call:
@@ -230,14 +230,14 @@ class _Call:
         """Places of the next points."""
         return [self.pending.popleft() for _ in range(min(size, len(self.pending)))]
 
-    def _task(self, places: Sequence[int]) -> Task:
-        return Task(
+    def _task(self, places: Sequence[int]) -> EvaluationTask:
+        return EvaluationTask(
             runs=self.of.runs, numbers=[self.first + k for k in places], points=[self.points[k] for k in places],
             level=self.level, owner=self.of.name, one_thread=self.of.one_thread,
             sources="" if self.of.scheduler is None else sources.sources(),
         )  # fmt: skip
 
-    def _keep(self, places: Sequence[int], result: Result) -> None:
+    def _keep(self, places: Sequence[int], result: EvaluationResult) -> None:
         self.of.keep([self.keys[k] for k in places], result)
         self.done += len(places)
         self.of.progress(self.done, len(self.keys))
@@ -285,7 +285,7 @@ class _Call:
                 continue
             why = "the process that computed it died, repeatedly"
             rows = record.table([record.Outcome(index=self.first + place, status="failed", reason=why)])
-            self._keep([place], Result(rows=rows, seconds=self.of.cost))
+            self._keep([place], EvaluationResult(rows=rows, seconds=self.of.cost))
 
 
 def _key(point: Point, level: float) -> str:

@@ -45,7 +45,7 @@ class Log:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = pathlib.Path(files.check_writable(path))
-        self.found: list[tuple[list[Key], record.Table]] = []
+        self.found: list[tuple[list[Key], record.CaseTable]] = []
         self.damaged = 0
         try:
             self._read()
@@ -95,12 +95,12 @@ class Log:
                 raise
             self.damaged += 1
 
-    def _insert(self, keys: Sequence[Key], rows: record.Table) -> None:
+    def _insert(self, keys: Sequence[Key], rows: record.CaseTable) -> None:
         own, content = json.dumps(list(keys)).encode(), record.encode(rows)
         insert = "INSERT INTO evaluations (keys, content, digest) VALUES (?, ?, ?)"
         self._file.execute(insert, (own, content, _digest(own, content)))
 
-    def append(self, keys: Sequence[Key], rows: record.Table) -> None:
+    def append(self, keys: Sequence[Key], rows: record.CaseTable) -> None:
         """Keep a batch for good.
 
         Raises

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from typing import Any
 
-from evolvent.design.evaluator.task import Task, compute
+from evolvent.design.evaluator.task import EvaluationTask, compute
 from evolvent_base.errors import EvolventError, InputError
 
 #: Seconds between looks for workers that are gone.
@@ -44,7 +44,7 @@ class Pool:
     executor: Executor
     workers: int
 
-    def submit(self, task: Task) -> Future[Any]:
+    def submit(self, task: EvaluationTask) -> Future[Any]:
         """Give it a task."""
         return self.executor.submit(compute, task)
 
@@ -72,7 +72,7 @@ class Threads(Pool):
         self.workers, self._ends = workers, threading.Event()
         self.executor = ThreadPoolExecutor(workers, thread_name_prefix="evolvent-variant")
 
-    def submit(self, task: Task) -> Future[Any]:
+    def submit(self, task: EvaluationTask) -> Future[Any]:
         """Give it a task."""
         return self.executor.submit(compute, task, self._check)
 
@@ -94,7 +94,7 @@ class Processes(Pool):
         self.workers = workers
         self.executor = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _begin)
 
-    def submit(self, task: Task) -> Future[Any]:
+    def submit(self, task: EvaluationTask) -> Future[Any]:
         """Give it a task, for which it may start a process."""
         with _ctrl_c_held():  # workers must not take it; only this process does
             return super().submit(task)

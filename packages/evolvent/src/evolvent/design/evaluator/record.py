@@ -145,7 +145,7 @@ class Coordinate:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Table:
+class CaseTable:
     """What is kept of many cases, a row each."""
 
     cases: tuple[int, ...] = ()
@@ -155,10 +155,10 @@ class Table:
     coordinates: Mapping[str, Coordinate] = dataclasses.field(default_factory=dict)
 
 
-class Row(NamedTuple):
+class CaseRow(NamedTuple):
     """One case of a table."""
 
-    table: Table
+    table: CaseTable
     place: int
 
     @property
@@ -177,12 +177,12 @@ class Row(NamedTuple):
         return None if column is None else np.asarray(column.values[self.place])
 
 
-def table(outcomes: Sequence[Outcome]) -> Table:
+def table(outcomes: Sequence[Outcome]) -> CaseTable:
     """A row for each outcome."""
     return join([_row(one) for one in outcomes])
 
 
-def _row(one: Outcome) -> Table:
+def _row(one: Outcome) -> CaseTable:
     columns, coordinates = {}, {}
     for name, variable in one.variables.items():
         dims = tuple(map(str, variable.dims))
@@ -194,7 +194,7 @@ def _row(one: Outcome) -> Table:
                 at = along.values if along.values.dtype.kind in "biuf" else along.values.astype(str)
                 coordinates[dim] = Coordinate(attrs=_attrs(along), values=at, common=True)
     rows = {"cases": (one.index,), "status": (one.status,), "reason": (one.reason,)}
-    return Table(**rows, columns=columns, coordinates=coordinates)  # type: ignore[arg-type]
+    return CaseTable(**rows, columns=columns, coordinates=coordinates)  # type: ignore[arg-type]
 
 
 def _attrs(variable: xr.Variable) -> dict[str, str]:
@@ -208,14 +208,14 @@ def _plain(values: np.ndarray) -> np.ndarray:
     return values.astype(float) if values.dtype.kind in "biuf" else values.astype(str)
 
 
-def join(tables: Sequence[Table]) -> Table:
+def join(tables: Sequence[CaseTable]) -> CaseTable:
     """Rows of all tables, in the order of the cases; the same whatever the cases were split into."""
     cases = np.array([case for t in tables for case in t.cases], dtype=int)
     order = np.argsort(cases, kind="stable")
     rows = np.split(np.argsort(order), np.cumsum([len(t.cases) for t in tables])[:-1]) if tables else []
     status = [s for t in tables for s in t.status]
     reason = [r for t in tables for r in t.reason]
-    return Table(
+    return CaseTable(
         cases=tuple(cases[order].tolist()),
         status=tuple(status[k] for k in order),
         reason=tuple(reason[k] for k in order),
@@ -227,7 +227,7 @@ def join(tables: Sequence[Table]) -> Table:
     )
 
 
-def _join_columns(name: str, tables: Sequence[Table], rows: Sequence[np.ndarray]) -> Column:
+def _join_columns(name: str, tables: Sequence[CaseTable], rows: Sequence[np.ndarray]) -> Column:
     own = [(t.columns[name], at) for t, at in zip(tables, rows, strict=True) if name in t.columns]
     lead = min((column for column, _ in own), key=lambda column: column.first)
     for column, _ in own:
@@ -255,7 +255,7 @@ def _join_coordinates(own: Sequence[Coordinate]) -> Coordinate:
 # ------------------------------------------------------------------------------------------------ bytes
 
 
-def encode(rows: Table) -> bytes:
+def encode(rows: CaseTable) -> bytes:
     """A table as the bytes of an NPZ file without pickles."""
     head = {
         "cases": rows.cases,
@@ -272,7 +272,7 @@ def encode(rows: Table) -> bytes:
     return stream.getvalue()
 
 
-def decode(content: bytes) -> Table:
+def decode(content: bytes) -> CaseTable:
     """The table that `encode` wrote."""
     with np.load(io.BytesIO(content), allow_pickle=False) as arrays:
         head = json.loads(arrays["head"].tobytes())
@@ -285,4 +285,4 @@ def decode(content: bytes) -> Table:
             for k, (dim, attrs, common) in enumerate(head["coordinates"])
         }
     rows = {name: tuple(head[name]) for name in ("cases", "status", "reason")}
-    return Table(**rows, columns=columns, coordinates=coordinates)
+    return CaseTable(**rows, columns=columns, coordinates=coordinates)

@@ -13,10 +13,10 @@ import xarray as xr
 
 from evolvent import cases
 from evolvent.analysis import simulation
-from evolvent.analysis.margins.kept import others_of
+from evolvent.analysis.margins.kept_margins import others_of
 from evolvent.assembly.variants import Variants
 from evolvent.design.evaluator import record
-from evolvent.design.evaluator.task import Check, Point, Runs, Task
+from evolvent.design.evaluator.task import Check, EvaluationTask, Point, Runs
 from evolvent.results.kept import Kept
 from evolvent.results.variables import names
 from evolvent_base.errors import InputError
@@ -50,7 +50,7 @@ class SystemRuns(Runs):
         """Any number: the structure stays in this process."""
         return sys.maxsize
 
-    def outcomes(self, task: Task, check: Check | None = None) -> list[record.Outcome]:
+    def outcomes(self, task: EvaluationTask, check: Check | None = None) -> list[record.Outcome]:
         """What is kept of variants."""
         found = [_variant(self.system, one, self.keep, check, self.settings) for one in task.points]
         return [record.outcome(k, run, self.keep) for k, run in zip(task.numbers, found, strict=True)]
@@ -111,7 +111,7 @@ class CaseRuns(Runs):
         except InputError:
             return ""
 
-    def outcomes(self, task: Task, check: Check | None = None) -> list[record.Outcome]:
+    def outcomes(self, task: EvaluationTask, check: Check | None = None) -> list[record.Outcome]:
         """What is kept of the runs at points, which are keys of the case and their values."""
         found = self._batch(task) or [self._run(point, task.level, check) for point in task.points]
         return [record.outcome(k, run, self.keep) for k, run in zip(task.numbers, found, strict=True)]
@@ -123,7 +123,7 @@ class CaseRuns(Runs):
         found = system.sensitivity(others_of(self.keep), keys, fine=False, check=False, progress=lambda t: None)
         return np.stack([found.derivative.sel(key=key).values for key in keys], axis=1)
 
-    def _batch(self, task: Task) -> Sequence[Run]:
+    def _batch(self, task: EvaluationTask) -> Sequence[Run]:
         """Runs that their system makes together; none where it does not, or where one fails."""
         run_batch = cases.system_of(self.content).run_batch
         if run_batch is None or task.level:

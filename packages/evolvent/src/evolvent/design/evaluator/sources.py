@@ -7,11 +7,10 @@ import hashlib
 import importlib.metadata
 import platform
 
-import evolvent
 from evolvent import cases
 from evolvent.model import registry as family_registry
 from evolvent.parts import registry
-from evolvent_base import file_keys, packages, plugins
+from evolvent_base import __version__, file_keys, packages, plugins
 
 #: What the results of runs cannot depend on: pictures, the command, what is evaluated of them.
 _NOT_SOURCES = (
@@ -56,7 +55,7 @@ def sources() -> str:
 
 def versions() -> dict[str, str]:
     """Versions of what computes; also of packages outside that add systems and parts."""
-    found = {"evolvent": evolvent.__version__, "python": platform.python_version()}
+    found = {"evolvent": __version__, "python": platform.python_version()}
     for group in (cases.GROUP, registry.GROUP, family_registry.GROUP):
         added = [point.dist for point in plugins.outside(group) if point.dist is not None]
         found |= {package.name: package.version for package in added}

@@ -40,7 +40,7 @@ class Runs:
         """Name of the compiled solver of a point; '' where it has none or cannot be run."""
         return ""
 
-    def outcomes(self, task: Task, check: Check | None = None) -> list[record.Outcome]:
+    def outcomes(self, task: EvaluationTask, check: Check | None = None) -> list[record.Outcome]:
         """What is kept at the points of a task; a run that fails is an outcome with its reason."""
         raise NotImplementedError
 
@@ -56,7 +56,7 @@ class Runs:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Task:
+class EvaluationTask:
     """Points that are evaluated together.
 
     Attributes
@@ -79,7 +79,7 @@ class Task:
     sources: str = ""
 
 
-class Result(NamedTuple):
+class EvaluationResult(NamedTuple):
     """What a task gives back.
 
     Attributes
@@ -90,7 +90,7 @@ class Result(NamedTuple):
     notes : sequence of str, sentences on what was computed again
     """
 
-    rows: record.Table
+    rows: record.CaseTable
     seconds: float
     refused: str = ""
     notes: Sequence[str] = ()
@@ -100,7 +100,7 @@ class Result(NamedTuple):
 _OWN: dict[str, Runs] = {}
 
 
-def compute(task: Task, check: Check | None = None) -> Result:
+def compute(task: EvaluationTask, check: Check | None = None) -> EvaluationResult:
     """Evaluate the points of a task.
 
     Raises
@@ -124,7 +124,7 @@ def compute(task: Task, check: Check | None = None) -> Result:
     except InputError as error:
         refused = str(error)
     notes = [note for one in outcomes for note in one.notes]
-    return Result(record.table(outcomes), time.perf_counter() - began, refused, notes)
+    return EvaluationResult(record.table(outcomes), time.perf_counter() - began, refused, notes)
 
 
 def one_thread(is_wanted: bool) -> contextlib.AbstractContextManager[Any]:

@@ -6,7 +6,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from evolvent.design.optimization.search import Design, optimize
+    from evolvent.design.optimization.answer import Design
+    from evolvent.design.optimization.search import optimize
 
 __all__ = ["Design", "optimize"]
 

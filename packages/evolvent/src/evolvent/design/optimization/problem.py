@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.analysis.margins.kept import AT_REST, IN_RUN, others_of
+from evolvent.analysis.margins.kept_margins import AT_REST, IN_RUN, others_of
 from evolvent.design.studies import distributions, draws
 from evolvent.design.studies.axes import annotation, value_at, written
 from evolvent.results import variables
@@ -172,7 +172,7 @@ class Dispersed:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
-class Problem:
+class DesignProblem:
     """A checked design problem.
 
     Attributes
@@ -257,7 +257,7 @@ def read(
     samples: int = 32,
     quantile: float = 0.95,
     seed: int = 0,
-) -> Problem:
+) -> DesignProblem:
     """A checked design problem.
 
     Parameters
@@ -300,7 +300,7 @@ def read(
     units_ = {names.unit(name) for name in kept}
     if len(units_) > 1:
         raise InputError(f"the objective sums {' and '.join(sorted(units_))}; its terms must have one unit")
-    return Problem(
+    return DesignProblem(
         content=content, variables=found, objective=objective, objective_keep=kept, maximize=bool(maximize),
         unit=units_.pop(), requirements=wanted, dispersed=spread,
     )  # fmt: skip

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from evolvent.design.evaluator.evaluator import Evaluator
-from evolvent.design.evaluator.record import Row
+from evolvent.design.evaluator.record import CaseRow
 from evolvent.design.evaluator.runs import CaseRuns, files_of
 from evolvent.design.evaluator.task import Point
-from evolvent.design.optimization.problem import Problem, Progress, Requirement
+from evolvent.design.optimization.problem import DesignProblem, Progress, Requirement
 from evolvent.results.kept import stored_name
 from evolvent_base.errors import InputError
 
@@ -23,7 +23,7 @@ _EXPECTED = 60
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Result:
+class DesignResult:
     """What a design gives.
 
     Attributes
@@ -52,23 +52,23 @@ class Designs:
 
     Parameters
     ----------
-    problem : Problem
+    problem : DesignProblem
     workers : int or None, processes or threads; None takes all cores where the work is worth their start
     most : int, runs at most
     progress : called with the number of runs and the best objective so far
     """
 
-    def __init__(self, problem: Problem, workers: int | None, most: int, progress: Progress | None) -> None:
+    def __init__(self, problem: DesignProblem, workers: int | None, most: int, progress: Progress | None) -> None:
         self.problem, self.most, self.count = problem, most, 0
         self._progress: Callable[[int, float], None] = progress or (lambda runs, best: None)
-        self._known: dict[tuple[bytes, tuple[int, ...]], Result] = {}
+        self._known: dict[tuple[bytes, tuple[int, ...]], DesignResult] = {}
         dispersed = problem.dispersed.keys if problem.dispersed is not None else ()
         varied = [key.key for one in problem.variables for key in one.keys] + [spread.key for spread, _ in dispersed]
         choices = [one.overrides(k) for one in problem.discrete for k in range(one.choices)]
         files = files_of(problem.content, [{}, *choices])
         self.runs = CaseRuns(content=problem.content, keep=problem.keep, files=files, varied=tuple(varied))
         self._evaluator = Evaluator(self.runs, workers=workers, calls=_EXPECTED)
-        self.designs: list[tuple[Array, tuple[int, ...], Result]] = []  # that gave a result
+        self.designs: list[tuple[Array, tuple[int, ...], DesignResult]] = []  # that gave a result
         self._sizes: tuple[float, Array] | None = None
         self.history: list[tuple[int, float, bool]] = []  # runs, objective, whether all requirements are met
 
@@ -78,7 +78,7 @@ class Designs:
     def __exit__(self, *error: Any) -> None:
         self._evaluator.__exit__(*error)
 
-    def of(self, places: Sequence[Array], chosen: tuple[int, ...]) -> list[Result]:
+    def of(self, places: Sequence[Array], chosen: tuple[int, ...]) -> list[DesignResult]:
         """What designs give, in order.
 
         Raises
@@ -108,7 +108,7 @@ class Designs:
             self._progress(self.count, self.best())
         return [self._known[key] for key in keys]
 
-    def beside(self, place: Array, chosen: tuple[int, ...], changes: Sequence[Mapping[str, Any]]) -> list[Result]:
+    def beside(self, place: Array, chosen: tuple[int, ...], changes: Sequence[Mapping[str, Any]]) -> list[DesignResult]:
         """What a design gives where keys of the case change as well: one result for each of `changes`.
 
         Raises
@@ -119,7 +119,7 @@ class Designs:
         self.take(sum(map(len, several)))
         return self._results(several)
 
-    def finer(self, place: Array, chosen: tuple[int, ...]) -> Result:
+    def finer(self, place: Array, chosen: tuple[int, ...]) -> DesignResult:
         """What a design gives with finer integration of its runs, which are not counted."""
         return self._results([self.problem.runs(place, chosen)], level=1.0)[0]
 
@@ -147,7 +147,7 @@ class Designs:
         met = [value for _, value, meets in self.history if meets]
         return (max(met) if self.problem.maximize else min(met)) if met else math.nan
 
-    def meets(self, found: Result) -> bool:
+    def meets(self, found: DesignResult) -> bool:
         """Whether a design meets all requirements."""
         return all(short(one, value) <= 0.0 for one, value in zip(self.problem.requirements, found.values, strict=True))
 
@@ -158,15 +158,15 @@ class Designs:
         except InputError as error:
             return str(error)
 
-    def _nothing(self, reason: str) -> Result:
-        return Result(math.nan, np.full(len(self.problem.requirements), math.nan), reason)
+    def _nothing(self, reason: str) -> DesignResult:
+        return DesignResult(math.nan, np.full(len(self.problem.requirements), math.nan), reason)
 
-    def _results(self, several: Sequence[Sequence[Point]], level: float = 0.0) -> list[Result]:
+    def _results(self, several: Sequence[Sequence[Point]], level: float = 0.0) -> list[DesignResult]:
         """The results of designs from the keys of their runs, which are evaluated together."""
         rows = iter(self._evaluator.of([run for own in several for run in own], level=level))
         return [self._result([next(rows) for _ in own]) for own in several]
 
-    def _result(self, outcomes: Sequence[Row]) -> Result:
+    def _result(self, outcomes: Sequence[CaseRow]) -> DesignResult:
         """The result of a design from those of its runs: of a dispersion quantiles, with failed runs as worst."""
         failed = next((one.reason for one in outcomes if one.status == "failed"), "")
         rows = [self._row(one) for one in outcomes]
@@ -174,19 +174,19 @@ class Designs:
             if failed:
                 return self._nothing(failed)
             lacking = self._lacking(rows[0])
-            return Result(rows[0][0], rows[0][1], lacking)
+            return DesignResult(rows[0][0], rows[0][1], lacking)
         share = self.problem.dispersed.quantile
         objective = quantile([row[0] for row in rows], share, upper=not self.problem.maximize)
         values = [
             quantile([row[1][k] for row in rows], share, upper=one.upper)
             for k, one in enumerate(self.problem.requirements)
         ]
-        found = Result(objective, np.array(values))
+        found = DesignResult(objective, np.array(values))
         if found.sound:
             return found
         return dataclasses.replace(found, reason=failed or self._lacking((objective, found.values)))
 
-    def _row(self, one: Row) -> tuple[float, Array]:
+    def _row(self, one: CaseRow) -> tuple[float, Array]:
         terms = [value_of(one, name) for name in self.problem.objective_keep]
         return sum(terms), np.array([value_of(one, r.keep) for r in self.problem.requirements])
 
@@ -199,7 +199,7 @@ class Designs:
         return f"{', '.join(dict.fromkeys(names))} has no value in the run" if names else ""
 
 
-def value_of(one: Row, name: str) -> float:
+def value_of(one: CaseRow, name: str) -> float:
     """What a run has of a name; NaN where it has none."""
     found = one.values(stored_name(name))
     if found is None:

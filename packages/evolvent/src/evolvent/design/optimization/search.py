@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import math
 from collections.abc import Mapping, Sequence
@@ -12,10 +11,11 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.analysis.system import System
-from evolvent.design.optimization.problem import Problem, Progress, read
-from evolvent.design.optimization.runs import Designs, OutOfRuns, Result, short
+from evolvent.design.optimization.answer import Design, Found
+from evolvent.design.optimization.problem import Progress, read
+from evolvent.design.optimization.runs import Designs, OutOfRuns, short
 from evolvent.design.optimization.slopes import DIFFERENCES, WAYS, Slopes
-from evolvent.design.optimization.trade import Trade, trade
+from evolvent.design.optimization.trade import trade
 from evolvent_base.errors import InputError, RunFailed
 
 Array = np.ndarray
@@ -28,84 +28,6 @@ _NOTHING = 1e3
 #: Most times that a search goes on with requirements that are tighter by what was missed, since a solution of
 #: quadratic programmes meets them to `ACCURACY` alone.
 _REPAIRS = 3
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
-class Found:
-    """A design that a search ended with.
-
-    Attributes
-    ----------
-    place : (variables with bounds,) float, shares of the ways between their bounds
-    chosen : tuple of int, numbers of the choices
-    result : Result
-    message : str, of the optimiser
-    """
-
-    place: Array
-    chosen: tuple[int, ...]
-    result: Result
-    message: str
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
-class Design:
-    """The outcome of a search.
-
-    Attributes
-    ----------
-    problem : Problem
-    start : Found, the case as it is (its own choices, or the first ones)
-    best : Found
-    met : bool, whether the best design meets all requirements
-    ends : tuple of Found, the end of every search
-    trade : Trade or None, multipliers and costs of tolerances; None where a requirement is missed, and of choices alone
-    history : list of (runs, objective, whether all requirements are met)
-    runs : int
-    exhausted : bool, whether the search ended since it had no runs left
-    derivatives : str, how they were found, those of the discrete solution or differences; '' where none were
-    finer : Result, of the best design with finer integration of its runs: what differs is their error
-    """
-
-    problem: Problem
-    start: Found
-    best: Found
-    met: bool
-    ends: tuple[Found, ...]
-    trade: Trade | None
-    history: Sequence[tuple[int, float, bool]]
-    runs: int
-    exhausted: bool
-    derivatives: str
-    finer: Result
-
-    @property
-    def values(self) -> dict[str, Any]:
-        """Key of the case -> its value in the best design."""
-        return self.problem.overrides(self.best.place, self.best.chosen)
-
-    @property
-    def objective(self) -> float:
-        """The best objective, in its unit."""
-        return self.best.result.objective
-
-    @property
-    def content(self) -> dict[str, Any]:
-        """The case with the best design, as a file holds it."""
-        return cases.written(cases.load(self.problem.content, self.values))
-
-    def _repr_html_(self) -> str:
-        """The design, its keys and the figure of the search, for notebooks."""
-        from evolvent.design.optimization import report
-        from evolvent.view import notebook
-
-        rows, notes = [report.KEY_HEADS, *report.key_rows(self)], report.sentences(self)
-        return notebook.summary("Design", rows=rows, notes=notes, figures=[report.figure(self)])
-
-    def missed(self) -> list[str]:
-        """Requirements that the best design does not meet, with its values."""
-        both = zip(self.problem.requirements, self.best.result.values, strict=True)
-        return [f"{one.text} (it is {value:.6g})" for one, value in both if not short(one, value) <= 0.0]
 
 
 def optimize(

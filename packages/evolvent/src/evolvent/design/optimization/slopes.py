@@ -6,7 +6,7 @@ import dataclasses
 
 import numpy as np
 
-from evolvent.analysis.margins.kept import AT_REST, others_of
+from evolvent.analysis.margins.kept_margins import AT_REST, others_of
 from evolvent.design.evaluator.differences import central
 from evolvent.design.evaluator.evaluator import Evaluator
 from evolvent.design.optimization.runs import Designs, value_of

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.design.optimization.problem import Problem, Spread, paths
+from evolvent.design.optimization.problem import DesignProblem, Spread, paths
 from evolvent.design.optimization.runs import Designs, short
 from evolvent.design.optimization.slopes import Slopes
 
@@ -100,7 +100,7 @@ def trade(
 
 
 def _multipliers(
-    problem: Problem, place: Array, sizes: Array, slopes: Array, values: Array, slacks: Array
+    problem: DesignProblem, place: Array, sizes: Array, slopes: Array, values: Array, slacks: Array
 ) -> tuple[Array, list[str], float]:
     """Multipliers of the requirements, sentences on the keys at their bounds, and the size of what is left of `slopes`.
 
@@ -169,7 +169,7 @@ def _changes(
 
 
 def _tolerance(
-    name: str, text: str, change: tuple[float, Array], problem: Problem, multipliers: Array, slacks: Array
+    name: str, text: str, change: tuple[float, Array], problem: DesignProblem, multipliers: Array, slacks: Array
 ) -> Tolerance:
     objective, values = change
     exceeds = tuple(int(k) for k in np.flatnonzero(~(values <= slacks)))

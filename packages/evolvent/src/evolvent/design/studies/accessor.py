@@ -9,9 +9,10 @@ from collections import Counter
 import numpy as np
 import xarray as xr
 
-from evolvent.view import notebook
+from evolvent_base.answer import Answer, Section, Table, failed
 from evolvent_base.errors import InputError, counted
 from evolvent_base.figures import Figure
+from evolvent_base.showing import Answered
 from evolvent_base.units import unit_text
 
 #: Letters of the values of a key, at most.
@@ -19,29 +20,29 @@ _VALUES = 40
 
 
 @xr.register_dataset_accessor("ev")
-class StudyAccessor:
+class StudyAccessor(Answered):
     """What can be done with the results of many cases; ``found.ev`` as the last line of a cell shows them in short.
 
     Parameters
     ----------
-    found : xarray.Dataset, of `evolvent.sweep`, `evolvent.simulate_many` or `evolvent.System.simulate_many`
+    found : xarray.Dataset, of `evolvent.sweep` or `evolvent.simulate_many`
     """
 
     def __init__(self, found: xr.Dataset) -> None:
         self._found = found
 
-    def _repr_html_(self) -> str:
+    def answer(self) -> Answer:
         """How the cases ended, what varies, ranges of the results, and a figure of the first one that varies."""
         status = self._status()
         facts = [
             ("cases", _counts(status.values)),
             *((f"key {key}", _values(self._found[key])) for key in self._keys()),
         ]
-        rows = [["result", "smallest", "largest", "cases without a value"], *self._ranges()]
-        title = str(self._found.attrs.get("title", "Variants"))
-        return notebook.summary(
-            title, facts, rows=rows, warnings=notebook.failed(self._reasons()), figures=self._figures()
-        )
+        table = Table(heads=("result", "smallest", "largest", "cases without a value"), rows=self._ranges())
+        return Answer(
+            title=str(self._found.attrs.get("title", "Variants")), facts=facts, warnings=failed(self._reasons()),
+            sections=[Section(title="Results", blocks=[table, *self._figures()])],
+        )  # fmt: skip
 
     def _status(self) -> xr.DataArray:
         """How every case ended.

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from evolvent import __version__
-from evolvent.design.evaluator.record import Table
+from evolvent.design.evaluator.record import CaseTable
 from evolvent.design.evaluator.sources import sources, versions
 from evolvent.design.studies.axes import Axis
 from evolvent.design.studies.study import Study
+from evolvent_base import __version__
 
 
-def table(rows: Table, dims: Sequence[str], shape: Sequence[int]) -> xr.Dataset:
+def table(rows: CaseTable, dims: Sequence[str], shape: Sequence[int]) -> xr.Dataset:
     """What is kept of cases over the dimensions that they span."""
 
     def over(values: np.ndarray, attrs: dict[str, Any], own: Sequence[str] = ()) -> xr.Variable:
@@ -35,7 +35,7 @@ def table(rows: Table, dims: Sequence[str], shape: Sequence[int]) -> xr.Dataset:
     return found.assign_coords({dim: xr.Variable((dim,), one.values, dict(one.attrs)) for dim, one in common.items()})
 
 
-def dataset(study: Study, rows: Table) -> xr.Dataset:
+def dataset(study: Study, rows: CaseTable) -> xr.Dataset:
     """What is kept of all cases, labelled.
 
     Parameters

@@ -13,7 +13,7 @@ import xarray as xr
 from evolvent import cases, results
 from evolvent.design.evaluator import record
 from evolvent.design.evaluator.runs import CaseRuns, uninterrupted
-from evolvent.design.evaluator.task import Check, Point, Runs, Task
+from evolvent.design.evaluator.task import Check, EvaluationTask, Point, Runs
 from evolvent.results import variables
 from evolvent.results.kept import check_names as check_kept_names
 from evolvent_base import files
@@ -142,7 +142,7 @@ class StageRuns(Runs):
         """Name of the compiled solver of the first stage of a point."""
         return CaseRuns(content=self.content, keep=()).solver(next(iter(point.values())))
 
-    def outcomes(self, task: Task, check: Check | None = None) -> list[record.Outcome]:
+    def outcomes(self, task: EvaluationTask, check: Check | None = None) -> list[record.Outcome]:
         """What is kept of the stages at points, which are the keys of the case in every stage by its name."""
         return [self._chain(number, point) for number, point in zip(task.numbers, task.points, strict=True)]
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.analysis.margins.kept import others_of
+from evolvent.analysis.margins.kept_margins import others_of
 from evolvent.analysis.system import System
 from evolvent.design.evaluator.runs import files_of
 from evolvent.design.studies import catalogue, draws, measured, stages as st
@@ -408,7 +408,7 @@ def _checked(study: Study, module: Any) -> Study:
     return found
 
 
-def first_plan(study: Study, keep: Sequence[str] = ()) -> cases.Plan:
+def first_plan(study: Study, keep: Sequence[str] = ()) -> cases.CasePlan:
     """The plan of the first case at the ends of the varied keys that has one.
 
     Raises

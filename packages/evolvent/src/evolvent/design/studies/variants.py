@@ -30,22 +30,37 @@ def simulate_many(
     system: System, values: Sequence[Mapping[str, Any]] | Mapping[str, Sequence[Any]], keep: Sequence[str], *,
     workers: int | None = None, progress: Callable[[int, int], None] | None = None, **settings: Any,
 ) -> xr.Dataset:  # fmt: skip
-    """Simulate many variants of a structure, as `evolvent.System.simulate_many` does.
+    """Simulate many variants of a structure, on all cores, and keep values of each.
 
     Parameters
     ----------
     system : System
-    values, keep, workers, progress, settings : as of `evolvent.System.simulate_many`
+    values : of every variant, as of `evolvent.System.with_values`: a list of mappings, or a mapping of lists of one
+        length
+    keep : names of what is kept, as of `evolvent.System.simulate`
+    workers : int, threads; left out, one a core, at most four
+    progress : called with the number of variants that have ended and of all
+    settings : until, every, fine, method, step, tolerance and spectral_radius, as of `evolvent.System.simulate`
 
     Returns
     -------
     xarray.Dataset
-        As of `evolvent.System.simulate_many`.
+        Over ``variant``: what is kept, named as in sweeps (``hinge_1_latch_time_last``), ``status`` and ``reason`` of
+        every run, NaN where a run has failed; the keys are coordinates. The bits do not depend on `workers`.
 
     Raises
     ------
     InputError
-        As of `evolvent.System.simulate_many`.
+        For names that no run has, and settings that concern all variants. What one variant is refused for is its
+        ``reason``.
+
+    Examples
+    --------
+    >>> import evolvent
+    >>> array = evolvent.load("solar-array")
+    >>> found = evolvent.simulate_many(
+    ...     array, {"hinge 1.stiffness": [0.19, 0.2, 0.21]}, ["hinge 1.latch_time.last"]
+    ... )  # doctest: +SKIP
     """
     listed, names = _listed(values), tuple(_SETTINGS)
     for name in settings:

@@ -22,8 +22,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import row_owner
 from evolvent.equations.implicit import residual, tangent
 from evolvent.model.powers import N_POWERS
-from evolvent.solvers.time.implicit.setup import length_of
-from evolvent.solvers.time.messages import redundant
+from evolvent.solvers.common.sizes import length_of
 from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
@@ -294,3 +293,13 @@ def is_held(rows: Array, t: float) -> Array:
     """Which rows are constraints that hold at t, no penalties: (nj,) bool."""
     found: Array = (rows["stiffness"] == 0.0) & (t <= rows["until"])
     return found
+
+
+def redundant(assembly: Assembly, matrix: SparseBlocks) -> str:
+    """Which joints repeat what others say."""
+    rows = ordering.redundant_unknowns(matrix) - int(assembly.model.info.nv)
+    names = sorted({row_owner(assembly, int(k)) for k in rows if k >= 0})
+    return (
+        f"{' and '.join(repr(n) for n in names) or 'a joint'} is redundant: the other joints already impose "
+        f"{len(rows)} of its constraints"
+    )

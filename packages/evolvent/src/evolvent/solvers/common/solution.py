@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -24,12 +24,11 @@ from evolvent.solvers.common.sampled import (
     evaluate,
     momentum_of,
 )
+from evolvent.solvers.common.sizes import energy_floor, round_off_energy, sizes, strain_round_off
 from evolvent.solvers.common.standing import stand_still
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
-    from evolvent.solvers.time.implicit.captures import Capture
-    from evolvent.solvers.time.implicit.reactions import Pending
 
 Array = np.ndarray
 
@@ -76,6 +75,26 @@ class Path(NamedTuple):
     newton: Any
 
 
+class Capture(NamedTuple):
+    """A capture: the part by its family and row, when it began (s), in what time it takes the motion (s), and how."""
+
+    family: str
+    row: int
+    time: float
+    duration: float
+    what: str = "captures"
+
+
+class Pending(Protocol):
+    """Accelerations, multipliers and forces of samples, evaluated when they are first asked for."""
+
+    def chosen(self, samples: Any) -> Pending:
+        """Those of some of the samples: (k,) bool, or indices."""
+
+    def evaluated(self) -> tuple[Array, Array, Array]:
+        """Accelerations (k, nv), multipliers (k, nj) and forces (k, n) as `Sampled` holds them."""
+
+
 @dataclasses.dataclass
 class Solution:
     """What every solver returns; it prints nothing.
@@ -97,9 +116,9 @@ class Solution:
     wall_time, compile_time : float, s
     kept : Sampled, what the method has kept at its samples; None of explicit methods
     path : Path, of a static solution; None of a motion
-    reactions : reactions.Pending, what evaluates accelerations and reactions when they are first asked for; None where
+    reactions : Pending, what evaluates accelerations and reactions when they are first asked for; None where
         `kept` has them
-    captures : captures.Capture of each latch that has locked in an implicit run of fixed steps
+    captures : Capture of each latch that has locked in an implicit run of fixed steps
     passages : of each spring that a motion has brought to length zero: the first time (s), and a sentence
     measured : of each reel that reacts, by its name: variable -> times of the samples (s), values with noise, unit
     """
@@ -217,13 +236,11 @@ class Solution:
     def closure(self) -> eb.Closure:
         """How well the energy balance closes, and whether the run fails or warns for it."""
         seen, damps = float(self.statistics.get("energy_moved", 0.0)), self.kept is not None
-        from evolvent.solvers.time.implicit import setup as implicit_setup
-
-        unresolved = implicit_setup.strain_round_off(self.assembly.model)
+        unresolved = strain_round_off(self.assembly.model)
         if damps and self.t.size:
-            weight, mass = implicit_setup.sizes(self.assembly)
-            unresolved = implicit_setup.energy_floor(self.assembly, mass, weight)
-        floor = implicit_setup.round_off_energy(self.assembly, float(self.t[0])) if self.t.size else 0.0
+            weight, mass = sizes(self.assembly)
+            unresolved = energy_floor(self.assembly, mass, weight)
+        floor = round_off_energy(self.assembly, float(self.t[0])) if self.t.size else 0.0
         return eb.closure(self.balance, moved=seen, unresolved=unresolved, damps=damps, floor=floor)
 
     @functools.cached_property

@@ -18,9 +18,9 @@ from evolvent.kernels.blocks import displace
 from evolvent.model.questions import LinearizedPoint
 from evolvent.parts.checks import positive, vector
 from evolvent.solvers.common.limits import limitation_of
+from evolvent.solvers.common.sizes import sizes
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.modal.positions import find_moving, linearized_points, moving, nodal, rigid_motions
-from evolvent.solvers.time.implicit.setup import sizes
 from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ NOTHING = 1e-12
 
 @dataclasses.dataclass(frozen=True)
 class PartModes:
-    """How one part moves in the modes, per square root of kg as `Modes.shape`.
+    """How one part moves in the modes, per square root of kg as `VibrationModes.shape`.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class PartModes:
 
 
 @dataclasses.dataclass(frozen=True)
-class Modes:
+class VibrationModes:
     """Natural modes about an equilibrium, slowest first. ``modes["boom"]`` holds the shapes of one part.
 
     Attributes
@@ -187,7 +187,7 @@ class Modes:
 
     # -------------------------------------------------------------------------------------------- effective masses
 
-    def about(self, point: Sequence[float]) -> Modes:
+    def about(self, point: Sequence[float]) -> VibrationModes:
         """The same modes, with axes of rotation through `point`, (3,) float, m."""
         x = vector("point", point)
         return dataclasses.replace(self, point=(float(x[0]), float(x[1]), float(x[2])))
@@ -371,28 +371,3 @@ class Modes:
                 else:
                     data[f"{name}.{what}"] = (dims, values, attributes)
         return xr.Dataset(data, coords=coords, attrs={"warning": self.warning} if self.warning else {})
-
-    def table(self) -> str:
-        """Frequencies, damping ratios and effective masses as text, a line a mode; then the warning."""
-        head = f"{'mode':>4}  {'frequency':>12}  {'damping':>9}"
-        under = f"{'':>4}  {'Hz':>12}  {'ratio':>9}"
-        masses = None if np.iscomplexobj(self.shape) else self.effective_mass
-        if masses is not None:
-            head += "".join(f"  {f'{what} {a}':>10}" for what in ("mass", "inertia") for a in "xyz")
-            under += f"  {'kg':>10}" * 3 + f"  {'kg m2':>10}" * 3
-        lines = [head, under]
-        for k in range(len(self.pole)):
-            line = f"{k:>4}  {self.frequency_hz[k]:>12.6g}  {self.damping_ratio[k]:>9.4g}"
-            if masses is not None:
-                floor = NOTHING * self.total_mass
-                line += "".join(f"  {m if m > f else 0.0:>10.4g}" for m, f in zip(masses[k], floor, strict=True))
-            lines.append(line)
-        if masses is not None:
-            sums = {"sum": masses.sum(axis=0), "all modes": self.movable_mass}
-            for word, values in (
-                sums | {"held by supports": self.held_mass, "whole structure": self.total_mass}
-            ).items():
-                lines.append(f"{word:>29}" + "".join(f"  {m:>10.4g}" for m in values))
-        if self.warning:
-            lines.append(f"warning: {self.warning}")
-        return "\n".join(lines)

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sparse
 
-from evolvent.algebra.eigenproblem import Problem
+from evolvent.algebra.eigenproblem import Eigenproblem
 from evolvent.algebra.subspaces import along_axes
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
@@ -20,7 +20,7 @@ from evolvent.solvers.common.coordinates import with_positions
 from evolvent.solvers.common.laws import law_failure
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.common.standing import freeze, hold
-from evolvent.solvers.modal.modal import Modes
+from evolvent.solvers.modal.modal import VibrationModes
 from evolvent.solvers.modal.positions import rigid_motions
 from evolvent.solvers.modal.resolution import Naming
 from evolvent.solvers.static.linear_motion import matrices
@@ -43,7 +43,7 @@ def modes(
     centre: Sequence[float] | None = None,
     count: int = 10,
     damped: bool = False,
-) -> Modes:
+) -> VibrationModes:
     """Find the slowest modes about an equilibrium, with its stresses, loads and steady turn.
 
     Parameters
@@ -59,7 +59,7 @@ def modes(
 
     Returns
     -------
-    Modes
+    VibrationModes
         Frequencies in rad/s, decay rates in 1/s, damping ratios without unit; the slowest first.
 
     Raises
@@ -74,9 +74,9 @@ def modes(
     M u'' + (C + Gy) u' + (K + Z) u + G^T la = 0, G u = 0: K is the tangent with the stresses and multipliers of the
     equilibrium, Z and Gy are what accelerations of the turn, or of an orbital frame, add by position and velocity
     (Coriolis); Gy has the gyroscopic moments of reaction wheels as well, at their rates at the start. Poles of
-    velocities are those of the linear problem of twice the size; `Modes.unstable` shows which grow. A steady drift, as
-    along an orbit, is a double zero and given once, as frequency 0. Of an acceleration field by a law the derivatives
-    at rest count, without `damped` only the skew-symmetric part of those by velocity.
+    velocities are those of the linear problem of twice the size; `VibrationModes.unstable` shows which grow. A steady
+    drift, as along an orbit, is a double zero and given once, as frequency 0. Of an acceleration field by a law the
+    derivatives at rest count, without `damped` only the skew-symmetric part of those by velocity.
     Modes nearest to zero come from the inverse, shifted, by SciPy (ARPACK, or LAPACK for small systems). Of real modes
     of equal frequency, the first is the one that base motion along x excites, the next along y, z, then about x, y, z,
     where they are excited at all: a round beam bends in one plane at a time, rigid-body motion comes as translations
@@ -91,7 +91,7 @@ def modes(
     where = Where(equilibrium, y, time, rotating, centre)
     assembly, equilibrium, work, (M, C, K, G) = at_equilibrium(assembly, where, damped=damped)
     naming = Naming(work, M)
-    problem = Problem(
+    problem = Eigenproblem(
         M, C, K, G, work.balance.weight, conservative=families.has_symmetric_stiffness(work.model),
         where=naming.where, strains=naming.strains, rigid=naming.rigid(work.balance.weight),
         coarse=of_turns(work.model, K),
@@ -100,7 +100,7 @@ def modes(
     if not np.iscomplexobj(shape):
         motions = rigid_motions(assembly, equilibrium.y[-1], np.zeros(3))
         shape = along_axes(-(pole**2).real, shape, M, motions)
-    return Modes(pole=pole, shape=shape, equilibrium=equilibrium, assembly=assembly, M=M, G=G)
+    return VibrationModes(pole=pole, shape=shape, equilibrium=equilibrium, assembly=assembly, M=M, G=G)
 
 
 def of_turns(model: Any, K: Any) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sparse
 
-from evolvent.algebra.eigenproblem import Problem
+from evolvent.algebra.eigenproblem import Eigenproblem
 from evolvent.algebra.subspaces import constrained
 from evolvent.solvers.modal.resolution import Naming
 from evolvent_base.errors import InputError
@@ -43,12 +43,12 @@ class Structure:
     weight: Array
     naming: Naming
 
-    def problem(self, more: Array | None = None) -> Problem:
+    def problem(self, more: Array | None = None) -> Eigenproblem:
         """The eigenproblem of M and the symmetric part of K; `more` (n, nv) are rows that are held too."""
         n = self.M.shape[0]
         G = self.G if more is None else sparse.vstack([self.G, sparse.csr_matrix(more)]).tocsr()
         K = (0.5 * (self.K + self.K.T)).tocsr()
-        return Problem(
+        return Eigenproblem(
             self.M, sparse.csr_matrix((n, n)), K, G, self.weight, conservative=True,
             where=self.naming.where, strains=self.naming.strains, rigid=self.naming.rigid(self.weight),
         )  # fmt: skip

@@ -29,7 +29,7 @@ STEP, STRETCHED = 1e-3, 1e-5
 
 
 class Naming:
-    """Names of what moves in the shapes of one structure, for `evolvent.algebra.eigenproblem.Problem`.
+    """Names of what moves in the shapes of one structure, for `evolvent.algebra.eigenproblem.Eigenproblem`.
 
     Parameters
     ----------

@@ -24,7 +24,8 @@ from evolvent.kernels.blocks import displace
 from evolvent.model.family import some
 from evolvent.model.questions import AdjointSupport
 from evolvent.model.registry import asked, cubic, whole
-from evolvent.solvers.sensitivity import recorded_energy_steps as tape_energy, recorded_steps as tapes
+from evolvent.solvers.common.matrices import matrix_for
+from evolvent.solvers.sensitivity import recorded_energy_steps, recorded_steps
 from evolvent.solvers.sensitivity.adjoint_events import Jump, Jumps, Parameter, carried, difference, state_of
 from evolvent.solvers.sensitivity.patches import Patch, Sides
 from evolvent.solvers.sensitivity.recorded_steps import (
@@ -37,20 +38,20 @@ from evolvent.solvers.sensitivity.recorded_steps import (
     STEPS,
     TIMED,
     Linear,
-    Tape,
+    RecordedSteps,
 )
 from evolvent.solvers.sensitivity.steps_beside import TOGETHER, step_beside, take_step
 from evolvent.solvers.time import run as runs
 from evolvent.solvers.time.implicit import loop as implicit_loop
+from evolvent.solvers.time.implicit.messages import reason
 from evolvent.solvers.time.implicit.methods import METHODS
-from evolvent.solvers.time.implicit.run import Run
-from evolvent.solvers.time.implicit.setup import matrix_for, stops_of
+from evolvent.solvers.time.implicit.run import ImplicitRun
+from evolvent.solvers.time.implicit.setup import stops_of
 from evolvent.solvers.time.implicit.workspace import BUDGET, DONE, SAMPLED, STOPPED
-from evolvent.solvers.time.messages import reason
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
-#: Steps of a tape, and bytes of all at most.
+#: Steps of a record, and bytes of all at most.
 STEPS_OF_TAPE, MOST_BYTES = 256, 4e9
 #: Correction at which an iteration has converged, at most: forces along stiff directions, which turn with
 #: them, are then those of the step.
@@ -120,8 +121,8 @@ class Adjoint:
 
     Attributes
     ----------
-    lead : Run; parameters : list of Parameter
-    parts : list of (Tape, number of steps, Model at them) and Jump, in the order of time
+    lead : ImplicitRun; parameters : list of Parameter
+    parts : list of (RecordedSteps, number of steps, Model at them) and Jump, in the order of time
     begins : (m, parameters) float, derivatives of the state with which the run starts
     """
 
@@ -133,7 +134,7 @@ class Adjoint:
                 one.options.newton = min(float(one.options.newton), NEWTON)
         base = plans[0].assembly
         check(plans[0])
-        self.lead, self.middle = (Run(one) for one in plans)
+        self.lead, self.middle = (ImplicitRun(one) for one in plans)
         self.room, self.transposed, model, times = matrix_for(base), matrix_for(base), base.model, plans[0].times
         self.n_v, self.n_u = int(model.info.nv), int(model.info.nv) + model.constraints.size
         self.parameters = [
@@ -151,24 +152,24 @@ class Adjoint:
         own = METHODS[plans[0].method]
         others = frozenset().union(*(row.modules for row in METHODS.values() if row.code != own.code))
         roots = [
-            tapes.advance_keeping,
-            tapes.note_start,
-            tapes.change_of,
-            tapes.find_mass,
-            tapes.pull_back_sample,
+            recorded_steps.advance_keeping,
+            recorded_steps.note_start,
+            recorded_steps.change_of,
+            recorded_steps.find_mass,
+            recorded_steps.pull_back_sample,
             take_step,
             step_beside,
             implicit_loop.begin,
         ]
         if self.lead.midpoint:
-            roots += [tape_energy.evaluate, tape_energy.pull_back]
-            self.colours = tape_energy.colours_of(model, self.room)
+            roots += [recorded_energy_steps.evaluate, recorded_energy_steps.pull_back]
+            self.colours = recorded_energy_steps.colours_of(model, self.room)
         else:
-            roots += [implicit_loop.restart, tapes.pull_back]
+            roots += [implicit_loop.restart, recorded_steps.pull_back]
         for run in (self.lead, self.middle):
             needs.load(run.model, *roots, without=others)
         self.jumps = Jumps(self.lead, self.middle, self.room, self.parameters)
-        self.parts: list[tuple[Tape, int, Any] | Jump] = []
+        self.parts: list[tuple[RecordedSteps, int, Any] | Jump] = []
         self.bytes = 0
         self.shifted, self.timed = False, depends_on_time(model)
         self.begins = np.zeros(((2 + len(carried(self.lead.work))) * self.n_v + 1, len(self.parameters)))
@@ -191,13 +192,13 @@ class Adjoint:
             raise InputError("constraints are redundant, which the adjoint does not support; take mode 'forward'")
         self._begin_neighbours(model, work)
         self._group()
-        lead, tape, code = self.lead, self._new_tape(), BUDGET
+        lead, recorded, code = self.lead, self._new_record(), BUDGET
         self._at_steps = lead.model.copy()
         while code not in (DONE, STOPPED):
-            code = tapes.advance_keeping(200, lead.model, lead.matrix, lead.work, tape)
-            searched = (BUDGET, int(tape.counts[KIND]), int(tape.counts[LATCH])) if code == SEARCHES else None
+            code = recorded_steps.advance_keeping(200, lead.model, lead.matrix, lead.work, recorded)
+            searched = (BUDGET, int(recorded.counts[KIND]), int(recorded.counts[LATCH])) if code == SEARCHES else None
             if code in (FULL, LANDS, SEARCHES):
-                tape = self._close(tape)
+                recorded = self._close(recorded)
             if code == TOGETHER:
                 raise InputError(
                     f"a latch or event at t = {lead.reached:.6g} s is at the end of a step by chance; take another step"
@@ -213,41 +214,41 @@ class Adjoint:
                     )
                 self.parts.append(jump)
                 self.shifted = True
-                tape = self._new_tape()
+                recorded = self._new_record()
                 self._at_steps = lead.model.copy()
             elif code == FULL:
                 code = BUDGET
             elif code == DONE:
-                self._close(tape)
+                self._close(recorded)
             elif code not in (BUDGET, DONE, STOPPED):
                 return "failed", reason(code, lead)
             if progress is not None:
                 progress(lead.reached)
         return lead.stopped() if code == STOPPED else runs.FINISHED
 
-    def _new_tape(self) -> Tape:
+    def _new_record(self) -> RecordedSteps:
         n, work = STEPS_OF_TAPE, self.lead.work
-        counts = np.zeros(tapes.N_COUNTS, dtype=np.int64)
+        counts = np.zeros(recorded_steps.N_COUNTS, dtype=np.int64)
         counts[SHIFTED], counts[TIMED] = self.shifted, self.shifted and self.timed
-        return Tape(
-            counts=counts, numbers=np.zeros((n, tapes.N_NUMBERS)), y0=np.zeros((n, work.y.size)),
+        return RecordedSteps(
+            counts=counts, numbers=np.zeros((n, recorded_steps.N_NUMBERS)), y0=np.zeros((n, work.y.size)),
             y1=np.zeros((n, work.y.size)), dq=np.zeros((n, self.n_v)), a=np.zeros((n, self.n_v)),
             la=np.zeros((n, work.la.size)), switches=np.zeros((n, self.lead.model.switches.size), dtype=np.int64),
         )  # fmt: skip
 
-    def _close(self, tape: Tape) -> Tape:
-        """Keep a tape, if it has steps; returns another one."""
-        steps = int(tape.counts[STEPS])
+    def _close(self, recorded: RecordedSteps) -> RecordedSteps:
+        """Keep a record, if it has steps; returns another one."""
+        steps = int(recorded.counts[STEPS])
         if not steps:
-            return tape
-        self.parts.append((tape, steps, self._at_steps))
-        self.bytes += sum(value.nbytes for value in tape)
+            return recorded
+        self.parts.append((recorded, steps, self._at_steps))
+        self.bytes += sum(value.nbytes for value in recorded)
         if self.bytes > MOST_BYTES:
             raise InputError(
                 f"the steps to t = {self.lead.reached:.6g} s take {self.bytes / 1e9:.2g} GB; take a longer step, a "
                 f"shorter run, or mode 'forward'"
             )
-        return self._new_tape()
+        return self._new_record()
 
     def _begin_neighbours(self, model: Any, work: Any) -> None:
         """Derivatives of the start by the parameters."""
@@ -308,7 +309,7 @@ class Adjoint:
         scratch = self.middle.work
         if self.lead.midpoint:
             scratch.la[:] = la
-            tape_energy.evaluate(t, h, model, scratch)
+            recorded_energy_steps.evaluate(t, h, model, scratch)
         else:
             residual(t, y, a, la, 0.0, 1.0, model, scratch.r, scratch.powers[0])
         return np.array(scratch.r)
@@ -379,22 +380,22 @@ class Adjoint:
                     found += now @ dense.by_parameter + np.einsum("vsi,sik->vk", seeds, dense.sampled) + timed[:, m:]
                     now = now @ dense.by_state + np.einsum("vsi,sim->vm", seeds, dense.samples) + timed[:, :m]
                 continue
-            tape, steps, model = part
+            recorded, steps, model = part
             if changed[0] is not model:
                 changed = model, *self._changed_models(model)
             rows = np.zeros((n * groups, self.n_u))
             last = steps - 1
-            of = np.searchsorted(tape.numbers[:steps, tapes.END_SAMPLE], seeded, side="right")
-            of[seeded < tape.numbers[0, tapes.FIRST_SAMPLE]] = steps
+            of = np.searchsorted(recorded.numbers[:steps, recorded_steps.END_SAMPLE], seeded, side="right")
+            of[seeded < recorded.numbers[0, recorded_steps.FIRST_SAMPLE]] = steps
             for k in np.unique(of[of < steps])[::-1].tolist():
-                numbers, starts, own = tape.numbers[k], np.zeros((n, m)), seeded[of == k].tolist()
+                numbers, starts, own = recorded.numbers[k], np.zeros((n, m)), seeded[of == k].tolist()
                 self._pull(k + 1, last, part, changed[2], linear, now, rows)
-                h = float(numbers[tapes.LENGTH])
+                h = float(numbers[recorded_steps.LENGTH])
                 for sample in own:
-                    theta = (float(lead.work.samples[sample]) - float(numbers[tapes.TIME])) / h
+                    theta = (float(lead.work.samples[sample]) - float(numbers[recorded_steps.TIME])) / h
                     for q in range(n):
-                        tapes.pull_back_sample(
-                            1.0 if theta > 1.0 - 1e-9 else max(theta, 0.0), h, tape.y0[k], tape.y1[k],
+                        recorded_steps.pull_back_sample(
+                            1.0 if theta > 1.0 - 1e-9 else max(theta, 0.0), h, recorded.y0[k], recorded.y1[k],
                             by_sample[q, sample], lead.model, states, move, change, starts[q], now[q],
                         )  # fmt: skip
                 self._pull(k, k, part, changed[2], linear, now, rows)
@@ -429,7 +430,7 @@ class Adjoint:
         )  # fmt: skip
         first = next((part for part in self.parts if not isinstance(part, Jump)), None)
         if first is not None:
-            tapes.find_mass(0, first[2], self.lead.work, first[0], self.room, found)
+            recorded_steps.find_mass(0, first[2], self.lead.work, first[0], self.room, found)
             if self.room.counts[INNER]:
                 raise InputError("torques spread over a beam are not supported by the adjoint; take mode 'forward'")
         return found
@@ -437,16 +438,16 @@ class Adjoint:
     def _pull(self, first: int, last: int, part: Any, models: Any, linear: Linear, now: Array, rows: Array) -> None:
         if last < first or not np.any(now):
             return
-        tape, _, model = part
+        recorded, _, model = part
         if self.lead.midpoint:
-            left = tape_energy.pull_back(
-                first, last, tape, self.room, self.transposed, model, models, self.middle.work, linear, self.colours,
-                now, rows,
+            left = recorded_energy_steps.pull_back(
+                first, last, recorded, self.room, self.transposed, model, models, self.middle.work, linear,
+                self.colours, now, rows,
             )  # fmt: skip
         else:
-            left = tapes.pull_back(
-                first, last, tape, self.room, self.transposed, model, models, self.lead.work, linear, now, rows
+            left = recorded_steps.pull_back(
+                first, last, recorded, self.room, self.transposed, model, models, self.lead.work, linear, now, rows
             )  # fmt: skip
         if left >= 0:
-            t = float(tape.numbers[left - 1, tapes.TIME])
+            t = float(recorded.numbers[left - 1, recorded_steps.TIME])
             raise InputError(f"the step from t = {t:.6g} s has no derivative; take a shorter step, or mode 'forward'")

@@ -17,7 +17,7 @@ import numpy as np
 
 from evolvent.equations.implicit import residual
 from evolvent.kernels.blocks import displace
-from evolvent.solvers.sensitivity import recorded_steps as tapes
+from evolvent.solvers.sensitivity import recorded_steps
 from evolvent.solvers.sensitivity.patches import Sides
 from evolvent.solvers.sensitivity.steps_beside import (
     EVENT,
@@ -34,9 +34,9 @@ from evolvent.solvers.sensitivity.steps_beside import (
     take_step,
 )
 from evolvent.solvers.time.implicit import loop as implicit_loop
-from evolvent.solvers.time.implicit.run import Run
+from evolvent.solvers.time.implicit.messages import reason
+from evolvent.solvers.time.implicit.run import ImplicitRun
 from evolvent.solvers.time.implicit.workspace import AT_RESTART, BUDGET, DONE, SAMPLED, STOPPED
-from evolvent.solvers.time.messages import reason
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
@@ -123,7 +123,7 @@ def difference(up: tuple[Array, Array], down: tuple[Array, Array], factor: float
 def between(up: Array, down: Array, model: Any) -> Array:
     """Change of the coordinates and rates from one state to another near it, (2 nv,)."""
     found = np.empty(2 * int(model.info["nv"]))
-    tapes.change_of(up - down, down, model, found)
+    recorded_steps.change_of(up - down, down, model, found)
     return found
 
 
@@ -166,12 +166,12 @@ class Jumps:
 
     Attributes
     ----------
-    lead, middle : Run, and another one of the same plan; room : SparseBlocks, scratch
+    lead, middle : ImplicitRun, and another one of the same plan; room : SparseBlocks, scratch
     parameters : list of Parameter
     """
 
-    lead: Run
-    middle: Run
+    lead: ImplicitRun
+    middle: ImplicitRun
     room: Any
     parameters: Sequence[Parameter]
 
@@ -370,7 +370,7 @@ class Jumps:
     def _take_beside(self, model: Any, work: Any, steps: Sequence[_Step | _Start | float]) -> float:
         """Have a neighbour take the steps of the run; returns the time of the event in them, 0 of none."""
         happens = 0.0
-        tapes.note_start(model, work)
+        recorded_steps.note_start(model, work)
         pace = np.zeros(N_PACE)
         pace[RATIO], pace[SINCE] = 1.0, math.inf
         for one in steps:

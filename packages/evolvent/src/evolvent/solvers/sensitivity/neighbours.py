@@ -29,10 +29,10 @@ from evolvent.solvers.sensitivity.steps_beside import (
     advance_beside,
 )
 from evolvent.solvers.time import run as runs
+from evolvent.solvers.time.implicit.messages import reason
 from evolvent.solvers.time.implicit.methods import METHODS
-from evolvent.solvers.time.implicit.run import Run
+from evolvent.solvers.time.implicit.run import ImplicitRun
 from evolvent.solvers.time.implicit.workspace import AT_RESTART, BUDGET, DONE, STOPPED
-from evolvent.solvers.time.messages import reason
 from evolvent_base.errors import InputError
 
 #: Steps between two looks at a run.
@@ -57,14 +57,18 @@ class Neighbours:
 
     Attributes
     ----------
-    lead : Run, the run itself, with the steps and the numbers that it has alone
-    middle : Run, the same parameters; its steps are solved as those of the neighbours are
-    beside : list of Run
+    lead : ImplicitRun, the run itself, with the steps and the numbers that it has alone
+    middle : ImplicitRun, the same parameters; its steps are solved as those of the neighbours are
+    beside : list of ImplicitRun
     pace, factored : (1 + neighbours, N_PACE) float, of the middle first, and (N_FACTORED,) float
     """
 
     def __init__(self, lead: Any, middle: Any, beside: Sequence[Any]) -> None:
-        self.lead, self.middle, self.beside = Run(lead), Run(middle), [Run(plan) for plan in beside]
+        self.lead, self.middle, self.beside = (
+            ImplicitRun(lead),
+            ImplicitRun(middle),
+            [ImplicitRun(plan) for plan in beside],
+        )
         self.all = [self.middle, *self.beside]
         self.pace = np.zeros((len(self.all), N_PACE))
         self.pace[:, RATIO], self.pace[:, SINCE] = 1.0, math.inf
@@ -85,9 +89,9 @@ class Neighbours:
 
     def start(self) -> str:
         """Start all; returns why that failed, '' where it did not."""
-        return self._each(Run.begin)
+        return self._each(ImplicitRun.begin)
 
-    def _each(self, start: Callable[[Run], str]) -> str:
+    def _each(self, start: Callable[[ImplicitRun], str]) -> str:
         """Start all, or start them again, neighbours as the run does; returns why that failed."""
         failure = start(self.lead)
         for one in self.all:
@@ -118,7 +122,7 @@ class Neighbours:
                     f"too short for a derivative; take another step"
                 )
             if code == AT_RESTART:
-                failure = self._each(Run.restart)
+                failure = self._each(ImplicitRun.restart)
             elif code not in (BUDGET, DONE, STOPPED):
                 failure = reason(code, lead)
             if not failure:

@@ -41,8 +41,8 @@ from evolvent.solvers.sensitivity.recorded_steps import (
     LENGTH,
     LINEAR,
     RATIO,
+    RECORDED_STEPS,
     SHIFT,
-    TAPE,
     TIME,
     TIMED,
     multiply,
@@ -99,24 +99,24 @@ def evaluate(t, h, model, work):
 
 
 @inlined
-def _load(n, tape, model, work):
-    """Step n of a tape into the workspace; returns its time, length, c and f."""
-    step, numbers = work.step, tape.numbers[n]
+def _load(n, recorded, model, work):
+    """Step n of a record into the workspace; returns its time, length, c and f."""
+    step, numbers = work.step, recorded.numbers[n]
     step.step.chi, step.step.chi_v, step.step.ratio = numbers[CHI], numbers[CHI_V], numbers[RATIO]
     for i in range(work.y0.size):
-        work.y0[i] = tape.y0[n, i]
+        work.y0[i] = recorded.y0[n, i]
     for i in range(work.dq.size):
-        work.dq[i], step.before[i] = tape.dq[n, i], tape.a[n, i]
+        work.dq[i], step.before[i] = recorded.dq[n, i], recorded.a[n, i]
     for i in range(work.la.size):
-        work.la[i] = tape.la[n, i]
+        work.la[i] = recorded.la[n, i]
     for i in range(model.switches.size):
-        model.switches[i] = tape.switches[n, i]
+        model.switches[i] = recorded.switches[n, i]
     return numbers[TIME], numbers[LENGTH], 2.0 / (1.0 + numbers[CHI_V]), 0.5 * numbers[CHI_V] * numbers[RATIO]
 
 
 @inlined
 def _find_rows(t, h, timed, model, models, work, linear):
-    """Derivatives of the equations by parameters and the time, as of `tape.Linear.rows`; those of the run stay."""
+    """Derivatives of equations by parameters and time, as of `recorded_steps.Linear.rows`; the run keeps its own."""
     groups, rows, r = linear.sides.size, linear.rows, work.r
     for g in range(groups):
         for side in range(linear.sides[g]):
@@ -143,14 +143,14 @@ def _find_rows(t, h, timed, model, models, work, linear):
 
 
 @inlined
-def _size(j, n, tape, work, colours):
+def _size(j, n, recorded, work, colours):
     """Size of unknown j, in which its changes are given; of multipliers such that they change by `WIDE`."""
     n_v = work.dq.size
-    return work.weight[j] if j < n_v else WIDE / colours.stencil[0, 0] * (1.0 + abs(tape.la[n, j - n_v]))
+    return work.weight[j] if j < n_v else WIDE / colours.stencil[0, 0] * (1.0 + abs(recorded.la[n, j - n_v]))
 
 
 @inlined
-def _difference(k, starts, t, h, tape, n, model, work, colours, out):
+def _difference(k, starts, t, h, recorded, n, model, work, colours, out):
     """Derivatives of the residual by the unknowns of colour k, times their sizes.
 
     Parameters
@@ -169,9 +169,9 @@ def _difference(k, starts, t, h, tape, n, model, work, colours, out):
             if starts:
                 move[j] = change * work.weight[j]
             elif j < move.size:
-                work.dq[j] = tape.dq[n, j] + change * work.weight[j]
+                work.dq[j] = recorded.dq[n, j] + change * work.weight[j]
             else:
-                work.la[j - move.size] = tape.la[n, j - move.size] + change * _size(j, n, tape, work, colours)
+                work.la[j - move.size] = recorded.la[n, j - move.size] + change * _size(j, n, recorded, work, colours)
         if starts:
             displace(base, move, False, model, work.y0)
         evaluate(t, h, model, work)
@@ -179,9 +179,9 @@ def _difference(k, starts, t, h, tape, n, model, work, colours, out):
             out[i] += factor * r[i]
     for p in range(colours.starts[k], colours.starts[k + 1]):
         if columns[p] < move.size:
-            work.dq[columns[p]] = tape.dq[n, columns[p]]
+            work.dq[columns[p]] = recorded.dq[n, columns[p]]
         else:
-            work.la[columns[p] - move.size] = tape.la[n, columns[p] - move.size]
+            work.la[columns[p] - move.size] = recorded.la[n, columns[p] - move.size]
 
 
 @inlined
@@ -194,12 +194,12 @@ def _row_scale(i, scale, model):
 
 
 @inlined
-def _assemble(t, h, n, tape, scale, model, work, room, colours, out):
+def _assemble(t, h, n, recorded, scale, model, work, room, colours, out):
     """The matrix of step n: the tangent, with columns by differences where it is not exact; after `evaluate`."""
     model.info.compliance = 1.0 / scale
     tangent(scale, model, work.step, room)
     for k in range(colours.starts.size - 1 if colours.inexact[0] != 0 else 0):
-        _difference(k, False, t, h, tape, n, model, work, colours, out)
+        _difference(k, False, t, h, recorded, n, model, work, colours, out)
         for p in range(colours.starts[k], colours.starts[k + 1]):
             j, held = colours.columns[p], False
             for q in range(colours.first[j], colours.first[j + 1]):
@@ -208,7 +208,7 @@ def _assemble(t, h, n, tape, scale, model, work, room, colours, out):
                 i = colours.rows[q]
                 at, _, _ = sparse.first_entry(room, i, j)
                 if at >= 0:
-                    room.values[at] = _row_scale(i, scale, model) * out[i] / _size(j, n, tape, work, colours)
+                    room.values[at] = _row_scale(i, scale, model) * out[i] / _size(j, n, recorded, work, colours)
 
 
 @inlined
@@ -234,20 +234,20 @@ def _turn(dq, kind, model, x, out):
             out[at + 2] += 2.0 * s * (uz + wz)
 
 
-@indirect(_I(_I, _I, TAPE, SPARSE, SPARSE, MODEL, INTEGERS, WORKSPACE, LINEAR, COLOURS, MATRIX, MATRIX))
-def pull_back(first, last, tape, room, matrix, model, models, work, linear, colours, derivatives, found):
+@indirect(_I(_I, _I, RECORDED_STEPS, SPARSE, SPARSE, MODEL, INTEGERS, WORKSPACE, LINEAR, COLOURS, MATRIX, MATRIX))
+def pull_back(first, last, recorded, room, matrix, model, models, work, linear, colours, derivatives, found):
     """Take derivatives of values by the state at the end of step `last` back to the start of step `first`.
 
-    Parameters and what is returned as of `tape.pull_back`; `derivatives` : (values, 3 nv + 1) float, by (e, v, b) and
-    the time by which the steps are shifted; `work` : Workspace, scratch.
+    Parameters and what is returned as of `recorded_steps.pull_back`; `derivatives` : (values, 3 nv + 1) float, by (e,
+    v, b) and the time by which the steps are shifted; `work` : Workspace, scratch.
     """
     n_v, groups, values = model.info.nv, linear.sides.size, derivatives.shape[0]
     right, rows, parts = linear.right, linear.rows, linear.parts
     for n in range(last, first - 1, -1):
-        t, h, c, f = _load(n, tape, model, work)
+        t, h, c, f = _load(n, recorded, model, work)
         scale = method.scale_of(h, work.options)
-        _find_rows(t, h, tape.counts[TIMED] != 0, model, models, work, linear)
-        _assemble(t, h, n, tape, scale, model, work, room, colours, parts[0])
+        _find_rows(t, h, recorded.counts[TIMED] != 0, model, models, work, linear)
+        _assemble(t, h, n, recorded, scale, model, work, room, colours, parts[0])
         transpose(room.values, matrix)
         if sparse_lu.factor(matrix) != 0:
             return n + 1
@@ -276,18 +276,18 @@ def pull_back(first, last, tape, room, matrix, model, models, work, linear, colo
             _turn(work.dq, 1, model, x, parts[2])
             for i in range(n_v):
                 x[i] = parts[2, i]
-        _pull_back_coordinates(t, h, n, tape, model, work, linear, colours, derivatives)
+        _pull_back_coordinates(t, h, n, recorded, model, work, linear, colours, derivatives)
     return -1
 
 
 @inlined
-def _pull_back_coordinates(t, h, n, tape, model, work, linear, colours, derivatives):
+def _pull_back_coordinates(t, h, n, recorded, model, work, linear, colours, derivatives):
     """Subtract R_e0^T W from the derivatives by coordinates."""
     out = linear.parts[0]
     for i in range(work.y0.size):
-        colours.base[i] = work.y0[i] = tape.y0[n, i]
+        colours.base[i] = work.y0[i] = recorded.y0[n, i]
     for k in range(colours.coordinates[0]):
-        _difference(k, True, t, h, tape, n, model, work, colours, out)
+        _difference(k, True, t, h, recorded, n, model, work, colours, out)
         for p in range(colours.starts[k], colours.starts[k + 1]):
             j = colours.columns[p]
             for q in range(derivatives.shape[0]):

@@ -40,13 +40,13 @@ from evolvent.solvers.time.implicit import alpha, loop as implicit_loop, methods
 from evolvent.solvers.time.implicit.workspace import BUDGET, WORKSPACE
 
 _I = types.int64
-#: Numbers of a step in `Tape.numbers`: time and length, part of the algorithmic accelerations that it starts from,
-#: scale of the constraints, its samples, from the first up to another one, and filter of energy-momentum.
+#: Numbers of a step in `RecordedSteps.numbers`: time and length, part of the algorithmic accelerations that it starts
+#: from, scale of the constraints, its samples, from the first up to another one, and filter of energy-momentum.
 TIME, LENGTH, PART, SCALE, FIRST_SAMPLE, END_SAMPLE, CHI, CHI_V, RATIO, N_NUMBERS = range(10)
-#: `Tape.counts`: steps that are kept, whether the time of the steps depends on the parameters, and forces on that time;
-#: kind and latch of the last step (`steps_beside.step_beside`).
+#: `RecordedSteps.counts`: steps that are kept, whether the time of the steps depends on the parameters, and forces on
+#: that time; kind and latch of the last step (`steps_beside.step_beside`).
 STEPS, SHIFTED, TIMED, KIND, LATCH, N_COUNTS = range(6)
-#: Status of a tape that is full, before a step to a given time, and behind a step that is taken back to end on an
+#: Status of a record that is full, before a step to a given time, and behind a step that is taken back to end on an
 #: event.
 FULL, LANDS, SEARCHES = 11, 12, 13
 #: Change of time by which forces are derived, of a step; and sizes of changes by which samples are.
@@ -56,7 +56,7 @@ MOST, CONVERGED = 12, 1e-11
 _model_at = at_address(MODEL)
 
 
-class Tape(Struct):
+class RecordedSteps(Struct):
     """Steps that are kept: n at most.
 
     Attributes
@@ -102,7 +102,7 @@ class Linear(Struct):
     parts: np.ndarray = array(2)
 
 
-TAPE, LINEAR = Tape._numba_type_, Linear._numba_type_
+RECORDED_STEPS, LINEAR = RecordedSteps._numba_type_, Linear._numba_type_
 
 
 # ------------------------------------------------------------------------------------------------ forwards
@@ -120,28 +120,28 @@ def note_start(model, work):
 
 
 @inlined
-def _keep_step(t0, part, h, first, model, work, tape):
+def _keep_step(t0, part, h, first, model, work, recorded):
     """Keep the step of length h from t0 that a run has taken, with `part` of its algorithmic accelerations.
 
-    `first` is its first sample. Its switches stand in the tape: those of the model are counted on at its end.
+    `first` is its first sample. Its switches stand in the record: those of the model are counted on at its end.
     """
-    n, numbers = tape.counts[STEPS], tape.numbers[tape.counts[STEPS]]
+    n, numbers = recorded.counts[STEPS], recorded.numbers[recorded.counts[STEPS]]
     numbers[TIME], numbers[LENGTH], numbers[PART], numbers[SCALE] = t0, h, part, method.scale_of(h, work.options)
     numbers[FIRST_SAMPLE], numbers[END_SAMPLE] = first, work.loop.sample
     for i in range(work.y.size):
-        tape.y0[n, i], tape.y1[n, i] = work.y0[i], work.y[i]
+        recorded.y0[n, i], recorded.y1[n, i] = work.y0[i], work.y[i]
     numbers[CHI], numbers[CHI_V], numbers[RATIO] = work.step.step.chi, work.step.step.chi_v, work.step.step.ratio
     for i in range(work.dq.size):
-        tape.dq[n, i] = work.dq[i]
+        recorded.dq[n, i] = work.dq[i]
         if work.options.midpoint == 0:
-            tape.a[n, i] = work.dv1[i]
+            recorded.a[n, i] = work.dv1[i]
     for i in range(work.la.size):
-        tape.la[n, i] = work.la[i]
-    tape.counts[STEPS] += 1
+        recorded.la[n, i] = work.la[i]
+    recorded.counts[STEPS] += 1
 
 
-@indirect(_I(_I, MODEL, SPARSE, WORKSPACE, TAPE))
-def advance_keeping(budget, model, matrix, work, tape):
+@indirect(_I(_I, MODEL, SPARSE, WORKSPACE, RECORDED_STEPS))
+def advance_keeping(budget, model, matrix, work, recorded):
     """Go on for `budget` steps, and keep them; returns a status.
 
     That is one of `steps_beside.take_step`; `FULL` or `LANDS` before a step that is not taken yet; or `SEARCHES` behind
@@ -150,27 +150,27 @@ def advance_keeping(budget, model, matrix, work, tape):
     loop, near = work.loop, 10.0 * work.options.smallest
     end = work.samples[work.samples.size - 1]
     for _ in range(budget):
-        n = tape.counts[STEPS]
-        if n == tape.numbers.shape[0]:
+        n = recorded.counts[STEPS]
+        if n == recorded.numbers.shape[0]:
             return FULL
         stops = loop.stop < work.stops.size and work.stops[loop.stop] < end - near
         target = work.stops[loop.stop] if stops else end
         _, lands = implicit_loop.step_length(target - loop.time, model, work)
-        if lands and (stops or tape.counts[SHIFTED] != 0):
+        if lands and (stops or recorded.counts[SHIFTED] != 0):
             return LANDS
         t0, steps, first, last = loop.time, loop.steps, loop.sample, loop.last
         for i in range(model.switches.size):
-            tape.switches[n, i] = model.switches[i]
+            recorded.switches[n, i] = model.switches[i]
         if work.options.midpoint != 0:
             for i in range(work.dq.size):
-                tape.a[n, i] = work.step.before[i]
-        code, tape.counts[KIND], tape.counts[LATCH] = take_step(model, matrix, work)
+                recorded.a[n, i] = work.step.before[i]
+        code, recorded.counts[KIND], recorded.counts[LATCH] = take_step(model, matrix, work)
         if loop.steps > steps:
-            if tape.counts[LATCH] != NONE:
+            if recorded.counts[LATCH] != NONE:
                 return TOGETHER
             part = min(loop.last / last, 1.0) if last > 0.0 else 1.0
-            _keep_step(t0, part, loop.last, first, model, work, tape)
-        elif tape.counts[LATCH] == TRIED and math.isfinite(loop.event_step) and code == BUDGET:
+            _keep_step(t0, part, loop.last, first, model, work, recorded)
+        elif recorded.counts[LATCH] == TRIED and math.isfinite(loop.event_step) and code == BUDGET:
             return SEARCHES
         if code != BUDGET:
             return code
@@ -181,36 +181,36 @@ def advance_keeping(budget, model, matrix, work, tape):
 
 
 @inlined
-def _evaluate(t, n, model, work, tape, linear):
+def _evaluate(t, n, model, work, recorded, linear):
     """Residual of a model at the end of step n, at time t, into `linear.r`."""
-    residual(t, tape.y1[n], tape.a[n], tape.la[n], 0.0, 1.0, model, linear.r, work.powers[1])
+    residual(t, recorded.y1[n], recorded.a[n], recorded.la[n], 0.0, 1.0, model, linear.r, work.powers[1])
 
 
 @inlined
-def _differentiate(n, model, models, work, tape, room, linear):
-    """The equations of step n of a tape as a linear map: `Linear.rows`, K, and the matrix of the step in `room`."""
-    n_v, h, scale = model.info.nv, tape.numbers[n, LENGTH], tape.numbers[n, SCALE]
-    t, y, la, size = tape.numbers[n, TIME] + h, tape.y1[n], tape.la[n], linear.r.size
+def _differentiate(n, model, models, work, recorded, room, linear):
+    """The equations of step n of a record as a linear map: `Linear.rows`, K, and the matrix of the step in `room`."""
+    n_v, h, scale = model.info.nv, recorded.numbers[n, LENGTH], recorded.numbers[n, SCALE]
+    t, y, la, size = recorded.numbers[n, TIME] + h, recorded.y1[n], recorded.la[n], linear.r.size
     c_mass, c_rate = alpha.rates(h, work.options)
     groups, rows = linear.sides.size, linear.rows
     for i in range(model.switches.size):
-        model.switches[i] = tape.switches[n, i]
+        model.switches[i] = recorded.switches[n, i]
     for g in range(groups):
         for side in range(linear.sides[g]):
             own = _model_at(models[2 * g + side])
             for i in range(model.switches.size):
                 own.switches[i] = model.switches[i]
-            _evaluate(t, n, own, work, tape, linear)
+            _evaluate(t, n, own, work, recorded, linear)
             for i in range(size):
                 rows[g, i] = linear.r[i] if side == 0 else 0.5 * (rows[g, i] - linear.r[i])
     for i in range(size):
         rows[groups, i] = 0.0
-    if tape.counts[TIMED] != 0:
+    if recorded.counts[TIMED] != 0:
         for side in (1.0, -1.0):
-            _evaluate(t + side * SHIFT * h, n, model, work, tape, linear)
+            _evaluate(t + side * SHIFT * h, n, model, work, recorded, linear)
             for i in range(size):
                 rows[groups, i] += 0.5 * side / (SHIFT * h) * linear.r[i]
-    _evaluate(t, n, model, work, tape, linear)
+    _evaluate(t, n, model, work, recorded, linear)
     for g in range(groups + 1):
         for i in range(size):
             if g < groups and linear.sides[g] == 1:
@@ -225,13 +225,13 @@ def _differentiate(n, model, models, work, tape, room, linear):
     tangent(t, y, la, c_mass, c_rate, scale, model, room)
 
 
-@indirect(void(_I, MODEL, WORKSPACE, TAPE, SPARSE, LINEAR))
-def find_mass(n, model, work, tape, room, linear):
-    """The mass matrix, which is constant, from step n of a tape."""
-    h, scale = tape.numbers[n, LENGTH], tape.numbers[n, SCALE]
-    t, y, la = tape.numbers[n, TIME] + h, tape.y1[n], tape.la[n]
+@indirect(void(_I, MODEL, WORKSPACE, RECORDED_STEPS, SPARSE, LINEAR))
+def find_mass(n, model, work, recorded, room, linear):
+    """The mass matrix, which is constant, from step n of a record."""
+    h, scale = recorded.numbers[n, LENGTH], recorded.numbers[n, SCALE]
+    t, y, la = recorded.numbers[n, TIME] + h, recorded.y1[n], recorded.la[n]
     c_mass = 1.0 / (h * h)
-    _evaluate(t, n, model, work, tape, linear)
+    _evaluate(t, n, model, work, recorded, linear)
     tangent(t, y, la, 0.0, 0.0, scale, model, room)
     for i in range(linear.K.size):
         linear.K[i] = room.values[i]
@@ -357,8 +357,8 @@ def _solve_transposed(dq, c_mass, W, linear, matrix, model):
     return not turns or change <= 1e-9 * largest
 
 
-@indirect(_I(_I, _I, TAPE, SPARSE, SPARSE, MODEL, INTEGERS, WORKSPACE, LINEAR, MATRIX, MATRIX))
-def pull_back(first, last, tape, room, matrix, model, models, work, linear, derivatives, found):
+@indirect(_I(_I, _I, RECORDED_STEPS, SPARSE, SPARSE, MODEL, INTEGERS, WORKSPACE, LINEAR, MATRIX, MATRIX))
+def pull_back(first, last, recorded, room, matrix, model, models, work, linear, derivatives, found):
     """Take derivatives of values by the state at the end of step `last` back to the start of step `first`.
 
     Parameters
@@ -379,10 +379,10 @@ def pull_back(first, last, tape, room, matrix, model, models, work, linear, deri
     k, half = (1.0 - am) / (1.0 - af), 1.0 / (2.0 * beta) - 1.0
     right, rows, parts = linear.right, linear.rows, linear.parts
     for n in range(last, first - 1, -1):
-        h, part, dq = tape.numbers[n, LENGTH], tape.numbers[n, PART], tape.dq[n]
+        h, part, dq = recorded.numbers[n, LENGTH], recorded.numbers[n, PART], recorded.dq[n]
         c_mass, c_rate = alpha.rates(h, options)
         c_step = 1.0 / (beta * h * h)
-        _differentiate(n, model, models, work, tape, room, linear)
+        _differentiate(n, model, models, work, recorded, room, linear)
         transpose(room.values, matrix)
         if sparse_lu.factor(matrix) != 0:
             return n + 1

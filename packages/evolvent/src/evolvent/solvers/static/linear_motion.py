@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sparse
 
-from evolvent.algebra.eigenproblem import Problem
+from evolvent.algebra.eigenproblem import Eigenproblem
 from evolvent.kernels import rigid
 from evolvent.kernels.blocks import POSITION, RATE, ROTATION, SLOPE
 from evolvent.model.registry import asked, frames_of
@@ -27,7 +27,7 @@ def growing_motions(work: Work) -> Array | None:
     if rubs(work.model):
         return None
     M, C, K, G = matrices(work)
-    return Problem(M, C, K, G, work.balance.weight, conservative=False).growing()
+    return Eigenproblem(M, C, K, G, work.balance.weight, conservative=False).growing()
 
 
 def has_gyroscopic_forces(work: Work) -> bool:

@@ -32,7 +32,7 @@ SMALLEST_STEP, FIRST_STEP = 1e-6, 0.1
 CAREFUL = 1e-3
 
 
-class Search:
+class StaticSearch:
     """The path so far, and how it goes on."""
 
     def __init__(self, work: Work, tolerance: float, most: int, progress: Callable[[float], None] | None) -> None:

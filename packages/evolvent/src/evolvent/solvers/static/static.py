@@ -19,7 +19,7 @@ from evolvent.solvers.common.coordinates import given_positions
 from evolvent.solvers.common.laws import law_failure, refusing_laws, try_laws
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.common.standing import at_time
-from evolvent.solvers.static.search import FIRST_STEP, Search
+from evolvent.solvers.static.search import FIRST_STEP, StaticSearch
 from evolvent.solvers.static.work import Work, spin_of
 from evolvent_base.errors import InputError
 
@@ -101,7 +101,7 @@ def solve_static(
     began = clock.perf_counter()
     with refusing_laws(assembly):
         work.allow_redundant()
-    search = Search(work, tolerance, most_steps, progress)
+    search = StaticSearch(work, tolerance, most_steps, progress)
     try:
         if arc_length:
             search.along_an_arc(FIRST_STEP if load_steps is None else targets[0])

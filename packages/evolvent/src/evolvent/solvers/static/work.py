@@ -25,10 +25,11 @@ from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SCALAR, SLOPE, id
 from evolvent.model.powers import N_POWERS
 from evolvent.model.registry import along_axes, asked, families, frames_of
 from evolvent.solvers.common import redundancy
+from evolvent.solvers.common.matrices import matrix_of
+from evolvent.solvers.common.sizes import sizes
 from evolvent.solvers.common.standing import end_ramps, freeze, stand_still
 from evolvent.solvers.static import equilibrium as eq
 from evolvent.solvers.static.steady_turn import check_turn
-from evolvent.solvers.time.implicit.setup import matrix_of, sizes
 from evolvent_base.errors import InputError
 
 Array = np.ndarray

@@ -37,7 +37,7 @@ SEARCH = np.dtype(
 )
 
 
-class Search(Struct):
+class EventSearch(Struct):
     """Scratch of a search.
 
     Attributes
@@ -58,11 +58,11 @@ class Search(Struct):
     addresses: np.ndarray = shared(ADDRESSES)
 
 
-def room(always: np.ndarray) -> Search:
+def room(always: np.ndarray) -> EventSearch:
     """Room for the search of events."""
     place = np.zeros(ROWS)
     place[END], place[MIDDLE] = 1.0, 0.5
-    return Search(
+    return EventSearch(
         state=zeros_record(SEARCH),
         place=place,
         values=np.zeros((ROWS, always.size)),
@@ -73,7 +73,7 @@ def room(always: np.ndarray) -> Search:
 
 
 _I = types.int64
-SEARCHES = Search._numba_type_
+SEARCHES = EventSearch._numba_type_
 
 
 @inlined

@@ -22,7 +22,7 @@ Ending = tuple[str, str]
 FINISHED: Ending = ("success", "the run reached its end")
 
 
-class Run:
+class MotionRun:
     """A plan that runs.
 
     Attributes

@@ -13,7 +13,7 @@ from evolvent.compiled.pointer import Struct, array, record, struct
 from evolvent.equations.events import apply_event, event_values
 from evolvent.model import MODEL
 from evolvent.model.layout import DUE
-from evolvent.solvers.time.event_search import Search
+from evolvent.solvers.time.event_search import EventSearch
 
 # status codes of a loop
 BUDGET, DONE, STOPPED, LOG_FULL, NOT_FINITE, TOO_SMALL, NO_THREAD = 0, 1, 2, 3, -1, -2, -3
@@ -43,7 +43,7 @@ class ExplicitWorkspace(Struct):
     log_t, log_k : (nlog,) float and int, time and number of every event; a loop returns where they run short
     jump : (ny,) float, what frictions have added to the end of the step; (0,) without
     K : (stages, ny) float, stages; w, y1 : (ny,) and g, g0 : (ne,) float, scratch
-    search : Search, of events within a step
+    search : EventSearch, of events within a step
     R0, x0, R1, x1 : (nb, 3, 3) and (nb, 3) float, rotations and positions of the bodies at both ends of a step
     """
 
@@ -61,7 +61,7 @@ class ExplicitWorkspace(Struct):
     jump: np.ndarray = array(1)
     g: np.ndarray = array(1)
     g0: np.ndarray = array(1)
-    search: Search = struct(Search)
+    search: EventSearch = struct(EventSearch)
     R0: np.ndarray = array(3)
     R1: np.ndarray = array(3)
     x0: np.ndarray = array(2)

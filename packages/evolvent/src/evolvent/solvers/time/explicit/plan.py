@@ -17,13 +17,13 @@ from evolvent.model.registry import asked, families as table
 from evolvent.parts.checks import positive
 from evolvent.solvers.common.laws import refusing_laws, try_laws
 from evolvent.solvers.common.solution import Solution
+from evolvent.solvers.common.start import STEP_ALLOWED, check_redundancy, check_start, sample_times
 from evolvent.solvers.time.explicit.methods import METHODS, Method
-from evolvent.solvers.time.explicit.run import Run, cache_name, load
+from evolvent.solvers.time.explicit.run import ExplicitRun, cache_name, load
 from evolvent.solvers.time.explicit.stability import Mode, energy_change, fastest_mode, stability_limit
-from evolvent.solvers.time.implicit.setup import check_redundancy, check_start
 from evolvent_base.errors import InputError, nearest
 
-__all__ = ["METHODS", "Plan", "cache_name", "choose_step", "plan", "sample_times", "solve", "stable_step"]
+__all__ = ["METHODS", "ExplicitPlan", "cache_name", "choose_step", "plan", "sample_times", "solve", "stable_step"]
 
 #: Share of RK4's stability limit taken by an automatic step where beams touch something. Dissipation stiffens a contact
 #: onto which a beam whips: 0.42 loses the energy balance of a wrapped rib there, 0.2 keeps it within 0.6 % of the
@@ -37,8 +37,6 @@ FASTEST_MODE_LOSS = 1e-4
 MOST_STEPS = 1e9
 #: Tolerances of dopri5 where none are given.
 RTOL, ATOL = 1e-8, 1e-10
-#: What a step may be, in messages.
-STEP_ALLOWED = "a finite time above 0, or None"
 
 
 def stable_step(assembly: Assembly, method: str, duration: float) -> tuple[Mode, float]:
@@ -112,7 +110,7 @@ def _automatic_step(assembly: Assembly, method: Method, duration: float, limit: 
 
 
 @dataclasses.dataclass(frozen=True)
-class Plan:
+class ExplicitPlan:
     """An explicit run, checked and prepared.
 
     Attributes
@@ -141,9 +139,9 @@ class Plan:
 
         A run that fails keeps the samples that it reached. Ctrl-C ends it with the status "interrupted".
         """
-        return Run(self).solution(progress)
+        return ExplicitRun(self).solution(progress)
 
-    def going_on(self, times: np.ndarray, y: np.ndarray, s: np.ndarray) -> Plan:
+    def going_on(self, times: np.ndarray, y: np.ndarray, s: np.ndarray) -> ExplicitPlan:
         """The same run over other times, from another state."""
         return dataclasses.replace(self, assembly=dataclasses.replace(self.assembly, y=y, s=s), times=times)
 
@@ -157,7 +155,7 @@ def plan(
     rtol: float = RTOL,
     atol: float = ATOL,
     unsafe_step: bool = False,
-) -> Plan:
+) -> ExplicitPlan:
     """Check and prepare an explicit run.
 
     Parameters
@@ -197,7 +195,7 @@ def plan(
         # of beams the fastest mode takes longer to find than a run may take
         if not needs.has_explicit_forces(own.model):
             stable_step(own, method, duration)
-    return Plan(own, times, method, step, limit, mode, rtol, atol, compile_time)
+    return ExplicitPlan(own, times, method, step, limit, mode, rtol, atol, compile_time)
 
 
 def solve(assembly: Assembly, *, progress: Callable[[float], None] | None = None, **options: Any) -> Solution:
@@ -218,19 +216,3 @@ def solve(assembly: Assembly, *, progress: Callable[[float], None] | None = None
         As of `plan`.
     """
     return plan(assembly, **options).run(progress)
-
-
-def sample_times(samples: Any) -> np.ndarray:
-    """`samples` as an array of times, s; refused unless two or more that increase."""
-    try:
-        times = np.array(samples, dtype=float)
-    except (TypeError, ValueError):
-        times = np.zeros(0)
-    if times.ndim != 1 or times.size < 2 or not np.all(np.isfinite(times)) or not np.all(np.diff(times) > 0.0):
-        raise InputError(f"samples is {_short(samples)}; it must be two or more finite times that increase, s")
-    return times
-
-
-def _short(value: Any) -> str:
-    text = " ".join(repr(value).split())
-    return text if len(text) <= 60 else f"{text[:50]} ... {text[-6:]}"

@@ -18,12 +18,12 @@ from evolvent.solvers.common import balance as eb
 from evolvent.solvers.common.laws import broken_law
 from evolvent.solvers.common.observations import sums_of
 from evolvent.solvers.common.sampled import balances
+from evolvent.solvers.common.sizes import round_off_energy, strain_round_off
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.time import event_search, run
 from evolvent.solvers.time.explicit import events as ex, loop as explicit
+from evolvent.solvers.time.explicit.messages import explicit_reason, explicit_stalled, unbalanced
 from evolvent.solvers.time.explicit.methods import METHODS, Method
-from evolvent.solvers.time.implicit.setup import round_off_energy, strain_round_off
-from evolvent.solvers.time.messages import explicit_reason, explicit_stalled, unbalanced
 from evolvent.solvers.time.pace import Stall
 
 #: Defect, in parts of the energy moved, at which a run is ended early. Smaller ones are judged at the end: at the start
@@ -43,7 +43,7 @@ def cache_name(assembly: Assembly, method: str) -> str:
     return f"{method} with {long}" if long and method in METHODS else method
 
 
-class Run(run.Run):
+class ExplicitRun(run.MotionRun):
     """A plan that runs: its loop, and the balances evaluated so far.
 
     The balance is checked after numbers of steps that do not depend on the machine's speed, so that a run ends the same
@@ -138,7 +138,7 @@ class Run(run.Run):
                 message += broken_law(self.assembly, [*self.moments(), (later, self.work.y, self.work.s)])
             return "failed", message
         if self.has_failed():
-            return "failed", unbalanced(self)
+            return "failed", unbalanced(self, self.found or self.closure(0))
         if code == ex.STOPPED:
             return "stopped by event", f"an event stopped the run at t = {self.reached:.9g} s"
         return run.FINISHED

@@ -8,28 +8,16 @@ changes the momentum by h (k x/2 + c x/h), x being reached at its end.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from evolvent.model.registry import asked, motions
+from evolvent.solvers.common.solution import Capture, Solution
 from evolvent.solvers.time.implicit.workspace import Workspace
-
-if TYPE_CHECKING:
-    from evolvent.solvers.common.solution import Solution
 
 #: Steps in a capture that resolve it.
 STEPS = 10
-
-
-class Capture(NamedTuple):
-    """A capture: the part by its family and row, when it began (s), in what time it takes the motion (s), and how."""
-
-    family: str
-    row: int
-    time: float
-    duration: float
-    what: str = "captures"
 
 
 class Captures:

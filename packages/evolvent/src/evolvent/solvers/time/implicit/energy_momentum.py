@@ -12,7 +12,7 @@ from evolvent.solvers.time.implicit import plan as implicit
 NAME = implicit.ENERGY_MOMENTUM
 
 
-def plan(assembly: Assembly, **options: Any) -> implicit.Plan:
+def plan(assembly: Assembly, **options: Any) -> implicit.ImplicitPlan:
     """Check and prepare a run; options as of `implicit.plan`."""
     return implicit.plan(assembly, method=NAME, **options)
 

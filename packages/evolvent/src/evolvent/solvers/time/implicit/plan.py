@@ -19,34 +19,36 @@ from evolvent.parts.checks import number, positive
 from evolvent.solvers.common import balance as eb
 from evolvent.solvers.common.coordinates import with_positions
 from evolvent.solvers.common.laws import has_means, refusing_laws, try_laws
+from evolvent.solvers.common.matrices import matrix_for, matrix_of
+from evolvent.solvers.common.sizes import energy_floor, round_off_energy, sizes
 from evolvent.solvers.common.solution import Solution
-from evolvent.solvers.time.explicit.plan import STEP_ALLOWED, sample_times
+from evolvent.solvers.common.start import STEP_ALLOWED, acts_from_outside, check_start, sample_times
 from evolvent.solvers.time.implicit import reactions
 from evolvent.solvers.time.implicit.methods import ENERGY_MOMENTUM, METHODS, NAME
-from evolvent.solvers.time.implicit.run import Run, rows_of_part
-from evolvent.solvers.time.implicit.setup import (
-    acts_from_outside,
-    check_start,
-    energy_floor,
-    matrix_for,
-    matrix_of,
-    paid_out_energy,
-    round_off_energy,
-    sizes,
-    workspace,
-)
+from evolvent.solvers.time.implicit.run import ImplicitRun, rows_of_part
+from evolvent.solvers.time.implicit.setup import paid_out_energy, workspace
 from evolvent.solvers.time.implicit.step_error import LEAST_NEWTON, LEFT_SHARE, rate_tolerance
 from evolvent.solvers.time.implicit.workspace import OPTIONS, Workspace
 from evolvent_base.errors import InputError
 
-__all__ = ["ENERGY_MOMENTUM", "METHODS", "NAME", "Plan", "Run", "matrix_of", "plan", "rows_of_part", "solve_implicit"]
+__all__ = [
+    "ENERGY_MOMENTUM",
+    "METHODS",
+    "NAME",
+    "ImplicitPlan",
+    "ImplicitRun",
+    "matrix_of",
+    "plan",
+    "rows_of_part",
+    "solve_implicit",
+]
 
 #: Part of the energy moved that energy-momentum may gain by round-off and by what Newton's method leaves.
 LARGEST_GAIN = 1e-3
 
 
 @dataclasses.dataclass(frozen=True)
-class Plan:
+class ImplicitPlan:
     """An implicit run, checked and prepared.
 
     Attributes
@@ -82,7 +84,7 @@ class Plan:
         InputError
             For constraints that contradict or repeat one another.
         """
-        return Run(self).solution(progress)
+        return ImplicitRun(self).solution(progress)
 
 
 def plan(
@@ -97,7 +99,7 @@ def plan(
     largest_gain: float | None = None,
     longest_step: float | None = None,
     own: bool = False,
-) -> Plan:
+) -> ImplicitPlan:
     """Check and prepare a run by implicit steps, joints as constraints of index 3.
 
     Parameters
@@ -176,7 +178,7 @@ def plan(
         **of.flags,
         **of.constants(rho),
     )
-    return Plan(mine, method, times, step, matrix_for(mine), weight, options)
+    return ImplicitPlan(mine, method, times, step, matrix_for(mine), weight, options)
 
 
 def _states_energies(model: Model) -> bool:
@@ -214,6 +216,6 @@ def solve_implicit(assembly: Assembly, *, progress: Callable[[float], None] | No
     Raises
     ------
     InputError
-        As of `plan` and `Plan.run`.
+        As of `plan` and `ImplicitPlan.run`.
     """
     return plan(assembly, **options).run(progress)

@@ -9,7 +9,7 @@ in balance with stiff forces as interpolated ones are not, and between them on s
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numba import void
@@ -20,11 +20,9 @@ from evolvent.assembly import needs
 from evolvent.compiled.jit import INTEGERS, MATRIX, indirect
 from evolvent.model.family import some
 from evolvent.model.registry import whole
+from evolvent.solvers.common.redundancy import Ranks
 from evolvent.solvers.time.implicit.alpha_start import forces_at
 from evolvent.solvers.time.implicit.workspace import DONE, WORKSPACE
-
-if TYPE_CHECKING:
-    from evolvent.solvers.common.redundancy import Ranks
 
 #: Part of a step by which the times of its ends lie inside it: loads that begin or end there are those within it.
 _INSIDE = 1e-9
@@ -56,7 +54,7 @@ def is_held(model: mdl.Model) -> bool:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Pending:
+class PendingReactions:
     """Accelerations, multipliers and wrenches of a run's samples, evaluated for those that are asked for.
 
     Attributes
@@ -74,7 +72,7 @@ class Pending:
     samples: np.ndarray
     done: np.ndarray
 
-    def chosen(self, samples: Any) -> Pending:
+    def chosen(self, samples: Any) -> PendingReactions:
         """Those of some of the samples: (k,) bool, or indices."""
         return dataclasses.replace(self, samples=self.samples[samples])
 
@@ -88,7 +86,7 @@ class Pending:
         return work.out_a[self.samples], work.out_la[self.samples], work.out_forces[self.samples]
 
 
-def _evaluate(run: Pending, wanted: np.ndarray) -> None:
+def _evaluate(run: PendingReactions, wanted: np.ndarray) -> None:
     """Write accelerations, multipliers and wrenches of the samples `wanted`, (nt,) bool, into the workspace's records.
 
     A step is evaluated from its first sample, so that values do not depend on which samples are wanted. Where it cannot

@@ -15,17 +15,19 @@ from evolvent.equations.implicit import residual, tangent
 from evolvent.model.registry import asked, families as table, motions_of
 from evolvent.solvers.common import balance as eb, redundancy
 from evolvent.solvers.common.coordinates import evaluate_multipliers
+from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.common.sampled import Sampled
 from evolvent.solvers.common.solution import Solution, event_numbers
+from evolvent.solvers.common.start import acts_from_outside
 from evolvent.solvers.time import run
 from evolvent.solvers.time.implicit import loop as implicit_loop, reactions, samples as implicit_samples
 from evolvent.solvers.time.implicit.alpha_tangent import SHORT
 from evolvent.solvers.time.implicit.captures import Captures
+from evolvent.solvers.time.implicit.messages import reason, stalled
 from evolvent.solvers.time.implicit.methods import METHODS
 from evolvent.solvers.time.implicit.releases import releases_of, resume, write_accounts
-from evolvent.solvers.time.implicit.setup import acts_from_outside, matrix_of
 from evolvent.solvers.time.implicit.workspace import AT_RESTART, AT_STOP, BUDGET, DONE, STOPPED, Workspace
-from evolvent.solvers.time.messages import outrun, reason, stalled
+from evolvent.solvers.time.messages import outrun
 from evolvent.solvers.time.pace import Stall
 from evolvent_base.errors import InputError
 
@@ -33,12 +35,12 @@ from evolvent_base.errors import InputError
 MOST_INNER = 20
 
 
-class Run(run.Run):
+class ImplicitRun(run.MotionRun):
     """A plan that runs: its workspace, and the switches and events that the loop does not keep.
 
     Attributes
     ----------
-    plan : implicit.Plan
+    plan : ImplicitPlan
     work : implicit_state.Workspace
     releases : list of what changes the number of moving nodes between steps (`Family.releases`)
     ranks : redundancy.Ranks, of the constraints
@@ -294,12 +296,12 @@ class Run(run.Run):
             None if self.model.info.releases else work.out_momenta[:n],
         )
 
-    def _reactions(self, n: int) -> reactions.Pending | None:
+    def _reactions(self, n: int) -> reactions.PendingReactions | None:
         """What evaluates reactions at the first n samples; None where the loop keeps them."""
         if not reactions.applies(self.model, self.plan.options):
             return None
         done = np.zeros(n, dtype=bool)
-        return reactions.Pending(self.model, self.matrix, self.work, self.ranks, np.arange(n), done)
+        return reactions.PendingReactions(self.model, self.matrix, self.work, self.ranks, np.arange(n), done)
 
 
 def rows_of_part(assembly: Assembly, name: str) -> slice:

@@ -11,7 +11,7 @@ from evolvent.compiled.jit import inlined
 from evolvent.compiled.pointer import Struct, array, record, struct
 from evolvent.model.interval import Interval
 from evolvent.solvers.common.balance import BALANCE, EXTREMES
-from evolvent.solvers.time.event_search import Search
+from evolvent.solvers.time.event_search import EventSearch
 
 # status codes of the loop
 BUDGET, DONE, AT_STOP, AT_RESTART, STOPPED = 0, 1, 2, 3, 4
@@ -137,7 +137,7 @@ class Workspace(Struct):
     samples: np.ndarray = array(1)
     stops: np.ndarray = array(1)
     momenta: np.ndarray = array(1)
-    search: Search = struct(Search)
+    search: EventSearch = struct(EventSearch)
     log_t: np.ndarray = array(1)
     log_k: np.ndarray = array(1, np.int64)
     out_y: np.ndarray = array(2)

@@ -1,27 +1,25 @@
-"""A dispersion as text, tables, figures, an HTML page, CSV and NetCDF."""
+"""A dispersion as an answer: bounds, sensitivities, quantiles, failures, figures and files."""
 
 from __future__ import annotations
 
-import csv
-import datetime
-import io
+import dataclasses
 import json
 import math
-import os
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from evolvent import results
-from evolvent.design.dispersions.dispersed import Dispersion, Output
-from evolvent.exports.figure_pictures import figure_picture
-from evolvent.results import made_with
-from evolvent_base import pages
-from evolvent_base.console import aligned
-from evolvent_base.errors import visible
+from evolvent.design.dispersions import order, sensitivity
+from evolvent.results.kept import stored_name
+from evolvent_base import answer as an
+from evolvent_base.errors import InputError, counted, visible
 from evolvent_base.figures import Figure, Line, Panel
-from evolvent_base.files import write_file
+from evolvent_base.showing import Shown
 
+Array = np.ndarray
 #: Most failed runs that are listed.
 _MOST_FAILURES = 50
 #: Letters of a name on an axis of the tornado.
@@ -37,19 +35,62 @@ def number(value: float) -> str:
     return f"{value:.5g}"
 
 
-def summary(found: Dispersion) -> list[tuple[str, ...]]:
-    """Rows of results: name with unit, mean, standard deviation, smallest, largest, lower and upper bound."""
+def answer_of(found: Dispersion) -> an.Answer:
+    """What the runs say."""
+    bounds = an.Section(title="Results", blocks=[_summary(found), *sentences(found)])
+    draws = [(d.name, d.text, number(float(np.mean(d.values))), number(float(np.std(d.values)))) for d in found.draws]
+    drawn = ("key", "distribution", "mean, drawn", "standard deviation, drawn")
+    again = an.Remark("Saved as a file, this study can be run again: evolvent disperse study.yaml.")
+    return an.Answer(
+        title=f"Dispersion {found.name}",
+        warnings=an.failed(one.reason for one in found.failures),
+        sections=[
+            bounds,
+            an.Section(title="Keys that vary", blocks=[an.Table(heads=drawn, rows=draws, words=2)], level=an.PAGE),
+            *_failures(found),
+            *(_section(found, one) for one in found.outputs),
+            an.Section(title="Study", blocks=[again, an.Listing(found.dataset.attrs["study"])], level=an.PAGE),
+        ],
+        files={"dispersion.csv": lambda: an.as_csv(runs(found)), "dispersion.nc": lambda: _netcdf(found)},
+        made=results.made_with(),
+    )  # fmt: skip
+
+
+def _failures(found: Dispersion) -> list[an.Section]:
+    """The runs that failed."""
+    rows = [
+        (str(f.case), f.reason, ", ".join(f"{key} = {_short(value)}" for key, value in f.keys.items()))
+        for f in found.failures
+    ]
+    left = [f"and {len(rows) - _MOST_FAILURES} more"] if len(rows) > _MOST_FAILURES else []
+    table = an.Table(heads=("case", "reason", "keys"), rows=rows[:_MOST_FAILURES], words=3, most=3)
+    title = f"{counted(len(rows), 'run')} failed"
+    return [an.Section(title=title, blocks=[table, *left])] if rows else []
+
+
+def _section(found: Dispersion, one: Output) -> an.Section:
+    """Figures, sensitivities, quantiles and extremes of a result."""
+    rows, about = sensitivities(found, one)
+    title = f"Quantiles, with intervals of {100 * found.confidence:.6g} %"
+    quantiles = [(f"{100 * q.probability:.6g} %", *map(number, (q.value, q.low, q.high))) for q in one.quantiles]
+    tables = [
+        an.Table(heads=sensitivity_heads(one), rows=rows),
+        an.Table(heads=("probability", "quantile", "from", "to"), rows=quantiles, title=title, level=an.PAGE),
+        an.Table(heads=("", "value", "case", "keys"), rows=worst(found, one), title="Extremes",
+                 level=an.EVERYWHERE if found.sample == "corners" else an.PAGE),
+    ]  # fmt: skip
+    return an.Section(title=_named(one), blocks=[one.text, *figures(found, one), about, *tables])
+
+
+def _summary(found: Dispersion) -> an.Table:
+    """Results: name with unit, mean, standard deviation, smallest, largest, lower and upper bound."""
+    heads = ("result", "mean", "std", "smallest", "largest", f"{found.statement} lower", f"{found.statement} upper")
     rows = []
     for one in found.outputs:
         m = one.moments
         row = [_named(one), *(number(m[key]) for key in ("mean", "std", "least", "largest"))]
         rows.append((*row, number(one.lower.value), number(one.upper.value)))
-    return rows
-
-
-def heads(found: Dispersion) -> tuple[str, ...]:
-    """Heads of the columns of `summary`."""
-    return ("result", "mean", "std", "smallest", "largest", f"{found.statement} lower", f"{found.statement} upper")
+    return an.Table(heads=heads, rows=rows)
 
 
 def sentences(found: Dispersion) -> list[str]:
@@ -121,11 +162,6 @@ def sensitivity_heads(one: Output) -> tuple[str, ...]:
     return ("key", "standardised coefficient", "interval")
 
 
-def quantile_rows(one: Output) -> list[tuple[str, ...]]:
-    """Rows of quantiles: probability, value, ends of the interval."""
-    return [(f"{100 * q.probability:.6g} %", number(q.value), number(q.low), number(q.high)) for q in one.quantiles]
-
-
 def worst(found: Dispersion, one: Output) -> list[tuple[str, ...]]:
     """Rows of the smallest and the largest value: case, value and its keys."""
     rows: list[tuple[str, ...]] = []
@@ -134,23 +170,6 @@ def worst(found: Dispersion, one: Output) -> list[tuple[str, ...]]:
             keys = ", ".join(f"{d.name} = {d.values[case]:.5g}{f' {d.unit}' if d.unit else ''}" for d in found.draws)
             rows.append((which, number(float(one.values[case])), str(case), keys))
     return rows
-
-
-def text(found: Dispersion) -> str:
-    """The result as lines for the screen."""
-    lines = aligned([heads(found), *summary(found)])
-    lines += ["", *sentences(found)]
-    for failure in found.failures[:3]:
-        keys = ", ".join(f"{key} = {_short(value)}" for key, value in failure.keys.items())
-        lines.append(f"failed: case {failure.case} ({keys}): {failure.reason}")
-    for one in found.outputs:
-        rows, about = sensitivities(found, one)
-        lines += ["", f"{_named(one)}: {about}"]
-        if rows:
-            lines += aligned([sensitivity_heads(one), *rows])
-        if found.sample == "corners":
-            lines += [f"{row[0]}: {row[1]} in case {row[2]}: {row[3]}" for row in worst(found, one)]
-    return visible("\n".join(lines))
 
 
 def _short(value: Any) -> str:
@@ -164,23 +183,13 @@ def _named(one: Output) -> str:
 # ------------------------------------------------------------------------------------------------ figures
 
 
-def figures(found: Dispersion) -> list[Figure]:
-    """A histogram with bounds and a chart of sensitivities for every result."""
-    drawn = []
-    for one in found.outputs:
-        own = record_name(one)
-        if one.finite.size > 1 and np.ptp(one.finite) > 0.0 and found.sample != "corners":
-            drawn.append(_histogram(found, one, f"{own}-histogram"))
-        if not (one.indices.why if one.indices is not None else one.regression.why):
-            drawn.append(_tornado(found, one, f"{own}-sensitivity"))
-    return drawn
-
-
-def record_name(one: Output) -> str:
-    """Name of a result as the beginning of a file's name."""
-    from evolvent.results.kept import stored_name
-
-    return stored_name(one.name).strip("_")
+def figures(found: Dispersion, one: Output) -> Iterable[Figure]:
+    """A histogram with bounds, and a chart of sensitivities, of a result."""
+    own = stored_name(one.name).strip("_")
+    if one.finite.size > 1 and np.ptp(one.finite) > 0.0 and found.sample != "corners":
+        yield _histogram(found, one, f"{own}-histogram")
+    if not (one.indices.why if one.indices is not None else one.regression.why):
+        yield _tornado(found, one, f"{own}-sensitivity")
 
 
 def _histogram(found: Dispersion, one: Output, name: str) -> Figure:
@@ -257,103 +266,159 @@ def short_name(name: str) -> str:
 # ------------------------------------------------------------------------------------------------ files
 
 
-def write(found: Dispersion, path: str | os.PathLike[str], *, date: datetime.datetime | None = None) -> None:
-    """Write the report as one HTML page that needs nothing else.
-
-    Parameters
-    ----------
-    found : Dispersion
-    path : str
-    date : the moment that it states; now unless given
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
-    drawn = {figure.name: figure_picture(figure) for figure in figures(found)}
-    sections = []
-    for one in found.outputs:
-        own = record_name(one)
-        rows, about = sensitivities(found, one)
-        pictures = [drawn[name] for name in (f"{own}-histogram", f"{own}-sensitivity") if name in drawn]
-        sections.append(
-            {
-                "name": _named(one),
-                "text": one.text,
-                "pictures": pictures,
-                "sensitivities": rows,
-                "about": about,
-                "heads": sensitivity_heads(one),
-                "quantiles": quantile_rows(one),
-                "worst": worst(found, one),
-            }
-        )
-    failures = [
-        (str(f.case), f.reason, ", ".join(f"{key} = {_short(value)}" for key, value in f.keys.items()))
-        for f in found.failures[:_MOST_FAILURES]
-    ]
-    moment = date or datetime.datetime.now(datetime.UTC)
-    page = pages.render(
-        "dispersion.html",
-        title=f"Dispersion: {found.name}",
-        sentences=sentences(found),
-        heads=heads(found),
-        summary=summary(found),
-        draws=[
-            (d.name, d.text, number(float(np.mean(d.values))), number(float(np.std(d.values)))) for d in found.draws
-        ],
-        sections=sections,
-        failures=failures,
-        failed=len(found.failures),
-        confidence=f"{100 * found.confidence:.6g} %",
-        study=found.dataset.attrs["study"],
-        made=f"{moment.day} {moment:%B %Y, %H:%M} UTC, {made_with()}",
-    )
-    write_file(path, page.encode())
-
-
-def write_table(found: Dispersion, path: str | os.PathLike[str]) -> None:
-    """Write a row for every run as CSV: case, status, reason, keys and results with their units.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
-    dataset, stream = found.dataset, io.StringIO()
+def runs(found: Dispersion) -> list[list[Any]]:
+    """A row for every run, below one of heads: case, status, reason, keys and results with their units."""
+    dataset = found.dataset
     keys = json.loads(dataset.attrs["keys"])
-    writer = csv.writer(stream, lineterminator="\n")
     units = [dataset[key].attrs.get("units", "1") for key in keys]
     head = [f"{key} [{unit}]" if unit != "1" else key for key, unit in zip(keys, units, strict=True)]
-    writer.writerow([visible(cell) for cell in ("case", "status", "reason", *head, *map(_named, found.outputs))])
+    rows: list[list[Any]] = [[visible(one) for one in ("case", "status", "reason", *head, *map(_named, found.outputs))]]
     columns = [dataset[key].values for key in keys] + [one.values for one in found.outputs]
     for k in range(found.count):
         cells = [column[k].item() for column in columns]
         numbers = [repr(cell) if isinstance(cell, float) else visible(str(cell)) for cell in cells]
         reason = visible(str(dataset["reason"].values[k]))
-        writer.writerow([k, dataset["status"].values[k], reason, *numbers])
-    write_file(path, stream.getvalue())
+        rows.append([k, dataset["status"].values[k], reason, *numbers])
+    return rows
 
 
-def write_netcdf(found: Dispersion, path: str | os.PathLike[str]) -> None:
-    """Write all runs as NetCDF, with the bounds of every result as attributes of its variable.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
+def _netcdf(found: Dispersion) -> memoryview:
+    """All runs as NetCDF, with the bounds of every result as attributes of its variable."""
     dataset = found.dataset.copy()
     dataset = dataset.reset_coords([c for c in dataset.coords if c not in dataset.dims])  # no blanks in lists of names
     stated = {}
     for one in found.outputs:
         own = {**one.moments, "lower": one.lower.value, "upper": one.upper.value, "confidence": one.upper.confidence}
-        stated[one.name] = {**{key: _plain(value) for key, value in own.items()}, "lacking": one.lacking}
+        stated[one.name] = {**own, "lacking": one.lacking}
     dataset.attrs = {**dataset.attrs, "coverage": found.coverage, "confidence": found.confidence}
-    dataset.attrs["dispersion"] = json.dumps(stated)
-    results.save(dataset, path)
+    dataset.attrs["dispersion"] = json.dumps(an.plain(stated))
+    return results.image(dataset)
 
 
-def _plain(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Draw:
+    """A draw: the keys that follow it, its distribution as the study states it, and values of its first key.
+
+    Attributes
+    ----------
+    keys : tuple of str
+    text : str
+    unit : str, SI, of the first key
+    values : (n,) float, of the first key; NaN where it takes no numbers
+    """
+
+    keys: tuple[str, ...]
+    text: str
+    unit: str
+    values: Array
+
+    @property
+    def name(self) -> str:
+        """The keys in one text."""
+        return ", ".join(self.keys)
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Failure:
+    """A run that failed: its case, why, and the values of its keys."""
+
+    case: int
+    reason: str
+    keys: Mapping[str, Any]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Output:
+    """One result over all runs.
+
+    Attributes
+    ----------
+    name : str, as the study asks for it, with its entry where a variable has several
+    text : str, what it is
+    unit : str
+    values : (n,) float, of all runs; NaN of a run that failed or has no value
+    seen : (k,) bool, the runs that bounds, moments and quantiles rest on: all, of a sample by Saltelli the first two
+        samples
+    moments : mapping: mean, std, least, largest
+    upper, lower : order.Bound
+    quantiles : list of order.Quantile
+    regression : sensitivity.Regression
+    indices : sensitivity.Indices or None
+    """
+
+    name: str
+    text: str
+    unit: str
+    values: Array
+    seen: Array
+    moments: Mapping[str, float]
+    upper: order.Bound
+    lower: order.Bound
+    quantiles: list[order.Quantile]
+    regression: sensitivity.Regression
+    indices: sensitivity.Indices | None
+
+    @property
+    def finite(self) -> Array:
+        """Values that bounds and moments rest on."""
+        own = self.values[self.seen]
+        return own[np.isfinite(own)]
+
+    @property
+    def lacking(self) -> int:
+        """Number of runs without a value among those that bounds rest on."""
+        return int(np.sum(~np.isfinite(self.values[self.seen])))
+
+    @property
+    def extremes(self) -> tuple[int, int]:
+        """Cases with the smallest and the largest value; -1 where none has one."""
+        if not np.isfinite(self.values).any():
+            return -1, -1
+        return int(np.nanargmin(self.values)), int(np.nanargmax(self.values))
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Dispersion(Shown):
+    """An evaluated study.
+
+    Attributes
+    ----------
+    dataset : xarray.Dataset, of `evolvent.sweep`
+    name, sample : str, of the study
+    count : int, runs
+    coverage, confidence : float, of the bounds
+    draws : tuple of Draw
+    outputs : tuple of Output
+    failures : tuple of Failure
+    notes : tuple of str, what a reader must know
+    """
+
+    dataset: xr.Dataset
+    name: str
+    sample: str
+    count: int
+    coverage: float
+    confidence: float
+    draws: tuple[Draw, ...]
+    outputs: tuple[Output, ...]
+    failures: tuple[Failure, ...]
+    notes: tuple[str, ...]
+
+    named = "results"
+    endings = (".csv", ".nc")
+
+    def __getitem__(self, name: str) -> Output:
+        """The result of a name."""
+        for one in self.outputs:
+            if one.name == name:
+                return one
+        raise InputError(f"no result is called {name!r}; known: {', '.join(one.name for one in self.outputs)}")
+
+    @property
+    def statement(self) -> str:
+        """Coverage and confidence in short: "95/95"."""
+        return f"{100 * self.coverage:.6g}/{100 * self.confidence:.6g}"
+
+    def answer(self) -> an.Answer:
+        """Bounds of the results, what the runs are, sensitivities, failures, figures and files."""
+        return answer_of(self)

@@ -1,13 +1,21 @@
-"""A designed drive as text and figure."""
+"""A designed drive as an answer: measures beside bounds, models of the blade, corners, a figure."""
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
+from evolvent import cases
+from evolvent_base import answer as an
 from evolvent_base.figures import Figure, Line, Panel, stacked
+from evolvent_base.showing import Shown
 from evolvent_papers.drives import motion as mo
-from evolvent_papers.drives.search import Design
+from evolvent_papers.drives.bounds import DriveTask
 
+Array = np.ndarray
 #: Words, unit and factor to it of each measure.
 WORDS = {
     "peak_lag": ("peak lag", "deg", np.degrees(1.0)),
@@ -17,6 +25,31 @@ WORDS = {
     "tension": ("tension at the spool", "mN", 1e3),
     "spool_torque": ("torque on the spool", "mN m", 1e3),
 }
+
+
+#: Heads of lags.
+_LAGS = ("peak lag, deg", "swing of the tip, deg", "swing at the spool, deg")
+
+
+def answer_of(found: Design) -> an.Answer:
+    """Measures beside bounds, models of the blade, corners, a figure and a file."""
+    last = ("worst corner",) if found.corners else ()
+    missed = text(found)
+    tables = {
+        "Designed drive": (("", "bound", "constant rate", "designed", "other models", *last), rows(found)),
+        "Models of the blade": (("segments", *_LAGS), models(found)),
+        "Errors of inertia and spin": (("inertia", "spin", *_LAGS), corners(found)),
+    }
+    first = "A designed drive; " + (f"bounds not met: {missed}" if missed else "all bounds are met")
+    return an.Answer(
+        title="Designed drive of the spools", warnings=[f"bounds are not met: {missed}"] if missed else [],
+        sections=[
+            *(an.Section(title=title, blocks=[an.Table(heads=heads, rows=of)])
+              for title, (heads, of) in tables.items() if of),
+            an.Section(title="Drive", blocks=[figure(found)], level=an.PAGE),
+        ],
+        files={"drive.yaml": lambda: f"# {first}\n{cases.dump(found.content)}"},
+    )  # fmt: skip
 
 
 def rows(found: Design) -> list[tuple[str, ...]]:
@@ -111,3 +144,53 @@ def rates(found: Design, time: mo.Array) -> mo.Array:
 
     at, rate = np.array(found.table).T
     return np.where(time <= at[-1], PchipInterpolator(at, rate)(np.minimum(time, at[-1])), 0.0)
+
+
+@dataclasses.dataclass(frozen=True)
+class Design(Shown):
+    """A drive that was found.
+
+    Attributes
+    ----------
+    task : DriveTask, what was asked
+    table : list of (time s, rate rad/s) rows
+    end : float, s
+    nominal, constant : Motion, under this drive, and under the constant rate that starts and stops at once
+    others : mapping, name -> Motion, of other models of the blade: more nodes, and springs where the case has them
+    corners : mapping, (factor of the inertia, factor of the spin) -> Motion
+    evaluations : int, runs of the search
+    """
+
+    task: DriveTask
+    table: list[list[float]]
+    end: float
+    nominal: mo.Motion
+    constant: mo.Motion
+    others: Mapping[str, mo.Motion]
+    corners: Mapping[tuple[float, float], mo.Motion]
+    evaluations: int
+
+    named = "drives"
+    endings = (".yaml",)
+
+    def answer(self) -> an.Answer:
+        """Measures beside bounds, models of the blade, corners, a figure and a file."""
+        return answer_of(self)
+
+    @property
+    def largest(self) -> mo.Measures:
+        """The largest values of all models of the blade."""
+        models = [one.measures() for one in (self.nominal, *self.others.values())]
+        return mo.Measures(*map(max, zip(*models, strict=True)))
+
+    def missed(self) -> list[tuple[str, float, float]]:
+        """Bounds that are not met by one of the models: (key of the measure, largest value, bound)."""
+        found = zip(mo.Measures._fields, self.largest, strict=True)
+        given = ((key, value, getattr(self.task.bounds, mo.BOUND_OF[key])) for key, value in found)
+        return [(key, value, bound) for key, value, bound in given if bound is not None and value > bound]
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The case with the drive, as a file holds it."""
+        given = mo.table_keys(self.table) | {"solver.duration": round(self.end + mo.after(self.task), 3)}
+        return cases.written(cases.load(self.task.case.model_dump(mode="json"), given))

@@ -11,7 +11,8 @@ import numpy as np
 
 from evolvent.analysis.margins import factors as of
 from evolvent.analysis.margins.keys import Margin, MarginLine
-from evolvent.analysis.margins.mechanism import Mechanism, Position
+from evolvent.analysis.margins.mechanism import Mechanism
+from evolvent.analysis.margins.positions import Position
 from evolvent.kernels import axial
 from evolvent.model.registry import motions_of
 from evolvent_base.errors import InputError

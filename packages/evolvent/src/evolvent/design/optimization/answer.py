@@ -1,33 +1,54 @@
-"""A design as text, a figure and an HTML page."""
+"""A design as an answer: keys, requirements, tolerances, searches, a figure."""
 
 from __future__ import annotations
 
-import datetime
+import dataclasses
 import math
-import os
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
 from evolvent import cases
-from evolvent.design.dispersions.report import short_name
-from evolvent.design.optimization.problem import Variable
-from evolvent.design.optimization.runs import short
-from evolvent.design.optimization.search import Design, Found
-from evolvent.exports.figure_pictures import figure_picture
+from evolvent.design.dispersions.answer import short_name
+from evolvent.design.optimization.problem import DesignProblem, Variable
+from evolvent.design.optimization.runs import DesignResult, short
+from evolvent.design.optimization.trade import Trade
 from evolvent.results import made_with
-from evolvent_base import pages
-from evolvent_base.console import aligned
-from evolvent_base.errors import visible
+from evolvent_base import answer as an
 from evolvent_base.figures import Figure, Line, Panel
-from evolvent_base.files import write_file
+from evolvent_base.showing import Shown
 
+Array = np.ndarray
 #: Relative amount by which a requirement that is missed with finer integration alone is said to be.
 MISSED = 1e-5
 #: Stationarity above which the derivatives at the end do not fit an optimum.
 _STATIONARY = 0.1
 
 Rows = list[tuple[str, ...]]
+
+
+def answer_of(found: Design) -> an.Answer:
+    """What was found."""
+    title = f"Design: {found.problem.aim}"
+    made = {
+        "Keys": key_table(found),
+        "Requirements": requirement_table(found),
+        "What tolerances do, to first order": tolerance_table(found),
+        "Searches": end_table(found),
+    }
+    missed = f"no design that was tried meets all requirements; missed: {'; '.join(found.missed())}"
+    case = an.Listing(cases.dump(found.content))
+    return an.Answer(
+        title=title, heads=sentences(found), warnings=[] if found.met else [missed],
+        sections=[
+            *(an.Section(title=name, blocks=[table]) for name, table in made.items() if table.rows),
+            an.Section(title="Search", blocks=[figure(found)], level=an.PAGE),
+            an.Section(title="Case", blocks=[an.Remark("The case with the design."), case], level=an.PAGE),
+        ],
+        files={"design.yaml": lambda: f"# A design: {found.problem.aim}\n{case.text}"},
+        made=made_with(),
+    )  # fmt: skip
 
 
 def number(value: float) -> str:
@@ -57,8 +78,6 @@ def sentences(found: Design) -> list[str]:
             f"requirements are their {100 * spread.quantile:.6g} % quantiles on the worse side, by order"
         )
     lines.append(_integration(found))
-    if not found.met:
-        lines.append(f"no design that was tried meets all requirements; missed: {'; '.join(found.missed())}")
     if found.exhausted:
         lines.append("the search ended since it had no runs left; more are allowed by most_runs (--runs)")
     if found.trade is not None:
@@ -89,8 +108,8 @@ def _integration(found: Design) -> str:
     return line + (f"; with it {'; '.join(missed)} is missed" if missed else "")
 
 
-def key_rows(found: Design) -> Rows:
-    """Rows of the keys: name with unit, lower bound, case, design, upper bound."""
+def key_table(found: Design) -> an.Table:
+    """The keys: name with unit, lower bound, case, design, upper bound."""
     rows: Rows = []
     own = found.values
     for one in found.problem.variables:
@@ -101,7 +120,7 @@ def key_rows(found: Design) -> Rows:
             start = "-" if key.start is None else _shown(key.start, key.unit)
             low, high = ("choices", str(len(key.choices))) if key.choices else (number(key.low), number(key.high))
             rows.append((name, low, start, shown, high))
-    return rows
+    return an.Table(heads=("key", "lower", "case", "design", "upper"), rows=rows)
 
 
 def _shown(value: object, unit: str) -> str:
@@ -111,11 +130,8 @@ def _shown(value: object, unit: str) -> str:
     return number(float(value)) if isinstance(value, float) else str(value)
 
 
-KEY_HEADS = ("key", "lower", "case", "design", "upper")
-
-
-def requirement_rows(found: Design) -> Rows:
-    """Rows of the requirements: text, value of the case, of the design, slack, multiplier."""
+def requirement_table(found: Design) -> an.Table:
+    """The requirements: text, value of the case, of the design, slack, multiplier."""
     rows: Rows = []
     for k, one in enumerate(found.problem.requirements):
         value = float(found.best.result.values[k])
@@ -124,26 +140,20 @@ def requirement_rows(found: Design) -> Rows:
         gain = "-" if found.trade is None else number(float(found.trade.multipliers[k]))
         start = number(float(found.start.result.values[k]))
         rows.append((one.text, start, number(value), number(left), state if left >= 0.0 else "MISSED", gain))
-    return rows
+    worth = f"worth of a unit, {found.problem.unit or 'objective'}"
+    return an.Table(heads=("requirement", "case", "design", "slack", "state", worth), rows=rows)
 
 
-def requirement_heads(found: Design) -> tuple[str, ...]:
-    """Heads of the columns of `requirement_rows`."""
-    unit = found.problem.unit or "objective"
-    return ("requirement", "case", "design", "slack", "state", f"worth of a unit, {unit}")
-
-
-def tolerance_rows(found: Design) -> Rows:
-    """Rows of the tolerances: keys, tolerance, change of the objective, requirements that it would break, cost."""
-    if found.trade is None:
-        return []
+def tolerance_table(found: Design) -> an.Table:
+    """The tolerances: keys, tolerance, change of the objective, cost, requirements that it would break."""
     rows: Rows = []
-    for one in found.trade.tolerances:
+    for one in found.trade.tolerances if found.trade is not None else ():
         broken = ", ".join(
             f"{found.problem.requirements[k].name} by {number(_beyond(found, one.changes, k))}" for k in one.exceeds
         )
         rows.append((one.name, one.text, number(one.objective), number(one.cost), broken or "none"))
-    return rows
+    unit = found.problem.unit or "1"
+    return an.Table(heads=("keys", "tolerance", f"objective changes by, {unit}", f"cost, {unit}", "breaks"), rows=rows)
 
 
 def _beyond(found: Design, changes: np.ndarray, k: int) -> float:
@@ -151,14 +161,8 @@ def _beyond(found: Design, changes: np.ndarray, k: int) -> float:
     return float(changes[k] - max(found.trade.slacks[k], 0.0))
 
 
-def tolerance_heads(found: Design) -> tuple[str, ...]:
-    """Heads of the columns of `tolerance_rows`."""
-    unit = found.problem.unit or "1"
-    return ("keys", "tolerance", f"objective changes by, {unit}", f"cost, {unit}", "breaks")
-
-
-def end_rows(found: Design) -> Rows:
-    """Rows of the searches: choices, objective, whether all requirements are met, message."""
+def end_table(found: Design) -> an.Table:
+    """The searches: choices, objective, whether all requirements are met, message."""
     rows: Rows = []
     for k, one in enumerate(found.ends):
         met = one.result.sound and all(
@@ -173,10 +177,8 @@ def end_rows(found: Design) -> Rows:
                 one.result.reason or one.message,
             )
         )
-    return rows
-
-
-END_HEADS = ("search", "choices", "objective", "requirements met", "ended with")
+    level = an.EVERYWHERE if len(rows) > 1 else an.PAGE
+    return an.Table(heads=("search", "choices", "objective", "requirements met", "ended with"), rows=rows, level=level)
 
 
 def _choices(found: Design, one: Found) -> str:
@@ -184,18 +186,6 @@ def _choices(found: Design, one: Found) -> str:
         return f"{variable.name} = {variable.keys[0].choices[number]}"
 
     return ", ".join(text(v, n) for v, n in zip(found.problem.discrete, one.chosen, strict=True)) or "-"
-
-
-def text(found: Design) -> str:
-    """The design as lines for the screen."""
-    lines = [*sentences(found), "", *aligned([KEY_HEADS, *key_rows(found)])]
-    if found.problem.requirements:
-        lines += ["", *aligned([requirement_heads(found), *requirement_rows(found)])]
-    if found.trade is not None and found.trade.tolerances:
-        lines += ["", "what tolerances do, to first order:", *aligned([tolerance_heads(found), *tolerance_rows(found)])]
-    if len(found.ends) > 1:
-        lines += ["", *aligned([END_HEADS, *end_rows(found)])]
-    return visible("\n".join(lines))
 
 
 def figure(found: Design) -> Figure:
@@ -256,24 +246,78 @@ def figure(found: Design) -> Figure:
     )
 
 
-def write(found: Design, path: str | os.PathLike[str], *, date: datetime.datetime | None = None) -> None:
-    """Write the report as one HTML page that needs nothing else.
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Found:
+    """A design that a search ended with.
 
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
+    Attributes
+    ----------
+    place : (variables with bounds,) float, shares of the ways between their bounds
+    chosen : tuple of int, numbers of the choices
+    result : DesignResult
+    message : str, of the optimiser
     """
-    moment = date or datetime.datetime.now(datetime.UTC)
-    sections: Sequence[tuple[str, tuple[str, ...], Rows]] = [
-        ("Keys", KEY_HEADS, key_rows(found)),
-        ("Requirements", requirement_heads(found), requirement_rows(found)),
-        ("What tolerances do, to first order", tolerance_heads(found), tolerance_rows(found)),
-        ("Searches", END_HEADS, end_rows(found)),
-    ]
-    page = pages.render(
-        "design.html", title=f"Design: {found.problem.aim}", sentences=sentences(found), met=found.met,
-        picture=figure_picture(figure(found)), sections=[one for one in sections if one[2]],
-        case=cases.dump(found.content), made=f"{moment.day} {moment:%B %Y, %H:%M} UTC, {made_with()}",
-    )  # fmt: skip
-    write_file(path, page.encode())
+
+    place: Array
+    chosen: tuple[int, ...]
+    result: DesignResult
+    message: str
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Design(Shown):
+    """The outcome of a search.
+
+    Attributes
+    ----------
+    problem : DesignProblem
+    start : Found, the case as it is (its own choices, or the first ones)
+    best : Found
+    met : bool, whether the best design meets all requirements
+    ends : tuple of Found, the end of every search
+    trade : Trade or None, multipliers and costs of tolerances; None where a requirement is missed, and of choices alone
+    history : list of (runs, objective, whether all requirements are met)
+    runs : int
+    exhausted : bool, whether the search ended since it had no runs left
+    derivatives : str, how they were found, those of the discrete solution or differences; '' where none were
+    finer : DesignResult, of the best design with finer integration of its runs: what differs is their error
+    """
+
+    problem: DesignProblem
+    start: Found
+    best: Found
+    met: bool
+    ends: tuple[Found, ...]
+    trade: Trade | None
+    history: Sequence[tuple[int, float, bool]]
+    runs: int
+    exhausted: bool
+    derivatives: str
+    finer: DesignResult
+
+    named = "designs"
+    endings = (".yaml",)
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """Key of the case -> its value in the best design."""
+        return self.problem.overrides(self.best.place, self.best.chosen)
+
+    @property
+    def objective(self) -> float:
+        """The best objective, in its unit."""
+        return self.best.result.objective
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The case with the best design, as a file holds it."""
+        return cases.written(cases.load(self.problem.content, self.values))
+
+    def answer(self) -> an.Answer:
+        """The design, what it was sought for, its keys, requirements and tolerances, figure and file."""
+        return answer_of(self)
+
+    def missed(self) -> list[str]:
+        """Requirements that the best design does not meet, with its values."""
+        both = zip(self.problem.requirements, self.best.result.values, strict=True)
+        return [f"{one.text} (it is {value:.6g})" for one, value in both if not short(one, value) <= 0.0]
