@@ -119,9 +119,9 @@ def of_evolvent(model: ReducedModel, step: float) -> tuple[float, Array, float, 
         system = System()
         system.add(parts.ReducedBody(file=path), "bar")
         for kind, at, axis, size in (
-            (parts.Torque, "bar.root", (0, 1, 0), TORQUE), (parts.Force, "bar.tip", (0, 0, 1), FORCE)
+            (parts.Load, "bar.root", (0, 1, 0), TORQUE), (parts.Load, "bar.tip", (0, 0, 1), FORCE)
         ):  # fmt: skip
-            key = "axis" if kind is parts.Torque else "direction"
+            key = "axis" if kind is parts.Load else "direction"
             profile = [(float(t), size * pulse(t)) for t in PUSH]
             system.add(kind(at=at, profile=profile, **{key: axis}), at.partition(".")[2])
         run = system.simulate(until=UNTIL, every=EVERY, method="generalized-alpha", step=step, spectral_radius=RADIUS)

@@ -75,11 +75,11 @@ def assembled(n: int) -> Assembly:
     system.add(rib, "rib")
     system.add(parts.Joint(a=("hub", (HUB, 0.0, 0.0)), b="rib.root"))
     system.add(
-        parts.CylinderContact(
-            body="hub", beams=["rib"], radius=HUB, stiffness=STIFFNESS, points=POINTS, damping=DAMPING
+        parts.Contact(
+            a="rib", b="hub", shape=parts.Cylinder(radius=HUB), stiffness=STIFFNESS, points=POINTS, damping=DAMPING
         )
     )
-    system.add(parts.Force(at="rib.tip", force=(0.0, FORCE, 0.0)))
+    system.add(parts.Load(at="rib.tip", force=(0.0, FORCE, 0.0)))
     return system.assemble()
 
 

@@ -42,7 +42,7 @@ def deployed(coefficient):
         segments="inextensible",
     )
     thread = system.add(blade, "thread")
-    system.add(parts.LawLoad(thread=thread, law=drag, parameters=[coefficient]))
+    system.add(parts.Load(along=thread, law=drag, parameters=[coefficient]))
     assembly = system.assemble()
     solution = solve(assembly, samples=np.linspace(0.0, 14.0, 141), method="dopri5")
     seen = observe(assembly.model, solution.t, solution.y, solution.s)

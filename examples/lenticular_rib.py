@@ -107,7 +107,7 @@ def run(elements=200, until=90.0):
     )  # fmt: skip
     system.add(rib, "rib")
     system.add(parts.Joint(a=("hub", (0.0, -HUB, 0.0)), b="rib.root", type="clamp"), "root")
-    coil = parts.CylinderContact(body="hub", beams=["rib"], radius=HUB, law="conservative", stiffness=0.1)
+    coil = parts.Contact(a="rib", b="hub", shape=parts.Cylinder(radius=HUB), law="conservative", stiffness=0.1)
     system.add(coil, "coil")
     return system.simulate(until=until, every=0.25, method="energy-momentum", step=0.05).ev.regular()
 

@@ -45,7 +45,7 @@ def at_odd_angles() -> System:
     system.add(parts.ThermalLoad(part="assumed_strain", temperature=warm, gradient_y=warm), "warm beam")
     system.add(parts.Point(mass=0.3, position=(1.3, -0.4, 0.9)), "mass")
     system.add(parts.Spring(a=("hub", (0.1, 0.2, 0.3)), b="mass", stiffness=12.0), "spring")
-    system.add(parts.Force(at="mass", direction=ALONG, profile={"constant": 0.3}), "push")
+    system.add(parts.Load(at="mass", direction=ALONG, profile={"constant": 0.3}), "push")
     return system
 
 

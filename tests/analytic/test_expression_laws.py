@@ -31,7 +31,7 @@ def oscillator(**law: Any) -> System:
     system = System()
     system.add(parts.Point(mass=1.0, position=(1.3, 0.0, 0.0)), "ball")
     system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="ball", length=1.0, **law), "spring")
-    system.add(parts.Force(at="ball", direction=(1.0, 0.0, 0.0), profile=[(0.0, 0.0), (0.7, 0.0)]), "break")
+    system.add(parts.Load(at="ball", direction=(1.0, 0.0, 0.0), profile=[(0.0, 0.0), (0.7, 0.0)]), "break")
     return system
 
 
@@ -63,8 +63,8 @@ def falling(event: Part) -> System:
     system.add(parts.RigidBody(inertia=2.0, motion="spin"), "hub")
     system.add(parts.RigidBody(mass=1.0, inertia=2.0, motion="free"), "craft")
     system.add(parts.RigidBody(inertia=2.0, motion="driven"), "stand")
-    system.add(parts.Torque(at="hub", axis=(0.0, 0.0, 1.0), profile={"expression": "6*t**2"}), "slew")
-    system.add(parts.Torque(at="craft", axis=(0.0, 1.0, 0.0), profile=[(0.0, 2.0), (1.0, 2.0)]), "turn")
+    system.add(parts.Load(at="hub", axis=(0.0, 0.0, 1.0), profile={"expression": "6*t**2"}), "slew")
+    system.add(parts.Load(at="craft", axis=(0.0, 1.0, 0.0), profile=[(0.0, 2.0), (1.0, 2.0)]), "turn")
     return system
 
 

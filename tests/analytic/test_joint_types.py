@@ -339,7 +339,7 @@ def test_wheels_that_mesh_turn_many_times(method: str, book: Book) -> None:
     system.add(parts.RigidBody(mass=1.0, inertia=(0.3, 0.3, 0.6), position=(1.0, 0.0, 0.0)), "wheel")
     system.add(parts.Joint(a=(1.0, 0.0, 0.0), b=("wheel", ORIGIN), type="revolute"), "axle")
     system.add(parts.Gear(a="pinion", b="axle", ratio=ratio), "gear")
-    system.add(parts.Torque(at="pinion", torque=(0.0, 0.0, torque)), "motor")
+    system.add(parts.Load(at="pinion", torque=(0.0, 0.0, torque)), "motor")
     found = solved(system, times, method, 2e-3)
     wanted = 0.5 * torque / (0.2 + 0.6 / ratio**2) * times**2
     assert wanted[-1] > 12.0 * math.pi
@@ -430,7 +430,7 @@ def frame(bend: float, count: int, load: Array, *, kind: str = "clamp", swapped:
     ends = ("other.root", "one.tip") if swapped else ("one.tip", "other.root")
     system.add(parts.Joint(a=ends[0], b=ends[1], type=kind), "corner")
     if np.any(load):
-        system.add(parts.Force(at="other.tip", force=tuple(load)), "load")
+        system.add(parts.Load(at="other.tip", force=tuple(load)), "load")
     return system
 
 
@@ -497,7 +497,7 @@ def test_a_frame_of_booms_keeps_energy_and_momenta_after_a_pulse() -> None:
     system.add(parts.Beam(**common, position=(1.0, 0.0, 0.0), direction=(0.0, 1.0, 0.0)), "other")
     system.add(parts.Joint(a="one.tip", b="other.root", type="clamp"), "corner")
     pulse = {"table": [(0.0, 0.0), (0.02, 2.0), (0.04, 0.0), (1.0, 0.0)]}
-    system.add(parts.Force(at="other.tip", direction=(0.3, 0.1, 1.0), profile=pulse), "pulse")
+    system.add(parts.Load(at="other.tip", direction=(0.3, 0.1, 1.0), profile=pulse), "pulse")
     times = np.linspace(0.0, 0.2, 11)
     found = solved(system, times, "energy-momentum", 1e-3)
     after = times > 0.05

@@ -42,7 +42,7 @@ SOFT = elements.Material(young_modulus=2e7, poisson_ratio=0.0, density=1000.0)
 def hub(given: Any, **fields: Any) -> System:
     system = System()
     system.add(parts.RigidBody(mass=3.0, inertia=(1.2, 1.2, 2.0), motion="free"), "hub")
-    system.add(parts.Torque(at="hub", axis=(0.0, 0.0, 3.0), profile=given, **fields), "slew")
+    system.add(parts.Load(at="hub", axis=(0.0, 0.0, 3.0), profile=given, **fields), "slew")
     return system
 
 
@@ -86,7 +86,7 @@ def test_torque_in_body_axes() -> None:
     system = System()
     body = parts.RigidBody(mass=3.0, inertia=(1.2, 1.2, 2.0), motion="free", orientation=(half, 0.0, 0.0, half))
     system.add(body, "hub")
-    system.add(parts.Torque(at="hub", axis=(1.0, 0.0, 0.0), frame="body", profile=ROWS), "slew")
+    system.add(parts.Load(at="hub", axis=(1.0, 0.0, 0.0), frame="body", profile=ROWS), "slew")
     solution = solve(system.assemble(), samples=[0.0, END], method="rk4", step=0.1)
     assert 1.2 * solution.y[-1, 7 + 3 : 7 + 6] == pytest.approx([IMPULSES["table"], 0.0, 0.0], abs=1e-14)
     assert solution.momentum.angular[-1] == pytest.approx([0.0, IMPULSES["table"], 0.0], abs=1e-13)
@@ -101,7 +101,7 @@ def test_driven_oscillator(method: str) -> None:
     system.add(parts.Point(mass=m), "mass")
     system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="mass", stiffness=k, length=0.0))
     sine = {"amplitude": F, "frequency": f / (2.0 * math.pi)}
-    system.add(parts.Force(at="mass", direction=(0.0, 1.0, 0.0), profile={"sine": sine}), "push")
+    system.add(parts.Load(at="mass", direction=(0.0, 1.0, 0.0), profile={"sine": sine}), "push")
     t = np.linspace(0.0, 5.0, 26)
     if method == "dopri5":
         solution, allowed = solve(system.assemble(), samples=t, method="dopri5"), 1e-7
@@ -131,10 +131,10 @@ def test_window_and_ramp_scale_a_profile(kind: str) -> None:
 
 
 LOADS = {
-    "force": lambda given: parts.Force(at="boom.tip", direction=(0.0, 1.0, 0.5), profile=given),
-    "force at a node": lambda given: parts.Force(at="boom[2]", direction=(0.0, 1.0, 0.0), profile=given),
-    "line": lambda given: parts.LineLoad(part="boom", direction=(0.0, 1.0, 0.0), profile=given),
-    "torque": lambda given: parts.DistributedTorque(part="boom", profile=given),
+    "force": lambda given: parts.Load(at="boom.tip", direction=(0.0, 1.0, 0.5), profile=given),
+    "force at a node": lambda given: parts.Load(at="boom[2]", direction=(0.0, 1.0, 0.0), profile=given),
+    "line": lambda given: parts.Load(along="boom", direction=(0.0, 1.0, 0.0), profile=given),
+    "torque": lambda given: parts.Load(along="boom", axis=(0.0, 0.0, 1.0), profile=given),
 }
 
 
@@ -166,7 +166,7 @@ def test_beam_at_rest_until_a_load_begins(direction: tuple[float, float, float])
 
     The energy is a difference of terms of E A L/8 (`elements.Form`).
     """
-    load = parts.Force(at="boom.tip", force=(0.0, 0.2, 0.0), start=0.1)
+    load = parts.Load(at="boom.tip", force=(0.0, 0.2, 0.0), start=0.1)
     assembly = boom(load, direction=direction).assemble()
     solution = solve(assembly, samples=np.linspace(0.0, 0.3, 5), method="rk4", step=1e-4)
     assert solution.success, solution.message
@@ -178,7 +178,7 @@ def test_statics_at_a_time() -> None:
     """A cantilever under the value that a profile has at a time; the ramp of a load is over."""
     EI = 2e9 * 0.02**4 / 12.0
     for time, value in [(0.31, 0.2), (0.54, 0.05), (5.0, 0.0)]:
-        load = parts.Force(at="boom.tip", direction=(0.0, 1.0, 0.0), profile=ROWS, ramp=0.9)
+        load = parts.Load(at="boom.tip", direction=(0.0, 1.0, 0.0), profile=ROWS, ramp=0.9)
         system = System()
         stiff = elements.Material(young_modulus=2e9, poisson_ratio=0.0, density=1000.0)
         beam = parts.Beam(length=1.0, section=RIBBON, material=stiff, elements=3, formulation="cable")
@@ -196,6 +196,6 @@ def test_force_on_a_body_by_its_statics() -> None:
     system = System()
     system.add(parts.Point(mass=2.0), "mass")
     system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="mass", stiffness=8.0, length=0.0))
-    system.add(parts.Force(at="mass", direction=(1.0, 0.0, 0.0), profile=ROWS, ramp=0.9), "push")
+    system.add(parts.Load(at="mass", direction=(1.0, 0.0, 0.0), profile=ROWS, ramp=0.9), "push")
     solution = solve_static(system.assemble(), time=0.31)
     assert solution.y[-1, 0] == pytest.approx(0.2 / 8.0, rel=1e-9)

@@ -302,7 +302,7 @@ def test_solar_pressure_coning(book: Book) -> None:
         system.add(parts.Reel(body="hub", centre=(0.0, 0.0, -R), radius=R, drive=drive), "reel")
         thread = parts.Thread(reel="reel", length=length, line_density=density, nodes=n, segments="inextensible")
         system.add(thread, "blade")
-        system.add(parts.RadiationPressure(thread="blade", pressure=pressure, width=width))
+        system.add(parts.Radiation(along="blade", pressure=pressure, width=width, specular=1.0))
         assembly = system.assemble()
         accelerations = rotating_accelerations(assembly, omega)
         q = assembly.y[: 3 * n].copy()

@@ -176,7 +176,7 @@ def test_two_free_bodies_on_a_link_keep_momentum(rng: np.random.Generator) -> No
         system.add(parts.RigidBody(mass=1.0 + k, inertia=(0.2, 0.3, 0.4), position=(2.0 * k, 0.0, 0.0)), f"body-{k}")
     ends = [("body-0", (0.3, 0.1, 0.0)), ("body-1", (-0.2, 0.0, 0.1))]
     system.add(parts.Link(a=ends[0], b=ends[1]))
-    system.add(parts.Torque(at="body-0", torque=(0.3, 1.0, -0.5), until=1.0))
+    system.add(parts.Load(at="body-0", torque=(0.3, 1.0, -0.5), until=1.0))
     seen = run(system.assemble(), np.linspace(0.0, 5.0, 51), rtol=1e-11, atol=1e-12)
     p = [
         seen.seen.body_position[:, 1 + k] + np.einsum("tij,j->ti", seen.seen.body_rotation[:, 1 + k], ends[k][1])

@@ -83,7 +83,7 @@ def test_a_screw_on_a_free_body() -> None:
 def test_a_torque_holds_a_load() -> None:
     """T = F pitch/2 pi in equilibrium."""
     system = nut()
-    system.add(parts.Torque(at="nut", torque=(0.0, 0.0, M * G * PITCH / (2.0 * math.pi))), "key")
+    system.add(parts.Load(at="nut", torque=(0.0, 0.0, M * G * PITCH / (2.0 * math.pi))), "key")
     found = solve_static(system.assemble())
     assert found.success, found.message
     assert np.abs(found.y[-1, 2]) < 1e-9

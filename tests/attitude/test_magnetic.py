@@ -36,7 +36,7 @@ def compass(load: parts.Part, start: float = START) -> System:
 
 LOADS = {
     "part": parts.MagneticTorque(at="needle", **MAGNET),
-    "law": parts.Torque(at="needle", law=magnetic, parameters=(M, B)),
+    "law": parts.Load(at="needle", type="torque", law=magnetic, parameters=(M, B)),
 }
 
 
@@ -76,7 +76,7 @@ def test_a_rate_and_an_attitude_in_the_axes_of_the_body() -> None:
         )
 
     k, c, start = 1.0, 0.1, 0.4
-    system = compass(parts.Torque(at="needle", law=held, parameters=(k, c), frame="body"), start)
+    system = compass(parts.Load(at="needle", type="torque", law=held, parameters=(k, c), frame="body"), start)
     found = system.simulate(until=2.0, every=0.5, method="energy-momentum", step=1e-3)
     t, decay = found.time.values, c / (2.0 * J)
     w = math.sqrt(k / J - decay**2)
@@ -90,7 +90,7 @@ def test_a_law_of_the_attitude_is_refused_where_there_is_none() -> None:
     section = elements.Rectangle(width=0.02, thickness=0.01)
     system = System()
     system.add(parts.Beam(length=1.0, section=section, material=material, elements=2), "boom")
-    system.add(parts.Torque(at="boom.tip", law=magnetic, parameters=(M, B)), "turn")
+    system.add(parts.Load(at="boom.tip", type="torque", law=magnetic, parameters=(M, B)), "turn")
     with pytest.raises(InputError, match=r"turn\.law is 'magnetic', a law under @evolvent\.torque_law; it must be"):
         system.assemble()
     with pytest.raises(InputError, match=r"cannot be compiled as \(t, x, R, w, parameters\) -> \(Tx, Ty, Tz\)"):

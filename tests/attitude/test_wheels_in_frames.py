@@ -23,7 +23,7 @@ def ball(axis: Any = (0.0, 0.0, 1.0), *, orbit: bool = False, **body: Any) -> Sy
     """A ball with a wheel."""
     system = System()
     if orbit:
-        system.add(parts.Orbit(rate=N), "orbit")
+        system.add(parts.Field(type="orbit", rate=N), "orbit")
     system.add(parts.RigidBody(mass=4.0, inertia=J, **body), "ball")
     system.add(parts.ReactionWheel(body="ball", axis=axis, inertia=S, rate=W), "wheel")
     return system
@@ -90,7 +90,7 @@ def test_a_wheel_with_momentum_stands_against_a_turn() -> None:
 def test_the_tangent_has_the_frames_torque_on_a_wheel(body: dict[str, Any]) -> None:
     """Central differences of the forces at an equilibrium whose axes are all askew to the orbit."""
     system = System()
-    system.add(parts.Orbit(rate=N), "orbit")
+    system.add(parts.Field(type="orbit", rate=N), "orbit")
     system.add(parts.RigidBody(mass=4.0, inertia=(2.0, 3.0, 4.5), **body), "ball")
     system.add(parts.ReactionWheel(body="ball", axis=(2.0 / 3.0, 1.0 / 3.0, 2.0 / 3.0), inertia=S, rate=W), "wheel")
     _, _, work, (_, _, K, _) = at_equilibrium(system.assemble(), Where(None, None, 0.0, None, None), damped=False)

@@ -267,7 +267,7 @@ def test_breaks_are_landed_on(method: str, options: dict[str, float]) -> None:
     """A force that acts from 0.31 to 0.64 s: exact momentum and path, as if the switch were not there."""
     system = System()
     system.add(parts.Point(mass=2.0), "p")
-    system.add(parts.Force(at="p", force=(3.0, 0.0, 0.0), start=0.31, until=0.64))
+    system.add(parts.Load(at="p", force=(3.0, 0.0, 0.0), start=0.31, until=0.64))
     solution = solve(system.assemble(), samples=np.linspace(0.0, 1.0, 6), method=method, **options)
     assert solution.y[-1, 3] == pytest.approx(1.5 * 0.33, abs=1e-12)
     assert solution.y[-1, 0] == pytest.approx(1.5 * 0.33 * (0.5 * 0.33 + 0.36), abs=1e-12)
@@ -280,7 +280,7 @@ def test_breaks_keep_the_order() -> None:
         system = System()
         system.add(parts.Point(mass=2.0, position=(1.0, 0.0, 0.0)), "p")
         system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="p", stiffness=30.0, length=0.8))
-        system.add(parts.Force(at="p", force=(3.0, 1.0, 0.0), start=0.31, until=0.64))
+        system.add(parts.Load(at="p", force=(3.0, 1.0, 0.0), start=0.31, until=0.64))
         return system.assemble()
 
     fine = run(make(), [0.0, END], rtol=1e-13, atol=1e-14).y[-1, :6]

@@ -40,7 +40,7 @@ def ball() -> ev.System:
     sphere, floor = parts.Sphere(radius=0.1), parts.Plane(normal=(0, 0, 1))
     alley.add(parts.RigidBody(mass=1, shape=sphere, position=(0, 0, 0.1), velocity=(1, 0, 0)), "ball")
     law = {"stiffness": 1e5, "damping": 1, "friction": 0.3, "bristle_stiffness": 1e5, "bristle_damping": 300}
-    alley.add(parts.BodyContact(a="ball", b=(0, 0, 0), shape_b=floor, **law), "floor")
+    alley.add(parts.Contact(a="ball", b=(0, 0, 0), shape=floor, **law), "floor")
     return alley
 
 

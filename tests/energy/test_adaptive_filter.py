@@ -53,7 +53,7 @@ def test_the_rate_of_an_arm_under_a_torque_follows_the_tolerance(rho: float) -> 
     It is that of the energy that the filter stores, chi/4 dv^2 M: 6e-6 at 1e-7 and a spectral radius of 1/3.
     """
     system = arm()
-    system.add(parts.Torque(at="arm", torque=(0.0, 0.0, TORQUE)), "torque")
+    system.add(parts.Load(at="arm", torque=(0.0, 0.0, TORQUE)), "torque")
     exact, errors = TORQUE * 3.0 / (INERTIA + MASS * REACH**2), []
     for tolerance in (1e-5, 1e-6, 1e-7, 1e-8):
         found, bare = ran(system, 3.0, tolerance, rho), ran(system, 3.0, tolerance, 1.0)

@@ -52,7 +52,7 @@ def test_a_sphere_bounces(part: float, book: Book) -> None:
     """Law conservative: the speed comes back at any step."""
     system = System()
     ball(system, "ball", (0.0, 0.0, 0.3), velocity=(0.2, 0.0, -1.0))
-    system.add(parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), shape_b=FLOOR, law="conservative", stiffness=K), "floor")
+    system.add(parts.Contact(a="ball", b=(0.0, 0.0, 0.0), shape=FLOOR, law="conservative", stiffness=K), "floor")
     run = simulated(system, 0.6, part * CONTACT_TIME)
     error = float(np.abs(run["ball"].velocity.values[-1] - [0.2, 0.0, 1.0]).max())
     assert run["floor"].impulse.values[-1] == pytest.approx(2.0, rel=1e-8)
@@ -69,7 +69,7 @@ def test_a_sphere_slides_and_rolls(method: str, book: Book) -> None:
     system = System(gravity=(0.0, 0.0, -g))
     ball(system, "ball", (0.0, 0.0, RADIUS - MASS * g / K), velocity=(v, 0.0, 0.0))
     law = {"stiffness": K, "friction": mu, "bristle_stiffness": 1e5, "bristle_damping": 300.0}
-    system.add(parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), shape_b=FLOOR, **law), "floor")
+    system.add(parts.Contact(a="ball", b=(0.0, 0.0, 0.0), shape=FLOOR, **law), "floor")
     run = system.simulate(until=0.2, method=method, step=1e-3, every=1e-3)
     t, speed = run.time.values, run["ball"].velocity.values[:, 0]
     spin, found = run["ball"].rate.values[:, 1], run["floor"]
@@ -99,7 +99,7 @@ def slope(shape: Any, angle: float, mu: float, g: float, **fields: Any) -> Syste
     depth = MASS * g * math.cos(angle) / (count * K)
     system.add(parts.RigidBody(mass=MASS, shape=shape, position=(0.0, 0.0, RADIUS - depth)), "body")
     law = {"stiffness": K, "friction": mu, "bristle_stiffness": 1e5, "bristle_damping": 300.0} | fields
-    system.add(parts.BodyContact(a="body", b=(0.0, 0.0, 0.0), shape_b=FLOOR, **law), "floor")
+    system.add(parts.Contact(a="body", b=(0.0, 0.0, 0.0), shape=FLOOR, **law), "floor")
     return system
 
 
@@ -128,7 +128,7 @@ def test_two_spheres_collide_on_centre(book: Book) -> None:
     system = System()
     ball(system, "first", (-0.3, 0.0, 0.0), velocity=(1.0, 0.0, 0.0))
     ball(system, "second", (0.0, 0.0, 0.0), mass=2.0)
-    system.add(parts.BodyContact(a="first", b="second", law="conservative", stiffness=K), "touch")
+    system.add(parts.Contact(a="first", b="second", law="conservative", stiffness=K), "touch")
     run = simulated(system, 0.4, 0.02)
     kept(run)
     found = [float(run[name].velocity.values[-1, 0]) for name in ("first", "second")]
@@ -145,7 +145,7 @@ def test_a_row_of_spheres_passes_the_speed_on() -> None:
         ball(system, f"ball{k}", (x, 0.0, 0.0), velocity=(1.0 if k == 0 else 0.0, 0.0, 0.0))
     for k in range(2):
         law = {"law": "conservative", "stiffness": 1e6}
-        system.add(parts.BodyContact(a=f"ball{k}", b=f"ball{k + 1}", **law), f"touch{k}")
+        system.add(parts.Contact(a=f"ball{k}", b=f"ball{k + 1}", **law), f"touch{k}")
     run = simulated(system, 0.4, 1e-3)
     kept(run)
     for k, speed in enumerate((0.0, 0.0, 1.0)):
@@ -159,7 +159,7 @@ def test_two_spheres_collide_off_centre(method: str, book: Book) -> None:
     system = System()
     ball(system, "first", (-0.2, off, 0.0), velocity=(1.0, 0.0, 0.0), angular_velocity=(1.0, 2.0, 3.0))
     ball(system, "second", (0.0, 0.0, 0.0))
-    system.add(parts.BodyContact(a="first", b="second", law=law, stiffness=1e8), "touch")
+    system.add(parts.Contact(a="first", b="second", law=law, stiffness=1e8), "touch")
     run = simulated(system, 0.06, 2e-5, method)
     kept(run)
     n = np.array([-math.sqrt(4.0 * RADIUS**2 - off**2), off, 0.0]) / (2.0 * RADIUS)
@@ -185,7 +185,7 @@ def test_capsules_that_cross(mu: float, law: str, step: float) -> None:
         shape = parts.Capsule(radius=0.05, length=1.0, axis=axis)
         system.add(parts.RigidBody(mass=mass, shape=shape, **fields), name)
     given = {"law": law, "stiffness": K, "friction": mu, "bristle_stiffness": K}
-    system.add(parts.BodyContact(a="first", b="second", **given), "touch")
+    system.add(parts.Contact(a="first", b="second", **given), "touch")
     run = simulated(system, 0.3, step).ev.regular()  # at ends of steps
     kept(run)
     assert run["touch"].impulse.values[-1] > 1.0
@@ -200,7 +200,7 @@ def test_a_sphere_passes_over_the_end_of_a_capsule() -> None:
     ball(system, "ball", (0.25, 0.0, 2.0 * RADIUS - 1e-4), velocity=(1.0, 0.01, 0.0))
     log: Any = parts.Capsule(radius=RADIUS, length=0.6, axis=(1.0, 0.0, 0.0))
     given = {"law": "conservative", "stiffness": K, "initial_overlap": 0.1}
-    system.add(parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), shape_b=log, **given), "touch")
+    system.add(parts.Contact(a="ball", b=(0.0, 0.0, 0.0), shape=log, **given), "touch")
     run = simulated(system, 0.2, 5e-3)
     assert run["ball"].position.values[-1, 2] < 2.0 * RADIUS - 5e-3
     assert run["touch"].impulse.values[-1] > 0.05
@@ -211,7 +211,7 @@ def test_a_capsule_rests_on_two_points() -> None:
     g, force, x = 10.0, 4.0, 0.2
     lying: Any = parts.Capsule(radius=RADIUS, length=0.6, axis=(1.0, 0.0, 0.0))
     system = slope(lying, 0.0, 0.5, g)
-    system.add(parts.Force(at=("body", (x, 0.0, 0.0)), force=(0.0, 0.0, -force)), "push")
+    system.add(parts.Load(at=("body", (x, 0.0, 0.0)), force=(0.0, 0.0, -force)), "push")
     found = system.equilibrium()["floor"]
     shares = np.array([0.5 * (MASS * g + force) + side * force * x / 0.6 for side in (-1.0, 1.0)])
     np.testing.assert_allclose(found.point_force.values[-1], shares, rtol=1e-4)
@@ -230,7 +230,7 @@ def test_a_stepper_keeps_the_friction_of_the_step_before() -> None:
     system = System(gravity=(0.0, 0.0, -10.0))
     ball(system, "ball", (0.0, 0.0, RADIUS - MASS * 10.0 / K), velocity=(1.0, 0.0, 0.0))
     law = {"stiffness": K, "friction": 0.3, "bristle_stiffness": 1e5, "bristle_damping": 300.0}
-    system.add(parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), shape_b=FLOOR, **law), "floor")
+    system.add(parts.Contact(a="ball", b=(0.0, 0.0, 0.0), shape=FLOOR, **law), "floor")
     stepper = Stepper(system, method=ALPHA, step=1e-3, until=1.0)
     for _ in range(20):
         stepper.step(0.01)
@@ -244,7 +244,7 @@ def test_explicit_methods_agree() -> None:
         found = System()
         ball(found, "ball", (0.05, 0.0, 0.3), velocity=(0.0, 0.0, -1.0))
         found.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.1)), "plate")
-        found.add(parts.BodyContact(a="ball", b="plate", shape_b=FLOOR, stiffness=K, friction=mu), "touch")
+        found.add(parts.Contact(a="ball", b="plate", shape=FLOOR, stiffness=K, friction=mu), "touch")
         return found
 
     for mu in (0.0, 0.3):

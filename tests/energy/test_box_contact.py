@@ -47,7 +47,7 @@ def block(angle: float, mu: float, **law: Any) -> System:
     shape = parts.Box(size=SIZE)
     system.add(parts.RigidBody(mass=MASS, shape=shape, position=(0.0, 0.0, 0.5 * SIZE[2] - depth)), "block")
     law = {"stiffness": K, "friction": mu, "bristle_stiffness": 1e5, "bristle_damping": 100.0} | law
-    system.add(parts.BodyContact(a="block", b=(0.0, 0.0, 0.0), shape_b=FLOOR, **law), "floor")
+    system.add(parts.Contact(a="block", b=(0.0, 0.0, 0.0), shape=FLOOR, **law), "floor")
     return system
 
 
@@ -72,7 +72,7 @@ def test_corners_share_the_weight() -> None:
     """A force off the middle: the four corners below bear what balance and equal springs give; the tilt too."""
     force, x, y = 4.0, 0.06, -0.03
     system = block(0.0, 0.5)
-    system.add(parts.Force(at=("block", (x, y, 0.0)), force=(0.0, 0.0, -force)), "push")
+    system.add(parts.Load(at=("block", (x, y, 0.0)), force=(0.0, 0.0, -force)), "push")
     found = system.equilibrium()["floor"]
     total = MASS * G + force
     wanted = [
@@ -103,7 +103,7 @@ def rocking(start: float, stiffness: float, step: float, until: float, **law: An
         "block",
     )  # fmt: skip
     law = {"law": "conservative", "friction": 0.8, "bristle_stiffness": stiffness} | law
-    system.add(parts.BodyContact(a="block", b=(0.0, 0.0, 0.0), shape_b=FLOOR, stiffness=stiffness, **law), "floor")
+    system.add(parts.Contact(a="block", b=(0.0, 0.0, 0.0), shape=FLOOR, stiffness=stiffness, **law), "floor")
     run = simulated(system, until, step)
     q = run["block"].attitude.values
     return run.time.values, 2.0 * np.arctan2(q[:, 2], q[:, 0]), run["block"].rate.values[:, 1]
@@ -149,14 +149,14 @@ def test_sphere_and_box_are_refused_the_other_way_round() -> None:
     for given, words in (
         ({"a": "box", "b": "ball"}, "give the box as b"),
         ({"a": "ball", "b": "box", "rounding": 0.05}, "below half the smallest side"),
-        ({"a": "box", "b": (0.0, 0.0, 2.5), "shape_b": parts.Box(size=SIZE), "rounding": 0.0}, "above 0 between two"),
-        ({"a": "ball", "b": (0.0, 0.0, 0.0), "shape_b": FLOOR, "rounding": 0.01}, "neither shape is a box"),
-        ({"a": "box", "b": (0.0, 0.0, 2.99), "shape_b": FLOOR}, "inside each other"),
+        ({"a": "box", "b": (0.0, 0.0, 2.5), "shape": parts.Box(size=SIZE), "rounding": 0.0}, "above 0 between two"),
+        ({"a": "ball", "b": (0.0, 0.0, 0.0), "shape": FLOOR, "rounding": 0.01}, "neither shape is a box"),
+        ({"a": "box", "b": (0.0, 0.0, 2.99), "shape": FLOOR}, "inside each other"),
     ):
         other = System()
         for name in ("box", "ball"):
             other.add(system.parts[name], name)
-        other.add(parts.BodyContact(**given), "touch")
+        other.add(parts.Contact(**given), "touch")
         with pytest.raises(InputError, match=words):
             other.assemble()
 
@@ -179,11 +179,11 @@ def thrown(where: str, rounding: float, free: bool, **law: Any) -> tuple[System,
     system, ball = System(), parts.Sphere(radius=0.1)
     at = place + (0.1 + rounding) * n - 0.03 * v
     system.add(parts.RigidBody(mass=MASS, shape=ball, position=tuple(at), velocity=tuple(v)), "ball")
-    box: dict[str, Any] = {"b": (0.0, 0.0, 0.0), "shape_b": parts.Box(size=SIZE)}
+    box: dict[str, Any] = {"b": (0.0, 0.0, 0.0), "shape": parts.Box(size=SIZE)}
     if free:
         system.add(parts.RigidBody(mass=2.0, shape=parts.Box(size=SIZE)), "box")
         box = {"b": "box"}
-    system.add(parts.BodyContact(a="ball", **box, rounding=rounding, **law), "touch")
+    system.add(parts.Contact(a="ball", **box, rounding=rounding, **law), "touch")
     return system, v, n
 
 
@@ -237,7 +237,7 @@ def test_a_capsule_lies_across_a_box() -> None:
         at = (0.0, 0.02, 0.5 * SIZE[2] + 0.05 - depth)
         system.add(parts.RigidBody(mass=MASS, shape=rod, position=at), "rod")
         law = {"stiffness": K, "friction": 0.5, "bristle_stiffness": K}
-        system.add(parts.BodyContact(a="rod", b=(0.0, 0.0, 0.0), shape_b=parts.Box(size=SIZE), **law), "touch")
+        system.add(parts.Contact(a="rod", b=(0.0, 0.0, 0.0), shape=parts.Box(size=SIZE), **law), "touch")
         found = system.equilibrium()["touch"]
         force = found.point_force.values[-1]
         assert np.flatnonzero(force).size == 2
@@ -257,8 +257,8 @@ def stacked(method: str, g: float, upper: tuple[float, float]) -> xr.DataTree:
         system.add(
             parts.RigidBody(mass=1.0, shape=parts.Box(size=size), position=(0.0, 0.0, 0.01 + 0.02 * k)), f"plate{k}"
         )
-    system.add(parts.BodyContact(a="plate0", b=(0.0, 0.0, 0.0), shape_b=FLOOR, **law), "floor")
-    system.add(parts.BodyContact(a="plate1", b="plate0", **law), "between")
+    system.add(parts.Contact(a="plate0", b=(0.0, 0.0, 0.0), shape=FLOOR, **law), "floor")
+    system.add(parts.Contact(a="plate1", b="plate0", **law), "between")
     return system.simulate(until=0.5, method=method, step=1e-3, every=0.01)
 
 
@@ -294,7 +294,7 @@ def test_two_boxes_collide(mu: float, law: str, step: float) -> None:
     )  # fmt: skip
     system.add(parts.RigidBody(mass=2.0, shape=large, angular_velocity=(0.1, 0.2, 0.3)), "large")
     given = {"law": law, "stiffness": K, "friction": mu, "bristle_stiffness": K}
-    system.add(parts.BodyContact(a="small", b="large", **given), "touch")
+    system.add(parts.Contact(a="small", b="large", **given), "touch")
     run = simulated(system, 0.5, step)
     kept(run)
     assert run["touch"].impulse.values[-1] > 0.3
@@ -323,7 +323,7 @@ def test_bars_collide_edge_against_edge(flat: bool, method: str) -> None:
             "velocity": (0.0, 0.0, v),
         }
         system.add(parts.RigidBody(mass=1.0 if name == "first" else 2.0, shape=parts.Box(size=size), **own), name)
-    system.add(parts.BodyContact(a="first", b="second", law=law, stiffness=K), "touch")
+    system.add(parts.Contact(a="first", b="second", law=law, stiffness=K), "touch")
     run = simulated(system, 0.3, 1e-3 if method == ENERGY else 1e-4, method)
     for name, speed in (("first", 1.0 / 3.0), ("second", -2.0 / 3.0)):
         np.testing.assert_allclose(
@@ -341,8 +341,6 @@ def test_fast_bodies_do_not_pass_through_a_plate() -> None:
         system.add(
             parts.RigidBody(mass=0.1, shape=shape, position=(0.1, 0.05, 0.5), velocity=(0.0, 0.0, -20.0)), "ball"
         )
-        system.add(
-            parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), shape_b=plate, law="conservative", stiffness=1e6), "touch"
-        )
+        system.add(parts.Contact(a="ball", b=(0.0, 0.0, 0.0), shape=plate, law="conservative", stiffness=1e6), "touch")
         run = simulated(system, 0.1, 5e-3)
         assert run["ball"].velocity.values[-1, 2] == pytest.approx(20.0, rel=1e-8)

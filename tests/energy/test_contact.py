@@ -57,21 +57,22 @@ def point(law: str, damping: float = 0.0, count: int = 2) -> System:
     nodes, rates = np.zeros((count + 1, 2, 3)), np.zeros((count + 1, 2, 3))
     nodes[:, 0, 1], nodes[:, 0, 2], nodes[:, 1, 2] = 1.05, np.linspace(-0.1, 0.1, count + 1), 1.0
     rates[:, 0, 1] = -SPEED
-    given = {"count": count, "length": 0.2, "nodes": nodes, "rates": rates, "density": 50.0, "half_length": 0.01}
+    given = {"count": count, "length": 0.2, "nodes": nodes, "rates": rates, "density": 50.0, "drum": 0.02}
     system = _falling("bar", law, damping, **given)
     system.add(parts.Point(mass=0.9, at=f"bar[{count // 2}]"), "mass")
     return system
 
 
 def _falling(name: str, law: str, damping: float, *, count: int, density: float = 1000.0,
-             half_length: float | None = None, **geometry: Any) -> System:  # fmt: skip
+             drum: float | None = None, **geometry: Any) -> System:  # fmt: skip
     system = System()
     material = elements.Material(young_modulus=1e9, poisson_ratio=0.0, density=density)
     section = elements.Rectangle(thickness=0.1, width=0.1)
     beam = parts.Beam(section=section, material=material, elements=count, formulation="cable", **geometry)
     system.add(beam, name)
-    contact = {"law": law, "stiffness": K, "damping": damping, "points": 1, "half_length": half_length}
-    system.add(parts.CylinderContact(body="ground", beams=[name], radius=1.0, **contact), "cylinder")
+    contact = {"law": law, "stiffness": K, "damping": damping, "points": 1}
+    shape = parts.Cylinder(radius=1.0, length=drum)
+    system.add(parts.Contact(a=name, b="ground", shape=shape, **contact), "cylinder")
     return system
 
 
@@ -143,7 +144,7 @@ def test_the_end_of_a_hinged_bar_bounces(step: float) -> None:
     system.add(beam, "bar")
     system.add(parts.Joint(a=(-1.0, 0.52, 0.0), b="bar.root", type="spherical"), "hinge")
     contact = {"law": "conservative", "stiffness": K, "points": 1}
-    system.add(parts.CylinderContact(body="ground", beams=["bar"], radius=0.5, **contact), "cylinder")
+    system.add(parts.Contact(a="bar", b="ground", shape=parts.Cylinder(radius=0.5), **contact), "cylinder")
     run = simulated(system, 0.2, step, spectral_radius=1.0)
     angular = run["bar"].angular_momentum.values  # about the origin; the hinge adds what the momentum carries
     spin = angular[:, 2] - (-1.0 * run["bar"].momentum.values[:, 1] - 0.52 * run["bar"].momentum.values[:, 0])
@@ -220,10 +221,10 @@ def capstan(rate: float, on: int = 96, off: int = 8) -> System:
     system.add(cable(nodes, length=arc + 2.0 * tail, **given), "cable")
     friction = {"friction": MU, "bristle_stiffness": 1e4, "bristle_damping": 1.0}
     system.add(
-        parts.CylinderContact(body="drum", beams=["cable"], radius=radius, stiffness=1e6, damping=1.0, **friction),
+        parts.Contact(a="cable", b="drum", shape=parts.Cylinder(radius=radius), stiffness=1e6, damping=1.0, **friction),
         "contact",
     )
-    system.add(parts.Force(at="cable.root", force=(0.0, -1.0, 0.0), ramp=0.05), "load")
+    system.add(parts.Load(at="cable.root", force=(0.0, -1.0, 0.0), ramp=0.05), "load")
     hold = parts.PrescribedMotion(at="cable.tip", drive=parts.ConstantDrive(rate=0.0), direction=(1.0, 0.0, 0.0))
     system.add(hold, "hand")
     return system
@@ -254,9 +255,9 @@ def taut(strain: float, law: str, nodes: Array | None = None) -> tuple[System, f
     system.add(cable(nodes, length=(math.pi * radius + 2.0 * leg) / (1.0 + strain), **given), "cable")
     tension = modulus * 1e-6 * (strain + 0.5 * strain**2) * (1.0 + strain)
     for end in ("root", "tip"):
-        system.add(parts.Force(at=f"cable.{end}", force=(0.0, -tension, 0.0)), f"{end}-load")
+        system.add(parts.Load(at=f"cable.{end}", force=(0.0, -tension, 0.0)), f"{end}-load")
     contact = {"law": law, "stiffness": 1e5, "initial_overlap": 0.05}
-    system.add(parts.CylinderContact(body="ground", beams=["cable"], radius=radius, **contact), "drum")
+    system.add(parts.Contact(a="cable", b="ground", shape=parts.Cylinder(radius=radius), **contact), "drum")
     return system, tension
 
 
@@ -306,7 +307,7 @@ def test_masses_over_a_pulley(friction: float, step: float, book: Book) -> None:
         system.add(parts.Point(mass=masses[k], position=tuple(nodes[-k, 0])), f"mass-{k}")
         system.add(parts.Joint(a=f"cable.{end}", b=f"mass-{k}"), f"pin-{k}")
     contact = {"stiffness": 1e6, "friction": friction, "bristle_stiffness": 1e5}
-    system.add(parts.CylinderContact(body="pulley", beams=["cable"], radius=radius, **contact), "groove")
+    system.add(parts.Contact(a="cable", b="pulley", shape=parts.Cylinder(radius=radius), **contact), "groove")
     run = simulated(system, 0.8, step, every=0.01)
     t = run.time.values
     M = sum(masses) + line * length + (inertia / radius**2 if friction else 0.0)
@@ -352,7 +353,7 @@ def test_a_pendulum_that_wraps_on_a_peg_at_fixed_steps(book: Book) -> None:
     system.add(parts.Joint(a=tuple(nodes[0, 0]), b="string.root"), "anchor")
     system.add(parts.Point(mass=1.0, position=tuple(nodes[-1, 0])), "bob")
     system.add(parts.Joint(a="string.tip", b="bob"), "pin")
-    system.add(parts.CylinderContact(body="ground", beams=["string"], radius=R, stiffness=1e6, points=4), "peg")
+    system.add(parts.Contact(a="string", b="ground", shape=parts.Cylinder(radius=R), stiffness=1e6, points=4), "peg")
     run = simulated(system, 3.0, 1e-3, every=0.025)
     x = wrapping(run.time.values)
     error = np.linalg.norm(run["bob"].position.values[:, :2] - x, axis=1).max()
@@ -398,16 +399,15 @@ class Slider(NamedTuple):
             parts.Beam(length=length, section=section, material=material, elements=2, formulation="cable", **start),
             "bar",
         )
-        contact = {"law": "conservative", "stiffness": self.contact, "points": 1, "half_length": 0.25 * length}
+        contact = {"law": "conservative", "stiffness": self.contact, "points": 1}
         friction = {"friction": MU, "bristle_stiffness": self.bristle}
-        system.add(
-            parts.CylinderContact(body="drum", beams=["bar"], radius=self.radius, **contact, **friction), "contact"
-        )
+        shape = parts.Cylinder(radius=self.radius, length=0.5 * length)
+        system.add(parts.Contact(a="bar", b="drum", shape=shape, **contact, **friction), "contact")
         system.add(parts.Point(mass=0.9 * self.mass, at="bar[1]"), "mass")
         system.add(parts.Spring(a=(-1.0, self.height, 0.0), b="mass", length=1.0, stiffness=self.spring), "spring")
         if self.shaken:
             profile = {"sine": {"amplitude": self.shaken, "frequency": 2.0}}
-            system.add(parts.Force(at="mass", direction=(1.0, 0.0, 0.0), profile=profile), "shaker")
+            system.add(parts.Load(at="mass", direction=(1.0, 0.0, 0.0), profile=profile), "shaker")
         return system
 
     def _rates(self, t: float, z: Array, u: float) -> tuple[float, list[float]]:

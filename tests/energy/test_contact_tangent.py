@@ -29,7 +29,7 @@ def laid(law: str, exponent: float, friction: float, depth: float) -> System:
     system.add(parts.Beam(length=float(radius * (angle[0] - angle[-1])), nodes=nodes, **given), "strip")
     contact = {"law": law, "stiffness": 1e3, "exponent": exponent, "damping": 3.0, "initial_overlap": 0.1}
     contact |= {"friction": friction, "bristle_stiffness": 200.0, "bristle_damping": 0.5}
-    system.add(parts.CylinderContact(body="drum", beams=["strip"], radius=0.5, **contact), "cylinder")
+    system.add(parts.Contact(a="strip", b="drum", shape=parts.Cylinder(radius=0.5), **contact), "cylinder")
     return system
 
 

@@ -123,7 +123,7 @@ def bouncing(law: str, height: float = 0.05, friction: float = 0.0, damping: str
         "rod",
     )
     contact: dict[str, Any] = {"law": law, "stiffness": 1e4, "friction": friction, "damping": 0.0}
-    system.add(parts.CylinderContact(body="ground", beams=["rod"], radius=0.5, half_length=1.0, **contact), "drum")
+    system.add(parts.Contact(a="rod", b="ground", shape=parts.Cylinder(radius=0.5, length=2.0), **contact), "drum")
     return system
 
 

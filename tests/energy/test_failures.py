@@ -67,8 +67,8 @@ def pressed() -> System:
     strip = {"section": elements.Rectangle(thickness=0.01, width=0.02), "elements": 4, "formulation": "cable"}
     material = elements.Material(young_modulus=1e8, poisson_ratio=0.0, density=1000.0)
     system.add(parts.Beam(length=0.4, position=(-0.2, 0.4999, 0.0), material=material, **strip), "strip")
-    system.add(parts.CylinderContact(body="ground", beams=["strip"], radius=0.5, points=1), "drum")
-    system.add(parts.Force(at="strip[2]", force=(0.0, -5.0, 0.0)), "load")
+    system.add(parts.Contact(a="strip", b="ground", shape=parts.Cylinder(radius=0.5), points=1), "drum")
+    system.add(parts.Load(at="strip[2]", force=(0.0, -5.0, 0.0)), "load")
     return system
 
 

@@ -36,7 +36,7 @@ def point(**fields: object) -> System:
 
 def by_force() -> System:
     system = point()
-    system.add(parts.Force(at="shuttle", law=[WALLS.format("x"), "0", "0"], constants=K), "walls")
+    system.add(parts.Load(at="shuttle", law=[WALLS.format("x"), "0", "0"], constants=K), "walls")
     return system
 
 
@@ -57,7 +57,7 @@ def by_custom_force() -> System:
 def by_field() -> System:
     system = point()
     law = ["(" + WALLS.format("x") + ")/2", "0", "0"]
-    system.add(parts.AccelerationField(law=law, constants=K), "walls")
+    system.add(parts.Field(law=law, constants=K), "walls")
     return system
 
 
@@ -73,7 +73,9 @@ def by_torque() -> System:
     """A body that turns between walls at +-0.5 rad, by the sine and cosine of its angle."""
     system = System()
     system.add(parts.RigidBody(mass=1.0, inertia=2.0, angular_velocity=(0.0, 0.0, 1.0)), "shuttle")
-    system.add(parts.Torque(at="shuttle", law=["0", "0", WALLS.format("atan2(r21, r11)")], constants=K), "walls")
+    system.add(
+        parts.Load(at="shuttle", type="torque", law=["0", "0", WALLS.format("atan2(r21, r11)")], constants=K), "walls"
+    )
     return system
 
 
@@ -105,7 +107,7 @@ def test_a_force_that_jumps_does_its_work(step: float) -> None:
     """A relay of 3 N towards the middle: 3 abs(x) + x'^2 is kept, whatever part of a step lies on either side."""
     system = System()
     system.add(parts.Point(mass=2.0, position=(0.4, 0.0, 0.0)), "ball")
-    system.add(parts.Force(at="ball", law=["where(x > 0, -3, 3)", "0", "0"]), "relay")
+    system.add(parts.Load(at="ball", law=["where(x > 0, -3, 3)", "0", "0"]), "relay")
     run = system.simulate(until=5.0, every=step, method=METHOD, step=step, spectral_radius=1.0)
     x, v = run["ball"].position.values[:, 0], run["ball"].velocity.values[:, 0]
     np.testing.assert_allclose(3.0 * np.abs(x) + v * v, 1.2, atol=1e-8)
@@ -118,7 +120,7 @@ def test_a_force_that_switches_on_within_a_step_gives_its_impulse(path: str) -> 
     law, system = "where(sin(t) > sin(0.33), 4, 0)", System()
     if path == "point":
         system.add(parts.Point(mass=2.0, position=(0.0, 0.0, 0.0)), "shuttle")
-        system.add(parts.Force(at="shuttle", law=[law, "0", "0"]), "push")
+        system.add(parts.Load(at="shuttle", law=[law, "0", "0"]), "push")
     else:
         system.add(parts.RigidBody(mass=2.0, inertia=0.01), "shuttle")
         system.add(parts.Joint(a="ground", b="shuttle", type="prismatic", axis=(1, 0, 0), position=(0, 0, 0)), "rail")
@@ -131,7 +133,7 @@ def test_a_wall_that_a_step_would_jump_over_is_found() -> None:
     """A thin wall between the places at which a step of 0.9 m looks: the step is divided until it is seen."""
     law = "where(x > 0.95, where(x < 1.05, -2000*(x - 0.95), -0.0), 0)"
     system = point()
-    system.add(parts.Force(at="shuttle", law=[law, "0", "0"]), "wall")
+    system.add(parts.Load(at="shuttle", law=[law, "0", "0"]), "wall")
     run = system.simulate(until=1.8, every=0.9, method=METHOD, step=0.9, spectral_radius=1.0)
     assert run.ev.statistics["divided_steps"] > 0
     assert speed(run)[-1] == pytest.approx(-1.0, abs=1e-6)
@@ -141,7 +143,7 @@ def test_a_wall_that_a_step_would_jump_over_is_found() -> None:
 def test_a_mass_that_falls_on_a_law_rises_to_its_height() -> None:
     system = System(gravity=(0.0, 0.0, -9.81))
     system.add(parts.Point(mass=1.0, position=(0.0, 0.0, 1.0)), "mass")
-    system.add(parts.Force(at="mass", law=["0", "0", "where(z < 0, -1e5*z, 0)"]), "soil")
+    system.add(parts.Load(at="mass", law=["0", "0", "where(z < 0, -1e5*z, 0)"]), "soil")
     run = system.simulate(until=3.0, every=0.005, method=METHOD)
     z = run["mass"].position.values[:, 2]
     late = z[run.time.values > 0.6]
@@ -154,7 +156,7 @@ def test_a_rod_that_falls_on_soil_of_a_line_load_does_not_rise_above_its_height(
     run_system = System(gravity=(0.0, 0.0, -9.81))
     section = {"tube": {"radius": "10 mm", "thickness": "1 mm"}}
     run_system.add(parts.Rod(length=0.5, section=section, material="aluminium", elements=4, position=(0, 0, 1)), "rod")
-    run_system.add(parts.LineLoad(part="rod", law=["0", "0", "where(z < 0, -1e4*z, 0)"]), "soil")
+    run_system.add(parts.Load(along="rod", law=["0", "0", "where(z < 0, -1e4*z, 0)"]), "soil")
     run = run_system.simulate(until=2.0, every=0.01, method=METHOD)
     assert run["rod"].tip_position.values[:, 2].max() < 1.0 + 1e-6
 

@@ -149,8 +149,8 @@ def test_points_that_come_over_a_side_bring_no_energy() -> None:
     nodes[:, 0, 1], nodes[:, 0, 2], rates[:, 0, 2] = 0.01 - depth, 0.05, -speed
     system.add(parts.Beam(nodes=nodes, rates=rates, **given), "over")
     system.add(parts.Beam(position=(-0.2, 0.0, 0.0), direction=(-1.0, 0.0, 0.0), **given), "under")
-    layer = {"thickness": 0.01, "width": 0.02, "stiffness": 1e3, "centre": (0.2, -3.0, 0.0)}
-    system.add(parts.SelfContact(body="ground", over="over", under="under", **layer), "layer")
+    layer = {"thickness": 0.01, "width": 0.02, "stiffness": 1e3}
+    system.add(parts.Contact(a="over", b="under", around=(0.2, -3.0, 0.0), **layer), "layer")
     found = ran(system.assemble(), 0.1, 2e-3)
     x = found.y[-1][int(found.assembly.model.beams[0]["iq"]) :][:3]
     assert x == pytest.approx([0.0, 0.01 - depth, 0.05 - speed * 0.1], abs=1e-9)

@@ -30,7 +30,7 @@ def hub_with_boom() -> System:
                   position=(0.1, 0.0, 0.0)), "boom",
     )  # fmt: skip
     system.add(parts.Joint(a="hub", b="boom.root", type="clamp"), "root")
-    system.add(parts.Torque(at="hub", torque=(0.0, 0.0, 0.01)), "torque")
+    system.add(parts.Load(at="hub", torque=(0.0, 0.0, 0.01)), "torque")
     return system
 
 

@@ -32,7 +32,7 @@ def test_forces_of_laws_alone_rest() -> None:
     for name, at in (("left", 0.0), ("right", 6.1)):
         pulled = parts.Spring(a=(at, 0.0, 0.0), b="load", length=1.0, law="300*tanh(x - 2)")
         system.add(pulled, name)
-    system.add(parts.Force(at="load", law=["-300*tanh(0.1)", "0", "0"]), "push")
+    system.add(parts.Load(at="load", law=["-300*tanh(0.1)", "0", "0"]), "push")
     assert system.simulate(until=2.0).attrs["status"] == "success"
 
 

@@ -31,7 +31,7 @@ def test_a_load_that_begins_after_a_long_rest() -> None:
     system = System()
     system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)), "mass")
     system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="mass", length=1.0, stiffness=4.0), "spring")
-    system.add(parts.Force(at="mass", force=(1.0, 0.0, 0.0), start=10.0), "force")
+    system.add(parts.Load(at="mass", force=(1.0, 0.0, 0.0), start=10.0), "force")
     found = solve_energy(system.assemble(), samples=np.linspace(0.0, 20.0, 201), tolerance=1e-7, spectral_radius=1.0)
     wanted = np.where(found.t > 10.0, 0.25 * (1.0 - np.cos(2.0 * (found.t - 10.0))), 0.0)
     assert found.y[:, 0] - 1.0 == pytest.approx(wanted, abs=5e-4)
@@ -47,7 +47,7 @@ def test_a_strip_that_slides_in_below_the_surface_brings_no_energy(step: float) 
     strip = {"section": elements.Rectangle(thickness=0.01, width=0.02), "elements": count - 1, "formulation": "cable"}
     material = elements.Material(young_modulus=1e8, poisson_ratio=0.0, density=1000.0)
     system.add(parts.Beam(length=0.1, material=material, nodes=nodes, rates=rates, **strip), "strip")
-    drum = parts.CylinderContact(body="ground", beams=["strip"], radius=0.5, half_length=0.1, stiffness=1e4)
+    drum = parts.Contact(a="strip", b="ground", shape=parts.Cylinder(radius=0.5, length=0.2), stiffness=1e4)
     system.add(drum, "drum")
     found = solve_energy(system.assemble(), samples=np.linspace(0.0, 1.0, 101), step=step)
     assert found.success
@@ -60,7 +60,7 @@ def test_a_released_penalty_loses_its_energy_to_the_joints() -> None:
     system = System()
     system.add(parts.RigidBody(mass=1.0, inertia=(1.0, 1.0, 1.0)), "body")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("body", (0.0, 0.0, 0.0)), stiffness=100.0, until=1.0), "joint")
-    system.add(parts.Force(at="body", force=(10.0, 0.0, 0.0)), "pull")
+    system.add(parts.Load(at="body", force=(10.0, 0.0, 0.0)), "pull")
     found = solve_energy(system.assemble(), samples=np.linspace(0.0, 2.0, 21), tolerance=1e-6, spectral_radius=1.0)
     assert found.balance.by_joints[-1] > 0.1
     assert np.abs(found.energy_defect).max() < 1e-3 * np.abs(found.balance.loads).max()

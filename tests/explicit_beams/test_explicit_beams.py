@@ -133,10 +133,11 @@ def test_account_of_everything_at_once(law: str) -> None:
     )
     damping = {"paper": 0.5}.get(law, 0.3)
     system.add(
-        parts.CylinderContact(body="ground", beams=["beam"], radius=0.6, law=law, stiffness=1e3, damping=damping), "hub"
+        parts.Contact(a="beam", b="ground", shape=parts.Cylinder(radius=0.6), law=law, stiffness=1e3, damping=damping),
+        "hub",
     )
-    system.add(parts.DistributedTorque(part="beam", torque=-0.5, until=0.2), "torque")
-    system.add(parts.Force(at="beam.tip", force=(0.0, 0.0, 0.1), start=0.1), "push")
+    system.add(parts.Load(along="beam", torque=(0.0, 0.0, -0.5), until=0.2), "torque")
+    system.add(parts.Load(at="beam.tip", force=(0.0, 0.0, 0.1), start=0.1), "push")
     assembly = system.assemble()
     found = run(assembly, np.linspace(0.0, 0.5, 6), "rk4", step=2e-5)
     given = np.abs(found.accounts[-1, mdl.LOAD])
@@ -173,7 +174,7 @@ def test_contact_counts_in_the_limit() -> None:
     """A light beam on a stiff hub: the limit is that of the contact, and it holds."""
     system = System(gravity=(0.0, -9.81, 0.0))
     system.add(beam(n=6, position=(-1.0, 0.61, 0.0)), "beam")
-    system.add(parts.CylinderContact(body="ground", beams=["beam"], radius=0.6, stiffness=1e6, damping=0.0), "hub")
+    system.add(parts.Contact(a="beam", b="ground", shape=parts.Cylinder(radius=0.6), stiffness=1e6, damping=0.0), "hub")
     assembly = system.assemble()
     alone = choose_step(thrown(n=6), "rk4", None, 1.0)[1]
     limit = choose_step(assembly, "rk4", None, 1.0)[1]

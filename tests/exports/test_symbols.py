@@ -36,8 +36,8 @@ def craft():
     made.add(
         parts.Thruster(at="bus.jet", direction=(1, 0, 0), thrust=4, profile=[[0, 1], [0.5, 1], [0.6, 0], [1, 0]]), "jet"
     )
-    made.add(parts.PanelRadiation(at="panel 2", area=1, normal=(0, 1, 0), pressure=9e-6), "light")
-    made.add(parts.Torque(at="bus", torque=(0, 0, 0.01)), "twist")
+    made.add(parts.Radiation(at="panel 2", area=1, normal=(0, 1, 0), pressure=9e-6), "light")
+    made.add(parts.Load(at="bus", torque=(0, 0, 0.01)), "twist")
     return made.simulate(until="1 s", every="0.05 s", method="dopri5")
 
 
@@ -52,7 +52,7 @@ def machine():
 
     body("slide", (0.5, 0, 0))
     made.add(parts.Joint(a=(0.2, 0, 0), b="slide", position=None, type="prismatic", axis=(1, 0, 0)), "rail")
-    made.add(parts.Force(at="slide", force=(1, 0, 0)), "push")
+    made.add(parts.Load(at="slide", force=(1, 0, 0)), "push")
     for n, (kind, x) in enumerate(
         [("spherical", 1.0), ("clamp", 2.0), ("universal", 3.0), ("cylindrical", 4.0), ("point-on-line", 5.0),
          ("in-plane", 6.0)]

@@ -128,7 +128,7 @@ def paper_beam() -> Case:
 def beam_load() -> Case:
     """Under a force the tip sinks by F L^3/(3 E I)."""
     F = 0.02
-    push = parts.Force(at="rod.tip", force=(0.0, -F, 0.0))
+    push = parts.Load(at="rod.tip", force=(0.0, -F, 0.0))
     return cantilever("push", F / (3.0 * EI), BETA**-4, lambda found: found.add(push, "push"))
 
 
@@ -136,7 +136,7 @@ def beam_load() -> Case:
 def beam_profile() -> Case:
     """As under a force that does not change."""
     F = 0.02
-    push = parts.Force(at="rod.tip", direction=(0.0, -1.0, 0.0), profile={"constant": F})
+    push = parts.Load(at="rod.tip", direction=(0.0, -1.0, 0.0), profile={"constant": F})
     return cantilever("push", F / (3.0 * EI), BETA**-4, lambda found: found.add(push, "push"))
 
 
@@ -242,8 +242,8 @@ def resting(part: str, add: Callable[[System], Any], direction: float) -> Case:
 
 def on_drum(**law: Any) -> Case:
     """The tip on a cylinder."""
-    given = {"radius": 0.2, "centre": (1.0, SUNK - 0.2, 0.0), "stiffness": K_TOUCH, "points": 1} | law
-    drum = parts.CylinderContact(body="ground", beams=["rod"], **given)
+    given = {"shape": parts.Cylinder(radius=0.2), "stiffness": K_TOUCH, "points": 1} | law
+    drum = parts.Contact(a="rod", b=(1.0, SUNK - 0.2, 0.0), **given)
     return resting("drum", lambda found: found.add(drum, "drum") and None, 1.0)
 
 
@@ -282,8 +282,8 @@ def layer() -> Case:
         for end, x in (("root", -0.8), ("tip", -1.2)):
             held = {"type": "clamp", "stiffness": 1e5, "rotational_stiffness": 2e4}
             found.add(parts.Joint(a=(x, *place[1:]), b=f"below.{end}", **held), f"below-{end}")
-        given: dict[str, Any] = {"thickness": thickness, "stiffness": K_TOUCH, "points": 1, "centre": (-0.5, -3.0, 0.0)}
-        found.add(parts.SelfContact(body="ground", over="rod", under="below", **given), "layer")
+        given: dict[str, Any] = {"thickness": thickness, "stiffness": K_TOUCH, "points": 1}
+        found.add(parts.Contact(a="rod", b="below", around=(-0.5, -3.0, 0.0), **given), "layer")
 
     return resting("layer", add, -1.0)
 
@@ -312,11 +312,11 @@ def friction() -> Case:
             length=1.0, section=SQUARE, material=RIGID, elements=2, formulation="cable", nodes=nodes, rates=rates
         )
         found.add(bar, "rod")
-        given: dict[str, Any] = {"radius": 1.0, "axis": (1.0, 0.0, 0.0), "stiffness": stiff, "friction": mu}
+        given: dict[str, Any] = {"stiffness": stiff, "friction": mu, "bristle_stiffness": stick}
+        given["shape"] = parts.Cylinder(radius=1.0, axis=(1.0, 0.0, 0.0))
         for name, side in (("left", 1.0), ("right", -1.0)):
             centre = (0.0, -math.sqrt(0.5), side * math.sqrt(0.5))
-            drum = parts.CylinderContact(body="ground", beams=["rod"], centre=centre, bristle_stiffness=stick, **given)
-            found.add(drum, name)
+            found.add(parts.Contact(a="rod", b=centre, **given), name)
         return found
 
     # across it the rod stands on `count` springs each way, of the normals and of the bristles

@@ -26,12 +26,12 @@ def pressed(shape_a: Any, shape_b: Any, depth: float, **law: Any) -> Case:
     def system() -> System:
         found = System()
         lever(found, (0.0, 0.0, 1.0))
-        shapes = {"shape_a": shape_a, "shape_b": shape_b}
-        touch = parts.BodyContact(
+        shapes = {"shape_a": shape_a, "shape": shape_b}
+        touch = parts.Contact(
             a=("lever", (1.0, 0.0, 0.0)), b=(1.0, START - depth, 0.0), stiffness=STIFF, **shapes, **law
         )
         found.add(touch, "touch")
-        found.add(parts.Force(at=("lever", (1.0, 0.0, 0.0)), force=(0.0, -FORCE, 0.0)), "push")
+        found.add(parts.Load(at=("lever", (1.0, 0.0, 0.0)), force=(0.0, -FORCE, 0.0)), "push")
         return found
 
     w, rest = math.sqrt(STIFF / INERTIA), START - FORCE / STIFF
@@ -65,10 +65,10 @@ def rubbing_sphere() -> Case:
         found = System()
         lever(found, (0.0, 1.0, 0.0), rate=rate)
         given: dict[str, Any] = {"stiffness": N / 1e-3, "friction": mu, "bristle_stiffness": stick}
-        given |= {"shape_a": parts.Sphere(radius=RADIUS), "shape_b": PLANE}
-        touch = parts.BodyContact(a=("lever", (1.0, 0.0, 0.0)), b=(1.0, 1e-3 - RADIUS, 0.0), **given)
+        given |= {"shape_a": parts.Sphere(radius=RADIUS), "shape": PLANE}
+        touch = parts.Contact(a=("lever", (1.0, 0.0, 0.0)), b=(1.0, 1e-3 - RADIUS, 0.0), **given)
         found.add(touch, "touch")
-        found.add(parts.Torque(at="lever", torque=(0.0, torque, 0.0)), "turn")
+        found.add(parts.Load(at="lever", torque=(0.0, torque, 0.0)), "turn")
         return found
 
     return Case(

@@ -159,7 +159,7 @@ def hinge_angle(offset: float) -> Any:
 def harness() -> Case:
     """Bristles that were bent before slip until it turns back; in equilibrium they stick."""
     J, k, c, stick, L, v = 0.4, 3.0, 5.0, 20.0, 0.8, 1.5
-    it = parts.Harness(joint="hinge", stiffness=c, bristles=[[stick, L]], relaxed_at=-1.0)
+    it = parts.Resistance(joint="hinge", type="harness", stiffness=c, bristles=[[stick, L]], relaxed_at=-1.0)
     w, rest = math.sqrt((k + c) / J), -L / (k + c)
     return Case(
         part="it", system=lambda: on_wheel(it, rate=v, stiffness=k), seen=hinge_angle(0.0), end=0.25, step=1e-3,
@@ -172,8 +172,9 @@ def harness() -> Case:
 def tape_spring() -> Case:
     """A folded tape opens against a spring, snaps, and swings about straight; with damping it would stay folded."""
     J, k, slope, moment, start, snaps, c = 0.4, 30.0, 0.2, 0.1, 0.7, 0.1, 0.4
-    it = parts.TapeSpringHinge(
+    it = parts.Resistance(
         joint="hinge",
+        type="tape-spring",
         straight=[[-1.0, -k], [0.2, 0.2 * k]],
         folded=[[snaps, moment + slope * snaps], [3.0, moment + 3.0 * slope]],
     )
@@ -197,7 +198,7 @@ def tape_spring() -> Case:
 def adhesion() -> Case:
     """A wheel that turns breaks it, and swings on."""
     J, k, holds, way, v, rest = 0.4, 3.0, 0.5, 0.05, 1.5, 0.1
-    it = parts.Adhesion(joint="hinge", torque=holds, distance=way)
+    it = parts.Resistance(joint="hinge", type="adhesion", strength=holds, distance=way)
     w, u = math.sqrt((k + holds / way) / J), math.sqrt(k / J)
     still = k * rest / (k + holds / way)
 

@@ -52,10 +52,10 @@ def orbit() -> Case:
 
     def system() -> System:
         found = System()
-        found.add(parts.Orbit(rate=n), "orbit")
+        found.add(parts.Field(type="orbit", rate=n), "orbit")
         found.add(parts.Point(mass=m, position=tuple(x0), velocity=tuple(v0)), "mass")
         found.add(parts.Spring(a=ORIGIN, b="mass", stiffness=k, length=0.0))
-        found.add(parts.Force(at="mass", force=tuple(F)), "push")
+        found.add(parts.Load(at="mass", force=tuple(F)), "push")
         return found
 
     return Case(
@@ -73,7 +73,7 @@ def acceleration_field() -> Case:
     def system() -> System:
         found = System()
         law = ["1 - w*x - c*vx", "2 - 9*y - c*vy", "3 - z - c*vz"]
-        found.add(parts.AccelerationField(law=law, constants={"w": 4.0, "c": 0.1}), "field")
+        found.add(parts.Field(law=law, constants={"w": 4.0, "c": 0.1}), "field")
         found.add(parts.Point(mass=3.0, position=tuple(x0)), "mass")
         return found
 
@@ -92,7 +92,7 @@ def node_force() -> Case:
 
     def system() -> System:
         found = reeled(parts.ConstantDrive(rate=0.0, angle=8.0), length=1.0, nodes=1, stiffness=c)
-        found.add(parts.Force(at="thread.tip", direction=(1.0, 0.0, 0.0), profile={"constant": force}), "pull")
+        found.add(parts.Load(at="thread.tip", direction=(1.0, 0.0, 0.0), profile={"constant": force}), "pull")
         return found
 
     return Case(
@@ -111,7 +111,7 @@ def law() -> Case:
     def system() -> System:
         found = System()
         found.add(parts.Point(mass=m, position=(0.0, 0.0, 1.0)), "mass")
-        found.add(parts.Force(at="mass", law=["3 - k*x", "-k*y", "-k*z"], constants={"k": k}), "pull")
+        found.add(parts.Load(at="mass", law=["3 - k*x", "-k*y", "-k*z"], constants={"k": k}), "pull")
         return found
 
     return Case(
@@ -132,7 +132,7 @@ def panel() -> Case:
         found = System()
         held_body(found)
         light = {"area": 2.0, "normal": (0.0, 0.0, 1.0), "pressure": 0.5, "specular": 0.3, "diffuse": 0.2}
-        found.add(parts.PanelRadiation(at="body", **light), "light")
+        found.add(parts.Radiation(at="body", **light), "light")
         return found
 
     return Case(
@@ -158,7 +158,7 @@ def table() -> Case:
         found.add(parts.RigidBody(motion="driven", drive=drive), "table")
         found.add(parts.Point(mass=m, position=(0.0, 0.0, 1.0)), "mass")
         found.add(parts.Spring(a="table", b="mass", stiffness=k, length=0.0))
-        found.add(parts.Force(at="mass", force=(0.0, k * lift, 0.0)), "lift")
+        found.add(parts.Load(at="mass", force=(0.0, k * lift, 0.0)), "lift")
         return found
 
     return Case(
@@ -180,7 +180,7 @@ def moment() -> Case:
         found = System()
         rod(found, 2, STIFF, "revolute")
         found.add(parts.RotationalSpring(body="ground", node="rod.root", stiffness=c), "hinge")
-        found.add(parts.Torque(at="rod.root", torque=(0.0, 0.0, M)), "moment")
+        found.add(parts.Load(at="rod.root", torque=(0.0, 0.0, M)), "moment")
         return found
 
     w = math.sqrt(c / INERTIA)
@@ -195,5 +195,5 @@ def moment() -> Case:
 def beam_law() -> Case:
     """As under a force that does not change."""
     F = 0.02
-    push = parts.Force(at="rod.tip", law=["0", "-F", "0"], constants={"F": F})
+    push = parts.Load(at="rod.tip", law=["0", "-F", "0"], constants={"F": F})
     return cantilever("push", F / (3.0 * EI), BETA**-4, lambda found: found.add(push, "push"))

@@ -523,7 +523,7 @@ def thread_load() -> Case:
 
     def system() -> System:
         found = reeled(parts.ConstantDrive(rate=0.0, angle=8.0), length=1.0, nodes=1, stiffness=c)
-        found.add(parts.UniformLoad(thread="thread", force=(force, 0.0, 0.0)), "wind")
+        found.add(parts.Load(along="thread", force=(force, 0.0, 0.0)), "wind")
         return found
 
     return Case(
@@ -546,10 +546,10 @@ def force() -> Case:
         found = System()
         found.add(parts.Point(mass=m, position=(0.0, 0.0, 1.0)), "mass")
         found.add(parts.Spring(a=ORIGIN, b="mass", stiffness=k, length=0.0))
-        found.add(parts.Force(at="mass", force=(F, 0.0, 0.0)), "push")
+        found.add(parts.Load(at="mass", force=(F, 0.0, 0.0)), "push")
         found.add(parts.RigidBody(motion="spin", inertia=J), "wheel")
         found.add(parts.Spring(a=("wheel", (0.4, 0.0, 0.0)), b=(1.0, 0.0, 0.0), stiffness=turn / 0.4, length=0.0))
-        found.add(parts.Torque(at="wheel", torque=(0.0, 0.0, torque)), "turn")
+        found.add(parts.Load(at="wheel", torque=(0.0, 0.0, torque)), "turn")
         return found
 
     return Case(
@@ -573,7 +573,7 @@ def profile() -> Case:
         found = System()
         found.add(parts.Point(mass=m, position=(0.0, 0.0, 1.0)), "mass")
         found.add(parts.Spring(a=ORIGIN, b="mass", stiffness=k, length=0.0))
-        found.add(parts.Force(at="mass", direction=(1.0, 0.0, 0.0), profile={"sine": sine}), "push")
+        found.add(parts.Load(at="mass", direction=(1.0, 0.0, 0.0), profile={"sine": sine}), "push")
         return found
 
     return Case(

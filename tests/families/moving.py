@@ -10,6 +10,7 @@ import numpy as np
 import evolvent
 from evolvent import System, parts
 from evolvent.assembly.builder import Builder
+from evolvent.parts.base import unit
 from evolvent.parts.joint import point_side
 from implicit.test_tangent import JOINTS, beam, bodies, together
 
@@ -180,11 +181,13 @@ def resisted(system: System) -> None:
     for law, stick in (("slip", 0.5), ("dahl", 3.0)):
         for joint in ("hinge 0", "slide 1"):
             keys = {"bristles": [(stick, 40.0), (8.0 * stick, 0.01)], "law": law}
-            system.add(parts.Harness(joint=joint, torque=[(-9.0, -9.0), (0.0, 0.2), (9.0, 5.0)], **keys))
+            system.add(
+                parts.Resistance(joint=joint, type="harness", torque=[(-9.0, -9.0), (0.0, 0.2), (9.0, 5.0)], **keys)
+            )
     tape = {"straight": [(-20.0, -9.0), (5.0, 3.0)], "folded": [(4.0, 1.0), (9.0, 0.5)], "state": "straight"}
     for joint in ("hinge 1", "slide 2"):
-        system.add(parts.TapeSpringHinge(joint=joint, **tape))
-    system.add(parts.Adhesion(joint="hinge 3", torque=0.7, distance=0.3))
+        system.add(parts.Resistance(joint=joint, type="tape-spring", **tape))
+    system.add(parts.Resistance(joint="hinge 3", type="adhesion", strength=0.7, distance=0.3))
 
 
 def geared(**given: float) -> Callable[[System], None]:
@@ -250,10 +253,10 @@ def loads(system: System) -> None:
     """By laws, in axes of the body, and light on panels."""
     for at in (FREE, SPIN, "point"):
         for frame in ("inertial", "body") if at != "point" else ("inertial",):
-            system.add(parts.Force(at=at, law=LAW, frame=frame))
+            system.add(parts.Load(at=at, law=LAW, frame=frame))
     for at in ("free", "spin"):
-        system.add(parts.Torque(at=at, law=LAW, frame="body"))
-        system.add(parts.PanelRadiation(at=at, area=2.0, normal=TWIST, pressure=1.5, specular=0.5, diffuse=0.3))
+        system.add(parts.Load(at=at, type="torque", law=LAW, frame="body"))
+        system.add(parts.Radiation(at=at, area=2.0, normal=TWIST, pressure=1.5, specular=0.5, diffuse=0.3))
 
 
 @enter("fields", gravity=(0.0, 0.0, 0.0))
@@ -261,8 +264,8 @@ def fields(system: System) -> None:
     """On bodies, points, beams and threads."""
     system.add(beam("assumed_strain"), "beam")
     threaded(wound_mass="carried")(system)
-    system.add(parts.Orbit(rate=0.9))
-    system.add(parts.AccelerationField(law=LAW))
+    system.add(parts.Field(type="orbit", rate=0.9))
+    system.add(parts.Field(law=LAW))
 
 
 @enter("loads on beams")
@@ -271,20 +274,20 @@ def beam_loads(system: System) -> None:
     system.add(beam("assumed_strain", normal=(0.0, 0.0, 1.0)), "beam")
     system.add(beam("cable", position=(0.0, 1.0, 0.0)), "cable")
     for name in ("beam", "cable"):
-        system.add(parts.LineLoad(part=name, law=LAW))
-        system.add(parts.Force(at=f"{name}.tip", law=LAW))
-        system.add(parts.Torque(at=f"{name}[1]", law=LAW))
-        system.add(parts.Torque(at=f"{name}.tip", torque=(0.3, -0.2, 0.5)))
-        system.add(parts.DistributedTorque(part=name, torque=0.6, centre=(0.1, -0.3, 0.2), axis=TWIST, pitch=0.7))
-    system.add(parts.Force(at="beam.tip", force=TWIST, frame="body"))
-    system.add(parts.Force(at="beam[1]", law=LAW, frame="body"))
-    system.add(parts.Torque(at="beam[1]", law=LAW, frame="body"))
+        system.add(parts.Load(along=name, law=LAW))
+        system.add(parts.Load(at=f"{name}.tip", law=LAW))
+        system.add(parts.Load(at=f"{name}[1]", type="torque", law=LAW))
+        system.add(parts.Load(at=f"{name}.tip", torque=(0.3, -0.2, 0.5)))
+        system.add(parts.Load(along=name, torque=tuple(0.6 * unit(TWIST)), centre=(0.1, -0.3, 0.2), pitch=0.7))
+    system.add(parts.Load(at="beam.tip", force=TWIST, frame="body"))
+    system.add(parts.Load(at="beam[1]", law=LAW, frame="body"))
+    system.add(parts.Load(at="beam[1]", type="torque", law=LAW, frame="body"))
 
 
 @enter("wheels", gravity=(0.0, 0.0, 0.0))
 def wheels(system: System) -> None:
     """Wheels at their limits and below, with friction, and a controller that follows a path."""
-    system.add(parts.Orbit(rate=0.9))
+    system.add(parts.Field(type="orbit", rate=0.9))
     for k, axis in enumerate(((1.0, 0.2, 0.0), (0.0, 1.0, 0.3), (0.2, 0.0, 1.0))):
         drag = {"viscous_damping": 0.2, "friction_torque": 0.3, "slip_rate": 0.5, "rate_limit": 3.0}
         system.add(
@@ -347,11 +350,11 @@ def threaded(
             if not loaded:
                 continue
             for frame in ("inertial", "body"):
-                system.add(parts.UniformLoad(thread=name, force=(0.3, -0.2, 0.4), frame=frame))
-                system.add(parts.Force(at=f"{name}.tip" if end is None else f"{name}[1]", law=LAW, frame=frame))
-            system.add(parts.LawLoad(thread=name, law=LAW))
-            light = {"pressure": 3.0, "width": 0.4, "direction": (0.4, -0.2, 1.0), "reflectivity": 0.6}
-            system.add(parts.RadiationPressure(thread=name, **light))
+                system.add(parts.Load(along=name, force=(0.3, -0.2, 0.4), frame=frame))
+                system.add(parts.Load(at=f"{name}.tip" if end is None else f"{name}[1]", law=LAW, frame=frame))
+            system.add(parts.Load(along=name, law=LAW))
+            light = {"pressure": 3.0, "width": 0.4, "direction": (0.4, -0.2, 1.0), "specular": 0.6}
+            system.add(parts.Radiation(along=name, **light))
 
     return add
 

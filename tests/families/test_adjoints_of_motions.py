@@ -31,32 +31,32 @@ def enter(name: str) -> Callable[[Callable[[System], None]], Callable[[System], 
 
 @enter("drag off the centre")
 def drag(system: System) -> None:
-    system.add(parts.Force(at=("body", (0.4, 0.2, 0.1)), law=DRAG), "drag")
+    system.add(parts.Load(at=("body", (0.4, 0.2, 0.1)), law=DRAG), "drag")
 
 
 @enter("drag in axes of the body")
 def drag_in_body(system: System) -> None:
-    system.add(parts.Force(at=("body", (0.4, 0.2, 0.1)), law=DRAG, frame="body"), "drag")
+    system.add(parts.Load(at=("body", (0.4, 0.2, 0.1)), law=DRAG, frame="body"), "drag")
 
 
 @enter("a torque by a law")
 def torque(system: System) -> None:
-    system.add(parts.Torque(at="body", law=TWISTS), "turn")
+    system.add(parts.Load(at="body", type="torque", law=TWISTS), "turn")
 
 
 @enter("a torque by a law in axes of the body")
 def torque_in_body(system: System) -> None:
-    system.add(parts.Torque(at="body", law=TWISTS, frame="body"), "turn")
+    system.add(parts.Load(at="body", type="torque", law=TWISTS, frame="body"), "turn")
 
 
 @enter("an acceleration field")
 def field(system: System) -> None:
-    system.add(parts.AccelerationField(law=DRAG), "field")
+    system.add(parts.Field(law=DRAG), "field")
 
 
 @enter("a wheel in an orbit")
 def wheel(system: System) -> None:
-    system.add(parts.Orbit(rate=0.9), "orbit")
+    system.add(parts.Field(type="orbit", rate=0.9), "orbit")
     system.add(parts.ReactionWheel(body="body", inertia=0.02, axis=(0.3, 0.2, 0.9), rate=9.0, viscous_damping=0.2), "w")
 
 
@@ -70,7 +70,7 @@ def spring(system: System) -> None:
 def on_it(system: System, tip: str) -> None:
     """A mass at the tip, and a torque whose profile has corners, at which steps land and accelerations jump."""
     profile = [(0.0, 0.0), (0.1, 0.4), (0.15, 0.0), (0.2, -0.3), (0.3, 0.0)]
-    system.add(parts.Torque(at="body", axis=(0.0, 0.2, 1.0), profile=profile), "turn")
+    system.add(parts.Load(at="body", axis=(0.0, 0.2, 1.0), profile=profile), "turn")
     system.add(parts.Point(mass=0.2, at=tip), "tip")
 
 

@@ -143,7 +143,7 @@ def test_a_varied_system_goes_to_another_process_without_the_shared_model() -> N
     """A system with a field, whose builder holds functions."""
     system = System()
     system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)), "stone")
-    system.add(parts.Orbit(rate=0.01), "orbit")
+    system.add(parts.Field(type="orbit", rate=0.01), "orbit")
     varied = system.with_values({"stone.mass": 2.0})
     varied.assemble()
     found = pickle.loads(pickle.dumps(varied))

@@ -54,7 +54,7 @@ def touching(a: str, b: str, shape_a: Any, shape_b: Any, shift: float = 0.0, **l
         system.add(parts.RigidBody(position=tuple(centre - off), **kinds[kind]), name)
         sides.append((name, tuple(off)))
     given: dict[str, Any] = {"stiffness": 3e3, "exponent": 1.5, "bristle_stiffness": 400.0, "initial_overlap": 0.5}
-    system.add(parts.BodyContact(a=sides[0], b=sides[1], shape_a=shape_a, shape_b=shape_b, **(given | law)), "touch")
+    system.add(parts.Contact(a=sides[0], b=sides[1], shape_a=shape_a, shape=shape_b, **given | law), "touch")
     return system
 
 
@@ -73,15 +73,21 @@ def on_surface(part: Any) -> System:
 LAW: dict[str, Any] = {"stiffness": 3e3, "points": 3, "initial_overlap": 2.0, "damping": 0.3}
 CENTRE = (-0.1, 0.3, -0.2)  # the origin, where the body's axes are those of the inertial frame
 SURFACES = {
-    "plane": parts.PlaneContact(
-        body="body", beams=["rod"], normal=(0.1, 1.0, 0.2), centre=(-0.1, 0.27, -0.2), clearance=0.05, **LAW
+    "plane": parts.Contact(
+        a="rod", b=("body", (-0.1, 0.27, -0.2)), shape=parts.Plane(normal=(0.1, 1.0, 0.2)), clearance=0.05, **LAW
     ),
-    "sphere": parts.SphereContact(body="body", beams=["rod"], radius=0.4, centre=(-0.1, -0.09, -0.2), **LAW),
-    "side of a capsule": parts.CapsuleContact(
-        body="body", beams=["rod"], radius=0.2, length=0.6, axis=(1.0, 0.1, 0.3), centre=(-0.1, 0.11, -0.2), **LAW
+    "sphere": parts.Contact(a="rod", b=("body", (-0.1, -0.09, -0.2)), shape=parts.Sphere(radius=0.4), **LAW),
+    "side of a capsule": parts.Contact(
+        a="rod",
+        b=("body", (-0.1, 0.11, -0.2)),
+        shape=parts.Capsule(radius=0.2, length=0.6, axis=(1.0, 0.1, 0.3)),
+        **LAW,
     ),
-    "ends of a capsule": parts.CapsuleContact(
-        body="body", beams=["rod"], radius=0.2, length=0.2, axis=(1.0, 0.0, 0.2), centre=(-0.1, 0.11, -0.2), **LAW
+    "ends of a capsule": parts.Contact(
+        a="rod",
+        b=("body", (-0.1, 0.11, -0.2)),
+        shape=parts.Capsule(radius=0.2, length=0.2, axis=(1.0, 0.0, 0.2)),
+        **LAW,
     ),
 }
 

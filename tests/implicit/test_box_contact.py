@@ -36,7 +36,7 @@ def touching(pair: str, **law: Any) -> System:
     law = {"stiffness": 3e3, "exponent": 1.5, "bristle_stiffness": 400.0, "initial_overlap": 0.5} | law
     if not isinstance(b, parts.Plane):
         law["rounding"] = 0.02
-    system.add(parts.BodyContact(a="p", b="q", shape_a=a, shape_b=b, **law), "touch")
+    system.add(parts.Contact(a="p", b="q", shape_a=a, shape=b, **law), "touch")
     return system
 
 

@@ -51,8 +51,8 @@ def thrown(x: Any, v: Any, shape: Any, gravity: float = 0.0, **keys: Any) -> Sys
     system = System(gravity=(0.0, 0.0, -gravity))
     ball = {"mass": 1.0, "inertia": 0.004, "shape": parts.Sphere(radius=RADIUS)}
     system.add(parts.RigidBody(position=tuple(x), velocity=tuple(v), **ball), "ball")
-    contact = {"stiffness": STIFFNESS, "shape_b": shape} | keys
-    system.add(parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), **contact), "contact")
+    contact = {"stiffness": STIFFNESS, "shape": shape} | keys
+    system.add(parts.Contact(a="ball", b=(0.0, 0.0, 0.0), **contact), "contact")
     return system
 
 
@@ -126,7 +126,7 @@ def test_two_free_spheres_graze() -> None:
     ball = {"mass": 1.0, "inertia": 0.004, "shape": parts.Sphere(radius=RADIUS)}
     system.add(parts.RigidBody(position=(-3.0, 0.19, 0.0), velocity=(2.0, 0.0, 0.0), **ball), "a")
     system.add(parts.RigidBody(**ball), "b")
-    system.add(parts.BodyContact(a="a", b="b", stiffness=1e8), "contact")
+    system.add(parts.Contact(a="a", b="b", stiffness=1e8), "contact")
     run = system.simulate(until=3.0, every=0.1, fine=False)
     n = np.array([-math.sqrt(0.04 - 0.19**2), 0.19, 0.0]) / 0.2
     expected = np.array([2.0, 0.0, 0.0]) - 2.0 * n[0] * n

@@ -72,7 +72,8 @@ def craft(
     if touching:
         fields: dict[str, Any] = {"stiffness": 1e4, "damping": 0.1, "skip": 1, "friction": 0.2} | cylinder
         system.add(
-            parts.CylinderContact(body="hub", beams=[f"rib{k}" for k in range(ribs)], radius=0.5, **fields), "rim"
+            parts.Contact(a=[f"rib{k}" for k in range(ribs)], b="hub", shape=parts.Cylinder(radius=0.5), **fields),
+            "rim",
         )
     return system.assemble()
 
@@ -136,7 +137,7 @@ def test_loads_turn_an_isolated_craft_by_their_torque() -> None:
         "rib",
     )
     system.add(parts.Joint(a=("hub", (0.5, 0.0, 0.0)), b="rib.root", type="clamp"))
-    system.add(parts.DistributedTorque(part="rib", torque=0.2, until=0.5))
+    system.add(parts.Load(along="rib", torque=(0.0, 0.0, 0.2), until=0.5))
     assembly = system.assemble()
     solution = run(assembly, [0.0, 0.25, 0.5, 0.75, 1.0], step=1e-3, spectral_radius=0.9)
     assert np.abs(momenta(assembly, solution)[:, 5] - 0.2 * np.minimum(solution.t, 0.5)).max() < 1e-6
@@ -184,8 +185,8 @@ def test_the_account_closes_with_second_order(rng: np.random.Generator) -> None:
         )
         system.add(parts.Point(mass=0.2, position=(1.3, 0.5, 0.0)), "bob")
         system.add(parts.Spring(a="bob", b=("hub", (0.0, 0.3, 0.0)), stiffness=40.0, damping=0.3))
-        system.add(parts.Force(at="rib.tip", force=(0.0, 0.3, 0.1), start=0.1, until=0.4))
-        system.add(parts.DistributedTorque(part="rib", torque=0.1, ramp=0.2))
+        system.add(parts.Load(at="rib.tip", force=(0.0, 0.3, 0.1), start=0.1, until=0.4))
+        system.add(parts.Load(along="rib", torque=(0.0, 0.0, 0.1), ramp=0.2))
         solution = run(system.assemble(), np.linspace(0.0, 0.6, 7), step=h, spectral_radius=0.9, newton=1e-12)
         assert all(solution.balance[-1][name] > 1e-4 for name in ("by_mass", "by_stiffness", "by_joints", "by_springs"))
         worst.append(float(np.abs(solution.energy_defect).max()))

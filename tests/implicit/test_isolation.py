@@ -156,13 +156,13 @@ def motor(system: System, third: str) -> None:
 @tie("a harness")
 def harness(system: System, third: str) -> None:
     springs(system, third)
-    system.add(parts.Harness(joint="turn", stiffness=5.0, bristles=[[20.0, 0.8]]))
+    system.add(parts.Resistance(joint="turn", type="harness", stiffness=5.0, bristles=[[20.0, 0.8]]))
 
 
 @tie("a contact")
 def contact(system: System, third: str) -> None:
     sphere = parts.Sphere(radius=0.99)
-    system.add(parts.BodyContact(a="b", b=at(third), shape_a=sphere, shape_b=sphere, stiffness=1e3))
+    system.add(parts.Contact(a="b", b=at(third), shape_a=sphere, shape=sphere, stiffness=1e3))
 
 
 @tie("the drum of a cord")

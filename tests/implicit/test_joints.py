@@ -217,7 +217,7 @@ def test_a_load_that_begins_and_ends_has_the_impulse_of_its_time() -> None:
     system.add(parts.Beam(length=1.0, section=SQUARE, material=STEEL, elements=2, formulation="cable"), "beam")
     for node in ("beam.root", "beam[1]", "beam.tip"):
         share = 0.25 if node != "beam[1]" else 0.5
-        system.add(parts.Force(at=node, force=(share * 0.4, 0.0, 0.0), start=0.123, until=0.456))
+        system.add(parts.Load(at=node, force=(share * 0.4, 0.0, 0.0), start=0.123, until=0.456))
     assembly = system.assemble()
     solution = run(assembly, [0.0, 0.2, 0.6], step=0.01, spectral_radius=0.0)
     from implicit.rigs import momenta

@@ -44,8 +44,7 @@ def wound(pitch: float, *, count: int = 1, sense: int = 1, rise: float = 0.0, **
         system.add(beam, f"rib-{b}")
     given = {"thickness": THICK, "stiffness": STIFFNESS, "sense": sense} | fields
     for b in range(count):
-        under = f"rib-{(b + 1) % count}" if count > 1 else None
-        system.add(parts.SelfContact(body="hub", over=f"rib-{b}", under=under, **given), f"layer-{b}")
+        system.add(parts.Contact(a=f"rib-{b}", b=f"rib-{(b + 1) % count}", around="hub", **given), f"layer-{b}")
     return system.assemble()
 
 
@@ -183,12 +182,12 @@ def test_tangent(friction: float, rng: np.random.Generator) -> None:
 @pytest.mark.parametrize(
     ("fields", "words"),
     [
-        ({"law": "conservative"}, "SelfContact.law is 'conservative'; known: hunt-crossley, paper"),
-        ({"sense": 2}, "SelfContact.sense is 2; it must be 1 or -1"),
-        ({"thickness": 0.0}, "SelfContact.thickness is 0.0; it must be a length above 0"),
+        ({"law": "conservative"}, "layer-0.law is 'conservative', which a contact of turns of beams does not support"),
+        ({"sense": 2}, "Contact.sense is 2; it must be 1 or -1"),
+        ({"thickness": 0.0}, "Contact.thickness is 0.0; it must be a length above 0"),
         ({"thickness": (1e-3, 2e-3)}, "layer-0.thickness has 2 values; it must be one value, or 60 of them"),
-        ({"width": 0.0}, "SelfContact.width is 0.0"),
-        ({"points": 0}, "SelfContact.points is 0"),
+        ({"width": 0.0}, "Contact.width is 0.0"),
+        ({"points": 0}, "Contact.points is 0"),
     ],
 )
 def test_refusals(fields: dict[str, Any], words: str) -> None:

@@ -88,7 +88,7 @@ def test_a_latch_releases_a_joint(method: str) -> None:
     system, k = wheel(motor, latch=LATCH), 1e4 if method in ("rk4", "dopri5") else 0.0
     system.add(parts.Point(mass=2.0, position=(3.0, 0.0, 0.0)), "mass")
     system.add(parts.Joint(a=(3.0, 0.0, 0.0), b="mass", released_by="hinge", stiffness=k), "hold")
-    system.add(parts.Force(at="mass", force=(1.0, 0.0, 0.0)), "push")
+    system.add(parts.Load(at="mass", force=(1.0, 0.0, 0.0)), "push")
     found, _ = run(system, method)
     hold = {key: variable.values for key, variable in observe(found)["hold"].variables.items()}
     t, index = found.t, found.assembly.index("mass", "points")

@@ -251,7 +251,7 @@ def test_a_spring_sideways_to_its_mount_holds_a_node() -> None:
     system.add(
         parts.Spring(a=(1.5, 0.0, 0.0), b="boom[8]", stiffness=1.0, lateral_stiffness=20.0, axis=(1, 0, 0)), "stay"
     )
-    system.add(parts.Force(at="boom.tip", force=(0.0, 0.0, 1e-4)), "push")
+    system.add(parts.Load(at="boom.tip", force=(0.0, 0.0, 1e-4)), "push")
     tip = system.equilibrium()["boom"].tip_position.values.ravel()[2]
     assert tip == pytest.approx(1e-4 / (3.0 * EI + 20.0), rel=1e-4)
 
@@ -261,7 +261,7 @@ def test_moment_of_a_clamp_of_all_coordinates() -> None:
     system = System()
     system.add(parts.Beam(length=1.0, section=STRIP, material=STEEL, elements=4), "boom")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="boom.root", type="clamp", hold="all"), "root")
-    system.add(parts.Force(at="boom.tip", force=(0.0, 1e-3, 2e-3)), "push")
+    system.add(parts.Load(at="boom.tip", force=(0.0, 1e-3, 2e-3)), "push")
     found = system.equilibrium()
     assert found["root"].force.values.ravel() == pytest.approx([0.0, -1e-3, -2e-3], abs=1e-9)
     wanted = -np.cross(found["boom"].tip_position.values.ravel(), [0.0, 1e-3, 2e-3])

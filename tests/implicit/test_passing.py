@@ -19,7 +19,7 @@ def spheres() -> System:
     shape = parts.Sphere(radius=RADIUS)
     system.add(parts.RigidBody(mass=1.0, shape=shape, position=(-1.0, 0.0, 0.0), velocity=(SPEED, 0.0, 0.0)), "thrown")
     system.add(parts.RigidBody(mass=1.0, shape=shape), "struck")
-    system.add(parts.BodyContact(a="thrown", b="struck", stiffness=1e5), "contact")
+    system.add(parts.Contact(a="thrown", b="struck", stiffness=1e5), "contact")
     return system
 
 
@@ -33,13 +33,8 @@ def flying(kind: str, surface: str) -> System:
         "velocity": (0.0, -SPEED, 0.0), "stiffness_damping": 1e-5,
     }  # fmt: skip
     system.add(parts.Rod(**given) if kind == "rod" else parts.Beam(formulation=kind, **given), "bar")
-    contact = {"body": "ground", "beams": ["bar"], "radius": RADIUS, "stiffness": 1e5}
-    made = {
-        "sphere": lambda: parts.SphereContact(**contact),
-        "capsule": lambda: parts.CapsuleContact(length=0.3, **contact),
-        "cylinder": lambda: parts.CylinderContact(**contact),
-    }
-    system.add(made[surface](), "obstacle")
+    keys = {"radius": RADIUS} | ({"length": 0.3} if surface == "capsule" else {})
+    system.add(parts.Contact(a="bar", b="ground", shape={surface: keys}, stiffness=1e5), "obstacle")
     return system
 
 

@@ -30,7 +30,7 @@ def test_moment_of_a_clamp():
     arm = parts.RigidBody(mass=3.0, inertia=0.4, position=(1.0, 0.0, 0.0))
     system.add(arm, "arm")
     system.add(parts.Joint(a="hub", b=("arm", (-1.0, 0.0, 0.0)), type="clamp"), "root")
-    system.add(parts.Torque(at="hub", axis=(0.0, 0.0, 1.0), profile=[(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]), "slew")
+    system.add(parts.Load(at="hub", axis=(0.0, 0.0, 1.0), profile=[(0.0, 0.0), (1.0, 1.0), (2.0, 0.0)]), "slew")
     run = system.simulate(until="3 s")
     t, rate = run.time.values, run["hub"].rate.values[:, 2]
     torque = np.interp(t, (0.0, 1.0, 2.0), (0.0, 1.0, 0.0))

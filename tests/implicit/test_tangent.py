@@ -159,7 +159,7 @@ def test_beams(formulation: str, damping: str | None, rng: np.random.Generator) 
     system = System(gravity=(0.0, -9.81, 0.0))
     damped = {} if damping is None else {"mass_damping": 0.4, "stiffness_damping": 2e-3, "damping": damping}
     system.add(beam(formulation, **damped), "beam")
-    system.add(parts.LineLoad(part="beam", force=(0.1, 0.2, 0.3)))
+    system.add(parts.Load(along="beam", force=(0.1, 0.2, 0.3)))
     assert worst(disturbed(system.assemble(), rng), np.zeros(0)) < 1e-7
 
 
@@ -254,9 +254,9 @@ def pressed(
         pose = builder.poses[builder.find(body, "bodies")]
         centre, axis = tuple(pose.R.T @ -pose.x), tuple(pose.R.T @ np.array(axis))
     system.add(
-        parts.CylinderContact(
-            body=body, beams=["beam"], radius=0.4, centre=centre, axis=axis, law=law, stiffness=3e3, exponent=1.5,
-            damping=fields.get("damping", 0.0), friction=friction, bristle_stiffness=400.0, points=3,
+        parts.Contact(
+            a="beam", b=(body, centre), shape=parts.Cylinder(radius=0.4, axis=axis), law=law, stiffness=3e3,
+            exponent=1.5, damping=fields.get("damping", 0.0), friction=friction, bristle_stiffness=400.0, points=3,
         )
     )  # fmt: skip
     assembly = system.assemble()

@@ -55,10 +55,11 @@ def cable(
             system.add(parts.Joint(a=tuple(nodes[k, 0]), b=f"cable.{end}", type="spherical"), end)
         else:
             force = sign * tension * nodes[k, 1] / (1.0 + strain)
-            system.add(parts.Force(at=f"cable.{end}", force=tuple(force)), end)
-    drum = parts.CylinderContact(
-        body="ground", beams=["cable"], radius=RADIUS, law=law, stiffness=STIFF, friction=friction, initial_overlap=0.05
-    )
+            system.add(parts.Load(at=f"cable.{end}", force=tuple(force)), end)
+    drum = parts.Contact(
+        a="cable", b="ground", shape=parts.Cylinder(radius=RADIUS), law=law, stiffness=STIFF, friction=friction,
+        initial_overlap=0.05,
+    )  # fmt: skip
     system.add(drum, "drum")
     return system.assemble(), tension
 

@@ -13,7 +13,7 @@ from scipy.linalg import null_space
 from book import Book
 from evolvent import InputError, System, elements, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.parts.surface_contact import SLIDING_DAMPING
+from evolvent.parts.contact import SLIDING_DAMPING
 from evolvent.solvers import Solution
 from evolvent.solvers.time.implicit.energy_momentum import solve_energy
 from evolvent.solvers.time.implicit.plan import solve_implicit
@@ -36,7 +36,9 @@ def bar(law: str, damping: float, *, modulus: float = 1e12, count: int = 1) -> A
     )
     system.add(beam, "bar")
     system.add(
-        parts.CylinderContact(body="ground", beams=["bar"], radius=1.0, law=law, stiffness=K, damping=damping, points=1)
+        parts.Contact(
+            a="bar", b="ground", shape=parts.Cylinder(radius=1.0), law=law, stiffness=K, damping=damping, points=1
+        )
     )
     return system.assemble()
 
@@ -144,11 +146,12 @@ def test_contact_forces_and_reactions_are_those_of_rest() -> None:
     system.add(beam, "bar")
     system.add(parts.Joint(a=(-1.0, 1.0, 0.0), b="bar.root", type="revolute"))
     system.add(
-        parts.CylinderContact(
-            body="ground", beams=["bar"], radius=1.0, law="conservative", stiffness=1e4, damping=1e3, points=1
+        parts.Contact(
+            a="bar", b="ground", shape=parts.Cylinder(radius=1.0), law="conservative", stiffness=1e4, damping=1e3,
+            points=1,
         )
-    )
-    system.add(parts.Force(at="bar[4]", force=(0.0, -5.0, 0.0), ramp=0.5))
+    )  # fmt: skip
+    system.add(parts.Load(at="bar[4]", force=(0.0, -5.0, 0.0), ramp=0.5))
     assembly = system.assemble()
     solution = bounced(assembly, [0.0, 0.8, 1.2], tolerance=1e-5)
     assert solution.forces["contact_surfaces"]["normal"][-1, 0] == pytest.approx(2.5, rel=5e-3)
@@ -174,12 +177,12 @@ def dragged() -> Assembly:
     system.add(beam, "bar")
     system.add(parts.Joint(a=(-0.5, 1.0, 0.0), b="bar.root", type="revolute"))
     system.add(
-        parts.CylinderContact(
-            body="drum", beams=["bar"], radius=1.0, stiffness=1e4, damping=1.0, points=1, friction=0.3,
+        parts.Contact(
+            a="bar", b="drum", shape=parts.Cylinder(radius=1.0), stiffness=1e4, damping=1.0, points=1, friction=0.3,
             bristle_stiffness=1e4,
         )
     )  # fmt: skip
-    system.add(parts.Force(at="bar.tip", force=(0.0, -5.0, 0.0), ramp=0.5))
+    system.add(parts.Load(at="bar.tip", force=(0.0, -5.0, 0.0), ramp=0.5))
     return system.assemble()
 
 
@@ -225,8 +228,10 @@ def test_a_beam_pressed_on_a_cylinder(book: Book) -> None:
     )
     system.add(beam, "beam")
     system.add(parts.Joint(a=(0.0, R, 0.0), b="beam.root", type="clamp"))
-    system.add(parts.CylinderContact(body="ground", beams=["beam"], radius=R, stiffness=1e6, damping=0.1, points=5))
-    system.add(parts.Force(at="beam.tip", force=(0.0, -F, 0.0), ramp=0.5))
+    system.add(
+        parts.Contact(a="beam", b="ground", shape=parts.Cylinder(radius=R), stiffness=1e6, damping=0.1, points=5)
+    )
+    system.add(parts.Load(at="beam.tip", force=(0.0, -F, 0.0), ramp=0.5))
     assembly = system.assemble()
     solution = run(assembly, [0.0, 1.0, 3.0], tolerance=1e-5)
     points = solution.assembly.model.contact_points
@@ -288,14 +293,14 @@ def capstan(
     )
     system.add(beam, "cable")
     system.add(
-        parts.CylinderContact(
-            body="drum" if turning else "ground", beams=["cable"], radius=RADIUS, stiffness=1e5, points=2,
-            friction=MU, bristle_stiffness=1e4, bristle_damping=1.0, **({"damping": 1.0} | contact),
+        parts.Contact(
+            a="cable", b="drum" if turning else "ground", shape=parts.Cylinder(radius=RADIUS), stiffness=1e5,
+            points=2, friction=MU, bristle_stiffness=1e4, bristle_damping=1.0, **{"damping": 1.0} | contact,
         )
     )  # fmt: skip
-    system.add(parts.Force(at="cable.root", force=(0.0, -1.0, 0.0), ramp=0.05))
+    system.add(parts.Load(at="cable.root", force=(0.0, -1.0, 0.0), ramp=0.05))
     if pull is not None:
-        system.add(parts.Force(at="cable.tip", force=(-pull, 0.0, 0.0), ramp=0.05))
+        system.add(parts.Load(at="cable.tip", force=(-pull, 0.0, 0.0), ramp=0.05))
     else:
         drive = parts.RampDrive(steps=((0.1, 0.05, speed),)) if speed else parts.ConstantDrive(rate=0.0)
         system.add(parts.PrescribedMotion(at="cable.tip", drive=drive, direction=(-1.0, 0.0, 0.0)), "hand")

@@ -53,8 +53,8 @@ def falling() -> Assembly:
     given: dict[str, Any] = {"section": section, "material": material, "elements": 4, "formulation": "cable"}
     system.add(parts.Beam(length=0.4, position=(-0.13, 0.6, 0.0), mass_damping=0.5, **given), "strip")
     contact = {"stiffness": 1e4, "damping": 0.3, "friction": 0.2, "points": 2}
-    system.add(parts.CylinderContact(body="ground", beams=["strip"], radius=0.5, **contact), "drum")
-    system.add(parts.Force(at="strip.tip", force=(0.0, 0.0, 0.1), start=0.3337), "push")
+    system.add(parts.Contact(a="strip", b="ground", shape=parts.Cylinder(radius=0.5), **contact), "drum")
+    system.add(parts.Load(at="strip.tip", force=(0.0, 0.0, 0.1), start=0.3337), "push")
     return system.assemble()
 
 
@@ -68,7 +68,7 @@ def soft() -> Assembly:
     beam = parts.Beam(length=0.4, section=section, material=material, elements=2, formulation="cable")
     system.add(beam, "strip")
     system.add(parts.Joint(a="ground", b="strip.root", type="spherical", stiffness=20.0), "pin")
-    system.add(parts.Force(at="strip.tip", force=(0.0, 0.01, 0.0), start=0.3337), "push")
+    system.add(parts.Load(at="strip.tip", force=(0.0, 0.01, 0.0), start=0.3337), "push")
     system.add(parts.RigidBody(motion="spin", inertia=0.5, rate=1.0), "panel")
     hinge = {"stiffness": 2.0, "rest": 1.0, "latch": 0.6, "latch_stiffness": 50.0, "latch_damping": 1.0}
     system.add(parts.RotationalSpring(a="ground", b="panel", **hinge), "hinge")

@@ -32,7 +32,7 @@ def simulated(system: System, method: str, until: float = 4.0) -> Any:
 
 def in_orbit(**axes: Any) -> System:
     system = System()
-    system.add(parts.Orbit(rate=N, **axes), "orbit")
+    system.add(parts.Field(type="orbit", rate=N, **axes), "orbit")
     return system
 
 
@@ -206,7 +206,7 @@ def test_a_constant_field_is_gravity(method: str) -> None:
     options: dict[str, Any] = {"tolerance": 1e-9} if method == "dopri5" else {"step": 5e-3}
     falls = everything(g).simulate(until=0.2, every=0.1, method=method, **options)
     system = everything()
-    system.add(parts.AccelerationField(law=["0.3", "-1", "0.5"]), "field")
+    system.add(parts.Field(law=["0.3", "-1", "0.5"]), "field")
     run = system.simulate(until=0.2, every=0.1, method=method, **options)
     for name in ("body", "wheel", "point", "thread", "beam", "cable"):
         for key in ("position", "attitude"):
@@ -220,7 +220,7 @@ def test_a_constant_field_is_gravity(method: str) -> None:
 def test_the_balance_closes_in_orbit(method: str) -> None:
     """With every kind of mass, the spool's work on wound thread among it."""
     system = everything()
-    system.add(parts.Orbit(rate=N), "orbit")
+    system.add(parts.Field(type="orbit", rate=N), "orbit")
     options: dict[str, Any] = {"tolerance": 1e-9} if method == "dopri5" else {"step": 2e-3}
     run = system.simulate(until=0.5, every=2e-3, method=method, **options)
     defect, work = float(np.abs(run["energy_defect"]).max()), float(run["work_loads"][-1])
@@ -248,13 +248,13 @@ def test_a_python_law_and_files(tmp_path: Any) -> None:
         return -p[0] * v[0], -p[0] * v[1], -p[0] * v[2]
 
     system = System()
-    system.add(parts.AccelerationField(law=drag, parameters=(2.0,)), "drag")
+    system.add(parts.Field(law=drag, parameters=(2.0,)), "drag")
     system.add(parts.Point(mass=3.0, velocity=(1.0, 0.0, 0.0)), "p")
     run = system.simulate(until=1.0, method="dopri5", tolerance=1e-9)
     assert float(run["p/velocity"][-1, 0]) == pytest.approx(math.exp(-2.0), rel=1e-7)
     # the orbit of a space station, from a file
     text = (
-        "system: structure\nparts:\n  orbit: {kind: orbit, radius: 6778 km, gravitational_parameter: "
+        "system: structure\nparts:\n  orbit: {kind: field, type: orbit, radius: 6778 km, gravitational_parameter: "
         "3.986004418e14 m^3/s^2, radial: [0, 0, 1], along: [1, 0, 0]}\n  sat: {kind: point, mass: 1 kg}\n"
     )
     path = tmp_path / "case.yaml"
@@ -283,15 +283,18 @@ def test_refusals() -> None:
         with pytest.raises(InputError, match=words):
             getattr(system, call)(**options)
 
-    orbit = parts.Orbit(rate=1.0)
+    orbit = parts.Field(type="orbit", rate=1.0)
     refused("'f1' is an orbit, and so is 'f0'; a system has one at most", orbit, orbit)
     refused("gravity is .*, but 'f0' is an orbit", orbit, gravity=(0.0, 0.0, -9.81))
-    refused("f0.along is .*; it must be perpendicular to f0.radial", parts.Orbit(rate=1.0, along=(1.0, 1.0, 0.0)))
-    refused("f0.rate and f0.radius are both given", parts.Orbit(rate=1.0, radius=7e6))
-    refused("f0.gravitational_parameter is missing", parts.Orbit(radius=7e6))
-    refused("f0.rate is missing", parts.Orbit())
+    refused(
+        "f0.along is .*; it must be perpendicular to f0.radial",
+        parts.Field(type="orbit", rate=1.0, along=(1.0, 1.0, 0.0)),
+    )
+    refused("f0.rate and f0.radius are both given", parts.Field(type="orbit", rate=1.0, radius=7e6))
+    refused("f0.gravitational_parameter is missing", parts.Field(type="orbit", radius=7e6))
+    refused("f0.rate is missing", parts.Field(type="orbit"))
     refused("rotating does not support the field 'f0'", orbit, call="equilibrium", rotating=(0.0, 0.0, 1.0))
-    refused("'f0' at t = 0 s: the law 'broken'", parts.AccelerationField(law=broken), call="simulate", until=1.0)
+    refused("'f0' at t = 0 s: the law 'broken'", parts.Field(law=broken), call="simulate", until=1.0)
     with pytest.raises(InputError, match="cannot be compiled as"):
 
         @evolvent.force_law

@@ -36,7 +36,7 @@ def cantilever(formulation: str, count: int = 4) -> System:
 def test_a_moment_bends_a_cantilever_into_an_arc(formulation: str, allowed: float, book: Book) -> None:
     moment = 0.4
     system = cantilever(formulation)
-    system.add(parts.Torque(at="beam.tip", torque=(0.0, 0.0, moment)), "moment")
+    system.add(parts.Load(at="beam.tip", torque=(0.0, 0.0, moment)), "moment")
     found, k = system.equilibrium(), moment / EI
     tip = found["beam/position"].values[-1, -1]
     book(
@@ -56,7 +56,7 @@ def test_a_moment_twists_a_rod() -> None:
         parts.Beam(length=1.0, section=section, material=MATERIAL, elements=2, formulation="assumed_strain"), "beam"
     )  # fmt: skip
     system.add(parts.Joint(a="beam.root", b=ORIGIN, type="clamp"), "root")
-    system.add(parts.Torque(at="beam.tip", axis=(1.0, 0.0, 0.0), profile={"constant": T}), "moment")
+    system.add(parts.Load(at="beam.tip", axis=(1.0, 0.0, 0.0), profile={"constant": T}), "moment")
     found = system.equilibrium()
     np.testing.assert_allclose(found["root/moment"].values[-1], [T, 0.0, 0.0], rtol=1e-7, atol=1e-9)
     np.testing.assert_allclose(found["beam/torsional_moment"].values[-1], T, rtol=2e-2)
@@ -67,7 +67,7 @@ def test_a_moment_is_the_rate_of_the_angular_momentum(formulation: str) -> None:
     """Of a free beam, to round-off under the energy-momentum method; its work closes the balance."""
     system, moment = System(), np.array([0.0, 0.02, 0.05])
     system.add(beam(formulation, 2), "beam")
-    system.add(parts.Torque(at="beam.tip", torque=tuple(moment)), "moment")
+    system.add(parts.Load(at="beam.tip", torque=tuple(moment)), "moment")
     run = system.simulate(until=0.2, every=0.002, method="energy-momentum", step=0.002, spectral_radius=1.0)
     gained = run["angular_momentum"].values[-1] - run["angular_momentum"].values[0]
     np.testing.assert_allclose(gained, 0.2 * moment, rtol=1e-3 if formulation == "cable" else 1e-8, atol=1e-9)
@@ -90,7 +90,7 @@ def follower_arc(force: float) -> np.ndarray:
 def test_a_follower_force(book: Book) -> None:
     force = 3.0
     system = cantilever("assumed_strain", 16)
-    system.add(parts.Force(at="beam.tip", force=(0.0, force, 0.0), frame="body"), "push")
+    system.add(parts.Load(at="beam.tip", force=(0.0, force, 0.0), frame="body"), "push")
     found = system.equilibrium(load_steps=4)
     tip = found["beam/position"].values[-1, -1]
     book(
@@ -122,12 +122,14 @@ def test_laws_moments_and_follower_forces_on_a_beam_agree_between_methods(formul
     )  # fmt: skip
     system.add(parts.Joint(a="beam.root", b=ORIGIN, type="clamp", stiffness=1e4, damping=5.0), "root")
     sine = {"sine": {"amplitude": 1e-2, "frequency": 0.5}}
-    system.add(parts.Torque(at="beam.tip", axis=(0.0, 0.0, 1.0), profile=sine), "moment")
-    system.add(parts.Torque(at="beam[1]", law=["-c*vx", "-c*vy", "-c*vz"], constants={"c": 1e-3}), "damper")
+    system.add(parts.Load(at="beam.tip", axis=(0.0, 0.0, 1.0), profile=sine), "moment")
+    system.add(
+        parts.Load(at="beam[1]", type="torque", law=["-c*vx", "-c*vy", "-c*vz"], constants={"c": 1e-3}), "damper"
+    )
     if formulation != "cable":
-        system.add(parts.Force(at="beam.tip", force=(0.0, 0.01, 0.01), frame="body"), "follower")
-    system.add(parts.Force(at="beam.tip", law=spring, parameters=(0.1, 0.01)), "spring")
-    system.add(parts.LineLoad(part="beam", law=["-0.1*vx", "-0.2*vy", "sin(t)*0.5"]), "drag")
+        system.add(parts.Load(at="beam.tip", force=(0.0, 0.01, 0.01), frame="body"), "follower")
+    system.add(parts.Load(at="beam.tip", law=spring, parameters=(0.1, 0.01)), "spring")
+    system.add(parts.Load(along="beam", law=["-0.1*vx", "-0.2*vy", "sin(t)*0.5"]), "drag")
     places = []
     methods = {**METHODS, "generalized-alpha": {"tolerance": 1e-5}}
     del methods["generalized-alpha" if formulation == "cable" else "dopri5"]  # which take long there
@@ -147,7 +149,7 @@ def test_a_beam_on_an_elastic_foundation() -> None:
     k, w = 5.0, math.sqrt(5.0 / 0.2)
     system = System()
     system.add(beam("cable", 2, position=(0.0, 0.01, 0.0)), "beam")
-    system.add(parts.LineLoad(part="beam", law=["0", "-k*y", "0"], constants={"k": k}), "soil")
+    system.add(parts.Load(along="beam", law=["0", "-k*y", "0"], constants={"k": k}), "soil")
     run = system.simulate(until=1.0, every=0.1, method="energy-momentum", step=2e-3, spectral_radius=1.0)
     exact = 0.01 * np.cos(w * run["time"].values)
     np.testing.assert_allclose(run["beam/position"].values[:, :, 1], exact[:, None] * np.ones(3), atol=1e-6)
@@ -157,7 +159,9 @@ def test_a_beam_on_an_elastic_foundation() -> None:
 def test_a_torque_by_a_law_slows_a_body_down(method: str) -> None:
     system = System()
     system.add(parts.RigidBody(mass=1.0, inertia=(0.2, 0.2, 0.4), angular_velocity=(0.0, 0.0, 2.0)), "body")
-    system.add(parts.Torque(at="body", law=["0", "0", "-c*vz"], constants={"c": 0.5}, frame="body"), "brake")
+    system.add(
+        parts.Load(at="body", type="torque", law=["0", "0", "-c*vz"], constants={"c": 0.5}, frame="body"), "brake"
+    )
     run = system.simulate(until=1.0, every=0.25, method=method, **METHODS[method])
     exact = 2.0 * np.exp(-0.5 / 0.4 * run["time"].values)
     np.testing.assert_allclose(run["body/rate"].values[:, 2], exact, rtol=2e-6)
@@ -177,8 +181,8 @@ def tethered(**fields: Any) -> System:
 def test_a_force_on_the_tip_of_a_thread_reaches_its_mass() -> None:
     """The tension is the force in every segment; a force on the second node pulls inside of that alone."""
     system = tethered(tip_mass=0.5)
-    system.add(parts.Force(at="tether.tip", force=(3.0, 0.0, 0.0)), "pull")
-    system.add(parts.Force(at="tether[2]", law=["1", "-c*vy", "0"], constants={"c": 0.1}), "more")
+    system.add(parts.Load(at="tether.tip", force=(3.0, 0.0, 0.0)), "pull")
+    system.add(parts.Load(at="tether[2]", law=["1", "-c*vy", "0"], constants={"c": 0.1}), "more")
     run = system.simulate(until=2.0, every=0.5, method="generalized-alpha", step=2e-3)
     tension = np.sort(run["tether/tension"].values[-1])
     np.testing.assert_allclose(tension, [3.0, 3.0, 4.0, 4.0], atol=1e-3)
@@ -190,11 +194,11 @@ def test_a_force_on_the_tip_of_a_thread_reaches_its_mass() -> None:
 
 def test_a_load_per_length_warns_of_a_tip_mass() -> None:
     system = tethered(tip_mass=0.5)
-    system.add(parts.LawLoad(thread="tether", law=["1", "0", "0"]), "wind")
+    system.add(parts.Load(along="tether", law=["1", "0", "0"]), "wind")
     run = system.simulate(until=0.01, every=0.01, method="generalized-alpha", step=2e-3)
     assert "'wind' acts per length of 'tether', not on its tip mass of 0.5 kg" in run.attrs["warning"]
     bare = tethered()
-    bare.add(parts.LawLoad(thread="tether", law=["1", "0", "0"]), "wind")
+    bare.add(parts.Load(along="tether", law=["1", "0", "0"]), "wind")
     run = bare.simulate(until=0.01, every=0.01, method="generalized-alpha", step=2e-3)
     assert "warning" not in run.attrs
 
@@ -207,7 +211,7 @@ def test_light_on_a_panel(specular: float, diffuse: float, book: Book) -> None:
     system = System()
     system.add(parts.RigidBody(mass=2.0, inertia=(2.0, 3.0, 4.0)), "body")
     system.add(
-        parts.PanelRadiation(at=("body", (0.0, arm, 0.0)), area=area, normal=(0.0, 0.0, -1.0), pressure=p,
+        parts.Radiation(at=("body", (0.0, arm, 0.0)), area=area, normal=(0.0, 0.0, -1.0), pressure=p,
                              direction=tuple(s), specular=specular, diffuse=diffuse), "light",
     )  # fmt: skip
     run = system.simulate(until=1e-3, every=1e-3, method="dopri5")
@@ -232,30 +236,28 @@ def test_refusals() -> None:
             system.assemble()
 
     law = ["1", "0", "0"]
-    refused("load.at is 'point'; this load needs a body", parts.Torque(at="point", torque=(0.0, 0.0, 1.0)))
+    refused("load.at is 'point'; this load needs a body", parts.Load(at="point", torque=(0.0, 0.0, 1.0)))
     refused(
         "load.at is 'tether.tip', a node of a thread, on which only forces can act",
-        parts.Torque(at="tether.tip", law=law),
+        parts.Load(at="tether.tip", type="torque", law=law),
     )
-    refused("'tether' has no 'root'; give 'tether.tip'", parts.Force(at="tether.root", law=law))
-    refused("'tether' has no node 4; give", parts.Force(at="tether[4]", law=law))
-    refused("'tether' is a thread; give 'tether.tip'", parts.Force(at="tether", law=law))
-    refused("load.torque is .*, along the cable at 'cable.tip'", parts.Torque(at="cable.tip", torque=(2.0, 0.0, 0.0)))
-    refused("load.frame is 'body', but .* a node of a cable", parts.Force(at="cable.tip", law=law, frame="body"))
-    refused("load.law and load.force are both given", parts.Force(at="point", law=law, force=(1.0, 0.0, 0.0)))
+    refused("'tether' has no 'root'; give 'tether.tip'", parts.Load(at="tether.root", law=law))
+    refused("'tether' has no node 4; give", parts.Load(at="tether[4]", law=law))
+    refused("'tether' is a thread; give 'tether.tip'", parts.Load(at="tether", law=law))
+    refused("load.torque is .*, along the cable at 'cable.tip'", parts.Load(at="cable.tip", torque=(2.0, 0.0, 0.0)))
+    refused("load.frame is 'body', but .* a node of a cable", parts.Load(at="cable.tip", law=law, frame="body"))
+    refused("load.force and load.law are both given", parts.Load(at="point", law=law, force=(1.0, 0.0, 0.0)))
+    refused("load.profile and load.law are both given", parts.Load(along="cable", law=law, profile={"constant": 1.0}))
     refused(
-        "load.law and load.profile are both given", parts.LineLoad(part="cable", law=law, profile={"constant": 1.0})
-    )
-    refused(
-        "load.constants is given without load.law", parts.Force(at="point", force=(1.0, 0.0, 0.0), constants={"a": 1})
+        "load.constants is given without load.law", parts.Load(at="point", force=(1.0, 0.0, 0.0), constants={"a": 1})
     )
     refused(
         "load.specular and load.diffuse add up to 1.2",
-        parts.PanelRadiation(at="hub", area=1.0, normal=(0.0, 0.0, 1.0), pressure=1.0, specular=0.7, diffuse=0.5),
+        parts.Radiation(at="hub", area=1.0, normal=(0.0, 0.0, 1.0), pressure=1.0, specular=0.7, diffuse=0.5),
     )
     refused(
         "load.at is 'point'; this load needs a body",
-        parts.PanelRadiation(at="point", area=1.0, normal=(0.0, 0.0, 1.0), pressure=1.0),
+        parts.Radiation(at="point", area=1.0, normal=(0.0, 0.0, 1.0), pressure=1.0),
     )
 
 
@@ -267,10 +269,10 @@ def pulsed(t: float, x: Any, v: Any, parameters: Any) -> tuple[float, float, flo
 def test_a_law_with_the_time_first() -> None:
     system = System()
     system.add(parts.Point(mass=2.0, position=(0.0, 0.1, 0.0)), "mass")
-    system.add(parts.Force(at="mass", law=pulsed, parameters=(3.0, 8.0)), "push")
+    system.add(parts.Load(at="mass", law=pulsed, parameters=(3.0, 8.0)), "push")
     run = system.simulate(until=1.0, every=0.5, method="dopri5", tolerance=1e-10)
     np.testing.assert_allclose(run["mass/position"].values[-1], [0.25, 0.1 * math.cos(2.0), 0.0], atol=1e-8)
-    broken = parts.Force(at="mass", law=pulsed)
+    broken = parts.Load(at="mass", law=pulsed)
     system = System()
     system.add(parts.Point(mass=2.0), "mass")
     system.add(broken, "push")
@@ -287,12 +289,12 @@ def test_loads_in_a_file(tmp_path: Any) -> None:
     system.add(parts.RigidBody(motion="driven", drive=drive, direction=(0.0, 0.0, 1.0)), "table")
     system.add(beam(position=(0.0, 5.0, 0.0)), "beam")
     law: dict[str, Any] = {"law": ["a*x", "sin(t)", "-vz"], "constants": {"a": 0.1}}
-    system.add(parts.Force(at="tether.tip", frame="body", **law), "force")
-    system.add(parts.Torque(at="beam.tip", **law), "torque")
-    system.add(parts.LineLoad(part="beam", **law), "line")
-    system.add(parts.AccelerationField(**law), "field")
+    system.add(parts.Load(at="tether.tip", frame="body", **law), "force")
+    system.add(parts.Load(at="beam.tip", type="torque", **law), "torque")
+    system.add(parts.Load(along="beam", **law), "line")
+    system.add(parts.Field(**law), "field")
     light: dict[str, Any] = {"area": 2.0, "normal": (0.0, 0.0, 1.0), "pressure": 4.56e-6, "specular": 0.3}
-    system.add(parts.PanelRadiation(at=("table", (0.0, 1.0, 0.0)), **light), "light")
+    system.add(parts.Radiation(at=("table", (0.0, 1.0, 0.0)), **light), "light")
     path = tmp_path / "case.yaml"
     path.write_text(system.to_yaml(until="1 s"))
     read = evolvent.load(path)

@@ -127,17 +127,20 @@ def placed() -> dict[str, tuple[str, parts.Part]]:
     for place, at in places.items():
         target = at[0] if isinstance(at, tuple) else at.partition(".")[0].partition("[")[0]
         for frame in ("inertial",) if target in (POINT, CABLE) else ("inertial", "body"):
-            found[f"force, {place}, {frame}"] = target, parts.Force(at=at, force=VECTOR, frame=frame)
+            found[f"force, {place}, {frame}"] = target, parts.Load(at=at, force=VECTOR, frame=frame)
             found[f"profile, {place}, {frame}"] = (
-                target, parts.Force(at=at, direction=VECTOR, profile=constant, frame=frame)
+                target, parts.Load(at=at, direction=VECTOR, profile=constant, frame=frame)
             )  # fmt: skip
-            found[f"law, {place}, {frame}"] = target, parts.Force(at=at, law=LAW, frame=frame)
+            found[f"law, {place}, {frame}"] = target, parts.Load(at=at, law=LAW, frame=frame)
             if target not in (POINT, THREAD) and not isinstance(at, tuple):
-                found[f"torque, {place}, {frame}"] = target, parts.Torque(at=at, torque=VECTOR, frame=frame)
-                found[f"torque by a law, {place}, {frame}"] = target, parts.Torque(at=at, law=LAW, frame=frame)
+                found[f"torque, {place}, {frame}"] = target, parts.Load(at=at, torque=VECTOR, frame=frame)
+                found[f"torque by a law, {place}, {frame}"] = (
+                    target,
+                    parts.Load(at=at, type="torque", law=LAW, frame=frame),
+                )
             if target in (FREE, SPIN, ROD) and not isinstance(at, tuple):
                 for form, law in (("text", TURNING), ("Python", turning)):
-                    load = parts.Torque(at=at, law=law, frame=frame)
+                    load = parts.Load(at=at, type="torque", law=law, frame=frame)
                     found[f"torque by the attitude, {form}, {place}, {frame}"] = target, load
     return found
 
@@ -149,23 +152,23 @@ def spread() -> dict[str, tuple[str, parts.Part]]:
         light = {"area": 2.0, "normal": (0.3, 0.2, 0.9), "pressure": 1.5, "specular": 0.5, "diffuse": 0.3}
         for side in (1.0, -1.0):
             direction = (side * 0.4, side * 0.1, side * 1.0)
-            panel = parts.PanelRadiation(at=(target, (0.1, 0.2, -0.3)), direction=direction, **light)
+            panel = parts.Radiation(at=(target, (0.1, 0.2, -0.3)), direction=direction, **light)
             found[f"light {side:g}, {target}"] = target, panel
     for target in (ROD, CABLE, BEAM):
-        found[f"line, {target}"] = target, parts.LineLoad(part=target, force=VECTOR)
-        found[f"line by a law, {target}"] = target, parts.LineLoad(part=target, law=LAW)
+        found[f"line, {target}"] = target, parts.Load(along=target, force=VECTOR)
+        found[f"line by a law, {target}"] = target, parts.Load(along=target, law=LAW)
         heat = {"temperature": {"constant": 3.0}} | ({} if target == CABLE else {"gradient_y": {"constant": 40.0}})
         found[f"heat, {target}"] = target, parts.ThermalLoad(part=target, **heat)
     for target in (CABLE, BEAM):
-        spread_torque = {"torque": 0.6, "centre": (0.1, -0.3, 0.2), "axis": (0.2, 0.3, 1.0), "pitch": 0.7}
-        found[f"torque, {target}"] = target, parts.DistributedTorque(part=target, **spread_torque)
-        found[f"slope, {target}"] = target, parts.SlopeLoad(at=f"{target}.tip", slope=1, force=VECTOR)
+        spread_torque = {"torque": tuple(0.6 * unit((0.2, 0.3, 1.0))), "centre": (0.1, -0.3, 0.2), "pitch": 0.7}
+        found[f"torque, {target}"] = target, parts.Load(along=target, **spread_torque)
+        found[f"slope, {target}"] = target, parts.Load(at=f"{target}.tip", slope=1, torque=VECTOR)
     for target in (FREE, SPIN, POINT, ROD, CABLE, BEAM, THREAD):
-        found[f"orbit, {target}"] = target, parts.Orbit(rate=0.9)
-        found[f"field, {target}"] = target, parts.AccelerationField(law=LAW)
+        found[f"orbit, {target}"] = target, parts.Field(type="orbit", rate=0.9)
+        found[f"field, {target}"] = target, parts.Field(law=LAW)
     for frame in ("inertial", "body"):
-        found[f"line, thread, {frame}"] = THREAD, parts.UniformLoad(thread=THREAD, force=VECTOR, frame=frame)
-    found["line by a law, thread"] = THREAD, parts.LawLoad(thread=THREAD, law=LAW)
+        found[f"line, thread, {frame}"] = THREAD, parts.Load(along=THREAD, force=VECTOR, frame=frame)
+    found["line by a law, thread"] = THREAD, parts.Load(along=THREAD, law=LAW)
     return found
 
 

@@ -20,7 +20,7 @@ N = 0.7
 
 def in_orbit() -> System:
     system = System()
-    system.add(parts.Orbit(rate=N), "orbit")
+    system.add(parts.Field(type="orbit", rate=N), "orbit")
     return system
 
 

@@ -40,7 +40,7 @@ def arm(*, free: bool = False) -> System:
 
 
 def plane(normal: list[int]) -> dict[str, Any]:
-    return {**BALL, "shape_b": {"plane": {"normal": normal}}}
+    return {**BALL, "shape": {"plane": {"normal": normal}}}
 
 
 @pytest.mark.parametrize("free", [False, True])
@@ -50,9 +50,9 @@ def test_a_pad_that_rubs_along_a_plate(exponent: float, free: bool) -> None:
     depth, stiffness = 1e-3, K * 1e-3 ** (1.0 - exponent)
     system = arm(free=free)
     place = (0.2, 0.0, depth - RADIUS) if free else (0.0, 0.0, depth - RADIUS)
-    pad = parts.BodyContact(
-        a=("arm", (0.5, 0.0, 0.0)), b=("satellite", place) if free else place, stiffness=stiffness, exponent=exponent,
-        friction=MU, damping=5.0, **plane([0, 0, 1]),
+    pad = parts.Contact(
+        a=("arm", (0.5, 0.0, 0.0)), b=("satellite", place) if free else place, stiffness=stiffness,
+        exponent=exponent, friction=MU, damping=5.0, **plane([0, 0, 1]),
     )  # fmt: skip
     system.add(pad, "pad")
     found = system.margin(zero=zero("friction"), **STILL)
@@ -71,7 +71,7 @@ def against_a_wall(friction: float = MU) -> System:
     """The ball of an arm comes to a wall at y = 0.9 m."""
     system = arm()
     wall = {"stiffness": K, "friction": friction, **plane([0, -1, 0])}
-    system.add(parts.BodyContact(a=("arm", (0.5, 0.0, 0.0)), b=(0.0, 0.9, 0.0), **wall), "wall")
+    system.add(parts.Contact(a=("arm", (0.5, 0.0, 0.0)), b=(0.0, 0.9, 0.0), **wall), "wall")
     return system
 
 
@@ -98,7 +98,7 @@ def test_a_contact_rubs_along_a_run() -> None:
     """The arm turns with the pad pressed in: friction in full at every sample, until the hinge latches."""
     system = arm()
     pad = {"stiffness": K, "friction": 0.01, **plane([0, 0, 1])}
-    system.add(parts.BodyContact(a=("arm", (0.5, 0.0, 0.0)), b=(0.0, 0.0, 1e-3 - RADIUS), **pad), "pad")
+    system.add(parts.Contact(a=("arm", (0.5, 0.0, 0.0)), b=(0.0, 0.0, 1e-3 - RADIUS), **pad), "pad")
     system.settings.update(until=1.0, every=0.02)
     moving = system.margin(zero=zero("friction"), stations=3).motion("hinge")
     assert moving is not None
@@ -110,8 +110,8 @@ def test_a_contact_with_a_part_that_nothing_holds_is_refused() -> None:
     """A ball in the way would be pushed on: how hard depends on the motion."""
     system = arm()
     system.add(parts.RigidBody(mass=1.0, inertia=(0.1, 0.1, 0.1), position=(0.0, 1.0, 0.0)), "stone")
-    other = {"shape_b": {"sphere": {"radius": 0.1}}}
-    system.add(parts.BodyContact(a=("arm", (0.5, 0.0, 0.0)), b="stone", **BALL, **other), "blow")
+    other = {"shape": {"sphere": {"radius": 0.1}}}
+    system.add(parts.Contact(a=("arm", (0.5, 0.0, 0.0)), b="stone", **BALL, **other), "blow")
     with pytest.raises(InputError) as error:
         system.margin(zero=NONE, **STILL)
     assert str(error.value).startswith(
@@ -135,8 +135,8 @@ def test_a_strip_that_is_pressed_onto_a_plate() -> None:
     )  # fmt: skip
     system.add(strip, "strip")
     system.add(parts.Joint(a="slider", b="strip.root", type="fixed"), "clamp")
-    touch = {"stiffness": stiffness, "clearance": 1e-3, "centre": (0.0, -1e-3 - gap, 0.0), "normal": (0.0, 1.0, 0.0)}
-    system.add(parts.PlaneContact(body="ground", beams=["strip"], skip=7, **touch), "plate")
+    touch = {"stiffness": stiffness, "clearance": 1e-3, "shape": parts.Plane(normal=(0.0, 1.0, 0.0))}
+    system.add(parts.Contact(a="strip", b=(0.0, -1e-3 - gap, 0.0), skip=7, **touch), "plate")
     found = system.margin(zero=NONE, lines={"slide": {"travel": (0.0, 3e-4)}}, motion=False, stations=7)
     table = found["slide"]
     whole = bends + 1.0 / stiffness

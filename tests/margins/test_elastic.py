@@ -261,7 +261,7 @@ def test_a_heated_strip_is_straight_at_another_angle(kind):
 def test_a_line_load_on_a_boom(kind):
     """Its lever is that of a rigid boom, where it hardly bends."""
     system = carried(kind, young=100.0 * E)
-    system.add(parts.LineLoad(part="boom", force=(0.0, -0.5, 0.0)), "load")
+    system.add(parts.Load(along="boom", force=(0.0, -0.5, 0.0)), "load")
     table = system.margin(zero=zero("load"), **STILL)["hinge"]
     labels = [one.label for one in table.shares if one.category == "load"]
     total = sum(of(table, label) for label in labels)

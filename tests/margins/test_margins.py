@@ -246,7 +246,7 @@ def test_a_slide_with_motor_load_and_distant_spring():
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="slider", type="prismatic", axis=(1, 0, 0)), "rail")
     system.add(parts.TranslationalSpring(joint="rail", stiffness=0.0, low=0.0, high=0.8, stop=1e4), "slide")
     system.add(parts.Motor(joint="slide", torque={"constant": 5.0}), "motor")
-    system.add(parts.Force(at="slider", force=(-0.5, 3.0, 0.0)), "pull")
+    system.add(parts.Load(at="slider", force=(-0.5, 3.0, 0.0)), "pull")
     system.add(parts.Spring(a=(0.0, 0.6, 0.0), b="slider", length=0.5, stiffness=2.0), "aside")
     zero = [one for one in NONE if one not in ("load", "acceleration")]
     table = system.margin(zero=zero, lines={"slide": {"acceleration": "0.1 m/s^2"}}, **STILL)["slide"]

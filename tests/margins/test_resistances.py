@@ -37,7 +37,7 @@ def table_of(system, *given, **keys):
 def test_a_harness_slips_against_the_motion(law):
     """Its curve helps or resists where the joint is; the bristles resist in full, also where the curve helps more."""
     torque = [[0.0, -0.05], [1.0, 0.0], [2.0, 0.1]]
-    it = parts.Harness(joint="hinge", torque=torque, bristles=[[4.0, 0.02], [9.0, 0.01]], law=law)
+    it = parts.Resistance(joint="hinge", type="harness", torque=torque, bristles=[[4.0, 0.02], [9.0, 0.01]], law=law)
     table, shares = table_of(hinged(it=it), "harness")
     elastic = np.array([0.1 * (x - 1.0) if x > 1.0 else 0.05 * (x - 1.0) for x in table.x])
     assert elastic[0] > 0.03  # the sum helps there: the margin had been without a limit
@@ -50,7 +50,7 @@ def test_a_harness_slips_against_the_motion(law):
 
 def test_a_harness_that_helps_keeps_its_hysteresis_in_every_table():
     """By hand with the factors of each table; a table of one's own may count what helps."""
-    it = parts.Harness(joint="hinge", stiffness=0.1, rest=-1.0, bristles=[[50.0, 0.04]])
+    it = parts.Resistance(joint="hinge", type="harness", stiffness=0.1, rest=-1.0, bristles=[[50.0, 0.04]])
     system = hinged(it=it)
     for factors, name, drives, times in (
         ("ECSS-E-ST-33-01C", "motorization", 0.8, 6.0), ("NASA-STD-5017B", "static", 1.0, 3.0),
@@ -65,7 +65,7 @@ def test_a_harness_that_helps_keeps_its_hysteresis_in_every_table():
 
 def test_a_harness_along_a_run_and_without_bristles():
     def both(**bristles):
-        system = hinged(it=parts.Harness(joint="hinge", stiffness=0.02, rest=-2.0, **bristles))
+        system = hinged(it=parts.Resistance(joint="hinge", type="harness", stiffness=0.02, rest=-2.0, **bristles))
         found = system.margin(stations=3, zero=[one for one in NONE if one != "harness"])
         table = found.motion("hinge")
         return table, dict(zip([share.label for share in table.shares], table.values, strict=True))
@@ -98,14 +98,16 @@ def test_springs_and_what_damps_them_are_two_shares():
 
 
 def test_an_adhesion_counts_until_it_breaks():
-    table, shares = table_of(hinged(it=parts.Adhesion(joint="hinge", torque=0.03)), "adhesion")
+    table, shares = table_of(hinged(it=parts.Resistance(joint="hinge", type="adhesion", strength=0.03)), "adhesion")
     assert shares["it"] == pytest.approx([-0.03, 0.0, 0.0, 0.0], abs=1e-12)
     assert table.required("motorization")[0] == pytest.approx(2.0 * 3.0 * 0.03)
 
 
 def test_a_tape_is_folded_until_it_snaps_back():
     """It drives by the moment of its state along the way from the start."""
-    tape = parts.TapeSpringHinge(joint="hinge", straight=[[-0.1, -4.0], [0.1, 4.0]], folded=[[0.04, 0.2], [3.0, 0.2]])
+    tape = parts.Resistance(
+        joint="hinge", type="tape-spring", straight=[[-0.1, -4.0], [0.1, 4.0]], folded=[[0.04, 0.2], [3.0, 0.2]]
+    )
     table, shares = table_of(hinged(it=tape))
     assert shares["it"] == pytest.approx([0.2, 0.2, 0.2, 0.0], abs=1e-12)
     assert table.available == pytest.approx(0.8 * (0.1 * (table.x + 1.0) + shares["it"]))

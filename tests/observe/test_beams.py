@@ -22,10 +22,10 @@ def cantilever(force: tuple[float, float, float], couple: float = 0.0, **fields:
     given = {"length": LENGTH, "section": THICK, "material": SOFT, "elements": 16} | fields
     system.add(parts.Beam(**given), "beam")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type="clamp"), "root")
-    system.add(parts.Force(at="beam.tip", force=force), "load")
+    system.add(parts.Load(at="beam.tip", force=force), "load")
     if couple:  # half of it by forces on each of the directions across
-        system.add(parts.SlopeLoad(at="beam.tip", slope=2, force=(0.0, 0.0, 0.5 * couple)), "couple y")
-        system.add(parts.SlopeLoad(at="beam.tip", slope=3, force=(0.0, -0.5 * couple, 0.0)), "couple z")
+        system.add(parts.Load(at="beam.tip", slope=2, torque=(0.0, 0.0, 0.5 * couple)), "couple y")
+        system.add(parts.Load(at="beam.tip", slope=3, torque=(0.0, -0.5 * couple, 0.0)), "couple z")
     return at_rest(system)
 
 
@@ -84,7 +84,7 @@ def test_the_force_in_a_strip_that_bends_far(formulation: str, first: int, part:
     beam = parts.Beam(length=2.0, section=strip, material=material, elements=48, formulation=formulation)
     system.add(beam, "strip")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="strip.root", type="clamp"), "wall")
-    system.add(parts.Force(at="strip.tip", force=(0.0, F, 0.0)), "load")
+    system.add(parts.Load(at="strip.tip", force=(0.0, F, 0.0)), "load")
     found = at_rest(system)
     slope = found.of("strip", "slope")[0]
     turned = np.arctan2(slope[:, 1], slope[:, 0])

@@ -23,9 +23,9 @@ def falling(law: str, exponent: float = 1.5) -> System:
     system.add(beam, "rod")
     pin = parts.Joint(a=(0.0, 0.0, 0.0), b="rod.root", type="spherical", stiffness=1e5, damping=10.0)
     system.add(pin, "pin")
-    drum = parts.CylinderContact(
-        body="base", beams=["rod"], radius=RADIUS - 0.01, centre=tuple(CENTRE - [0.1, 0.0, 0.0]), stiffness=K,
-        exponent=exponent, damping=DAMPING, law=law, points=POINTS, skip=1,
+    drum = parts.Contact(
+        a="rod", b=("base", tuple(CENTRE - [0.1, 0.0, 0.0])), shape=parts.Cylinder(radius=RADIUS - 0.01),
+        stiffness=K, exponent=exponent, damping=DAMPING, law=law, points=POINTS, skip=1,
     )  # fmt: skip
     system.add(drum, "drum")
     return system
@@ -122,8 +122,8 @@ def test_a_rod_wound_on_a_drum_touches_over_the_length_of_its_arc() -> None:
     system = System()
     beam = {"length": 1.0, "section": SQUARE, "material": SOFT, "elements": n, "formulation": "cable", "nodes": nodes}
     system.add(parts.Beam(**beam), "rod")
-    drum = parts.CylinderContact(
-        body="ground", beams=["rod"], radius=radius, stiffness=K, points=4, initial_overlap=0.1
+    drum = parts.Contact(
+        a="rod", b="ground", shape=parts.Cylinder(radius=radius), stiffness=K, points=4, initial_overlap=0.1
     )
     system.add(drum, "drum")
     found = run(system, np.array([0.0, 1e-4, 2e-4]), "rk4", step=1e-5)
@@ -138,12 +138,10 @@ def test_friction_holds_a_resting_rod() -> None:
     nodes[:, 0, 1] = -1e-3
     beam = parts.Beam(length=1.0, section=SQUARE, material=SOFT, elements=2, formulation="cable", nodes=nodes)
     system.add(beam, "rod")
-    given = {"radius": 1.0, "centre": (0.0, -1.0, 0.0), "axis": (0.0, 0.0, 1.0), "stiffness": 2500.0}
     for name, x in (("left", 0.0), ("right", 1.0)):
-        place = (x, -1.0, 0.0)
-        drum = parts.CylinderContact(
-            body="ground", beams=["rod"], **(given | {"centre": place}), friction=0.5, bristle_stiffness=800.0,
-            points=1, initial_overlap=0.1,
+        drum = parts.Contact(
+            a="rod", b=(x, -1.0, 0.0), shape=parts.Cylinder(radius=1.0), stiffness=2500.0, friction=0.5,
+            bristle_stiffness=800.0, points=1, initial_overlap=0.1,
         )  # fmt: skip
         system.add(drum, name)
     system.add(parts.Joint(a=tuple(nodes[0, 0]), b="rod.root", type="spherical"), "pin")

@@ -25,10 +25,8 @@ def lying() -> Seen:
     )
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type="spherical"), "left")
     system.add(parts.Joint(a=(1.0, 0.0, 0.0), b="beam.tip", type="spherical"), "right")
-    system.add(parts.LineLoad(part="beam", force=(0.0, -1.0, 0.0)), "load")
-    drum = parts.CylinderContact(
-        body="ground", beams=["beam"], radius=0.2, centre=(0.5, -0.201, 0.0), stiffness=200.0, points=2
-    )
+    system.add(parts.Load(along="beam", force=(0.0, -1.0, 0.0)), "load")
+    drum = parts.Contact(a="beam", b=(0.5, -0.201, 0.0), shape=parts.Cylinder(radius=0.2), stiffness=200.0, points=2)
     system.add(drum, "drum")
     return at_rest(system)
 
@@ -126,6 +124,6 @@ def test_resultant_of_a_line_load_by_a_law() -> None:
         parts.Beam(length=1.0, section=square, material=stiff, elements=4, formulation="cable", grading=(1, 3, 2, 2)),
         "beam",
     )
-    system.add(parts.LineLoad(part="beam", law=["0", "x", "0"]), "load")
+    system.add(parts.Load(along="beam", law=["0", "x", "0"]), "load")
     found = run(system, [0.0, 1e-4], "generalized-alpha", step=1e-4)
     close(found.of("load", "force")[0], np.array([0.0, 0.5, 0.0]))

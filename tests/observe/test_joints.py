@@ -40,7 +40,7 @@ def test_reactions_are_what_the_held_body_needs(kind: str, held: str) -> None:
     system.add(parts.RigidBody(mass=4.0, inertia=INERTIA, angular_velocity=(0.0, 0.0, 1.0)), "a")
     system.add(parts.RigidBody(mass=2.0, inertia=INERTIA, position=(1.0, 0.0, 0.0), velocity=(0.0, 1.0, 0.0),
                                angular_velocity=(0.0, 0.0, 1.0)), "b")  # fmt: skip
-    system.add(parts.Torque(at="a", torque=(0.2, 0.5, 1.0)), "torque")
+    system.add(parts.Load(at="a", torque=(0.2, 0.5, 1.0)), "torque")
     given = {"stiffness": 2e3, "damping": 2.0} if held == "penalty" else {}
     ends = {"a": ("a", (0.4, 0.1, 0.0)), "b": ("b", (-0.6, 0.1, 0.0))}
     if kind == "distance":

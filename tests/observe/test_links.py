@@ -77,7 +77,7 @@ def test_guides(method: str) -> None:
     system.add(parts.RigidBody(mass=2.0, inertia=(0.2, 0.3, 0.4), velocity=(0.3, 0.0, 0.0)), "body")
     system.add(parts.Guide(body="body", direction=(0.0, 0.0, 1.0)), "level")
     system.add(parts.Guide(body="body", direction=(0.0, 0.0, 1.0), axis=(1.0, 0.0, 0.0)), "upright")
-    system.add(parts.Torque(at="body", torque=(0.0, 0.7, 0.0)), "torque")
+    system.add(parts.Load(at="body", torque=(0.0, 0.7, 0.0)), "torque")
     found = run(system, np.linspace(0.0, 0.5, 6), method)
     close(found.of("level", "force"), np.array([0.0, 0.0, 2.0 * G]), part=1e-6)
     close(found.of("level", "reaction"), 2.0 * G, part=1e-6)
@@ -93,7 +93,7 @@ def test_a_guide_of_a_turned_body(method: str) -> None:
     system.add(parts.RigidBody(mass=1.0, inertia=(0.2, 0.2, 0.4), angular_velocity=(0.0, 0.0, 2.0)), "body")
     for k, axis in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))):
         system.add(parts.Guide(body="body", direction=(0.0, 0.0, 1.0), axis=axis), f"axis {k}")
-    system.add(parts.Torque(at="body", torque=(0.3, -0.2, 0.1)), "torque")
+    system.add(parts.Load(at="body", torque=(0.3, -0.2, 0.1)), "torque")
     found = run(system, np.linspace(0.0, 1.0, 11), method, **options(method))
     moment = found.of("axis 0", "moment") + found.of("axis 1", "moment")
     close(moment, np.array([-0.3, 0.2, 0.0]), part=1e-4)

@@ -26,7 +26,7 @@ def test_a_force_on_a_point(method: str) -> None:
     """Between two times, which are samples: work F . (x1 - x0)."""
     system, F = System(), np.array([0.5, 0.0, 1.0])
     system.add(parts.Point(mass=2.0, velocity=(0.1, 0.2, 0.0)), "ball")
-    system.add(parts.Force(at="ball", force=tuple(F), start=0.2, until=0.7), "push")
+    system.add(parts.Load(at="ball", force=tuple(F), start=0.2, until=0.7), "push")
     found = run(system, np.linspace(0.0, 1.0, 101), method, **({"step": 5e-3} if method == IMPLICIT else {}))
     acts = (found.t >= 0.2 - 1e-9) & (found.t < 0.7 - 1e-9)
     x = found.state("ball", 3)
@@ -43,8 +43,8 @@ def test_a_force_on_a_point(method: str) -> None:
 def test_a_torque_and_a_force_in_body_axes(method: str) -> None:
     system = System()
     system.add(parts.RigidBody(mass=2.0, inertia=(0.2, 0.3, 0.4), angular_velocity=(0.5, 0.0, 2.0)), "hub")
-    system.add(parts.Torque(at="hub", torque=(0.0, 0.1, 0.3), frame="body"), "motor")
-    system.add(parts.Force(at=("hub", (0.5, 0.0, 0.0)), force=(0.0, 1.0, 0.2), frame="body"), "jet")
+    system.add(parts.Load(at="hub", torque=(0.0, 0.1, 0.3), frame="body"), "motor")
+    system.add(parts.Load(at=("hub", (0.5, 0.0, 0.0)), force=(0.0, 1.0, 0.2), frame="body"), "jet")
     found = run(system, np.linspace(0.0, 2.0, 801), method, **({"step": 1e-3} if method == IMPLICIT else {}))
     R, w = found.rotation("hub"), found.state("hub", 3, at=3, rate=True)
     torque, force, arm = np.array([0.0, 0.1, 0.3]), np.array([0.0, 1.0, 0.2]), np.array([0.5, 0.0, 0.0])
@@ -65,10 +65,10 @@ def flying(**fields: Any) -> System:
 
 
 LOADS = {
-    "point": parts.Force(at="rod.tip", force=(0.3, 1.0, 0.0), start=0.1, until=0.4, ramp=0.1),
-    "slope": parts.SlopeLoad(at="rod[2]", slope=1, force=(0.0, 0.2, 0.0), ramp=0.2),
-    "line": parts.LineLoad(part="rod", force=(0.0, 1.0, 0.5), ramp=0.1, until=0.35),
-    "spread": parts.DistributedTorque(part="rod", torque=0.5, centre=(0.2, 0.1, 0.0), axis=(0.0, 0.6, 0.8), ramp=0.1),
+    "point": parts.Load(at="rod.tip", force=(0.3, 1.0, 0.0), start=0.1, until=0.4, ramp=0.1),
+    "slope": parts.Load(at="rod[2]", slope=1, torque=(0.0, 0.2, 0.0), ramp=0.2),
+    "line": parts.Load(along="rod", force=(0.0, 1.0, 0.5), ramp=0.1, until=0.35),
+    "spread": parts.Load(along="rod", torque=(0.0, 0.3, 0.4), centre=(0.2, 0.1, 0.0), ramp=0.1),
 }
 
 
@@ -91,7 +91,7 @@ def test_loads_on_beams(which: str, formulation: str) -> None:
         close(found.of("load", "force"), share[:, None] * np.array(load.force))
         close(mid, nodes[:, -1, 0])
     elif which == "slope":
-        close(found.of("load", "generalized_force"), share[:, None] * np.array(load.force))
+        close(found.of("load", "generalized_force"), share[:, None] * np.array(load.torque))
         close(mid, nodes[:, 2, 0])
     elif which == "line":
         close(found.of("load", "force"), share[:, None] * np.array(load.force))  # of a metre
@@ -112,7 +112,7 @@ def test_a_torque_spread_over_a_beam_turns_a_stiff_rod() -> None:
     hard = elements.Material(young_modulus=1e10, poisson_ratio=0.0, density=1000.0)
     system.add(parts.Beam(length=1.0, section=SQUARE, material=hard, elements=2, formulation="cable"), "rod")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="rod.root", type="revolute"), "pin")
-    system.add(parts.DistributedTorque(part="rod", torque=0.6), "motor")
+    system.add(parts.Load(along="rod", torque=(0.0, 0.0, 0.6)), "motor")
     found = run(system, np.linspace(0.0, 2.0, 101), step=2e-3, spectral_radius=0.4)
     rate = 0.6 / (2.5 / 3.0) * found.t
     close(found.of("motor", "power"), 0.6 * rate, part=5e-3)
@@ -120,14 +120,12 @@ def test_a_torque_spread_over_a_beam_turns_a_stiff_rod() -> None:
 
 
 THREAD = {
-    "wind": parts.UniformLoad(thread="thread", force=(0.02, 0.05, 0.01)),
-    "air": parts.LawLoad(
-        thread="thread", law=["-c*vx - a*z", "-c*vy + a*x", "-c*vz + a*t"], constants={"c": 0.3, "a": 0.02}
+    "wind": parts.Load(along="thread", force=(0.02, 0.05, 0.01)),
+    "air": parts.Load(
+        along="thread", law=["-c*vx - a*z", "-c*vy + a*x", "-c*vz + a*t"], constants={"c": 0.3, "a": 0.02}
     ),
-    "light": parts.RadiationPressure(
-        thread="thread", pressure=0.2, width=0.1, direction=(0.0, 3.0, 4.0), reflectivity=0.6
-    ),
-    "jet": parts.UniformLoad(thread="thread", force=(0.03, 0.0, 0.0), frame="body"),
+    "light": parts.Radiation(along="thread", pressure=0.2, width=0.1, direction=(0.0, 3.0, 4.0), specular=0.6),
+    "jet": parts.Load(along="thread", force=(0.03, 0.0, 0.0), frame="body"),
 }
 
 
@@ -185,7 +183,7 @@ def test_a_load_on_copies_of_a_thread_does_work_on_all(copies: int) -> None:
         reel="reel", length=2.0, line_density=7e-4, nodes=3, multiplicity=copies, segments="inextensible"
     )
     system.add(thread, "blade")
-    system.add(parts.UniformLoad(thread="blade", force=(0.0, 0.0, 1e-3)), "wind")
+    system.add(parts.Load(along="blade", force=(0.0, 0.0, 1e-3)), "wind")
     found = run(system, np.linspace(0.0, 0.05, 101), "dopri5")
     assert found.of("wind", "work")[-1] > 0.0
     close(found.of("wind", "work"), account(found), part=1e-3)

@@ -240,7 +240,7 @@ def test_lag_on_a_body_that_does_not_spin() -> None:
     system.add(parts.Reel(body="satellite", radius=0.05, drive=drive, spool_axis=(0.0, 1.0, 0.0)), "reel")
     thread = parts.Thread(reel="reel", length=10.0, line_density=1.0, nodes=20, segments="inextensible")
     system.add(thread, "tether")
-    system.add(parts.UniformLoad(thread="tether", force=(1.0, 0.2, 0.0)), "wind")
+    system.add(parts.Load(along="tether", force=(1.0, 0.2, 0.0)), "wind")
     found = system.simulate(until=0.3)["tether"]
     assert float(found.lag.max()) > 0.005
     np.testing.assert_allclose(found.tip_lag, -found.lag.isel(node=0), atol=1e-9)

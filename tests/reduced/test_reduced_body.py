@@ -71,7 +71,7 @@ def test_frequencies_do_not_depend_on_the_attitude(path: str, axis: tuple[float,
 def test_section_loads_by_recovery(path: str) -> None:
     """A small load across at the tip: w = F L^3/(3 E I), and F and F L at the root of the first element."""
     force, system = 0.01, clamped(path)
-    system.add(parts.Force(at="beam.tip", force=(0.0, force, 0.0)), "load")
+    system.add(parts.Load(at="beam.tip", force=(0.0, force, 0.0)), "load")
     run = system.equilibrium()
     moved = run["beam/interface_position"].values[-1, 1, 1]
     assert moved == pytest.approx(force * LENGTH**3 / (3.0 * YOUNG * I_Z), rel=1e-5)
@@ -130,7 +130,7 @@ def test_a_boom_reduced_and_full_slews_alike(boom: str) -> None:
             system.add(parts.ReducedBody(file=boom), "boom")
         system.add(parts.Joint(a="hub.bracket", b="boom.root", type="clamp"), "clamp")
         torque = [(0.0, 0.0), (1.0, 0.6), (2.0, 0.0)]
-        system.add(parts.Torque(at="hub", axis=(0.0, 0.0, 1.0), profile=torque), "slew")
+        system.add(parts.Load(at="hub", axis=(0.0, 0.0, 1.0), profile=torque), "slew")
         run = system.simulate(until=5.0, every=0.05, method="energy-momentum", tolerance=1e-8)
         assert run.attrs["status"] == "success", run.attrs["message"]
         places.append(run["boom/position" if full else "boom/interface_position"].values[:, -1])
@@ -333,7 +333,7 @@ def test_nodes_are_found_by_name(path: str, where: str, sentence: str) -> None:
     system.add(parts.ReducedBody(file=path), "beam")
     system.add(parts.Joint(a=ORIGIN, b="beam[0]", type="clamp"), "by number")
     system.assemble()
-    system.add(parts.Force(at=where, force=(1.0, 0.0, 0.0)), "force")
+    system.add(parts.Load(at=where, force=(1.0, 0.0, 0.0)), "force")
     with pytest.raises(InputError, match=sentence):
         system.assemble()
 

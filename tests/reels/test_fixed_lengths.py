@@ -208,7 +208,7 @@ def test_a_chain_in_the_wind() -> None:
     """Every segment lies along the sum of what pulls on the nodes outside it."""
     wind = 3.0
     system = chain()
-    system.add(parts.UniformLoad(thread="thread", force=(wind, 0.0, 0.0)), "wind")
+    system.add(parts.Load(along="thread", force=(wind, 0.0, 0.0)), "wind")
     found = solve_static(system.assemble())
     assert found.success, found.message
     spans = np.array([0.1, 0.2, 0.2, 0.2, 0.2])

@@ -126,7 +126,7 @@ def test_a_thread_that_goes_slack() -> None:
 def in_orbit(rate: float, drive: Any, elements: int, *, mesh: str = "moving", **given: Any) -> System:
     """A tether from the ground of an orbital frame towards the zenith."""
     system = System()
-    system.add(parts.Orbit(rate=rate), "orbit")
+    system.add(parts.Field(type="orbit", rate=rate), "orbit")
     system.add(parts.Reel(body="ground", radius=0.1, centre=(0.0, 0.0, -0.1), drive=drive), "reel")
     own: dict[str, Any] = {"length": 20.0, "line_density": 0.01, "tip_mass": 0.5, "stiffness": 500.0 * elements / 20.0}
     system.add(parts.Thread(reel="reel", nodes=elements, mesh=mesh, wound_mass="carried", **(own | given)), "tether")
@@ -337,7 +337,7 @@ def test_what_is_refused() -> None:
     with pytest.raises(InputError, match=r"leaves too little of the thread 'tether' out .* needs 0.001 m"):
         composed(drive=parts.ConstantDrive(rate=-1.0, angle=5.0)).simulate(until=6.0, every=1.0, step=0.01)
     orbiting = composed(drive=parts.FreeSpool(inertia=1.0, angle=5.0))
-    orbiting.add(parts.Orbit(rate=1e-3), "orbit")
+    orbiting.add(parts.Field(type="orbit", rate=1e-3), "orbit")
     with pytest.raises(InputError, match=r"wound_mass 'carried' on a free spool, which the field 'orbit' does not"):
         orbiting.assemble()
 

@@ -171,7 +171,7 @@ def test_results() -> None:
     system.add(parts.Reel(body="hub", radius=0.1, centre=(0.0, 0.0, -0.1), drive=drive), "reel")
     system.add(parts.Point(mass=1.0, position=(1.02, 0.0, 0.0)), "end")
     system.add(parts.Thread(reel="reel", length=1.0, line_density=0.1, nodes=2, stiffness=100.0, end="end"), "thread")
-    system.add(parts.UniformLoad(thread="thread", force=(0.0, 0.0, 2.0)), "wind")
+    system.add(parts.Load(along="thread", force=(0.0, 0.0, 2.0)), "wind")
     found = system.simulate(until=0.1, every=0.05, method="rk4", step=1e-3)
     tension = float(found["thread"].tension[0, 0])
     assert tension == pytest.approx(1.0)

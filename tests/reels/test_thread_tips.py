@@ -84,7 +84,7 @@ def test_a_spring_at_the_tip(method: str, book: Book) -> None:
     thread = parts.Thread(reel="reel", length=1.0, line_density=rho, nodes=1, stiffness=c, tip_mass=m)
     system.add(thread, "thread")
     system.add(parts.Spring(a="thread.tip", b=(2.0, 0.0, 0.0), stiffness=k), "spring")
-    system.add(parts.Force(at="thread.tip", force=(F, 0.0, 0.0)), "push")
+    system.add(parts.Load(at="thread.tip", force=(F, 0.0, 0.0)), "push")
     run = simulated(system, method, until=3.0)
     w = np.sqrt((c + k) / (m + 0.5 * rho))
     exact = F / (c + k) * (1.0 - np.cos(w * run["time"].values))
@@ -101,7 +101,7 @@ def test_other_joints_at_the_tip() -> None:
     """Held at a distance, on a line and in a plane, as constraints between the tip and the ground."""
     for kind in ("distance", "point-on-line", "in-plane"):
         system = ship(turn=(0.0, 0.0, 0.0))
-        system.add(parts.Force(at="tether.tip", force=(0.5, 1.0, 0.0)), "push")
+        system.add(parts.Load(at="tether.tip", force=(0.5, 1.0, 0.0)), "push")
         place = (1.5, 0.1, -1.0) if kind == "distance" else (1.5, 0.1, 0.0)
         system.add(parts.Joint(a=place, b="tether.tip", type=kind, axis=(0.0, 1.0, 0.0)), "joint")
         tip = simulated(system, "generalized-alpha", 0.5)["tether/tip_position"].values

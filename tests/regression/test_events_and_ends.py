@@ -29,7 +29,7 @@ def oscillator(*added) -> System:
 def test_samples_of_a_step_that_ends_on_an_event(stops: bool) -> None:
     """An event at the very time of a break: all samples before it hold the motion 1 + cos(2 t) / 2."""
     law = parts.Event(law=at_time, parameters=(2.0,), stops=stops)
-    nothing = parts.Force(at="p", force=(0.0, 0.0, 0.0), start=2.0, until=5.0)
+    nothing = parts.Load(at="p", force=(0.0, 0.0, 0.0), start=2.0, until=5.0)
     samples = np.linspace(0.0, 2.0 if stops else 4.0, 161)
     found = solve(oscillator(law, nothing).assemble(), samples=samples, method="dopri5", rtol=1e-9, atol=1e-11)
     assert found.success
@@ -111,8 +111,8 @@ def test_separation_at_the_end_of_a_run(method: str, segments: str, rate: float)
 
 def test_breaks_a_rounding_apart_are_one() -> None:
     """Dormand-Prince steps over the gap between a load's end and the next one's start that should be the same time."""
-    loads = [parts.Force(at="p", force=(1.0, 0.0, 0.0), start=0.0, until=0.1 + 0.2)]
-    loads += [parts.Force(at="p", force=(1.0, 0.0, 0.0), start=0.3)]
+    loads = [parts.Load(at="p", force=(1.0, 0.0, 0.0), start=0.0, until=0.1 + 0.2)]
+    loads += [parts.Load(at="p", force=(1.0, 0.0, 0.0), start=0.3)]
     found = solve(oscillator(*loads).assemble(), samples=[0.0, 1.0], method="dopri5")
     assert found.success, found.message
     assert found.y[-1, 0] == pytest.approx(1.25 + 0.25 * np.cos(2.0), abs=1e-7)
@@ -125,7 +125,9 @@ def test_copies_refuse_what_they_do_not_share() -> None:
     with pytest.raises(InputError, match="'blade' stands for 2 copies, but 'gravity'"):
         hub(drive, multiplicity=2, gravity=(0.5, 0.0, 0.0)).assemble()
     system = hub(drive, multiplicity=2)
-    system.add(parts.RadiationPressure(thread="blade", pressure=1e-6, width=0.1, direction=(1.0, 0.0, 1.0)), "light")
+    system.add(
+        parts.Radiation(along="blade", pressure=1e-6, width=0.1, direction=(1.0, 0.0, 1.0), specular=1.0), "light"
+    )
     with pytest.raises(InputError, match="'light' is not the same"):
         system.assemble()
 

@@ -81,7 +81,7 @@ def turned(beyond: float, *, joint: bool = False, **spring: object) -> tuple[Sys
     else:
         system.add(parts.RigidBody(motion="spin", inertia=INERTIA, rate=rate), "hub")
         system.add(parts.RotationalSpring(a="ground", b="hub", angle=0.0, **spring), "spring")
-    system.add(parts.Torque(at="hub", torque=(0.0, 0.0, -TORQUE)), "torque")
+    system.add(parts.Load(at="hub", torque=(0.0, 0.0, -TORQUE)), "torque")
     return system, rate
 
 

@@ -28,10 +28,12 @@ def propped(kind: type[Any]) -> System:
     system.add(boom(kind, 10), "boom")
     system.add(parts.Joint(a=(0, 0, 0), b="boom.root", type="clamp"), "root")
     system.add(
-        parts.Force(at="boom[5]", direction=(0, 0, -1), profile={"ramp": {"final": 20.0, "duration": 0.02}}), "load"
+        parts.Load(at="boom[5]", direction=(0, 0, -1), profile={"ramp": {"final": 20.0, "duration": 0.02}}), "load"
     )
-    keys: Any = {"body": "ground", "beams": ["boom"], "radius": 0.1, "centre": (1, 0, -0.1), "stiffness": 1e6}
-    system.add(parts.SphereContact(**keys, skip=9, law="conservative"), "ball")
+    ball = parts.Contact(
+        a="boom", b=(1, 0, -0.1), shape=parts.Sphere(radius=0.1), stiffness=1e6, skip=9, law="conservative"
+    )
+    system.add(ball, "ball")
     return system
 
 
@@ -60,7 +62,7 @@ def test_a_force_that_grows_from_zero_presses_on_a_sphere(kind: type[Any]) -> No
 def test_the_work_of_a_force_that_jumps_between_samples(method: str, load: dict[str, Any]) -> None:
     system = System()
     system.add(parts.RigidBody(mass=2.0, inertia=(1.0, 1.0, 1.0), velocity=(0.3, 0.0, 0.0)), "body")
-    system.add(parts.Force(at="body", **load), "push")
+    system.add(parts.Load(at="body", **load), "push")
     run = system.simulate(until=0.1, every=0.01, method=method)
     t, work = run.time.values, run["push"].work.values
     window = np.clip(t, 0.0123, 0.0757) - 0.0123
@@ -72,9 +74,9 @@ def test_the_work_of_a_force_that_jumps_between_samples(method: str, load: dict[
 @pytest.mark.parametrize(
     "load",
     [
-        parts.Force(at="ground", force=(1, 0, 0)),
-        parts.Torque(at="ground", torque=(1, 0, 0)),
-        parts.Force(at=(1.0, 0.0, 0.0), force=(1, 0, 0)),
+        parts.Load(at="ground", force=(1, 0, 0)),
+        parts.Load(at="ground", torque=(1, 0, 0)),
+        parts.Load(at=(1.0, 0.0, 0.0), force=(1, 0, 0)),
     ],
 )
 def test_a_load_on_the_ground_is_refused(load: Any) -> None:

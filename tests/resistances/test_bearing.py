@@ -184,7 +184,7 @@ def test_a_drawer_jams(method: str, offset: float) -> None:
     e = offset * span / (2.0 * mu)
     for force in (pull, 100.0 * pull):
         system = block(gravity=(0.0, 0.0, 0.0), coefficient=mu, span=span, bristle_stiffness=1e7)
-        system.add(parts.Force(at=["body", (0.0, e, 0.0)], force=(force, 0.0, 0.0)), "pull")
+        system.add(parts.Load(at=["body", (0.0, e, 0.0)], force=(force, 0.0, 0.0)), "pull")
         own = seen(run(system, [0.0, 0.1, 0.15], method, step=2e-3), "bearing")
         assert own["tilting_moment"][-1] == pytest.approx(force * e, rel=1e-6)
         assert own["radial_force"][-1] == pytest.approx(2.0 * force * e / span, rel=1e-6)
@@ -217,7 +217,7 @@ def test_it_breaks_away(method: str, options: dict[str, Any]) -> None:
     """Under a pull that grows, at the static friction, then against the kinetic one."""
     static, kinetic, growth = 0.3, 0.2, 20.0
     system = block(coefficient=kinetic, static_coefficient=static, bristle_stiffness=1e5, span=0.2)
-    system.add(parts.Force(at="body", direction=(1.0, 0.0, 0.0), profile=[[0.0, 0.0], [1.0, growth]]), "pull")
+    system.add(parts.Load(at="body", direction=(1.0, 0.0, 0.0), profile=[[0.0, 0.0], [1.0, growth]]), "pull")
     times = np.linspace(0.0, 0.8, 81)
     own = seen(run(system, times, method, **options), "bearing")
     when = static * MASS * G / growth
@@ -276,7 +276,7 @@ def test_equilibrium() -> None:
         system.add(parts.Joint(a=(0, 0, 0), b=["body", (0, 0, 0.4)], type="revolute", axis=(0, 1, 0), **joint), "pivot")
         keys = {"coefficient": MU, "journal_radius": 0.05, "span": 0.1, "bristle_stiffness": 1e6}
         system.add(parts.Bearing(joint="pivot", **keys), "bearing")
-        system.add(parts.Torque(at="body", torque=(0.0, -0.5, 0.0)), "load")
+        system.add(parts.Load(at="body", torque=(0.0, -0.5, 0.0)), "load")
         found = solve_static(system.assemble())
         assert found.success, found.message
         torque = MU * 0.05 * MASS * G

@@ -26,8 +26,8 @@ CYCLE = {
 }
 
 
-def harness(**keys: Any) -> parts.Harness:
-    return parts.Harness(joint="hinge", **keys)
+def harness(**keys: Any) -> parts.Resistance:
+    return parts.Resistance(joint="hinge", type="harness", **keys)
 
 
 @pytest.mark.parametrize("law", ["slip", "dahl"])
@@ -146,7 +146,7 @@ def test_of_a_travel(method: str) -> None:
     system = System()
     system.add(parts.Point(mass=2.0, velocity=(0.4, 0.0, 0.0)), "mass")
     system.add(parts.TranslationalSpring(a="ground", b="mass"), "slide")
-    system.add(parts.Harness(joint="slide", bristles=[["100 N/m", "0.5 N"]]), "it")
+    system.add(parts.Resistance(joint="slide", type="harness", bristles=[["100 N/m", "0.5 N"]]), "it")
     found = run(system, np.linspace(0.0, 2.0, 401), method)
     own = seen(found, "it")
     top = 0.005 + (0.16 - 0.00125) / 0.5  # 0.16 J = 0.5 N (x - 5 mm) + 1.25 mJ up to the turn
@@ -165,9 +165,9 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         r"it\.loop is met to .* of its height, the range of its torques, by the law 'slip'",
     ),
     ({"stiffness": "3 N/m"}, r"it\.stiffness is 3 N/m, but its coordinate is an angle; give it in N m/rad"),
-    ({"stiffness": 1.0, "misfit": 0.1}, r"it\.misfit belongs to it\.loop"),
-    ({"bristles": [[1.0, 0.2]], "rest": 0.1}, r"it\.rest belongs to it\.stiffness"),
-    ({"loop": [[0, 0], [1, 1], [0, 0.5]], "bristles": [[1.0, 0.2]]}, r"it\.loop and it\.bristles are both given"),
+    ({"stiffness": 1.0, "misfit": 0.1}, r"it\.misfit is given without it\.loop"),
+    ({"bristles": [[1.0, 0.2]], "rest": 0.1}, r"it\.rest is given without it\.stiffness"),
+    ({"loop": [[0, 0], [1, 1], [0, 0.5]], "bristles": [[1.0, 0.2]]}, r"it\.bristles and it\.loop are both given"),
 ]
 
 
@@ -222,12 +222,12 @@ def test_a_loop_from_a_file_is_that_of_its_rows(tmp_path: Any) -> None:
     rows = np.array(LOOP) * [math.pi / 180.0, 1.0]
     assert np.array(harness(loop=path).loop) == pytest.approx(rows, rel=1e-12)
     assert harness(loop=tmp_path / "loop.csv").loop == harness(loop=path).loop
-    part = {"kind": "harness", "joint": "hinge", "loop": path, "misfit": 0.1}
+    part = {"kind": "resistance", "type": "harness", "joint": "hinge", "loop": path, "misfit": 0.1}
     wheel_ = {"kind": "rigid-body", "motion": "spin", "inertia": 0.8}
     hinge = {"kind": "rotational-spring", "a": "ground", "b": "panel", "stiffness": 0.3}
     found = cases.load({"system": "structure", "parts": {"panel": wheel_, "hinge": hinge, "it": part}})
     again = cases.parse_yaml(cases.to_yaml(found), "case")["parts"]["it"]["loop"]
-    assert parts.Harness(joint="hinge", loop=again).loop == pytest.approx(rows, rel=1e-12)
+    assert parts.Resistance(joint="hinge", type="harness", loop=again).loop == pytest.approx(rows, rel=1e-12)
 
 
 #: A loop in the files of several programs: each is the same rows, in rad and N m.
@@ -270,7 +270,7 @@ def test_tables_that_may_mean_something_else_are_refused(tmp_path: Any, text: st
 @pytest.mark.parametrize(
     ("line", "sentence"),
     [
-        ("5, 0.1, 3", r"Harness\.loop .*line 4 is no row of the table: '5, 0.1, 3'"),
+        ("5, 0.1, 3", r"Resistance\.loop .*line 4 is no row of the table: '5, 0.1, 3'"),
         ("5, much", r"cannot read '.*loop\.csv': line 4 holds 'much' in column 'torque', where a number must be"),
         ("5, nan", r"line 4 of '.*loop\.csv' has 'nan'; it must be a number"),
     ],

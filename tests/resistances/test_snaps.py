@@ -21,8 +21,8 @@ FOLDED = [[0.04, 0.3], [3.2, 0.3]]
 AREA = 0.5 * (0.8 + 2.0) * 0.06 - 0.3 * 0.06
 
 
-def tape(**keys: Any) -> parts.TapeSpringHinge:
-    return parts.TapeSpringHinge(joint="hinge", **({"straight": STRAIGHT, "folded": FOLDED} | keys))
+def tape(**keys: Any) -> parts.Resistance:
+    return parts.Resistance(joint="hinge", type="tape-spring", **({"straight": STRAIGHT, "folded": FOLDED} | keys))
 
 
 @pytest.mark.parametrize("method", IMPLICIT)
@@ -87,7 +87,9 @@ def test_modes_of_either_state() -> None:
 @pytest.mark.parametrize("distance", [None, 2e-3])
 def test_an_adhesion_breaks_at_its_torque(book: Book, method: str, distance: float | None) -> None:
     """Under a torque that grows by 2 N m/s the joint starts as it reaches that of the adhesion, 0.7 N m."""
-    it = parts.Adhesion(joint="hinge", torque=0.7, **({} if distance is None else {"distance": distance}))
+    it = parts.Resistance(
+        joint="hinge", type="adhesion", strength=0.7, **({} if distance is None else {"distance": distance})
+    )
     system = wheel(it)
     system.add(parts.Motor(joint="hinge", torque=[[0.0, 0.0], [1.0, 2.0]]), "motor")
     found = run(system, np.linspace(0.0, 0.8, 17), method)
@@ -119,7 +121,7 @@ def test_an_adhesion_of_a_slide_that_is_strong_enough_holds() -> None:
     system = System(gravity=(9.0, 0.0, 0.0))
     system.add(parts.Point(mass=2.0), "mass")
     system.add(parts.TranslationalSpring(a="ground", b="mass"), "slide")
-    system.add(parts.Adhesion(joint="slide", torque="40 N"), "it")
+    system.add(parts.Resistance(joint="slide", type="adhesion", strength="40 N"), "it")
     own = seen(run(system, np.linspace(0.0, 0.2, 5), "energy"), "it")
     assert own["released"][-1] == 0.0
     assert own["travel"].max() < 1e-5
@@ -132,7 +134,7 @@ def test_equilibria() -> None:
     assert found.success
     assert seen(found, "it")["angle"][-1] == pytest.approx(0.5 / 21.0)
     for load, holds in ((0.69, True), (0.71, False)):
-        system = wheel(parts.Adhesion(joint="hinge", torque=0.7))
+        system = wheel(parts.Resistance(joint="hinge", type="adhesion", strength=0.7))
         system.add(parts.Motor(joint="hinge", torque={"constant": load}), "motor")
         found = solve_static(system.assemble())
         assert found.success == holds

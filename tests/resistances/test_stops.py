@@ -53,7 +53,7 @@ def travel() -> Law:
 
 def harness(law: str = "slip") -> Law:
     found = wheel()
-    found.add(parts.Harness(joint="it", law=law, bristles=[(STICK, FRICTION)]), "harness")
+    found.add(parts.Resistance(joint="it", type="harness", law=law, bristles=[(STICK, FRICTION)]), "harness")
     return found, "angle", "rate"
 
 
@@ -80,9 +80,9 @@ def box() -> Law:
     found = System(gravity=(0.0, 0.0, -G))
     body = {"mass": MASS, "shape": parts.Box(size=(0.3, 0.3, 0.1)), "position": (0.0, 0.0, 0.05 - depth)}
     found.add(parts.RigidBody(velocity=(RATE, 0.0, 0.0), **body), "body")
-    plane = {"b": (0.0, 0.0, 0.0), "shape_b": parts.Plane(normal=(0.0, 0.0, 1.0)), "stiffness": 1e5, "damping": 1.0}
+    plane = {"b": (0.0, 0.0, 0.0), "shape": parts.Plane(normal=(0.0, 0.0, 1.0)), "stiffness": 1e5, "damping": 1.0}
     rubs = {"friction": FRICTION / (MASS * G), "bristle_stiffness": 0.25 * STICK, "bristle_damping": 10.0}
-    found.add(parts.BodyContact(a="body", **plane, **rubs), "contact")
+    found.add(parts.Contact(a="body", **plane, **rubs), "contact")
     return found, "position", "velocity"
 
 
@@ -152,7 +152,7 @@ def test_a_swing_with_dry_friction(method: str, law: str) -> None:
     own = {"friction_torque": friction, "bristle_stiffness": STICK} if law == "friction" else {}
     found.add(parts.RotationalSpring(a="ground", b="body", angle=start, stiffness=stiffness, rest=0.0, **own), "it")
     if law == "harness":
-        found.add(parts.Harness(joint="it", bristles=[(STICK, friction)]), "harness")
+        found.add(parts.Resistance(joint="it", type="harness", bristles=[(STICK, friction)]), "harness")
     x, _ = motion(simulate(found, method=method), "angle", "rate")
     half, less = math.pi * math.sqrt(MASS / stiffness), 2.0 * friction / stiffness
     ends = [start * (-1) ** k - less * k * (-1) ** k for k in range(6)]  # 0.53, -0.43, 0.33, -0.23, 0.13, -0.03

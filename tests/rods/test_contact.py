@@ -24,15 +24,13 @@ def boom(elements: int = 10, **keys: Any) -> parts.Rod:
 def surface(kind: str, **keys: Any) -> Any:
     """What the rod's axis touches from above at z = 0."""
     if kind == "plane":
-        return parts.PlaneContact(
-            body="ground", beams=["boom"], normal=(0, 0, 1), clearance=0.01, centre=(0, 0, -0.01), **keys
-        )
-    at: Any = {"body": "ground", "beams": ["boom"], "radius": 0.1, "centre": (1, 0, -0.1)}
-    if kind == "sphere":
-        return parts.SphereContact(**at, **keys)
-    if kind == "cylinder":
-        return parts.CylinderContact(**at, axis=(0, 1, 0), **keys)
-    return parts.CapsuleContact(**at, length=0.5, axis=(0, 1, 0), **keys)
+        return parts.Contact(a="boom", b=(0, 0, -0.01), shape=parts.Plane(normal=(0, 0, 1)), clearance=0.01, **keys)
+    shapes = {
+        "sphere": parts.Sphere(radius=0.1),
+        "cylinder": parts.Cylinder(radius=0.1, axis=(0, 1, 0)),
+        "capsule": parts.Capsule(radius=0.1, length=0.5, axis=(0, 1, 0)),
+    }
+    return parts.Contact(a="boom", b=(1, 0, -0.1), shape=shapes[kind], **keys)
 
 
 @pytest.mark.slow
@@ -42,7 +40,7 @@ def test_a_propped_cantilever_rests_on_a_surface(kind: str, book: Book) -> None:
     system = System()
     system.add(boom(), "boom")
     system.add(parts.Joint(a=(0, 0, 0), b="boom.root", type="clamp"), "root")
-    system.add(parts.Force(at="boom[5]", force=(0.0, 0.0, -20.0)), "load")
+    system.add(parts.Load(at="boom[5]", force=(0.0, 0.0, -20.0)), "load")
     system.add(surface(kind, stiffness=1e7, skip=9), "stop")
     found = system.equilibrium()
     book(
@@ -67,9 +65,10 @@ def test_a_rod_that_falls_on_a_plane_keeps_its_energy() -> None:
 def test_what_a_rod_cannot_touch_is_refused() -> None:
     system = System()
     system.add(boom(), "boom")
-    keys = {"body": "ground", "beams": ["boom"], "radius": 0.1, "centre": (1, 0, -0.1)}
-    system.add(parts.CylinderContact(half_length=0.2, **keys), "drum")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match=r"drum.half_length is given, .*the rod 'boom', .*use a capsule-contact"):
+    system.add(parts.Contact(a="boom", b=(1, 0, -0.1), shape=parts.Cylinder(radius=0.1, length=0.4)), "drum")
+    with pytest.raises(
+        InputError, match=r"drum.shape is a cylinder with a length, .*the rod 'boom', .*or use a capsule"
+    ):
         system.assemble()
 
 
@@ -83,8 +82,8 @@ def test_a_rod_hangs_over_a_drum_by_friction() -> None:
     )  # fmt: skip
     system.add(rod, "boom")
     system.add(parts.Joint(a=(0, 0, 0), b="boom.root", type="clamp"), "root")
-    drum = parts.CylinderContact(
-        body="ground", beams=["boom"], radius=0.2, centre=(0.0, 0.0, -0.2), axis=(0, 1, 0), stiffness=1e5, damping=0.3,
+    drum = parts.Contact(
+        a="boom", b=(0.0, 0.0, -0.2), shape=parts.Cylinder(radius=0.2, axis=(0, 1, 0)), stiffness=1e5, damping=0.3,
         friction=0.3,
     )  # fmt: skip
     system.add(drum, "drum")

@@ -253,7 +253,7 @@ def test_the_weight_of_what_is_out() -> None:
         assert tip == pytest.approx(-MU * 0.1 * out**4 / (8.0 * EI), rel=5e-3)
         assert float(np.asarray(run["rod"]["deployed_length"])[-1]) == pytest.approx(out)
     lit = boom({"expression": "0.25 + 0.5*t"}, 4, section=Strip(thickness=THICKNESS, width=WIDTH))
-    lit.add(parts.RadiationPressure(rod="rod", pressure=1e-6, direction=(0.0, 1.0, 0.0)), "light")
+    lit.add(parts.Radiation(along="rod", pressure=1e-6, direction=(0.0, 1.0, 0.0), specular=1.0), "light")
     force = np.abs(np.asarray(lit.equilibrium(time=1.0)["clamp"]["force"])[-1, 1])
     assert force == pytest.approx(2.0 * 1e-6 * WIDTH * 0.75, rel=1e-6)
 
@@ -326,8 +326,8 @@ def test_what_is_refused_of_runs_and_other_parts() -> None:
             "rod.tip_speed.last", "rod.stiffness_damping", until=0.1, method="generalized-alpha", step=0.01
         )
     for part, words in (
-        (parts.Force(at="rod[3]", force=(0.0, 1.0, 0.0)), r"a node of a mesh through which material flows"),
-        (parts.LineLoad(part="rod", force=(0.0, 1.0, 0.0)), r"line load on 'rod', whose length changes"),
+        (parts.Load(at="rod[3]", force=(0.0, 1.0, 0.0)), r"a node of a mesh through which material flows"),
+        (parts.Load(along="rod", force=(0.0, 1.0, 0.0)), r"a load along 'rod', whose length changes"),
         (parts.ThermalLoad(part="rod", temperature={"constant": 3.0}), r"on which thermal loads are not supported"),
     ):
         system = boom(moved(0.1, 0.5))

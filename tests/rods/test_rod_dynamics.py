@@ -148,8 +148,8 @@ def test_free_rod_in_large_steps(radius: float, book: Book) -> None:
 def test_methods_agree() -> None:
     """The load of a bent and twisted rod is removed: Dormand-Prince, generalized-alpha, energy-momentum."""
     system = cantilever(stiffness_damping=1e-3, mass_damping=0.5, elements=2)
-    system.add(parts.Force(at="rod.tip", force=(0.0, 0.2, 0.3), ramp=0.02), "push")
-    system.add(parts.Torque(at="rod.tip", torque=(0.05, 0.0, 0.0), ramp=0.02), "twist")
+    system.add(parts.Load(at="rod.tip", force=(0.0, 0.2, 0.3), ramp=0.02), "push")
+    system.add(parts.Load(at="rod.tip", torque=(0.05, 0.0, 0.0), ramp=0.02), "twist")
     found = []
     for method, solver in SOLVERS.items():
         assembly = system.assemble()

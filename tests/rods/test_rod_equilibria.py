@@ -121,7 +121,7 @@ def quadratic(r: Solution) -> bool:
 
 def test_a_small_force_beside_a_torque_is_right_to_its_own_size() -> None:
     """Of a force of 1e-4 E I/L^2 across a rod that a torque bends; E A = 1e8 E I/L^2 hides nothing."""
-    loads = parts.Torque(at="rod.tip", torque=(0.0, 0.0, 1.0)), parts.Force(at="rod.tip", force=(0.0, 0.0, 1e-4))
+    loads = parts.Load(at="rod.tip", torque=(0.0, 0.0, 1.0)), parts.Load(at="rod.tip", force=(0.0, 0.0, 1e-4))
     r, x, R = found(*loads, elements=20, **slender())
     wanted = integrated((0.0, 0.0, 1e-4), (0.0, 0.0, 1.0), R, **slender())
     assert x[2] == pytest.approx(wanted[2], rel=1e-6)
@@ -131,7 +131,7 @@ def test_a_small_force_beside_a_torque_is_right_to_its_own_size() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("torque", [(0.5, 0.0, 1.0), (1.0, 0.0, 2.0), (2.0, 1.0, 3.0)])
 def test_torque_about_a_fixed_axis(torque: tuple[float, ...], book: Book) -> None:
-    r, x, R = found(parts.Torque(at="rod.tip", torque=torque), elements=20, **slender())
+    r, x, R = found(parts.Load(at="rod.tip", torque=torque), elements=20, **slender())
     wanted = integrated((0.0, 0.0, 0.0), torque, R, **slender())
     enter(book, f"Torque {torque} EI/L of fixed axis, 20 elements", x, wanted, 1e-6)
     assert quadratic(r)
@@ -139,14 +139,14 @@ def test_torque_about_a_fixed_axis(torque: tuple[float, ...], book: Book) -> Non
 
 def test_a_dead_force_along_and_across() -> None:
     force = (-0.74, 0.12, 0.0)
-    r, x, R = found(parts.Force(at="rod.tip", force=force), elements=20, **slender())
+    r, x, R = found(parts.Load(at="rod.tip", force=force), elements=20, **slender())
     assert x == pytest.approx(integrated(force, (0.0, 0.0, 0.0), R, **slender()), abs=1e-7)
     assert r.statistics["iterations"] < 60
 
 
 @pytest.mark.parametrize("load", [300.0, 600.0])
 def test_bend_of_45_degrees_under_a_follower_force(load: float, book: Book) -> None:
-    push = parts.Force(at="rod.tip", force=(0.0, 0.0, load), frame="body")
+    push = parts.Load(at="rod.tip", force=(0.0, 0.0, load), frame="body")
     (r, coarse, R), (_, fine, _) = (found(push, elements=n, **BEND) for n in (16, 32))
     wanted = integrated((0.0, 0.0, load), (0.0, 0.0, 0.0), R, frame="body", **BEND)
     limit = fine + (fine - coarse) / 15.0
@@ -180,7 +180,7 @@ def elastica(load: float, share: float) -> Array:
 def test_column_beyond_its_critical_load(share: float, side: float, book: Book) -> None:
     """With a side force that bends it one way; found is the branch to that side, which is stable."""
     load = share * 0.25 * np.pi**2
-    r, x, _ = found(parts.Force(at="rod.tip", force=(-load, side * load, 0.0)), elements=20, **slender())
+    r, x, _ = found(parts.Load(at="rod.tip", force=(-load, side * load, 0.0)), elements=20, **slender())
     wanted = elastica(load, side)
     book(
         CHAPTER, f"Column at {share:g} of its critical load (rod, 20 elements)", reference="tip",
@@ -194,7 +194,7 @@ def test_column_beyond_its_critical_load(share: float, side: float, book: Book) 
 @pytest.mark.slow
 def test_helical_spring_with_force_and_moment_of_fixed_axes(book: Book) -> None:
     force, torque, keys = (0.03, -0.02, 0.05), (0.05, 0.1, 0.04), helix(3, 0.15)
-    loads = parts.Force(at="rod.tip", force=force), parts.Torque(at="rod.tip", torque=torque)
+    loads = parts.Load(at="rod.tip", force=force), parts.Load(at="rod.tip", torque=torque)
     (_, coarse, _), (_, fine, R) = (found(*loads, elements=n, **keys) for n in (24, 48))
     wanted = integrated(force, torque, R, **keys)
     limit = fine + (fine - coarse) / 3.0
@@ -220,7 +220,7 @@ def test_flutter_of_becks_column(kind: str) -> None:
         part = parts.Rod(elements=16, **keys) if kind == "rod" else parts.Beam(elements=16, formulation=kind, **keys)
         system.add(part, "rod")
         system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="rod.root", type="clamp"))
-        system.add(parts.Force(at="rod.tip", force=(-load * EI, 0.0, 0.0), frame="body"))
+        system.add(parts.Load(at="rod.tip", force=(-load * EI, 0.0, 0.0), frame="body"))
         r = solve_static(system.assemble())
         assert r.success, r.message
         assert r.path is not None
@@ -235,7 +235,7 @@ def test_flutter_of_becks_column(kind: str) -> None:
 def test_damping_lowers_the_load_of_flutter() -> None:
     """By the stiffness, however little, to about 10.94 E I/L^2 (Bolotin 1963; Herrmann & Jong 1965)."""
     for load, stable in ((10.0, True), (12.0, False)):
-        push = parts.Force(at="rod.tip", force=(-load, 0.0, 0.0), frame="body")
+        push = parts.Load(at="rod.tip", force=(-load, 0.0, 0.0), frame="body")
         r, _, _ = found(push, elements=16, stiffness_damping=1e-4, **slender())
         assert r.path is not None
         assert (r.path.unstable == 0) == stable

@@ -160,9 +160,9 @@ def test_graded_rods_are_exact_at_their_nodes(grading: Any, tip: str, book: Book
     system.add(parts.Rod(**KEYS, grading=grading), "rod")
     system.add(parts.Joint(a=ORIGIN, b="rod.root", type="clamp"), "clamp")
     if tip == "force":
-        system.add(parts.Force(at="rod.tip", force=(0.0, f, 0.0)), "load")
+        system.add(parts.Load(at="rod.tip", force=(0.0, f, 0.0)), "load")
     elif tip == "line":
-        system.add(parts.LineLoad(part="rod", force=(0.0, f, 0.0)), "load")
+        system.add(parts.Load(along="rod", force=(0.0, f, 0.0)), "load")
     run = system.equilibrium()
     x = run["rod"].arc_node.values
     GA = S.shear_y * RUBBER.shear_modulus * S.area
@@ -189,7 +189,7 @@ def test_graded_rods_are_exact_at_their_nodes(grading: Any, tip: str, book: Book
 @pytest.mark.parametrize("grading", [1.0, 4.0])
 def test_graded_rods_bend_by_large_angles(grading: float) -> None:
     """The roll-up is exact for any lengths; strains are those of the elements' own lengths."""
-    torque = parts.Torque(at="rod.tip", torque=(0.0, 0.0, np.pi * EI))
+    torque = parts.Load(at="rod.tip", torque=(0.0, 0.0, np.pi * EI))
     run = cantilever(torque, elements=8, grading=grading).equilibrium()
     assert run["rod"].tip_position.values[-1] == pytest.approx((0.0, 2.0 / np.pi, 0.0), abs=1e-8)
     assert run["rod"].curvature_z.values[-1] == pytest.approx(np.full(8, np.pi), rel=1e-8)
@@ -222,7 +222,7 @@ def test_work_of_a_line_load_on_a_rod_that_flies(load: str, method: str) -> None
     }
     system = System()
     system.add(parts.Rod(**KEYS, grading=2.0, inertia=INERTIA, angular_velocity=(0.3, 0.0, 4.0)), "rod")
-    system.add(parts.LineLoad(part="rod", **loads[load]), "load")
+    system.add(parts.Load(along="rod", **loads[load]), "load")
     again = evolvent.load(yaml.safe_load(system.to_yaml(until=0.1, every=1e-3)))
     assert again.parts == system.parts
     run = again.simulate(until=0.1, every=1e-3, method=method, step=5e-4)
@@ -276,11 +276,11 @@ def test_refusals() -> None:
     assert "arm.inertia.inertia_x is given; the sections of a Beam are plane" in refused(
         kind=parts.Beam, inertia=INERTIA.model_copy(update={"inertia_x": 2e-3})
     )
-    torque = parts.DistributedTorque(part="arm", torque=1.0)
-    assert "is 'arm', a rod, which this load does not support; use a Torque" in refused(torque)
-    assert "force is missing; give force, or direction and profile" in refused(parts.LineLoad(part="arm"))
-    late = parts.LineLoad(part="arm", force=(0.0, 1.0, 0.0), start=2.0, until=1.0)
-    assert "it must be after start 2.0" in refused(late)
+    torque = parts.Load(along="arm", torque=(0.0, 0.0, 1.0))
+    assert "is 'arm', a rod, which a spread torque does not support; give a torque" in refused(torque)
+    assert "force is missing; give force, torque, direction and profile, or law" in refused(parts.Load(along="arm"))
+    late = parts.Load(along="arm", force=(0.0, 1.0, 0.0), start=2.0, until=1.0)
+    assert "it must be after part 0.start, 2.0 s" in refused(late)
     assert "no node 9" in refused(parts.RigidBody(mass=1.0, inertia=1.0, at="arm[9]"))
     moving = parts.RigidBody(mass=1.0, inertia=1.0, at="arm.tip", velocity=(1.0, 0.0, 0.0))
     assert "the body moves with the node" in refused(moving)
@@ -308,14 +308,14 @@ def test_a_line_load_is_a_weight() -> None:
         {"direction": (0.0, 0.0, -2.0), "profile": {"constant": weight}},
         {"law": ["0", "0", "-p"], "constants": {"p": weight}},
     ):
-        assert bent_by(parts.LineLoad(part="rod", **keys)) == pytest.approx(wanted, abs=1e-7)
+        assert bent_by(parts.Load(along="rod", **keys)) == pytest.approx(wanted, abs=1e-7)
 
 
 def test_line_loads_close_the_energy_balance() -> None:
     """Energies less the work of the loads stay exactly what they are in the energy-momentum method, in large steps."""
     system = System()
     system.add(parts.Rod(**KEYS, grading=2.0, inertia=INERTIA, angular_velocity=(0.3, 0.0, 4.0)), "rod")
-    system.add(parts.LineLoad(part="rod", force=(0.0, 30.0, 10.0), ramp=0.05, until=0.3), "load")
+    system.add(parts.Load(along="rod", force=(0.0, 30.0, 10.0), ramp=0.05, until=0.3), "load")
     assembly = system.assemble()
     assert all(owner(assembly, "loads", k) == "load" for k in range(5))
     found = solve_energy(assembly, samples=np.linspace(0.0, 0.5, 51), step=1e-2, spectral_radius=1.0)

@@ -56,13 +56,13 @@ def test_refusals() -> None:
 )
 def test_places_that_are_none(at: str, words: str) -> None:
     with pytest.raises(InputError) as error:
-        cantilever(parts.Force(at=at, force=(0.0, 1.0, 0.0))).assemble()
+        cantilever(parts.Load(at=at, force=(0.0, 1.0, 0.0))).assemble()
     assert words in str(error.value)
 
 
 def test_an_element_that_bends_too_far_is_named() -> None:
     EI = RUBBER.E * STRIP.properties(0.3).Iz
-    system = cantilever(parts.Torque(at="rod.tip", torque=(0.0, 0.0, 5.0 * EI)), elements=2)
+    system = cantilever(parts.Load(at="rod.tip", torque=(0.0, 0.0, 5.0 * EI)), elements=2)
     with pytest.raises(RunFailed, match=r"element [01] of 'rod' is bent or twisted by .* use more `elements`"):
         system.equilibrium()
 
@@ -89,7 +89,7 @@ def test_nodes_stand_as_they_are_given() -> None:
 def test_results_of_an_equilibrium() -> None:
     """Forces and moments of a cantilever under a small force: shear P, moment P (L - x), named as of a beam."""
     P = 1e-4
-    run = cantilever(parts.Force(at="rod.tip", force=(0.0, P, 0.0))).equilibrium()
+    run = cantilever(parts.Load(at="rod.tip", force=(0.0, P, 0.0))).equilibrium()
     rod = run["rod"].to_dataset()
     arc = rod.arc.values
     assert rod.shear_force_y.values[-1] == pytest.approx(np.full(4, P), rel=1e-6)

@@ -35,7 +35,7 @@ def test_bend_of_45_degrees(load: float, wanted: tuple[float, ...], book: Book) 
     """Bathe & Bolourchi's arc; elements that are curved without stress converge with the fourth order."""
     counts = (8, 16, 32)
     start = parts.Rod(elements=1, **BEND).start_nodes()[0][-1]
-    found = [bent(parts.Force(at="rod.tip", force=(0.0, 0.0, load)), elements=n, **BEND) - start for n in counts]
+    found = [bent(parts.Load(at="rod.tip", force=(0.0, 0.0, load)), elements=n, **BEND) - start for n in counts]
     limit = found[-1] + (found[-1] - found[-2]) / 15.0
     order = fitted_order(1.0 / np.array(counts), [float(np.linalg.norm(x - limit)) for x in found])
     assert order == pytest.approx(4.0, abs=0.2)
@@ -55,7 +55,7 @@ def test_bend_of_45_degrees(load: float, wanted: tuple[float, ...], book: Book) 
 def test_roll_up(turns: float, book: Book) -> None:
     """Constant curvature is exact at the nodes of any mesh."""
     EI = RUBBER.E * STRIP.properties(0.3).Iz
-    torque = parts.Torque(at="rod.tip", torque=(0.0, 0.0, 2.0 * np.pi * turns * EI))
+    torque = parts.Load(at="rod.tip", torque=(0.0, 0.0, 2.0 * np.pi * turns * EI))
     wanted = (0.0, 2.0 / np.pi, 0.0) if turns == 0.5 else (0.0, 0.0, 0.0)
     book(
         CHAPTER, f"Roll-up to {turns:g} of a circle (rod, 5 elements)", reference="a circle", source="closed form",
@@ -75,7 +75,7 @@ def test_elastica(load: float, up: float, back: float, book: Book) -> None:
     """A rod so thin that it neither stretches nor shears; it does not lock."""
     thin = Rectangle(thickness=1e-4, width=1e-3)
     EI = RUBBER.E * thin.properties(0.3).Iz
-    found = bent(parts.Force(at="rod.tip", force=(0.0, load * EI, 0.0)), elements=20, section=thin)
+    found = bent(parts.Load(at="rod.tip", force=(0.0, load * EI, 0.0)), elements=20, section=thin)
     book(
         CHAPTER, f"Elastica, P L^2/EI = {load:g} (rod, 20 elements)", reference=f"tip {back:.8f}, {up:.8f} L",
         source="closed form, elliptic integrals", error=np.abs(found - (1.0 - back, up, 0.0)).max(), allowed=3e-5,
@@ -87,7 +87,7 @@ def test_elastica(load: float, up: float, back: float, book: Book) -> None:
 def test_thick_cantilever(book: Book) -> None:
     """Surface strains of 14 %, at which elements of Green's strain are 1 % off; 1e-4 with 4 elements already."""
     thick, steel = Rectangle(thickness=0.5, width=0.1), Material(young_modulus=2.07e11, density=7850.0)
-    push, counts = parts.Force(at="rod.tip", force=(0.0, 62.5e6, 0.0)), (4, 8, 16)
+    push, counts = parts.Load(at="rod.tip", force=(0.0, 62.5e6, 0.0)), (4, 8, 16)
     found = [bent(push, length=2.0, section=thick, material=steel, elements=n) for n in counts]
     limit = found[-1] + (found[-1] - found[-2]) / 3.0
     order = fitted_order(1.0 / np.array(counts), [float(np.linalg.norm(x - limit)) for x in found])
@@ -105,7 +105,7 @@ def test_princeton_beam(angle: int, wanted: tuple[float, float], book: Book) -> 
     section = Rectangle(thickness=3.2024e-3, width=12.3777e-3)
     material = Material(young_modulus=71.7e9, poisson_ratio=0.31, density=2700.0)
     force = 8.896 * np.array([0.0, np.sin(np.radians(angle)), np.cos(np.radians(angle))])
-    push, common = parts.Force(at="rod.tip", force=tuple(force)), {"length": 0.508, "section": section}
+    push, common = parts.Load(at="rod.tip", force=tuple(force)), {"length": 0.508, "section": section}
     coarse, fine = (1e3 * bent(push, material=material, elements=n, **common)[[2, 1]] for n in (16, 32))
     for name, found, allowed in (("32 elements", fine, 1e-3), ("limit", fine + (fine - coarse) / 3.0, 1e-4)):
         book(
@@ -125,7 +125,7 @@ def test_lateral_buckling(book: Book) -> None:
     def load(count: int) -> float:
         shares, squares = np.array([3.98, 4.02, 4.06]), []
         for share in shares:
-            push = parts.Force(at="rod.tip", force=(0.0, float(share * critical), 0.0))
+            push = parts.Load(at="rod.tip", force=(0.0, float(share * critical), 0.0))
             system = cantilever(push, section=section, material=material, elements=count)
             squares.append(float(modes(system.assemble(), count=1).square[0]))
         roots = np.roots(np.polyfit(shares, squares, 2))
@@ -146,7 +146,7 @@ def test_no_locking(slenderness: float) -> None:
     s = section.properties(0.3)
     P = 1e-7 * RUBBER.E * s.Iz
     wanted = P / (3.0 * RUBBER.E * s.Iz) + P / (s.shear_y * RUBBER.shear_modulus * s.area)
-    found = bent(parts.Force(at="rod.tip", force=(0.0, P, 0.0)), section=section, elements=1)
+    found = bent(parts.Load(at="rod.tip", force=(0.0, P, 0.0)), section=section, elements=1)
     assert found[1] == pytest.approx(wanted, rel=1e-8)
 
 
@@ -154,13 +154,13 @@ def test_taper() -> None:
     """Bending about z of a taper in width, EI (2 - x): w = P/EI int (1 - x)^2/(2 - x) dx."""
     taper = Taper(root=Rectangle(thickness=1e-3, width=4e-3), tip=Rectangle(thickness=1e-3, width=2e-3))
     EI = RUBBER.E * taper.tip.properties(0.3).Iz
-    found = bent(parts.Force(at="rod.tip", force=(0.0, 1e-5 * EI, 0.0)), section=taper, elements=2)
+    found = bent(parts.Load(at="rod.tip", force=(0.0, 1e-5 * EI, 0.0)), section=taper, elements=2)
     assert found[1] == pytest.approx(1e-5 * (np.log(2.0) - 0.5), rel=2e-5)
 
 
 def test_torsion(book: Book) -> None:
     GJ = RUBBER.shear_modulus * STRIP.properties(0.3).J
-    assembly = cantilever(parts.Torque(at="rod.tip", torque=(3.0 * GJ, 0.0, 0.0)), elements=2).assemble()
+    assembly = cantilever(parts.Load(at="rod.tip", torque=(3.0 * GJ, 0.0, 0.0)), elements=2).assemble()
     found = solve_static(assembly)
     q = int(assembly.model.bodies["iq"][-1]) + 3
     book(
@@ -174,7 +174,7 @@ def test_equilibrium_does_not_depend_on_the_path() -> None:
     first, last = (0.0, 0.0, 8.0), (0.0, 3.0, 8.0)
 
     def solved(force: tuple[float, ...], y: Array | None = None) -> Array:
-        assembly = cantilever(parts.Force(at="rod.tip", force=force), elements=5).assemble()
+        assembly = cantilever(parts.Load(at="rod.tip", force=force), elements=5).assemble()
         found = solve_static(assembly, y=y)
         assert found.success, found.message
         return found.y[-1]

@@ -63,9 +63,7 @@ def test_small_deflections_by_every_load(k: int, elements: int) -> None:
     load = np.zeros(6)
     load[k] = 1e-6
     part = (
-        parts.Force(at="rod.tip", force=tuple(load[:3]))
-        if k < 3
-        else parts.Torque(at="rod.tip", torque=tuple(load[3:]))
+        parts.Load(at="rod.tip", force=tuple(load[:3])) if k < 3 else parts.Load(at="rod.tip", torque=tuple(load[3:]))
     )
     assembly = strip(part, elements=elements).assemble()
     found = solve_static(assembly)
@@ -80,7 +78,7 @@ def test_bending_twists_a_coupled_strip() -> None:
     """By a moment about y the tip twists by S_45 M L, S the inverse of the matrix."""
     C = np.diag([4e6, 2.6e5, 5.5e5, 0.368, 0.522, 298.0])
     C[3, 4] = C[4, 3] = -0.102
-    assembly = strip(parts.Torque(at="rod.tip", torque=(0.0, 1e-6, 0.0)), C, elements=3).assemble()
+    assembly = strip(parts.Load(at="rod.tip", torque=(0.0, 1e-6, 0.0)), C, elements=3).assemble()
     S = 0.102 / (0.368 * 0.522 - 0.102**2)
     assert 2.0 * turn_of_tip(assembly, solve_static(assembly).y[-1])[1] == pytest.approx(S * 1e-6, rel=1e-6)
 
@@ -91,7 +89,7 @@ def test_a_pull_twists_by_any_angle() -> None:
     C = np.diag([4e4, 2e3, 3e3, 0.4, 0.5, 30.0])
     C[0, 3] = C[3, 0] = -60.0
     S, F = np.linalg.inv(C), 500.0
-    assembly = strip(parts.Force(at="rod.tip", force=(F, 0.0, 0.0)), C, elements=4).assemble()
+    assembly = strip(parts.Load(at="rod.tip", force=(F, 0.0, 0.0)), C, elements=4).assemble()
     found = solve_static(assembly)
     assert found.success, found.message
     q = turn_of_tip(assembly, found.y[-1])
@@ -103,7 +101,7 @@ def test_a_pull_twists_by_any_angle() -> None:
 
 def test_results_hold_the_constitutive_law() -> None:
     """Forces and moments of the elements are the matrix times their strains."""
-    run = strip(parts.Force(at="rod.tip", force=(0.0, 0.03, -0.2)), elements=4).equilibrium()["rod"]
+    run = strip(parts.Load(at="rod.tip", force=(0.0, 0.03, -0.2)), elements=4).equilibrium()["rod"]
     strains = [run[key].values[-1] for key in
                ("strain", "shear_strain_y", "shear_strain_z", "twist", "curvature_y", "curvature_z")]  # fmt: skip
     forces = [run[key].values[-1] for key in
@@ -115,7 +113,7 @@ def test_results_hold_the_constitutive_law() -> None:
 @pytest.mark.parametrize("angle", [0.3, 1.2, -2.0])
 def test_axes_of_the_section_do_not_matter(angle: float) -> None:
     """Axes y and z turned, and the matrix written in the turned axes: the same shape, at large deflection."""
-    load = parts.Force(at="rod.tip", force=(0.0, 0.4, -0.9))
+    load = parts.Load(at="rod.tip", force=(0.0, 0.4, -0.9))
     found = []
     c, s = math.cos(angle), math.sin(angle)
     T = np.kron(np.eye(2), np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]))

@@ -124,7 +124,7 @@ def test_coning_under_sunlight(book: Book) -> None:
     p, errors = 1e-5, []
     for elements in MESHES:
         system = on_the_axis(elements)
-        system.add(parts.RadiationPressure(rod="strip", pressure=0.5 * p / CHORD), "light")
+        system.add(parts.Radiation(along="strip", pressure=0.5 * p / CHORD, specular=1.0), "light")
         run = system.equilibrium(rotating=SPIN)
         place, slope = np.asarray(run["strip"]["position"])[-1], np.asarray(run["strip"]["slope"])[-1]
         w = sunlight_coning(place[:, 0])
@@ -149,7 +149,7 @@ def hung(section: Any = FILM, **keys: Any) -> System:
     system.add(parts.Joint(a=(0, 0, 0), b="strip.root", type="clamp"), "clamp")
     system.add(parts.RigidBody(mass=1.0, inertia=(0.001, 0.001, 0.001), position=(0, 0, -1)), "body")
     system.add(parts.Joint(a="body", b="strip.tip", type="clamp"), "end")
-    system.add(parts.Torque(at="body", torque=(0.0, 0.0, 0.02)), "torque")
+    system.add(parts.Load(at="body", torque=(0.0, 0.0, 0.02)), "torque")
     return system
 
 
@@ -160,12 +160,12 @@ def test_torque_of_a_strip_under_tension() -> None:
     system.add(parts.Rod(length=1.0, section=FILM, material=SOFT, elements=6), "strip")
     system.add(parts.Joint(a=(0, 0, 0), b="strip.root", type="clamp"), "clamp")
     system.add(parts.Joint(a=(0, 0, 0), b="strip.tip", type="point-on-line", axis=(1, 0, 0)), "guide")
-    system.add(parts.Force(at="strip.tip", force=(weight, 0, 0)), "weight")
+    system.add(parts.Load(at="strip.tip", force=(weight, 0, 0)), "weight")
     r2, r4 = FILM.fibre_means()
     own = FILM.properties(0.3)
     EA, GJ = SOFT.E * own.area, SOFT.shear_modulus * own.J
     moment = (GJ + weight * r2) * turn + 0.5 * EA * (r4 - r2**2) * turn**3
-    system.add(parts.Torque(at="strip.tip", torque=(moment, 0, 0)), "torque")
+    system.add(parts.Load(at="strip.tip", torque=(moment, 0, 0)), "torque")
     one = system.equilibrium()["strip"]
     assert float(one["twist_angle"][-1, -1]) == pytest.approx(turn, rel=1e-9)
     assert np.asarray(one["torsional_moment"])[-1] == pytest.approx(np.full(6, moment), rel=1e-9)
@@ -224,7 +224,7 @@ def lit(**keys: Any) -> System:
     system = System()
     rod = parts.Rod(length=2.0, section=FILM, material=SOFT, elements=4, curvature=(1.0, 0.2, 0.3))
     system.add(rod, "strip")
-    system.add(parts.RadiationPressure(**({"rod": "strip", "pressure": LIGHT} | keys)), "light")
+    system.add(parts.Radiation(**({"along": "strip", "pressure": LIGHT, "specular": 1.0} | keys)), "light")
     return system
 
 
@@ -232,7 +232,7 @@ def lit(**keys: Any) -> System:
 def test_light_on_a_strip_by_its_attitude(side: float) -> None:
     """Of each node's share of the strip, with the normal of its section; either side of the strip may be lit."""
     specular, diffuse, direction = 0.5, 0.3, side * np.array([0.3, 0.8, -0.5])
-    system = lit(direction=tuple(direction), reflectivity=specular, diffuse=diffuse)
+    system = lit(direction=tuple(direction), specular=specular, diffuse=diffuse)
     run = system.simulate(until=1e-3, every=1e-3)
     s = direction / np.linalg.norm(direction)
     turns = Rotation.from_quat(np.asarray(run["strip"]["attitude"])[0], scalar_first=True)
@@ -245,8 +245,14 @@ def test_light_on_a_strip_by_its_attitude(side: float) -> None:
     assert total @ s > 0.0
 
 
+def test_light_on_a_strip_has_times() -> None:
+    run = lit(start=0.5, until=1.0).simulate(until=1.5, every=0.25)
+    pushes = np.abs(np.asarray(run["light"]["force"])).max(axis=1) > 0.0
+    assert pushes.tolist() == [False, False, True, True, False, False, False]
+
+
 def test_tangent_of_light_on_a_strip() -> None:
-    assembly = lit(direction=(0.3, 0.8, -0.5), pressure=1e3, reflectivity=0.5, diffuse=0.3).assemble()
+    assembly = lit(direction=(0.3, 0.8, -0.5), pressure=1e3, specular=0.5, diffuse=0.3).assemble()
     y, matrix = assembly.y.copy(), matrix_of(assembly.model)
     forces(assembly, y)
     implicit.tangent(0.0, y, np.zeros(0), 0.0, 0.0, 1.0, assembly.model, matrix)
@@ -259,10 +265,10 @@ def test_tangent_of_light_on_a_strip() -> None:
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"rod": None}, "light.thread is missing; give thread, or rod"),
-        ({"thread": "strip"}, "light.thread and light.rod are both given"),
-        ({"reflectivity": 0.8, "diffuse": 0.3}, "light.reflectivity and light.diffuse add up to 1.1"),
-        ({"rod": None, "thread": "strip"}, "'strip'"),
+        ({"along": None}, "light.at is missing; give at, or along"),
+        ({"at": "strip.tip"}, "light.at and light.along are both given"),
+        ({"specular": 0.8, "diffuse": 0.3}, "light.specular and light.diffuse add up to 1.1"),
+        ({"along": "stripe"}, "'stripe'"),
     ],
 )
 def test_light_that_is_refused(keys: dict[str, Any], message: str) -> None:
@@ -274,8 +280,8 @@ def test_width_of_a_strip_without_one() -> None:
     system = System()
     general = General(area=1e-3, Iy=1e-8, Iz=1e-8, J=1e-8)
     system.add(parts.Rod(length=1.0, section=general, material=SOFT, elements=2), "rod")
-    system.add(parts.RadiationPressure(rod="rod", pressure=LIGHT), "light")
-    with pytest.raises(InputError, match=r"light\.width is missing; the section of 'rod' has none"):
+    system.add(parts.Radiation(along="rod", pressure=LIGHT, specular=1.0), "light")
+    with pytest.raises(InputError, match=r"light\.width is missing; 'rod' is a rod whose section has none"):
         system.assemble()
 
 
@@ -292,7 +298,7 @@ def test_a_rod_under_a_tension_beyond_its_elements_warns(share: float) -> None:
         system.add(rod, "rod")
         system.add(parts.Joint(a=(0, 0, 0), b="rod.root", type="clamp"), "clamp")
         ramp = [(0.0, 0.0), (0.01, share * limit), (1.0, share * limit)]
-        system.add(parts.Force(at="rod.tip", direction=rod.direction, profile=ramp), "pull")
+        system.add(parts.Load(at="rod.tip", direction=rod.direction, profile=ramp), "pull")
         run = system.simulate(until=0.012, every=2e-4, method="energy-momentum", step=2e-5)
         warned = "its shape is unstable" in run.attrs.get("warning", "")
         assert warned == (share > 1.0 and not isinstance(section, Strip)), section

@@ -36,7 +36,7 @@ def mirror(p: float, edgewise: float, damping: float) -> System:
     system.add(parts.RigidBody(motion="driven", rate=1.0), "base")
     system.add(parts.Joint(a=("base", (0, 0, 0)), b="strip.root", type="revolute", axis=(0, 1, 0)), "flap")
     if p > 0.0:
-        system.add(parts.RadiationPressure(rod="strip", pressure=0.5 * p / CHORD), "light")
+        system.add(parts.Radiation(along="strip", pressure=0.5 * p / CHORD, specular=1.0), "light")
     return system
 
 

@@ -156,7 +156,7 @@ def bent(section: TapeSection, material: Material, moment: float) -> Assembly:
     system = System()
     system.add(parts.Rod(length=0.02, section=section, material=material, elements=1), "tape")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="tape.root", type="clamp"), "clamp")
-    system.add(parts.Torque(at="tape.tip", torque=(0.0, 0.0, moment)), "moment")
+    system.add(parts.Load(at="tape.tip", torque=(0.0, 0.0, moment)), "moment")
     return system.assemble()
 
 

@@ -36,7 +36,7 @@ def test_steps_after_a_sudden_load() -> None:
     section = ev.Circle(radius=RADIUS)
     system.add(parts.Rod(length=LENGTH, section=section, material="steel", elements=16), "wire")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="wire.root", type="clamp"), "root")
-    system.add(parts.Force(at="wire.tip", force=(0.0, FORCE, 0.0)), "load")
+    system.add(parts.Load(at="wire.tip", force=(0.0, FORCE, 0.0)), "load")
     run = system.simulate(until=0.05, every=1e-3, tolerance=1e-6)
     wanted = tip(run.time.values, steel.E, steel.density)
     assert np.abs(run["wire"].tip_position.values[:, 1] - wanted).max() < 3e-3 * wanted.max()

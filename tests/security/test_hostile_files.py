@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, cases
-from evolvent.commands import sensitivity
+from evolvent.analysis import sensitivity
 from evolvent.elements import nastran
 from evolvent.elements.reduced_files import read_model
 from evolvent_base import files
+from evolvent_base.answer import Answer, as_csv
 
 MODEL = read_model("solar-panel")
 DIGITS = "9" * 5000
@@ -125,7 +126,7 @@ TABLES = {
 def test_tables_are_refused_or_read(name: str, call, tmp_path: pathlib.Path) -> None:
     """As the table of a part, the column of a distribution, and measured data."""
     (tmp_path / "t.csv").write_text("angle (deg),torque (N m)\n" + TABLES[name], newline="")
-    harness = {"kind": "harness", "joint": "hinge", "torque": "t.csv"}
+    harness = {"kind": "resistance", "type": "harness", "joint": "hinge", "torque": "t.csv"}
     (tmp_path / "case.yaml").write_text(json.dumps({"parts": {"w": harness}, "simulate": {"until": 1}}))
     content = {"case": "heliogyro", "over": {"blade.length": "table(t.csv, angle)"}, "sample": "monte-carlo"}
     (tmp_path / "study.yaml").write_text(json.dumps({**content, "samples": 3}))
@@ -174,7 +175,8 @@ def test_sensitivities_are_written_whole_or_not_at_all(call, tmp_path: pathlib.P
 
     monkeypatch.setattr(cases, "load", lambda *_: type("Case", (), {"system": "x"}))
     monkeypatch.setattr(cases, "system", lambda name: System())
-    monkeypatch.setattr(sensitivity, "_rows", lambda found: [["value", "key"], ["a", "b"]])
+    table = [["value", "key"], ["a", "b"]]
+    monkeypatch.setattr(sensitivity, "answer", lambda _: Answer(title="", files={"s.csv": lambda: as_csv(table)}))
     (tmp_path / "s.csv").write_text("before")
     words = ("sensitivity", "x.yaml", "--of", "a", "--by", "b", "--quiet", "-o", "s.csv")
 
@@ -187,4 +189,4 @@ def test_sensitivities_are_written_whole_or_not_at_all(call, tmp_path: pathlib.P
     assert (tmp_path / "s.csv").read_text() == "before"
     assert [path.name for path in tmp_path.iterdir()] == ["s.csv"]
     assert call(*words)[0] == 0
-    assert (tmp_path / "s.csv").read_bytes() == b"value,key\r\na,b\r\n"
+    assert (tmp_path / "s.csv").read_bytes() == b"value,key\na,b\n"

@@ -65,7 +65,7 @@ def sections(assembly: Assembly, state: Array | Solution) -> Any:
 
 def tip_force(*force: float) -> Callable[[System], None]:
     def add(system: System) -> None:
-        system.add(parts.Force(at="beam.tip", force=force), "load")
+        system.add(parts.Load(at="beam.tip", force=force), "load")
 
     return add
 

@@ -23,7 +23,7 @@ def held(formulation: str, count: int, load: tuple[float, float, float]) -> tupl
     spec = parts.Beam(length=1.0, section=THICK, material=SOFT, elements=count, formulation=formulation)
     system.add(spec, "beam")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type="clamp"))
-    system.add(parts.Force(at="beam.tip", force=load))
+    system.add(parts.Load(at="beam.tip", force=load))
     assembly = system.assemble()
     found = solved(solve_static(assembly))
     return sections(assembly, found), float(found.balance.elastic[-1])

@@ -70,7 +70,7 @@ def test_an_end_moment_rolls_a_strip_up_to_a_circle(formulation, order, book):
     def turned(system: System) -> None:
         system.add(parts.RigidBody(motion="free", mass=1.0, inertia=1.0, position=(1.0, 0.0, 0.0)), "grip")
         system.add(parts.Joint(a="grip", b="beam.tip", type="clamp"), "held")
-        system.add(parts.Torque(at="grip", torque=(0.0, 0.0, 2.0 * np.pi * EI)), "moment")
+        system.add(parts.Load(at="grip", torque=(0.0, 0.0, 2.0 * np.pi * EI)), "moment")
         if formulation == "cable":  # which knows no twist: nothing else holds the grip about its axis
             system.add(parts.Spring(a=(1.0, 0.0, 5.0), b="grip", stiffness=0.0, lateral_stiffness=0.0))
 
@@ -154,7 +154,7 @@ def pyramid(load: float, below: float = 0.0):
         at = system.add(parts.Point(mass=1.0, position=(0.0, 0.0, RISE - 1.0)), "end")
         system.add(parts.Spring(a="apex", b="end", stiffness=below))
         system.add(parts.Spring(a=(0.0, 0.0, -5.0), b="end", lateral_stiffness=10.0, axis=(0.0, 0.0, 1.0)))
-    system.add(parts.Force(at=at, force=(0.0, 0.0, -load)))
+    system.add(parts.Load(at=at, force=(0.0, 0.0, -load)))
     return system.assemble()
 
 
@@ -260,8 +260,10 @@ def test_a_cantilever_leans_on_a_cylinder(book):
     def prop(system: System) -> None:
         # under the tip: only its last contact point touches
         system.add(
-            parts.CylinderContact(body="ground", beams=["beam"], radius=0.05, centre=(1.0, 0.0, -0.05),
-                                  axis=(0.0, 1.0, 0.0), stiffness=1e6, points=1), "prop",
+            parts.Contact(
+                a="beam", b=(1.0, 0.0, -0.05), shape=parts.Cylinder(radius=0.05, axis=(0.0, 1.0, 0.0)),
+                stiffness=1e6, points=1,
+            ), "prop",
         )  # fmt: skip
 
     a = beam("cable", 8, section=section, material=material, gravity=(0.0, 0.0, -9.81), more=prop)
@@ -298,7 +300,7 @@ def test_cables_and_beams_stand_in_one_model():
             name,
         )
         system.add(parts.Joint(a=(0.0, y0, 0.0), b=f"{name}.root", type="clamp"))
-        system.add(parts.Force(at=f"{name}.tip", force=(0.0, 3e-4 * EI, 0.0)))
+        system.add(parts.Load(at=f"{name}.tip", force=(0.0, 3e-4 * EI, 0.0)))
     a = system.assemble()
     r = solved(solve_static(a))
     assert_allclose(nodes(a, r, "thin")[-1, 0, 1], 1e-4, rtol=1e-5)

@@ -22,7 +22,7 @@ def boom(elements: int, load: float, *, push: float = 0.0) -> System:
     system.add(parts.Joint(a=("satellite", (0.5, 0, 0)), b="boom.root", type="clamp"), "root")
     system.add(parts.RigidBody(mass=2.0, inertia=(0.01, 0.01, 0.01), position=(3.5, 0, 0)), "tip")
     system.add(parts.Joint(a="tip", b="boom.tip", type="clamp"), "end")
-    system.add(parts.Force(at="tip", force=(-push, 0.0, -load)), "load")
+    system.add(parts.Load(at="tip", force=(-push, 0.0, -load)), "load")
     return system
 
 

@@ -25,7 +25,7 @@ def sprung(count: int, stiffness: float, *, formulation: str = "assumed_strain",
     def more(system: System) -> None:
         system.add(parts.RotationalSpring(body="ground", node="beam.root", stiffness=stiffness), "spring")
         if moment:
-            system.add(parts.SlopeLoad(at="beam.tip", slope=2, force=(-moment, 0.0, 0.0)), "moment")
+            system.add(parts.Load(at="beam.tip", slope=2, torque=(-moment, 0.0, 0.0)), "moment")
 
     return beam(formulation, count, ("revolute",), section=SQUARE, material=MATERIAL, more=more)
 
@@ -114,7 +114,7 @@ def resting(friction: float = 0.0, offset: float = 0.0, law: str = "hunt-crossle
     system.add(bar, "bar")
     system.add(parts.Joint(a=(-1.0, 1.0, offset), b="bar.root", type="revolute"))
     common = {"law": law, "stiffness": 1e4, "damping": 1.0, "points": 1, "friction": friction}
-    system.add(parts.CylinderContact(body="ground", beams=["bar"], radius=1.0, **common))
+    system.add(parts.Contact(a="bar", b="ground", shape=parts.Cylinder(radius=1.0), **common))
     return system.assemble()
 
 

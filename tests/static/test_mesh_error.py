@@ -55,7 +55,7 @@ def test_a_beam_of_few_elements_is_too_stiff(load, share):
     for n in (2, 4):
         system = cantilever(parts.Beam, n, gravity=9.81 if load == "weight" else 0.0)
         if load == "force":
-            system.add(parts.Force(at="strip.tip", force=(0.0, 0.0, -force)), "load")
+            system.add(parts.Load(at="strip.tip", force=(0.0, 0.0, -force)), "load")
         tip = system.equilibrium(mesh_error=True)["strip"].tip_deflection
         true = 1.0 - np.linalg.norm(tip.values[-1]) / sag
         assert_allclose(true, share / n**2, rtol=0.02)
@@ -79,7 +79,7 @@ def test_modes_are_paired_by_shape(kind):
 
 def test_references_to_nodes_and_lists_follow():
     system = cantilever(parts.Beam, 3, grading=[1.0, 2.0, 1.0], stiffness_damping=1e-3, damped=[1])
-    system.add(parts.Force(at="strip[2]", force=(0.0, 0.0, -1.0)), "load")
+    system.add(parts.Load(at="strip[2]", force=(0.0, 0.0, -1.0)), "load")
     fine = refined(system)
     assert fine.parts["load"].at == "strip[4]"
     assert fine.parts["strip"].damped == (2, 3)
@@ -111,7 +111,7 @@ def test_bad_input():
         cantilever(parts.Beam, 2, nodes=nodes).modes(mesh_error=True)
     system = cantilever(parts.Beam, 2)
     system.add(parts.RigidBody(motion="driven"), "hub")
-    system.add(parts.CylinderContact(body="hub", beams=["strip"], radius=0.1, centre=(0.15, -0.5, 0.0)), "touch")
+    system.add(parts.Contact(a="strip", b=("hub", (0.15, -0.5, 0.0)), shape=parts.Cylinder(radius=0.1)), "touch")
     with pytest.raises(InputError, match="does not support 'touch'"):
         system.equilibrium(mesh_error=True)
 
@@ -127,7 +127,7 @@ def test_the_commands_show_and_keep_it(tmp_path: pathlib.Path):
     case.write_text(cantilever(parts.Beam, 2).to_yaml())
     shown = run.invoke(commands, ["modes", str(case), "--count", "2", "--mesh-error", "-o", str(tmp_path / "modes.nc")])
     assert shown.exit_code == 0, shown.output
-    assert "extrapolated  mesh error" in shown.output
+    assert "extrapolated, Hz  mesh error, %" in shown.output
     with xr.open_dataset(tmp_path / "modes.nc") as kept:
         assert 0.03 < float(kept.mesh_error[0]) < 0.08
         assert_allclose(kept.frequency_extrapolated[0], FIRST, rtol=0.01)

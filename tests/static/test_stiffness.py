@@ -33,8 +33,8 @@ def touching(friction: float = 0.0) -> System:
     for name, y in (("one", 0.0), ("two", 0.19)):
         system.add(parts.RigidBody(mass=1.0, inertia=(0.02, 0.02, 0.03), position=(0.0, y, 0.0)), name)
     a, b = (parts.Capsule(radius=0.1, length=0.5, axis=axis) for axis in axes)
-    contact = {"a": "one", "b": "two", "shape_a": a, "shape_b": b}
-    system.add(parts.BodyContact(**contact, stiffness=1e4, initial_overlap=0.5, friction=friction), "touch")
+    contact = {"a": "one", "b": "two", "shape_a": a, "shape": b}
+    system.add(parts.Contact(**contact, stiffness=1e4, initial_overlap=0.5, friction=friction), "touch")
     return system
 
 
@@ -47,8 +47,8 @@ def lit() -> System:
     system.add(parts.Reel(body="hub", centre=(0.0, 0.0, -0.1), radius=0.1, drive=still), "reel")
     thread = {"length": 2.0, "nodes": 4, "line_density": 0.5, "stiffness": 300.0, "wound_mass": "carried"}
     system.add(parts.Thread(reel="reel", end=("end", (-0.1, 0.0, 0.1)), **thread), "thread")
-    light = {"pressure": 0.4, "width": 1.0, "reflectivity": 0.6, "direction": (1.0, 0.5, 0.3)}
-    system.add(parts.RadiationPressure(thread="thread", **light), "light")
+    light = {"pressure": 0.4, "width": 1.0, "specular": 0.6, "direction": (1.0, 0.5, 0.3)}
+    system.add(parts.Radiation(along="thread", **light), "light")
     return system
 
 

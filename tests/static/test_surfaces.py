@@ -18,12 +18,12 @@ E, SIDE, LOAD, K = 2e9, 0.02, 1.0, 1e7
 EI = E * SIDE**4 / 12.0
 LAW: dict[str, Any] = {"stiffness": K, "points": 1, "initial_overlap": 0.1}
 PROPS = {
-    "plane": parts.PlaneContact(
-        body="ground", beams=["rod"], normal=(0.0, 1.0, 0.0), clearance=0.01, centre=(1.0, -0.01, 0.0), skip=7, **LAW
+    "plane": parts.Contact(
+        a="rod", b=(1.0, -0.01, 0.0), shape=parts.Plane(normal=(0.0, 1.0, 0.0)), clearance=0.01, skip=7, **LAW
     ),
-    "sphere": parts.SphereContact(body="ground", beams=["rod"], radius=0.1, centre=(1.0, -0.1, 0.0), **LAW),
-    "capsule": parts.CapsuleContact(
-        body="ground", beams=["rod"], radius=0.1, length=0.3, axis=(0.0, 0.0, 1.0), centre=(1.0, -0.1, 0.0), **LAW
+    "sphere": parts.Contact(a="rod", b=(1.0, -0.1, 0.0), shape=parts.Sphere(radius=0.1), **LAW),
+    "capsule": parts.Contact(
+        a="rod", b=(1.0, -0.1, 0.0), shape=parts.Capsule(radius=0.1, length=0.3, axis=(0.0, 0.0, 1.0)), **LAW
     ),
 }
 
@@ -43,7 +43,7 @@ def clamped(**fields: Any) -> System:
 def test_a_propped_cantilever(prop: str, book: Book) -> None:
     """Under a uniform load q the prop at the tip takes 3/8 q L, less what its spring of contact gives way."""
     system = clamped()
-    system.add(parts.LineLoad(part="rod", force=(0.0, -LOAD, 0.0)), "load")
+    system.add(parts.Load(along="rod", force=(0.0, -LOAD, 0.0)), "load")
     system.add(PROPS[prop], "prop")
     found = system.equilibrium()["prop"]
     exact = LOAD / (8.0 * EI) / (1.0 / (3.0 * EI) + 1.0 / K)
@@ -63,10 +63,9 @@ def test_friction_on_a_sliding_plane(method: str, prop: str) -> None:
     """A beam pressed on something that moves along it is drawn by mu N: point by point, and in all."""
     mu, N, speed = 0.3, 2.0, 0.5
     system = clamped()
-    system.add(parts.Force(at="rod.tip", force=(0.0, -N, 0.0)), "push")
+    system.add(parts.Load(at="rod.tip", force=(0.0, -N, 0.0)), "push")
     given = {
-        "body": "table",
-        "beams": ["rod"],
+        "a": "rod",
         "friction": mu,
         "skip": 7,
         "bristle_stiffness": 1e5,
@@ -77,9 +76,10 @@ def test_friction_on_a_sliding_plane(method: str, prop: str) -> None:
         "table",
     )
     if prop == "plane":
-        part: Any = parts.PlaneContact(normal=(0.0, 1.0, 0.0), clearance=0.01, centre=(0.0, 0.1, 0.0), **given)
+        plane = parts.Plane(normal=(0.0, 1.0, 0.0))
+        part: Any = parts.Contact(b=("table", (0.0, 0.1, 0.0)), shape=plane, clearance=0.01, **given)
     else:
-        part = parts.CapsuleContact(radius=0.11, length=5.0, axis=(0.0, 0.0, 1.0), **given)
+        part = parts.Contact(b="table", shape=parts.Capsule(radius=0.11, length=5.0), **given)
     system.add(part, "touch")
     found = system.simulate(until=0.02, method=method, step=2e-4, every=1e-3)["touch"]
     friction, pressed = found.point_friction.values[5:, 0], found.point_force.values[5:, 0]
@@ -93,17 +93,16 @@ def test_friction_on_a_sliding_plane(method: str, prop: str) -> None:
 def test_a_rod_that_lies_on_a_surface(prop: str, solver: str) -> None:
     """A rod on a hinge whose tip lies on the spring of the contact: motion, equilibrium and mode in closed form."""
     given: dict[str, Any] = {
-        "body": "ground",
-        "beams": ["rod"],
+        "a": "rod",
+        "b": (1.0, SUNK - 0.2, 0.0),
         "stiffness": K_TOUCH,
         "points": 1,
         "initial_overlap": 0.1,
     }
-    centre = {"centre": (1.0, SUNK - 0.2, 0.0)}
     part: Any = {
-        "plane": parts.PlaneContact(normal=(0.0, 1.0, 0.0), clearance=0.2, skip=1, **centre, **given),
-        "sphere": parts.SphereContact(radius=0.2, **centre, **given),
-        "capsule": parts.CapsuleContact(radius=0.2, length=0.3, **centre, **given),
+        "plane": parts.Contact(shape=parts.Plane(normal=(0.0, 1.0, 0.0)), clearance=0.2, skip=1, **given),
+        "sphere": parts.Contact(shape=parts.Sphere(radius=0.2), **given),
+        "capsule": parts.Contact(shape=parts.Capsule(radius=0.2, length=0.3), **given),
     }[prop]
     case = resting("touch", lambda found: found.add(part, "touch") and None, 1.0)
     system = case.system()

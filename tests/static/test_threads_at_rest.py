@@ -51,7 +51,7 @@ def test_a_chain_swings_down_to_where_it_hangs() -> None:
     """From a line across gravity, where nothing is in tension, and with the weight of a load on its tip."""
     system = reeled(out=1.0, gravity=(0.0, 0.0, -G), length=1.0, nodes=4, line_density=0.2, stiffness=1e4,
                     slack=True)  # fmt: skip
-    system.add(parts.Force(at="thread.tip", force=(0.0, 0.0, -2.0)), "load")
+    system.add(parts.Load(at="thread.tip", force=(0.0, 0.0, -2.0)), "load")
     found = solved(solve_static(system.assemble()))
     masses = np.array([0.025, 0.05, 0.05, 0.05])
     tension = 2.0 + G * np.cumsum(masses)
@@ -124,9 +124,7 @@ def test_light_on_a_thread_turns_with_it() -> None:
     """Modes of a string under light by what the nodes feel: as the differences of the rates that dopri5 takes."""
     system = reeled(out=1.0, gravity=(0.0, 0.0, -G), length=1.0, nodes=2, line_density=0.5, stiffness=300.0,
                     direction=(0.0, 0.0, -1.0))  # fmt: skip
-    light = parts.RadiationPressure(
-        thread="thread", pressure=0.4, width=1.0, reflectivity=0.6, direction=(1.0, 0.5, 0.3)
-    )
+    light = parts.Radiation(along="thread", pressure=0.4, width=1.0, specular=0.6, direction=(1.0, 0.5, 0.3))
     system.add(light, "light")
     assembly = system.assemble()
     equilibrium = solved(solve_static(assembly))
@@ -175,12 +173,12 @@ def test_no_damper_acts_in_an_equilibrium_on_a_body_that_moves() -> None:
 def test_loads_are_those_of_the_load_factor_without_ramps() -> None:
     """Light on a thread, a force on its tip and one on a point mass: what is shown balances at every factor."""
     system = reeled(out=1.0, length=1.0, nodes=2, line_density=0.5, stiffness=300.0)
-    light = {"pressure": 0.4, "width": 1.0, "reflectivity": 0.6, "direction": (1.0, 0.0, -0.5)}
-    system.add(parts.RadiationPressure(thread="thread", **light), "light")
-    system.add(parts.Force(at="thread.tip", force=(2.0, 0.0, 0.0), ramp=3.0), "pull")
+    light = {"pressure": 0.4, "width": 1.0, "specular": 0.6, "direction": (1.0, 0.0, -0.5)}
+    system.add(parts.Radiation(along="thread", **light), "light")
+    system.add(parts.Load(at="thread.tip", force=(2.0, 0.0, 0.0), ramp=3.0), "pull")
     system.add(parts.Point(mass=0.4, position=(2.0, 0.0, 0.0)), "mass")
     system.add(parts.Spring(a=(1.0, 0.0, 0.0), b="mass", stiffness=1e3, length=1.0), "spring")
-    system.add(parts.Force(at="mass", force=(5.0, 0.0, 0.0), ramp=3.0), "push")
+    system.add(parts.Load(at="mass", force=(5.0, 0.0, 0.0), ramp=3.0), "push")
     found = solved(solve_static(system.assemble(), load_steps=2))
     seen, factor = observe(found), found.path.factor[:, None]
     assert {0.5, 1.0} <= set(found.path.factor)
@@ -213,7 +211,7 @@ def test_positions_that_a_state_has_are_kept() -> None:
 def test_a_field_is_that_of_the_load_factor() -> None:
     """It pulls a mass on a spring: its resultant grows with the factor, as the force of the spring does."""
     system = System()
-    system.add(parts.AccelerationField(law=["2", "0", "0"]), "field")
+    system.add(parts.Field(law=["2", "0", "0"]), "field")
     system.add(parts.Point(mass=2.0, position=(1.0, 0.0, 0.0)), "mass")
     system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="mass", stiffness=1e3, length=1.0), "spring")
     found = solved(solve_static(system.assemble(), load_steps=2))

@@ -396,7 +396,7 @@ BAD = {
         f"{BOB}  rod: {{kind: spring, a: [0, 0, 1 m], b: bob, law: '__import__(1)'}}\n", "parts.rod.law",
     ),
     "a profile of one row": (
-        f"{BOB}  push: {{kind: force, at: bob, direction: [1, 0, 0], profile: [[0 s, 1 N]]}}\n", "parts.push.profile",
+        f"{BOB}  push: {{kind: load, at: bob, direction: [1, 0, 0], profile: [[0 s, 1 N]]}}\n", "parts.push.profile",
     ),
 }  # fmt: skip
 

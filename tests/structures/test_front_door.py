@@ -64,18 +64,18 @@ def test_no_parts_are_refused() -> None:
     ("part", "message"),
     [
         (
-            parts.Force(at="tether", force=(1, 0, 0)),
+            parts.Load(at="tether", force=(1, 0, 0)),
             "'tether' is a thread; give 'tether.tip', or a node from its tip on, 'tether.0.' to 'tether.3.'",
         ),
-        (parts.Force(at="reel", force=(1, 0, 0)), "'reel' is a Reel, not a body, point or beam$"),
-        (parts.Force(at="hub.antenna", force=(1, 0, 0)), "'hub' has no point 'antenna'; its key `points` names none$"),
+        (parts.Load(at="reel", force=(1, 0, 0)), "'reel' is a Reel, not a body, point or beam$"),
+        (parts.Load(at="hub.antenna", force=(1, 0, 0)), "'hub' has no point 'antenna'; its key `points` names none$"),
         (
-            parts.Force(at="hbu", force=(1, 0, 0)),
+            parts.Load(at="hbu", force=(1, 0, 0)),
             "'push' refers to 'hbu', but no part is called that; did you mean 'hub'",
         ),
     ],
 )
-def test_what_nothing_can_be_attached_to(part: parts.Force, message: str) -> None:
+def test_what_nothing_can_be_attached_to(part: parts.Load, message: str) -> None:
     system = ev.System()
     system.add(parts.RigidBody(mass=1.0, inertia=1.0), "hub")
     system.add(parts.Reel(body="hub", radius=0.1, drive=parts.ConstantDrive(rate=1.0)), "reel")

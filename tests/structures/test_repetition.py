@@ -232,7 +232,7 @@ simulate: {until: 1 s}
         ({"repeat": {"count": 2}, "kind": "pont"}, "parts.x.kind is 'pont'; did you mean 'point'"),
         ({"repeat": {"count": 1000}}, "the name 'x 7' is taken by another part"),
         (
-            {"kind": "force", "repeat": {"count": 2, "axis": [0, 0, 1]}, "mass": None, "at": "x 7", "force": [1, 0, 0]},
+            {"kind": "load", "repeat": {"count": 2, "axis": [0, 0, 1]}, "mass": None, "at": "x 7", "force": [1, 0, 0]},
             "parts.x.force cannot be repeated on a ring",
         ),
         (

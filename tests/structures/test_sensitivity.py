@@ -140,8 +140,8 @@ def ball() -> System:
     """A ball falls on a plane and rebounds."""
     found = System(gravity=(0.0, -9.81, 0.0))
     found.add(parts.RigidBody(mass=0.4, shape=parts.Sphere(radius=0.1), position=(0.0, 0.15, 0.0)), "ball")
-    shapes = {"shape_a": parts.Sphere(radius=0.1), "shape_b": parts.Plane(normal=(0.0, 1.0, 0.0))}
-    found.add(parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), stiffness=2e3, damping=0.3, **shapes), "touch")
+    shapes = {"shape_a": parts.Sphere(radius=0.1), "shape": parts.Plane(normal=(0.0, 1.0, 0.0))}
+    found.add(parts.Contact(a="ball", b=(0.0, 0.0, 0.0), stiffness=2e3, damping=0.3, **shapes), "touch")
     return found
 
 

@@ -47,7 +47,7 @@ def hinge(torque: str = "t.csv") -> dict:
             "kind": "rotational-spring", "a": "ground", "b": "panel", "angle": "90 deg", "stiffness": "0.3 N m/rad",
             "rest": "-90 deg",
         },
-        "harness": {"kind": "harness", "joint": "hinge", "torque": torque},
+        "harness": {"kind": "resistance", "type": "harness", "joint": "hinge", "torque": torque},
     }  # fmt: skip
     return {"system": "structure", "parts": found, "simulate": {"until": "2 s", "every": "0.5 s"}}
 
@@ -130,7 +130,7 @@ def test_every_file_that_a_case_reads_is_marked(monkeypatch):
     repeated["parts"]["hinge"]["b"] = "panel {n}"
     repeated["parts"]["harness"]["joint"] = "hinge {n}"
     loop = hinge()
-    loop["parts"]["harness"] = {"kind": "harness", "joint": "hinge", "loop": "t.csv"}
+    loop["parts"]["harness"] = {"kind": "resistance", "type": "harness", "joint": "hinge", "loop": "t.csv"}
     for content in (hinge(), repeated, loop, PANEL):
         opened.clear()
         case = cases.load(content)

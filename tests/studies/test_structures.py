@@ -26,7 +26,7 @@ CASE = {
         "stone": {"kind": "point", "mass": "1 kg", "velocity": [1, 0, "0 m/s"]},
         "spring": {"kind": "spring", "a": "left post.eye", "b": "tip-mass", "stiffness": "8 N/m"},
         "push": {
-            "kind": "force",
+            "kind": "load",
             "at": "stone",
             "direction": [0, 1, 0],
             "profile": [["0 s", "0 N"], ["1 s", "2 N"]],

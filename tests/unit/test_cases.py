@@ -64,7 +64,7 @@ def test_overrides_come_on_top_and_leave_the_mapping_alone():
         {"spool.rate": ["3.5 rad/s", "3.4 rad/s"], "spool.ramp": "2 s", "spool.start_length": "5 mm"},
         {"spool.changes": [{"time": "20 s", "rate": 0, "ramp": "1 s"}], "solver.duration": "30 s"},
         {"spool.rate": None, "spool.table": [[0, 1], ["10 s", "60 rpm"]]},
-        {"sunlight": {"direction": [1, 0, 1], "reflectivity": 0.85}, "blade.width": "10 cm"},
+        {"sunlight": {"direction": [1, 0, 1], "specular": 0.85}, "blade.width": "10 cm"},
         {"solver.method": "dopri5", "solver.rtol": 1e-12, "output.every": 1 / 3},
     ],
 )

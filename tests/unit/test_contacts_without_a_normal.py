@@ -14,7 +14,7 @@ def ball(shape: dict, height: float = 0.0) -> System:
     system = System(gravity=(0.0, 0.0, -9.81))
     sphere = {"sphere": {"radius": 1.0}}
     system.add(parts.RigidBody(mass=1.0, shape=sphere, position=(0.0, 0.0, height)), "ball")
-    system.add(parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), shape_b=shape, **DEEP), "touch")
+    system.add(parts.Contact(a="ball", b=(0.0, 0.0, 0.0), shape=shape, **DEEP), "touch")
     return system
 
 
@@ -42,8 +42,10 @@ def test_a_beam_in_the_middle_of_a_sphere_is_refused() -> None:
     system.add(parts.RigidBody(mass=1.0, inertia=(1.0, 1.0, 1.0)), "body")
     system.add(parts.Beam(length=1.0, section=section, material=material, elements=2, formulation="cable"), "rod")
     system.add(
-        parts.SphereContact(body="body", beams=["rod"], radius=0.3, centre=(0.5, 0.0, 0.0), points=2, skip=0,
-                            stiffness=1e3, initial_overlap=2.0), "touch",
+        parts.Contact(
+            a="rod", b=("body", (0.5, 0.0, 0.0)), shape=parts.Sphere(radius=0.3), points=2, skip=0, stiffness=1e3,
+            initial_overlap=2.0,
+        ), "touch",
     )  # fmt: skip
     with pytest.raises(InputError, match="'rod' starts with a point in the middle of the sphere 'touch'"):
         system.assemble()

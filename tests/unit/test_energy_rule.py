@@ -93,7 +93,7 @@ def springs(**keys: Any) -> System:
     for k, x in enumerate((-2.0, 2.0)):
         spring = parts.Spring(a=(x, 0.0, 0.0), b="mass", stiffness=100.0, length=1.0, damping=0.4)
         system.add(spring, f"spring {k}")
-    system.add(parts.Force(at="mass", force=(0.5, 0.0, 0.0), until=0.7), "push")
+    system.add(parts.Load(at="mass", force=(0.5, 0.0, 0.0), until=0.7), "push")
     return system
 
 

@@ -193,7 +193,7 @@ def reeled(law, *parameters):
     drive = parts.ConstantDrive(rate=3.5, angle=100.0)
     system.add(parts.Reel(body="hub", centre=(0.05, 0.0, 0.0), radius=0.01, drive=drive), "reel")
     system.add(parts.Thread(reel="reel", length=2.0, line_density=7e-4, nodes=3, stiffness=1e3), "blade")
-    system.add(parts.LawLoad(thread="blade", law=law, parameters=parameters))
+    system.add(parts.Load(along="blade", law=law, parameters=parameters))
     return system
 
 
@@ -434,7 +434,7 @@ def system(segments):
     s.add(parts.Reel(body="hub", centre=(0.3, 0.0, 0.0), radius=0.01, drive=drive), "reel")
     s.add(parts.Thread(reel="reel", length=0.3, line_density=0.02, nodes=4, segments=segments, stiffness=50.0,
                        damping=0.01, wound_mass="carried"), "thread")
-    s.add(parts.LawLoad(thread="thread", law=drag, parameters=(1e-3,)))
+    s.add(parts.Load(along="thread", law=drag, parameters=(1e-3,)))
     s.add(parts.Point(mass=0.5, position=(0.0, 1.0, 0.0)), "ball")
     s.add(parts.Spring(a=("hub", (0.0, 0.2, 0.0)), b="ball", law=pull, parameters=(3.0,)))
     s.add(parts.Point(mass=0.4, position=(0.0, 2.0, 0.0)), "bob")

@@ -19,7 +19,7 @@ def system() -> System:
     found.add(parts.Point(mass=2.0, position=(0.1, 0.0, 0.0)), "bob")
     found.add(parts.Spring(a=(0.0, 0.0, 0.0), b="bob", stiffness=80.0, damping=0.1, length=0.1), "spring")
     found.add(parts.Point(mass=1.0, velocity=(1.0, 0.0, 0.0)), "stone")
-    found.add(parts.Force(at="stone", direction=(0.0, 1.0, 0.0), profile=[[0.0, 0.0], [1.0, 2.0]]), "push")
+    found.add(parts.Load(at="stone", direction=(0.0, 1.0, 0.0), profile=[[0.0, 0.0], [1.0, 2.0]]), "push")
     found.add(parts.RigidBody(motion="spin", inertia=0.1, rate=3.0), "wheel")
     return found
 

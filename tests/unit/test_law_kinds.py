@@ -92,7 +92,7 @@ def reeled(drive):
 
 def loaded(law):
     system = reeled(lambda _: parts.ConstantDrive(rate=0.1))(law)
-    system.add(parts.LawLoad(thread="line", law=law), "it")
+    system.add(parts.Load(along="line", law=law), "it")
     return system
 
 
@@ -105,16 +105,20 @@ PLACES = {
         with_part("it", lambda law: parts.ReactionWheel(body="hub", axis=(0, 0, 1), inertia=0.01, law=law)),
     ),
     "Motor": ("it.law", "motor", with_part("it", lambda law: parts.Motor(joint="hinge", law=law))),
-    "AccelerationField": ("it.law", "force", with_part("it", lambda law: parts.AccelerationField(law=law))),
-    "LawLoad": ("it.law", "force", loaded),
-    "LineLoad": ("it.law", "force", with_part("it", lambda law: parts.LineLoad(part="beam", law=law))),
-    "LineLoad, rod": ("it.law", "force", with_part("it", lambda law: parts.LineLoad(part="rod", law=law))),
-    "Force": ("it.law", "force", with_part("it", lambda law: parts.Force(at="hub", law=law))),
-    "Force, point": ("it.law", "force", with_part("it", lambda law: parts.Force(at="point", law=law))),
-    "Force, node": ("it.law", "force", with_part("it", lambda law: parts.Force(at="beam.tip", law=law))),
-    "Force, rod": ("it.law", "force", with_part("it", lambda law: parts.Force(at="rod.tip", law=law))),
-    "Torque": ("it.law", "torque", with_part("it", lambda law: parts.Torque(at="hub", law=law))),
-    "Torque, rod": ("it.law", "torque", with_part("it", lambda law: parts.Torque(at="rod.tip", law=law))),
+    "Field": ("it.law", "force", with_part("it", lambda law: parts.Field(law=law))),
+    "Load, along a thread": ("it.law", "force", loaded),
+    "Load, along a beam": ("it.law", "force", with_part("it", lambda law: parts.Load(along="beam", law=law))),
+    "Load, along a rod": ("it.law", "force", with_part("it", lambda law: parts.Load(along="rod", law=law))),
+    "Load": ("it.law", "force", with_part("it", lambda law: parts.Load(at="hub", law=law))),
+    "Load, point": ("it.law", "force", with_part("it", lambda law: parts.Load(at="point", law=law))),
+    "Load, node": ("it.law", "force", with_part("it", lambda law: parts.Load(at="beam.tip", law=law))),
+    "Load, rod": ("it.law", "force", with_part("it", lambda law: parts.Load(at="rod.tip", law=law))),
+    "Load, torque": ("it.law", "torque", with_part("it", lambda law: parts.Load(at="hub", type="torque", law=law))),
+    "Load, torque on a rod": (
+        "it.law",
+        "torque",
+        with_part("it", lambda law: parts.Load(at="rod.tip", type="torque", law=law)),
+    ),
     "Event": ("it.law", "event", with_part("it", lambda law: parts.Event(law=law))),
     "CustomForce": ("it.law", "element", with_part("it", lambda law: parts.CustomForce(points=["point"], law=law))),
     "LawDrive": ("reel.drive.law", "drive", reeled(lambda law: parts.LawDrive(law=law))),

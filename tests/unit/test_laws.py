@@ -94,7 +94,7 @@ def reeled(drive, load=None) -> System:
     blade = {"length": 2.0, "line_density": 7e-4, "nodes": 3, "stiffness": 1e3, "boundary_segment": "constant"}
     system.add(parts.Thread(reel="reel", **blade), "blade")
     if load is not None:
-        system.add(parts.LawLoad(thread="blade", law=load[0], parameters=load[1:]), "wind")
+        system.add(parts.Load(along="blade", law=load[0], parameters=load[1:]), "wind")
     return system
 
 

@@ -113,8 +113,8 @@ def test_a_law_that_jumps_is_named_beside_the_step():
 def free(*, start: float = 0.0, stop: float = 1.0) -> System:
     system = System()
     system.add(parts.RigidBody(mass=2.0, inertia=(1.0, 1.0, 1.0)), "hub")
-    system.add(parts.Torque(at="hub", torque=(0.0, 0.0, 0.1), start=start, until=stop), "motor")
-    system.add(parts.Force(at="hub", force=(1.0, 0.0, 0.0), start=5.0), "thruster")
+    system.add(parts.Load(at="hub", torque=(0.0, 0.0, 0.1), start=start, until=stop), "motor")
+    system.add(parts.Load(at="hub", force=(1.0, 0.0, 0.0), start=5.0), "thruster")
     return system
 
 

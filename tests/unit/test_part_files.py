@@ -156,33 +156,40 @@ EVERY: dict[str, Part] = {
         holding_torque="2 N m",
         bristle_stiffness="3e4 N m/rad",
     ),
-    "harness": parts.Harness(
+    "harness": parts.Resistance(
         joint="pin",
+        type="harness",
         torque=[[0, 0], ["30 deg", "0.1 N m"]],
         bristles=[[2.0, "0.1 N m"]],
         law="dahl",
         set=0.1,
         relaxed_at=0.2,
     ),
-    "harness by a loop": parts.Harness(joint="pin", loop=[[0.0, 0.0], [1.0, 1.0], [0.0, -0.1], [0.0, 0.0]], misfit=0.2),
-    "tape-spring hinge": parts.TapeSpringHinge(
-        joint="pin", straight=[[-0.1, -2.0], [0.1, 2.0]], folded=[[0.05, 0.2], ["3 rad", "0.2 N m"]], state="straight"
+    "harness by a loop": parts.Resistance(
+        joint="pin", type="harness", loop=[[0.0, 0.0], [1.0, 1.0], [0.0, -0.1], [0.0, 0.0]], misfit=0.2
     ),
-    "adhesion": parts.Adhesion(joint="pin", torque="0.4 N m", distance="0.1 deg"),
-    "cylinder contact": parts.CylinderContact(
-        body="hub", beams=["boom", "other"], radius=0.3, stiffness="1e6 N/m^1.5", exponent=1.5, damping="0.1 s/m"
+    "tape-spring hinge": parts.Resistance(
+        joint="pin",
+        type="tape-spring",
+        straight=[[-0.1, -2.0], [0.1, 2.0]],
+        folded=[[0.05, 0.2], ["3 rad", "0.2 N m"]],
+        state="straight",
     ),
-    "sphere contact": parts.SphereContact(body="hub", beams=["boom"], radius=0.3, stiffness=1e6, damping=0.1),
-    "capsule contact": parts.CapsuleContact(
-        body="hub", beams=["boom"], radius=0.3, length=1.0, axis=(1.0, 0.0, 0.0), stiffness=1e6, damping=0.1
+    "adhesion": parts.Resistance(joint="pin", type="adhesion", strength="0.4 N m", distance="0.1 deg"),
+    "cylinder contact": parts.Contact(
+        a=["boom", "other"], b="hub", shape=parts.Cylinder(radius=0.3), stiffness="1e6 N/m^1.5", exponent=1.5
     ),
-    "plane contact": parts.PlaneContact(
-        body="ground", beams=["boom"], normal=(0.0, 0.0, 1.0), clearance=0.1, size=2.0, stiffness=1e6, damping=0.1
+    "sphere contact": parts.Contact(a="boom", b="hub", shape=parts.Sphere(radius=0.3), stiffness=1e6, damping=0.1),
+    "capsule contact": parts.Contact(
+        a="boom", b="hub", shape=parts.Capsule(radius=0.3, length=1.0, axis=(1.0, 0.0, 0.0)), stiffness=1e6
     ),
-    "contact of the paper": parts.CylinderContact(
-        body="ground", beams=["boom"], radius=0.3, half_length=1.0, law="paper", damping="0.1 N s/m"
+    "plane contact": parts.Contact(
+        a="boom", b="ground", shape=parts.Plane(normal=(0.0, 0.0, 1.0), size=2.0), clearance=0.1, stiffness=1e6
     ),
-    "self-contact": parts.SelfContact(body="hub", over="boom", under="other", thickness=(1e-3, 2e-3), width=0.01),
+    "contact of the paper": parts.Contact(
+        a="boom", b="ground", shape=parts.Cylinder(radius=0.3, length=2.0), law="paper", damping="0.1 N s/m"
+    ),
+    "contact of turns": parts.Contact(a="boom", b="other", around="hub", thickness=(1e-3, 2e-3), width=0.01),
     "tether": parts.Thread(reel="reel", length=5.0, line_density=7e-4, end=("hub", (0.1, 0.0, 0.2)), thickness="50 um"),
     "reaction wheel": parts.ReactionWheel(
         body="hub", inertia=0.05, rate="100 rpm", torque_limit=0.1, friction_torque=1e-3
@@ -213,15 +220,7 @@ def test_every_kind_is_tried_above() -> None:
     """All but those that hold a drive, a law or a load, which have tests of their own."""
     tried = {type(part) for part in EVERY.values()}
     own = {"beam", "joint", "link", "reel", "spring", "thread", "guide", "point", "rigid_body", "rotational_spring"}
-    own |= {
-        "surface_contact",
-        "self_contact",
-        "translational_spring",
-        "synchronization",
-        "motor",
-        "attitude",
-        "resistance",
-    }
+    own |= {"contact", "translational_spring", "synchronization", "motor", "attitude", "resistance"}
     there = {part for part in kinds().values() if part.__module__.rpartition(".")[2] in own}
     assert there - tried == {parts.Reel, parts.PrescribedMotion, parts.PrescribedRotation} & there
 
@@ -258,7 +257,7 @@ BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
     "no kind": (
         {"hub": {"mass": 1}},
         ("hub", "kind"),
-        "parts.hub.kind is missing; known: acceleration-field, adhesion, attitude-controller, beam, ",
+        "parts.hub.kind is missing; known: attitude-controller, beam, ",
     ),
     "a kind as type": (
         {"hub": {"type": "reel", "radius": 1}},
@@ -301,12 +300,12 @@ BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
         "parts.bob.mass is '3 m'; .*'m' is a unit of something",
     ),
     "a unit of another exponent": (
-        {"c": {"kind": "cylinder-contact", "body": "hub", "beams": ["b"], "radius": 1, "stiffness": "1e4 N/m^1.5"}},
+        {"c": {"kind": "contact", "a": "b", "b": "hub", "stiffness": "1e4 N/m^1.5"}},
         ("c",),
         "stiffness is '1e4 N/m\\^1.5', but exponent is 1.0; give stiffness in N/m\\^1",
     ),
     "a unit of another law": (
-        {"c": {"kind": "cylinder-contact", "body": "hub", "beams": ["b"], "radius": 1, "damping": "2 N s/m"}},
+        {"c": {"kind": "contact", "a": "b", "b": "hub", "damping": "2 N s/m"}},
         ("c",),
         "damping is '2 N s/m'; law 'hunt-crossley' takes it in s/m",
     ),

@@ -91,8 +91,8 @@ BAD = {
     "spring: an undecorated law": (lambda: [POINT, parts.Spring(**AT, law=plain)], "@evolvent.spring_law"),
     "spring: a law of another kind": (lambda: [POINT, parts.Spring(**AT, law=drag)], "@evolvent.spring_law"),
     "load: no beam at all": (
-        lambda: [body(), parts.DistributedTorque(part="rib", torque=1.0)],
-        "'distributedtorque-1' refers to 'rib', but no part is called that",
+        lambda: [body(), parts.Load(along="rib", torque=(0.0, 0.0, 1.0))],
+        "'load-1' refers to 'rib', but no part is called that",
     ),
     "load: unknown body": (lambda: [body(), reel(body=3)], "Reel.body is 3; it must be the name of a body"),
     "link: wrong length": (lambda: [POINT, parts.Link(**AT, length=2.0)], "'link-1'"),
@@ -167,40 +167,40 @@ BAD = {
         "FreeSpool.inertia is -1.0",
     ),
     "uniform: unknown thread": (
-        lambda: [*BLADE, parts.UniformLoad(thread="blad", force=(0, 0, 1))],
+        lambda: [*BLADE, parts.Load(along="blad", force=(0, 0, 1))],
         "did you mean 'blade'",
     ),
     "uniform: force": (
-        lambda: [*BLADE, parts.UniformLoad(thread="blade", force=(0, 0))],
-        "UniformLoad.force is (0, 0)",
+        lambda: [*BLADE, parts.Load(along="blade", force=(0, 0))],
+        "Load.force is (0, 0)",
     ),
     "uniform: frame": (
-        lambda: [*BLADE, parts.UniformLoad(thread="blade", force=(0, 0, 1), frame="bodi")],
+        lambda: [*BLADE, parts.Load(along="blade", force=(0, 0, 1), frame="bodi")],
         "did you mean 'body'",
     ),
-    "light: reflectivity": (
-        lambda: [*BLADE, parts.RadiationPressure(thread="blade", pressure=1e-6, width=0.1, reflectivity=1.1)],
-        "reflectivity is 1.1",
+    "light: specular": (
+        lambda: [*BLADE, parts.Radiation(along="blade", pressure=1e-6, width=0.1, specular=1.1)],
+        "specular is 1.1",
     ),
     "light: pressure": (
-        lambda: [*BLADE, parts.RadiationPressure(thread="blade", pressure=-1.0, width=0.1)],
+        lambda: [*BLADE, parts.Radiation(along="blade", pressure=-1.0, width=0.1, specular=1.0)],
         "pressure is -1.0",
     ),
     "light: width": (
-        lambda: [*BLADE, parts.RadiationPressure(thread="blade", pressure=1e-6, width=nan)],
+        lambda: [*BLADE, parts.Radiation(along="blade", pressure=1e-6, width=nan, specular=1.0)],
         "width is nan",
     ),
-    "law load: undecorated": (lambda: [*BLADE, parts.LawLoad(thread="blade", law=plain)], "@evolvent.force_law"),
-    "law load: of another kind": (lambda: [*BLADE, parts.LawLoad(thread="blade", law=linear)], "@evolvent.force_law"),
+    "law load: undecorated": (lambda: [*BLADE, parts.Load(along="blade", law=plain)], "@evolvent.force_law"),
+    "law load: of another kind": (lambda: [*BLADE, parts.Load(along="blade", law=linear)], "@evolvent.force_law"),
     "force: body frame on a point": (
-        lambda: [POINT, parts.Force(at="point-1", force=(1, 0, 0), frame="body")],
-        "force-1.at is 'point-1'",
+        lambda: [POINT, parts.Load(at="point-1", force=(1, 0, 0), frame="body")],
+        "load-1.at is 'point-1'",
     ),
     "force: over before it starts": (
-        lambda: [POINT, parts.Force(at="point-1", force=(1, 0, 0), start=2.0, until=1.0)],
-        "force-1.until",
+        lambda: [POINT, parts.Load(at="point-1", force=(1, 0, 0), start=2.0, until=1.0)],
+        "load-1.until",
     ),
-    "torque: on a point": (lambda: [POINT, parts.Torque(at="point-1", torque=(1, 0, 0))], "torque-1.at is 'point-1'"),
+    "torque: on a point": (lambda: [POINT, parts.Load(at="point-1", torque=(1, 0, 0))], "load-1.at is 'point-1'"),
     "event: undecorated": (lambda: [POINT, parts.Event(law=plain)], "@evolvent.event_law"),
 }
 
@@ -223,7 +223,7 @@ def test_what_the_bad_inputs_are_made_from_is_good():
     assert assemble(body(), table(), thread()).model.threads.size == 1
     assert assemble(POINT, parts.Link(**AT)).model.rows.size == 1
     assert assemble(POINT, parts.Spring(**AT, law=linear, parameters=(1.0,))).model.springs.size == 1
-    assert assemble(*BLADE, parts.LawLoad(thread="blade", law=drag, parameters=(1.0,))).model.loads.size == 1
+    assert assemble(*BLADE, parts.Load(along="blade", law=drag, parameters=(1.0,))).model.loads.size == 1
 
 
 @pytest.mark.parametrize("thing", [5, None, "ball", parts.Point])

@@ -21,7 +21,7 @@ TIMES = np.linspace(-1.0, 6.0, 701)
 def torque(given: Any) -> System:
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=2.0), "hub")
-    system.add(parts.Torque(at="hub", axis=(0, 0, 2.0), profile=given), "slew")
+    system.add(parts.Load(at="hub", axis=(0, 0, 2.0), profile=given), "slew")
     return system
 
 
@@ -113,14 +113,14 @@ def test_corners_are_breaks(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_round_trip(kind: str) -> None:
-    part = parts.Torque(at="hub", axis=(0, 0, 1), profile=KINDS[kind][0])
+    part = parts.Load(at="hub", axis=(0, 0, 1), profile=KINDS[kind][0])
     written = part.model_dump(mode="json", exclude_defaults=True)
-    assert parts.Torque.model_validate(written) == part
-    assert parts.Torque(**part.model_dump(mode="json")) == part
+    assert parts.Load.model_validate(written) == part
+    assert parts.Load(**part.model_dump(mode="json")) == part
 
 
 def test_units_of_a_table_stand_in_its_last_row() -> None:
-    part = parts.Torque(at="hub", axis=(0, 0, 1), profile=[[0, 0], [1, 200], ["2 min", "100 mN m"]])
+    part = parts.Load(at="hub", axis=(0, 0, 1), profile=[[0, 0], [1, 200], ["2 min", "100 mN m"]])
     assert part.profile is not None
     assert part.profile.table == ((0.0, 0.0), (60.0, pytest.approx(0.2)), (120.0, pytest.approx(0.1)))
 
@@ -128,18 +128,19 @@ def test_units_of_a_table_stand_in_its_last_row() -> None:
 REFUSED: dict[str, tuple[Any, str]] = {
     "nothing": ({}, r"slew\.profile is empty; it must have one of table, ramp, sine, pulse, constant, expression"),
     "two": ({"constant": 1, "table": ROWS}, "slew.profile has the keys table, constant; it must have one of"),
-    "unknown": ({"rmap": {}}, "unknown key 'Torque.profile.rmap'; did you mean 'Torque.profile.ramp'"),
+    "unknown": ({"rmap": {}}, "unknown key 'Load.profile.rmap'; did you mean 'Load.profile.ramp'"),
     "inner": (
         {"ramp": {"final": 1, "duraton": 1}},
-        "unknown key 'Torque.profile.ramp.duraton'; did you mean 'Torque.profile.ramp.duration'",
+        "unknown key 'Load.profile.ramp.duraton'; did you mean 'Load.profile.ramp.duration'",
     ),
-    "missing": ({"ramp": {"final": 1}}, r"Torque\.profile\.ramp\.duration is missing; it must be a time above 0"),
-    "number": (3, "Torque.profile is 3; it must be rows"),
-    "text": ("sin(t)", "Torque.profile is 'sin\\(t\\)'; it must be rows"),
-    "unit": ([(0, 0), (1, "3 N")], "Torque.profile.table.* must be a torque"),
-    "one row": ([(0, 0)], "Torque.profile.table is .* two or more rows"),
-    "row": ([(0, 0), (1, 2, 3)], "Torque.profile.table is .* every row of it must have two values"),
-    "not finite": ([(0, 0), (1, math.nan)], r"Torque\.profile\.table\.1\.1 is nan"),
+    "missing": ({"ramp": {"final": 1}}, r"Load\.profile\.ramp\.duration is missing; it must be a time above 0"),
+    "number": (3, "Load.profile is 3; it must be rows"),
+    "text": ("sin(t)", "Load.profile is 'sin\\(t\\)'; it must be rows"),
+    "unit": ([(0, 0), (1, "3 m")], "Load.profile.table.* must be a force or a torque or a force per length"),
+    "unit of a force": ([(0, 0), (1, "3 N")], "slew.profile.table has the unit N; it must be in N m"),
+    "one row": ([(0, 0)], "Load.profile.table is .* two or more rows"),
+    "row": ([(0, 0), (1, 2, 3)], "Load.profile.table is .* every row of it must have two values"),
+    "not finite": ([(0, 0), (1, math.nan)], r"Load\.profile\.table\.1\.1 is nan"),
     "order": ([(0, 0), (2, 1), (1, 0)], r"slew\.profile\.table: row 3 is at 1\.0 s, not after the row before"),
     "three times": ([(0, 0), (1, 1), (1, 2), (1, 3)], r"slew\.profile\.table: row 4 is at 1\.0 s"),
     "jump": ({"table": [(0, 0), (1, 1), (1, 2)], "smooth": True}, r"slew\.profile\.table: row 3 is at 1\.0 s"),
@@ -147,14 +148,14 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "smooth": ({"constant": 1, "smooth": True}, "slew.profile.smooth goes with table, not with constant"),
     "constants": ({"constant": 1, "constants": {"a": 1}}, "slew.profile.constants goes with expression"),
     "names": ({"expression": "a*t", "constants": {"b": 1}}, "slew.profile.expression is .* did you mean 'b'|known: b"),
-    "grammar": ({"expression": "t.x"}, "Torque.profile.expression is 't.x'; 't.x' at character 1 is not allowed"),
-    "constant": ({"expression": "t", "constants": {"a": "1 N"}}, "Torque.profile.constants is .* plain numbers"),
+    "grammar": ({"expression": "t.x"}, "Load.profile.expression is 't.x'; 't.x' at character 1 is not allowed"),
+    "constant": ({"expression": "t", "constants": {"a": "1 N"}}, "Load.profile.constants is .* plain numbers"),
     "rise": ({"pulse": {"value": 1, "duration": 1, "rise": 0.6}}, r"slew\.profile\.pulse\.rise is 0\.6 s; .* half"),
     "end": (
         {"sine": {"amplitude": 1, "frequency": 1, "start": 2, "until": 1}},
         r"slew\.profile\.sine\.until is 1\.0 s; it must be after slew\.profile\.sine\.start, 2\.0 s",
     ),
-    "frequency": ({"sine": {"amplitude": 1, "frequency": 0}}, "Torque.profile.sine.frequency is 0; .* above 0"),
+    "frequency": ({"sine": {"amplitude": 1, "frequency": 0}}, "Load.profile.sine.frequency is 0; .* above 0"),
 }
 
 

@@ -18,7 +18,7 @@ from rods.building import RUBBER, STRIP
 
 BOB = {"kind": "point", "mass": "1 kg", "position": [0, 0, "1 m"]}
 WHEEL = {"kind": "rigid-body", "inertia": "1 kg m^2", "motion": "spin", "axis": [0, 0, 1]}
-PUSH = {"kind": "force", "at": "bob", "direction": [0, 0, 1]}
+PUSH = {"kind": "load", "at": "bob", "direction": [0, 0, 1]}
 SPRING = {"kind": "spring", "a": [0, 0, 0], "b": "bob", "length": "0.5 m"}
 
 
@@ -79,7 +79,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "one value": (with_part(kind="point", mass=1, position=[1]), "it has 1 value"),
     "panel on the ground": (
-        with_part(kind="panel-radiation", at=[0, 0, 1], area=1, normal=[0, 0, 1], pressure=1),
+        with_part(kind="radiation", at=[0, 0, 1], area=1, normal=[0, 0, 1], pressure=1),
         "x.at is (0.0, 0.0, 1.0), on the ground, which no load moves",
     ),
     "thruster on the ground": (
@@ -209,10 +209,10 @@ def test_an_unknown_axis_is_named() -> None:
     ("add", "warns"),
     [
         (None, True),
-        (parts.Force(at="tether[2]", force=(1.0, 0.0, 0.0)), True),
-        (parts.Force(at="tether.tip", force=(1.0, 0.0, 0.0)), False),
-        (parts.Force(at="tether[0]", force=(1.0, 0.0, 0.0)), False),
-        (parts.AccelerationField(law=["1", "0", "0"]), False),
+        (parts.Load(at="tether[2]", force=(1.0, 0.0, 0.0)), True),
+        (parts.Load(at="tether.tip", force=(1.0, 0.0, 0.0)), False),
+        (parts.Load(at="tether[0]", force=(1.0, 0.0, 0.0)), False),
+        (parts.Field(law=["1", "0", "0"]), False),
     ],
 )
 def test_only_loads_on_the_tip_suppress_the_warning_about_it(add: Any, warns: bool) -> None:
@@ -221,7 +221,7 @@ def test_only_loads_on_the_tip_suppress_the_warning_about_it(add: Any, warns: bo
     drive = parts.ConstantDrive(rate=0.0, angle=80.0)
     system.add(parts.Reel(body="hub", centre=(0.1, 0.0, 0.0), radius=0.01, drive=drive), "reel")
     system.add(parts.Thread(reel="reel", length=1.0, line_density=0.1, nodes=4, stiffness=1e3, tip_mass=0.5), "tether")
-    system.add(parts.LawLoad(thread="tether", law=["1", "0", "0"]), "wind")
+    system.add(parts.Load(along="tether", law=["1", "0", "0"]), "wind")
     if add is not None:
         system.add(add, "more")
     assert ("acts per length of 'tether'" in closure.unloaded_tips(system.assemble())) == warns

@@ -46,9 +46,9 @@ def hung_beam() -> Assembly:
     beam = parts.Beam(length=1.0, section=section, material=material, elements=6, formulation="cable", mass_damping=1.0)
     system.add(beam, "beam")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type="spherical", stiffness=1e5, damping=1.0), "pin")
-    system.add(parts.Force(at="beam.tip", force=(0.0, 0.1, 0.0), ramp=0.2), "load")
+    system.add(parts.Load(at="beam.tip", force=(0.0, 0.1, 0.0), ramp=0.2), "load")
     system.add(
-        parts.CylinderContact(body="ground", beams=["beam"], centre=(0.5, -0.35, 0.0), radius=0.3, stiffness=1e4),
+        parts.Contact(a="beam", b=(0.5, -0.35, 0.0), shape=parts.Cylinder(radius=0.3), stiffness=1e4),
         "pole",
     )
     return system.assemble()

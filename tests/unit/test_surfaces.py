@@ -84,12 +84,17 @@ def test_mass_properties_of_a_capsule() -> None:
 
 BALL = {"mass": 1.0, "shape": parts.Sphere(radius=0.1)}
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
-    "itself": ({"a": "ball", "b": ("ball", (0.0, 0.0, 1.0)), "shape_b": parts.Sphere(radius=0.1)},
+    "itself": ({"a": "ball", "b": ("ball", (0.0, 0.0, 1.0)), "shape": parts.Sphere(radius=0.1)},
                r"'touch' is a contact of a body with itself: a is 'ball'"),
     "no shape": ({"a": ("box", (0.0, 0.0, 1.0)), "b": "ball"},
                  r"touch\.shape_a is left out, and \('box', \(0.0, 0.0, 1.0\)\) is not a body whose `shape`"),
     "deep": ({"a": "ball", "b": "other"}, r"'touch' starts with its bodies 0\.05 m inside each other"),
     "no body": ({"a": "ball", "b": "mass"}, r"touch\.b is 'mass', which is not a point of a rigid body"),
+    "law": ({"a": "ball", "b": "other", "law": "paper"}, r"touch\.law is 'paper', which a contact of bodies does not"),
+    "points": ({"a": "ball", "b": "other", "points": 3}, r"touch\.points is given, .* in a contact of bodies"),
+    "several": ({"a": ["ball", "box"], "b": "other"}, r"touch\.a is a list that holds 'ball', which is neither a beam"),
+    "cylinder": ({"a": "ball", "b": "other", "shape": parts.Cylinder(radius=0.1)},
+                 r"touch\.shape is a cylinder; it must be a sphere, a capsule, a plane or a box"),
     "nobody": ({"a": "ball", "b": "bell"}, r"'touch' refers to 'bell', but no part is called that"),
 }  # fmt: skip
 
@@ -101,7 +106,7 @@ def test_refused_systems(what: str) -> None:
     system.add(parts.RigidBody(position=(0.15, 0.0, 0.0), **BALL), "other")
     system.add(parts.RigidBody(mass=1.0, shape=parts.Box(size=(1.0, 1.0, 1.0)), position=(9.0, 0.0, 0.0)), "box")
     system.add(parts.Point(mass=1.0, position=(5.0, 0.0, 0.0)), "mass")
-    system.add(parts.BodyContact(**fields), "touch")
+    system.add(parts.Contact(**fields), "touch")
     with pytest.raises(InputError, match=message):
         system.assemble()
 
@@ -115,10 +120,10 @@ def test_refused_systems(what: str) -> None:
             lambda: parts.Plane(normal=(0.0, 0.0, 0.0)),
             r"Plane\.normal is \(0, 0, 0\)|Plane\.normal is \(0\.0, 0\.0, 0\.0\)",
         ),
-        (lambda: parts.BodyContact(a="ball", b="plate", law="paper"), r"BodyContact\.law is 'paper'"),
+        (lambda: parts.Contact(a=[], b="plate"), r"Contact\.a is \[\]; it must be beams, rods or a point of a body"),
         (
-            lambda: parts.BodyContact(a="ball", b="plate", shape_a=parts.Plane(normal=(0.0, 0.0, 1.0))),
-            r"BodyContact\.shape_a .* sphere",
+            lambda: parts.Contact(a="ball", b="plate", shape_a=parts.Plane(normal=(0.0, 0.0, 1.0))),
+            r"Contact\.shape_a .* sphere",
         ),
     ],
 )
@@ -139,9 +144,9 @@ def rod(system: System, height: float) -> None:
 @pytest.mark.parametrize(
     "part",
     [
-        parts.PlaneContact(body="ground", beams=["rod"], normal=(0.0, 1.0, 0.0), clearance=0.01),
-        parts.SphereContact(body="ground", beams=["rod"], radius=0.1, centre=(0.5, 0.0, 0.0)),
-        parts.CapsuleContact(body="ground", beams=["rod"], radius=0.1, length=0.5, axis=(1.0, 0.0, 0.0)),
+        parts.Contact(a="rod", b="ground", shape=parts.Plane(normal=(0.0, 1.0, 0.0)), clearance=0.01),
+        parts.Contact(a="rod", b=(0.5, 0.0, 0.0), shape=parts.Sphere(radius=0.1)),
+        parts.Contact(a="rod", b="ground", shape=parts.Capsule(radius=0.1, length=0.5, axis=(1.0, 0.0, 0.0))),
     ],
 )
 def test_a_beam_that_starts_inside_is_refused(part: Any) -> None:
@@ -154,16 +159,64 @@ def test_a_beam_that_starts_inside_is_refused(part: Any) -> None:
         system.assemble()
 
 
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"b": "hub"}, r"'rod' starts inside the cylinder 'thing': a point of it is 0\."),
+        (
+            {"b": "hub", "shape_a": parts.Sphere(radius=0.1)},
+            r"thing\.shape_a is given, which .* of beams and a surface",
+        ),
+        (
+            {"b": "hub", "shape": parts.Box(size=(1.0, 1.0, 1.0))},
+            r"thing\.shape is a box; it must be a sphere, a capsule",
+        ),
+        ({"b": "ground"}, r"thing\.shape is left out, and 'ground' is not a body whose `shape` is a sphere, a capsule"),
+        (
+            {"b": "hub", "shape": parts.Plane(normal=(0.0, 1.0, 0.0))},
+            r"thing\.clearance is 0; at a plane it must be abov",
+        ),
+        ({"b": "rod"}, r"thing\.around is missing; turns of a beam need it"),
+        ({"b": "rod", "around": "hub"}, r"thing\.thickness is missing; turns of a beam need it"),
+        (
+            {"a": "hub", "b": "rod"},
+            r"thing\.b is the beam 'rod', on whose turns only a beam can lie; give one as thing",
+        ),
+        ({"a": ["rod", "hub"], "b": "hub"}, r"thing\.a is a list that holds 'hub', which is neither a beam nor a rod"),
+        ({"a": ["rod", "hubs"], "b": "hub"}, r"'thing' refers to 'hubs', but no part is called that"),
+        ({"a": "rod.tip", "b": "hub"}, r"thing\.a is 'rod.tip', which is not a point of a rigid body"),
+    ],
+)
+def test_contacts_of_beams_that_are_refused(keys: dict[str, Any], message: str) -> None:
+    """The first has the shape of its body."""
+    system = System()
+    rod(system, 0.0)
+    shape = parts.Cylinder(radius=0.3, length=2.0)
+    system.add(parts.RigidBody(motion="driven", shape=shape), "hub")
+    system.add(parts.Contact(**{"a": "rod"} | keys), "thing")
+    with pytest.raises(InputError, match=message):
+        system.assemble()
+
+
+def test_a_body_is_no_cylinder_without_ends() -> None:
+    system = System()
+    system.add(parts.RigidBody(motion="driven", shape=parts.Cylinder(radius=0.3)), "hub")
+    with pytest.raises(InputError, match=r"hub\.shape\.cylinder\.length is missing; only in a contact"):
+        system.assemble()
+
+
 # ------------------------------------------------------------------------------------------------ files, pictures
 
 YAML: dict[str, Any] = {
     "ball": {"kind": "rigid-body", "mass": "1 kg", "shape": {"sphere": "10 cm"}, "position": [0, 0, "0.3 m"]},
     "log": {"kind": "rigid-body", "mass": "2 kg", "shape": {"capsule": {"radius": "5 cm", "length": "40 cm"}},
             "position": [2, 0, 1]},
-    "floor": {"kind": "body-contact", "a": "ball", "b": [0, 0, 0], "shape_b": {"plane": {"normal": [0, 0, 1]}},
+    "floor": {"kind": "contact", "a": "ball", "b": [0, 0, 0], "shape": {"plane": {"normal": [0, 0, 1]}},
               "stiffness": "1e4 N/m", "friction": 0.3},
-    "pair": {"kind": "body-contact", "a": "log", "b": "ball"},
-    "bed": {"kind": "body-contact", "a": "log", "b": [0, 0, 0], "shape_b": {"plane": {"normal": [0, 0, 1]}}},
+    "pair": {"kind": "contact", "a": "log", "b": "ball"},
+    "bed": {"kind": "contact", "a": ["log"], "b": [0, 0, 0], "shape": {"plane": {"normal": [0, 0, 1]}}},
+    "row": {"kind": "contact", "a": "ball", "b": [0, 0, "-1 m"], "shape": {"plane": {"normal": [0, 0, 1]}},
+            "repeat": {"count": 2, "step": [0, 0, "-1 m"]}},
 }  # fmt: skip
 
 
@@ -173,7 +226,8 @@ def test_contacts_of_a_case_file() -> None:
     for name, part in found.items():
         system.add(part, name)
     rows = system.assemble().model.body_contacts
-    assert rows["first"].tolist() == [0, 1, 2, 2]
+    assert rows["first"].tolist() == [0, 1, 2, 2, 4, 5]
+    assert rows["place_b"][4:, 2].tolist() == [-1.0, -2.0]
     written = {
         name: {"kind": part.kind, **part.model_dump(mode="json", exclude_defaults=True)} for name, part in found.items()
     }
@@ -185,7 +239,7 @@ def test_contacts_are_drawn() -> None:
     system = System(gravity=(0.0, 0.0, -9.81))
     system.add(parts.RigidBody(mass=1.0, inertia=0.01, position=(0.0, 0.0, 0.0999)), "ball")
     plane, sphere = parts.Plane(normal=(0.0, 0.0, 1.0), size=2.0), parts.Sphere(radius=0.1)
-    touch = parts.BodyContact(a="ball", b=(0.0, 0.0, 0.0), shape_a=sphere, shape_b=plane, friction=0.3)
+    touch = parts.Contact(a="ball", b=(0.0, 0.0, 0.0), shape_a=sphere, shape=plane, friction=0.3)
     system.add(touch, "floor")
     run = system.simulate(until=0.02, method="generalized-alpha", step=1e-3, every=5e-3)
     motion = motion_of(run)

@@ -161,5 +161,5 @@ def lee_frame(kind: str, elements: int, load: float) -> System:
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="column.root", type="revolute"), "foot")
     system.add(parts.Joint(a="column.tip", b="beam.root", type="clamp"), "corner")
     system.add(parts.Joint(a=(120.0, 120.0, 0.0), b="beam.tip", type="revolute"), "end")
-    system.add(parts.Force(at=f"beam[{elements // 5}]", force=(0.0, -load, 0.0)), "load")
+    system.add(parts.Load(at=f"beam[{elements // 5}]", force=(0.0, -load, 0.0)), "load")
     return system

@@ -53,9 +53,9 @@ def test_a_tip_moment_lays_a_strip_on_a_circle(book: Book) -> None:
         system.add(parts.Joint(a=(0.0, radius, 0.0), b="strip.root", type="clamp"))
         system.add(parts.RigidBody(mass=1.0, inertia=1.0, position=(1.0, radius, 0.0)), "grip")
         system.add(parts.Joint(a="grip", b="strip.tip", type="clamp"))
-        system.add(parts.Torque(at="grip", torque=(0.0, 0.0, -part * moment)))
+        system.add(parts.Load(at="grip", torque=(0.0, 0.0, -part * moment)))
         system.add(parts.Spring(a=(1.0, radius, 5.0), b="grip", stiffness=0.0, lateral_stiffness=0.0))
-        system.add(parts.CylinderContact(body="ground", beams=["strip"], radius=radius, stiffness=1e4, points=4))
+        system.add(parts.Contact(a="strip", b="ground", shape=parts.Cylinder(radius=radius), stiffness=1e4, points=4))
         r = solve_static(system.assemble())
         assert r.success, r.message
         force.append(r.forces["contact_surfaces"]["normal"][-1, 0] / (moment / radius))

@@ -225,7 +225,7 @@ def test_flexible_beam_in_free_flight(formulation: str, n: int, allowed: float, 
     part = parts.Beam(length=1.0, section=Rectangle(thickness=0.02, width=0.02), elements=n, formulation=formulation,
                       material=Material(young_modulus=2e7, poisson_ratio=0.3, density=7200.0))  # fmt: skip
     system.add(part, "beam")
-    system.add(parts.Force(at="beam.root", force=(*force, 0.0), until=end), "pull")
+    system.add(parts.Load(at="beam.root", force=(*force, 0.0), until=end), "pull")
     assembly, times = system.assemble(), np.array([0.0, 0.5, 1.0])
     found = coordinates(assembly, run(assembly, times, step=2.5e-4, spectral_radius=0.9).y, "beam")[1:, :, :2, :2]
     name = f"Flexible beam in free flight ({formulation}, {n} elements)"

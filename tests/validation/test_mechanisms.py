@@ -320,7 +320,7 @@ def andrews() -> System:
     for one, other, place in ((1, 2, "F"), (3, 2, "E"), (5, 4, "G"), (3, 4, "E"), (7, 6, "H"), (3, 6, "E")):
         system.add(parts.Joint(a=local(one, x[place]), b=local(other, x[place]), type="spherical"))
     system.add(parts.Spring(a=(*C, 0.0), b=local(3, x["D"]), stiffness=STIFFNESS, length=LENGTH))
-    system.add(parts.Torque(at="k1", torque=(0.0, 0.0, MOTOR)))
+    system.add(parts.Load(at="k1", torque=(0.0, 0.0, MOTOR)))
     return system
 
 

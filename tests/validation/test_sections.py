@@ -59,7 +59,7 @@ def test_unsymmetric_sections(name: str, section: Any, force: tuple[float, float
     system = System()
     system.add(parts.Rod(length=1.0, section=section, material=STEEL, elements=4), "rod")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="rod.root", type="clamp"), "clamp")
-    system.add(parts.Force(at="rod.tip", force=(0.0, 1e-3 * force[0], 1e-3 * force[1])), "load")
+    system.add(parts.Load(at="rod.tip", force=(0.0, 1e-3 * force[0], 1e-3 * force[1])), "load")
     found = system.equilibrium()["rod"]
     error = np.abs(1e3 * found.position.values.reshape(-1, 5, 3)[-1, -1, 1:] - wanted).max() / np.abs(wanted).max()
     book(STATICS, f"Cantilever, {name} (rod, 4 elements)", **words, error=error, allowed=1e-4)

@@ -158,7 +158,7 @@ def frame(load: float, n: int) -> float:
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="first.root", type="clamp"))
     system.add(parts.Joint(a="corner", b="first.tip", type="clamp"))
     system.add(parts.Joint(a="corner", b="second.root", type="clamp"))
-    system.add(parts.Force(at="second.tip", force=(load, 0.0, 0.0)))
+    system.add(parts.Load(at="second.tip", force=(load, 0.0, 0.0)))
     return float(modes(system.assemble(), count=1).square[0])
 
 
@@ -192,7 +192,7 @@ def test_elastic_catenary(book: Book) -> None:
     a = beam(
         "cable_stretch", n, ("spherical", "spherical"), section=Rectangle(thickness=1e-4, width=1.0),
         material=Material(young_modulus=1e7, poisson_ratio=0.3, density=1.0), length=length, nodes=start,
-        more=lambda s: s.add(parts.LineLoad(part="beam", force=(0.0, 0.0, -5.0)), "weight"),
+        more=lambda s: s.add(parts.Load(along="beam", force=(0.0, 0.0, -5.0)), "weight"),
     )  # fmt: skip
     r = solved(solve_static(a))
     H, middle = abs(r.la[-1][rows_of_part(a, "root")][0]), nodes(a, r)[n // 2, 0, 2]
@@ -280,8 +280,8 @@ def test_torsion_of_a_held_rod(kind: str, book: Book) -> None:
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="rod.root", type=kind))
     if kind == "revolute":
         system.add(parts.RotationalSpring(body="ground", node="rod.root", stiffness=100.0))
-    system.add(parts.SlopeLoad(at="rod.tip", force=(0.0, 0.0, 0.5 * torque), slope=2))
-    system.add(parts.SlopeLoad(at="rod.tip", force=(0.0, -0.5 * torque, 0.0), slope=3))
+    system.add(parts.Load(at="rod.tip", torque=(0.0, 0.0, 0.5 * torque), slope=2))
+    system.add(parts.Load(at="rod.tip", torque=(0.0, -0.5 * torque, 0.0), slope=3))
     a = system.assemble()
     tip = nodes(a, solved(solve_static(a)), "rod")[-1]
     book(

@@ -23,7 +23,7 @@ _REASONS = 3
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Table:
-    """Texts in rows.
+    """Texts in rows; a table without rows is not shown.
 
     Attributes
     ----------

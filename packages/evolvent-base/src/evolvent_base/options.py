@@ -14,7 +14,7 @@ from evolvent_base.errors import InputError
 from evolvent_base.schema import Section
 
 if TYPE_CHECKING:
-    from evolvent_base.showing import Shown
+    from evolvent_base.answer import Answer
 
 Decorator = Callable[[Any], Any]
 Kind = TypeVar("Kind", bound=Section)
@@ -88,10 +88,15 @@ def check_files(*, figure: str | None = None, **others: str | None) -> None:
 
 
 def write_files(
-    found: Shown, *, output: str | None = None, figure: str | None = None, report: str | None = None
+    answer: Answer, named: str = "", *, output: str | None = None, figure: str | None = None, report: str | None = None
 ) -> None:
-    """Write an answer as files that are asked for, and name them."""
-    asked = ((found.named, found.save, output), ("figure", found.plot, figure), ("report", found.report, report))
-    for name, write, path in asked:
-        if path is not None:
-            echo(f"{name}: {write(path)}")
+    """Write an answer as files that are asked for, its only or first one, first figure and page, and name them."""
+    from evolvent_base import plots, showing
+
+    if output is not None:
+        echo(f"{named}: {showing.save(answer, output)}")
+    if figure is not None:
+        echo(f"figure: {plots.save(answer.figures[0], figure)}")
+    if report is not None:
+        files.write_file(report, showing.page(answer).encode())
+        echo(f"report: {report}")

@@ -87,6 +87,11 @@ class Section(BaseModel):
         """A sentence for each rule between keys that the section breaks; the first one is raised as an `InputError`."""
         yield from ()
 
+    @classmethod
+    def type_of(cls, key: str, content: Any) -> Any:
+        """The type of a key, which may depend on the other keys of the section as a file holds it."""
+        return cls.model_fields[key].annotation
+
     # pydantic then validates inner sections itself, and keeps the path of what is wrong
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
@@ -348,7 +353,7 @@ def within(place: Located, name: str, content: Any) -> Located | None:
                 only = _field(section, next(iter(section.model_fields))) if len(section.model_fields) == 1 else None
                 return Located([(section, ()), *(only.types if only else ())], only.text if only else "", entry=False)
         if isinstance(kind, type) and issubclass(kind, Section) and name in kind.model_fields:
-            return _field(kind, name)
+            return _field(kind, name, content)
         arguments = get_args(kind)
         if get_origin(kind) is dict:
             return Located(_types(arguments[1]), place.text, entry=False)
@@ -359,9 +364,8 @@ def within(place: Located, name: str, content: Any) -> Located | None:
     return place._replace(entry=True) if name.isdecimal() else None
 
 
-def _field(kind: type[Section], name: str) -> Located:
-    field = kind.model_fields[name]
-    found = [(one, (*own, *field.metadata)) for one, own in _types(field.annotation)]
+def _field(kind: type[Section], name: str, content: Any = None) -> Located:
+    found = [(one, (*own, *kind.model_fields[name].metadata)) for one, own in _types(kind.type_of(name, content))]
     return Located(found, descriptions(kind)[name], entry=False)
 
 

@@ -200,7 +200,7 @@ def page(answer: Answer, *, date: datetime.datetime | None = None) -> str:
     sections = [
         {"id": _slug(one.title), "title": one.title, "kind": one.kind, "blocks": blocks}
         for one in answer.sections
-        if (blocks := [_on_page(block) for block in one.made()])
+        if (blocks := [_on_page(block) for block in one.made() if not isinstance(block, Table) or block.rows])
     ]
     made = f"{moment.day} {moment:%B %Y, %H:%M} UTC, {answer.made}" if answer.made else ""
     return pages.render("answer.html", answer=answer, sections=sections, made=made)
@@ -228,7 +228,7 @@ def figure_picture(figure: Figure) -> pages.Picture:
 
 def notebook(answer: Answer) -> str:
     """An answer in short: warnings, facts, its first table, the sentences beside it, its first figure."""
-    tables = answer.of_kind(Table)[:1]
+    tables = [table for table in answer.of_kind(Table) if table.rows][:1]
     rows = [row for table in tables for row in (table.heads, *table.rows[:MOST])]
     left = len(tables[0].rows) - MOST if tables else 0
     more = [counted(left, "more row")] if left > 0 else []
@@ -274,10 +274,10 @@ class Page:
 
 
 def save(answer: Answer, path: str | os.PathLike[str]) -> str:
-    """Write the file of an answer that has the ending of `path`; returns the path."""
+    """Write the file of an answer that has the ending of `path`, or its only one; returns the path."""
     ending = os.path.splitext(path)[1]
-    make = next(make for name, make in answer.files.items() if os.path.splitext(name)[1] == ending)
-    files.write_file(path, make())
+    fitting = [make for name, make in answer.files.items() if len(answer.files) == 1 or name.endswith(ending)]
+    files.write_file(path, fitting[0]())
     return os.fspath(path)
 
 

@@ -74,7 +74,7 @@ def test_the_hub_moves_as_in_a_run(
     system, settings = slewed(case, load), {"method": "generalized-alpha", "step": 5e-4, "spectral_radius": 0.9}
     module = SpacecraftModule(Stepper(system, inputs=hub, until=until + 1.0, **settings))  # type: ignore[arg-type]
     found = commanded(module, [0.0, 0.0, torque], step, until, ends)
-    system.add(parts.Torque(at=hub, torque=(0.0, 0.0, torque), until=ends), "command")
+    system.add(parts.Load(at=hub, torque=(0.0, 0.0, torque), until=ends), "command")
     alone = system.simulate(until=until, every=step, fine=False, **settings)  # type: ignore[call-overload]
     rate = alone[hub].rate.values[:, 2]
     np.testing.assert_allclose(found[:, 2], rate, rtol=0.0, atol=within * np.abs(rate).max())

@@ -138,7 +138,7 @@ def test_modes_of_a_boom_are_those_of_its_linear_model(tmp_path: pathlib.Path) -
     beam = parts.Beam(length="3 m", direction=(1, 0, 0), section=section, material=evolvent.CFRP, elements=4)
     system.add(beam, "boom")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="boom.root", type="clamp"), "root")
-    system.add(parts.Force(at="boom.tip", direction=(0, 1, 0), profile=[(0, 0), (0.05, 0.05), (0.1, 0)]), "knock")
+    system.add(parts.Load(at="boom.tip", direction=(0, 1, 0), profile=[(0, 0), (0.05, 0.05), (0.1, 0)]), "knock")
     path = tmp_path / "boom.nc"
     evolvent.save(system.simulate(until=2.0, every=0.004, tolerance=1e-7), path)
     found = vibration(path, ["boom.tip_deflection.y"], {"signals.start": "0.11 s"})

@@ -144,7 +144,7 @@ def test_a_torque_that_cannot_be_used_is_refused(given: dict[str, Any], sentence
 
 
 def test_times_out_of_order_name_the_key() -> None:
-    with pytest.raises(InputError, match=r"spin_up\.until is 1\.0; it must be after start 2\.0"):
+    with pytest.raises(InputError, match=r"spin_up\.until is 1\.0 s; it must be after spin_up\.start, 2\.0 s"):
         evolvent.run("heliogyro", {"spin_up": {"torque": 1e-3, "start": 2.0, "until": 1.0}})
 
 

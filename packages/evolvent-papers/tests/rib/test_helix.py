@@ -163,7 +163,7 @@ def test_a_torque_along_a_screw_pushes_a_rod_along_its_axis():
         material=Material(young_modulus=1e10, poisson_ratio=0.0, density=1000.0), position=(-0.5, 0.0, 0.0),
     )  # fmt: skip
     system.add(rod, "rod")
-    system.add(parts.DistributedTorque(part="rod", torque=0.01, pitch=pitch), "motor")
+    system.add(parts.Load(along="rod", torque=(0.0, 0.0, 0.01), pitch=pitch), "motor")
     run = system.simulate(until="1 s", every=0.1)
     mass, inertia, b = 1.0, 1.0 / 12.0, pitch / (2.0 * math.pi)
     force = 0.01 * b * mass / inertia

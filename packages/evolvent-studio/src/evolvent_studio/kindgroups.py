@@ -11,17 +11,11 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "bodies, beams and threads": ("rigid-body", "reduced-body", "point", "beam", "rod", "reel", "thread"),
     "joints": ("joint", "link", "gear", "synchronization", "guide", "prescribed-motion", "prescribed-rotation"),
     "springs and resistances": (
-        "spring", "rotational-spring", "translational-spring", "tape-spring-hinge", "harness", "bearing", "adhesion",
+        "spring", "rotational-spring", "translational-spring", "resistance", "bearing",
     ),
     "motors, control and events": ("motor", "reaction-wheel", "thruster", "attitude-controller", "event"),
-    "contact": (
-        "plane-contact", "cylinder-contact", "capsule-contact", "sphere-contact", "body-contact", "self-contact",
-    ),
-    "loads": (
-        "force", "torque", "line-load", "distributed-torque", "slope-load", "uniform-load", "law-load", "custom-force",
-        "thermal-load", "magnetic-torque", "panel-radiation", "radiation-pressure",
-    ),
-    "fields and orbit": ("acceleration-field", "orbit"),
+    "contact": ("contact",),
+    "loads and fields": ("load", "field", "radiation", "magnetic-torque", "thermal-load", "custom-force"),
 }  # fmt: skip
 #: The group of kinds that other packages add.
 OTHERS = "of other packages"

@@ -271,7 +271,8 @@ def _kind_text(content: Any) -> str:
     kind = parts.kind_of(content)
     text = str(content.get("kind", ""))
     if kind is not None and "type" in kind.model_fields:
-        text += f", {content.get('type', kind.model_fields['type'].default)}"
+        word = content.get("type", kind.model_fields["type"].default)
+        text += f", {word}" if isinstance(word, str) else ""
     if parts.is_repeated(content):
         repeat = content[repetition.KEY]
         text += f", {repeat.get('count', '?')} times" if isinstance(repeat, Mapping) else ""

@@ -41,7 +41,7 @@ parts:
     elements: 6
     normal: [0, 0, 1]
   wall: {kind: joint, a: [0, 0, 0 m], b: boom.root, type: clamp}
-  weight: {kind: force, at: boom.tip, force: [0, 0, -0.05 N]}
+  weight: {kind: load, at: boom.tip, force: [0, 0, -0.05 N]}
 """
 
 

@@ -125,7 +125,7 @@ def test_references_follow_a_name():
         "clamp": {"kind": "joint", "a": "hub.left", "b": "boom.root", "type": "clamp"},
         "tip": {"kind": "point", "mass": 1, "at": "boom[4]"},
         "spring": {"kind": "spring", "a": ["hub", [0, 0, 1]], "b": "boom 2"},
-        "drum": {"kind": "cylinder-contact", "body": "hub", "beams": ["boom", "boom 2"], "radius": 1},
+        "drum": {"kind": "contact", "a": ["boom", "boom 2"], "b": "hub"},
         "crossing": {"kind": "event", "law": "z", "variables": {"z": "boom.tip.position.z", "w": "hub.rate.z"}},
     }
     found = parts.renamed(content, "boom", "mast")
@@ -134,12 +134,12 @@ def test_references_follow_a_name():
     assert found["clamp"]["type"] == "clamp"
     assert found["tip"]["at"] == "mast[4]"
     assert found["spring"]["b"] == "boom 2"
-    assert found["drum"]["beams"] == ["mast", "boom 2"]
+    assert found["drum"]["a"] == ["mast", "boom 2"]
     assert found["crossing"]["variables"] == {"z": "mast.tip.position.z", "w": "hub.rate.z"}
     found = parts.renamed(found, "hub", "bus")
     assert found["clamp"]["a"] == "bus.left"
     assert found["spring"]["a"] == ["bus", [0, 0, 1]]
-    assert found["drum"]["body"] == "bus"
+    assert found["drum"]["b"] == "bus"
     assert content["clamp"]["a"] == "hub.left", "what was there is not changed"
     assert parts.referring(content, "boom") == ["clamp", "tip", "drum", "crossing"]
 
@@ -208,7 +208,7 @@ def test_why_there_is_no_start_is_one_sentence(studio):
     content["parts"]["clamp"]["a"] = "hubb.bracket"
     with pytest.raises(InputError, match=r"'clamp' refers to 'hubb'.* did you mean 'hub'"):
         studio.start(content)
-    content = {"system": "structure", "parts": {"push": {"kind": "force", "at": [0, 0, 0], "force": [0, 0, 1]}}}
+    content = {"system": "structure", "parts": {"push": {"kind": "load", "at": [0, 0, 0], "force": [0, 0, 1]}}}
     with pytest.raises(InputError):
         studio.start(content)
     with pytest.raises(InputError, match="the system has no parts"):
@@ -219,7 +219,7 @@ def test_a_part_that_fails_in_another_way_is_one_sentence_too(monkeypatch):
     def fail(self, builder, name):
         raise ValueError("no way\nat all")
 
-    monkeypatch.setattr(kinds()["torque"], "write", fail)
+    monkeypatch.setattr(kinds()["load"], "write", fail)
     with pytest.raises(InputError, match="the start cannot be drawn: ValueError: no way at all"):
         preview.start_of(cases.content_of("boom-slew"))
 
@@ -271,7 +271,7 @@ STRIP = {
     "parts": {
         "boom": BOOM,
         "wall": {"kind": "joint", "a": [0, 0, "0 m"], "b": "boom.root", "type": "clamp"},
-        "weight": {"kind": "force", "at": "boom.tip", "force": [0, 0, "-1 N"]},
+        "weight": {"kind": "load", "at": "boom.tip", "force": [0, 0, "-1 N"]},
     }
 }
 
@@ -335,7 +335,21 @@ def test_conditions_of_a_part_name_its_keys_and_values(kind):
             assert set(when.keys) <= set(part.model_fields) - {key}
             assert not when.values or len(when.keys) == 1
             field = next(one for one in form.describe(part, flat=True).fields() if one.key == when.keys[0])
-            assert set(when.values) <= set(field.choices)
+            assert set(when.values) <= {*field.choices, *(() if field.required or field.default else ("",))}
+
+
+def test_fields_of_a_load_follow_what_is_given():
+    fields = form.describe(kinds()["load"], flat=True).fields()
+    of_load = {field.key: field for field in fields}
+
+    def shown(**texts):
+        return {key for key, field in of_load.items() if field.applies(texts, {})}
+
+    assert {"at", "along", "type", "force", "torque", "law"} <= shown()
+    assert not {"slope", "pitch", "constants"} & shown()
+    assert {"force", "along", "slope"} & shown(at="boom.tip", torque="[0, 0, 1]") == {"slope"}
+    assert {"force", "direction", "at", "pitch"} & shown(along="boom", type="torque") == {"pitch"}
+    assert {"force", "torque", "axis", "constants"} & shown(at="hub", law="[x, y, z]") == {"constants"}
 
 
 @pytest.mark.parametrize("name", cases.built_in())

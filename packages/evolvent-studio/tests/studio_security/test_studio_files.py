@@ -85,8 +85,8 @@ def root(tmp_path: pathlib.Path) -> pathlib.Path:
 
 
 def test_the_schema_marks_keys_of_all_kinds() -> None:
-    assert {"structure:parts.harness.torque", "structure:parts.reduced-body.file", "structure:parts.reduced-body.bulk",
-            "structure:margin.factors", "wrapped-rib:start"} <= set(KEYS)  # fmt: skip
+    parts = {f"structure:parts.{key}" for key in ("resistance.torque", "reduced-body.file", "reduced-body.bulk")}
+    assert parts | {"structure:margin.factors", "wrapped-rib:start"} <= set(KEYS)
 
 
 @pytest.mark.parametrize("kind", sorted(registry.kinds()))
@@ -151,7 +151,7 @@ def test_tables_and_models_of_the_folder_are_drawn_from_anywhere(root, monkeypat
     (root / "sub" / "own table.csv").write_text("angle (deg),torque (N m)\n-180,-1\n180,2\n")
     shutil.copy(SHIPPED / "solar-panel.npz", root / "own model.npz")
     content = hinged(
-        w={"kind": "harness", "joint": "hinge", "torque": "own table.csv"},
+        w={"kind": "resistance", "type": "harness", "joint": "hinge", "torque": "own table.csv"},
         m={"kind": "reduced-body", "file": "own model.npz"},
         s={"kind": "reduced-body", "file": "solar-panel", "position": [0, 0, 9]},
     )
@@ -170,7 +170,7 @@ def test_the_processes_of_the_studio_open_no_file_outside(root, monkeypatch) -> 
     (root.parent / "out side" / "secret.csv").write_text("angle (deg),torque (N m)\n0,0\n1,1\n")
     (root / "t1.csv").symlink_to(root.parent / "out side" / "secret.csv")
     monkeypatch.setenv(safe_open.ONLY_BELOW, str(root))
-    harness = {"kind": "harness", "joint": "hinge", "torque": "t{n}.csv", "repeat": {"count": 2}}
+    harness = {"kind": "resistance", "type": "harness", "joint": "hinge", "torque": "t{n}.csv", "repeat": {"count": 2}}
     with pytest.raises(InputError, match=r"t1.csv': it is outside the folder"):
         cases.load(Folder(root).placed(hinged(w=harness)))
     (root / "t.txt").write_text("x")

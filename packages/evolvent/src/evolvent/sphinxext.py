@@ -261,7 +261,7 @@ def _below(annotation: Any) -> tuple[type[Section] | None, bool]:
 def _kind(annotation: Any, metadata: Any = ()) -> str:
     """What a key takes: a unit, a choice, a number."""
     for item in metadata:
-        if isinstance(item, units.Quantity):
+        if isinstance(item, (units.Quantity, units.Either)):
             return _unit(item)
         if isinstance(item, units.OneOrMore):
             return f"{_unit(item.quantity)}, or a list"
@@ -296,9 +296,9 @@ def _kind(annotation: Any, metadata: Any = ()) -> str:
     return {bool: "`true` or `false`", str: "text", float: "number", int: "whole number"}.get(annotation, "value")
 
 
-def _unit(quantity: units.Quantity) -> str:
+def _unit(quantity: units.Quantity | units.Either) -> str:
     """Unit of a quantity, as text."""
-    return (quantity.unit or "number") + (" or `auto`" if quantity.auto else "")
+    return (quantity.unit or "number") + (" or `auto`" if getattr(quantity, "auto", False) else "")
 
 
 def _value(default: Any) -> str:

@@ -70,12 +70,14 @@ Force = Annotated[float, _FORCE]
 Torque = Annotated[float, _TORQUE]
 PositiveForce = Annotated[float, Quantity(what="a force", unit="N", example="20 mN", above=0.0)]
 PositiveTorque = Annotated[float, Quantity(what="a torque", unit="N m", example="0.2 mN m", above=0.0)]
-LineForce = Annotated[float, Quantity(what="a force per length", unit="N/m", example="0.1 N/m")]
+_LINE_FORCE = Quantity(what="a force per length", unit="N/m", example="0.1 N/m")
+LineForce = Annotated[float, _LINE_FORCE]
+ForceOrTorque = Annotated[float, Either((_FORCE, _TORQUE, _LINE_FORCE))]
 Frequency = Annotated[float, _FREQUENCY]
 Speed = Annotated[float, _SPEED]
 _ANGLE = Quantity(what="an angle", unit="rad", example="10 deg")
-AngleOrLength = Annotated[float, Either(_ANGLE, Quantity(**_LENGTH))]
-AngularRateOrSpeed = Annotated[float, Either(_ANGULAR_RATE, _SPEED)]
+AngleOrLength = Annotated[float, Either((_ANGLE, Quantity(**_LENGTH)))]
+AngularRateOrSpeed = Annotated[float, Either((_ANGULAR_RATE, _SPEED))]
 Triple = tuple[float, float, float]
 Position = Annotated[Triple, Vector(quantity=Quantity(**_LENGTH))]
 Velocity = Annotated[Triple, Vector(quantity=_SPEED)]
@@ -84,7 +86,8 @@ Acceleration = Annotated[Triple, Vector(quantity=Quantity(what="an acceleration"
 ForceVector = Annotated[Triple, Vector(quantity=_FORCE)]
 TorqueOrZero = Annotated[float, Quantity(what="a torque", unit="N m", example="0.2 N m", least=0.0)]
 TorqueVector = Annotated[Triple, Vector(quantity=_TORQUE)]
-LineForceVector = Annotated[Triple, Vector(quantity=Quantity(what="a force per length", unit="N/m", example="0.1 N/m"))]
+LineForceVector = Annotated[Triple, Vector(quantity=_LINE_FORCE)]
+ForceOrLineForceVector = Annotated[Triple, Vector(quantity=Either((_FORCE, _LINE_FORCE)))]
 _IMPULSE = Quantity(what="an impulse", unit="N s", example="-500 N s")
 _PRODUCT = Quantity(what="a product of inertia", unit="kg m^2", example="20 kg m^2")
 Coordinate = Annotated[float, Quantity(**_LENGTH)]
@@ -144,7 +147,7 @@ _TURN_DAMPING: dict[str, Any] = {"what": "a rotational damping", "unit": "N m s/
 RotationalStiffnessOrZero = Annotated[float, Quantity(**_TURN_STIFFNESS, least=0.0)]
 RotationalDampingOrZero = Annotated[float, Quantity(**_TURN_DAMPING, least=0.0)]
 ForceOrZero = Annotated[float, Quantity(what="a force", unit="N", example="0.1 N", least=0.0)]
-TorqueOrForce = Annotated[float, Either(_TORQUE, _FORCE)]
+TorqueOrForce = Annotated[float, Either((_TORQUE, _FORCE))]
 TorqueConstant = Annotated[float, Quantity(what="a torque constant", unit="N m/A", example="0.05 N m/A", above=0.0)]
 Resistance = Annotated[float, Quantity(what="an electric resistance", unit="ohm", example="1.2 ohm", above=0.0)]
 Voltage = Annotated[float, Quantity(what="a voltage", unit="V", example="28 V")]
@@ -152,46 +155,54 @@ Current = Annotated[float, Quantity(what="an electric current", unit="A", exampl
 TorqueOrForceOrZero = Annotated[
     float,
     Either(
-        Quantity(what="a torque", unit="N m", example="0.2 N m", least=0.0),
-        Quantity(what="a force", unit="N", example="0.1 N", least=0.0),
+        (
+            Quantity(what="a torque", unit="N m", example="0.2 N m", least=0.0),
+            Quantity(what="a force", unit="N", example="0.1 N", least=0.0),
+        )
     ),
 ]
-AngleOrTravel = Annotated[float, Either(Quantity(what="an angle", unit="rad", example="10 deg"), Quantity(**_LENGTH))]
+AngleOrTravel = AngleOrLength
 PositiveAngleOrTravel = Annotated[
     float,
-    Either(Quantity(what="an angle", unit="rad", example="1 deg", above=0.0), Quantity(**_LENGTH, above=0.0)),
+    Either((Quantity(what="an angle", unit="rad", example="1 deg", above=0.0), Quantity(**_LENGTH, above=0.0))),
 ]
 CoordinateStiffness = Annotated[
     float,
     Either(
-        Quantity(**_TURN_STIFFNESS, above=0.0), Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", above=0.0)
+        (Quantity(**_TURN_STIFFNESS, above=0.0), Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", above=0.0))
     ),
 ]
 TorqueOrForceLimit = Annotated[
     float,
     Either(
-        Quantity(what="a torque", unit="N m", example="0.2 N m", above=0.0),
-        Quantity(what="a force", unit="N", example="0.1 N", above=0.0),
+        (
+            Quantity(what="a torque", unit="N m", example="0.2 N m", above=0.0),
+            Quantity(what="a force", unit="N", example="0.1 N", above=0.0),
+        )
     ),
 ]
 RateLimit = Annotated[
     float,
     Either(
-        Quantity(what="an angular rate", unit="rad/s", example="10 rpm", above=0.0),
-        Quantity(what="a speed", unit="m/s", example="0.1 m/s", above=0.0),
+        (
+            Quantity(what="an angular rate", unit="rad/s", example="10 rpm", above=0.0),
+            Quantity(what="a speed", unit="m/s", example="0.1 m/s", above=0.0),
+        )
     ),
 ]
 CoordinateStiffnessOrZero = Annotated[
     float,
     Either(
-        Quantity(**_TURN_STIFFNESS, least=0.0), Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", least=0.0)
+        (Quantity(**_TURN_STIFFNESS, least=0.0), Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", least=0.0))
     ),
 ]
 CoordinateDampingOrZero = Annotated[
     float,
     Either(
-        Quantity(**_TURN_DAMPING, least=0.0),
-        Quantity(what="a damping coefficient", unit="N s/m", example="1e-3 N s/m", least=0.0),
+        (
+            Quantity(**_TURN_DAMPING, least=0.0),
+            Quantity(what="a damping coefficient", unit="N s/m", example="1e-3 N s/m", least=0.0),
+        )
     ),
 ]
 Gains = Annotated[

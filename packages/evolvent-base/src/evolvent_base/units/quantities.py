@@ -116,27 +116,30 @@ class Quantity(Annotation):
 
 @dataclasses.dataclass(frozen=True)
 class Either(Annotation):
-    """A pydantic annotation: a float of one of two quantities, which the meaning of another key decides.
+    """A pydantic annotation: a float of one of several quantities, which the meaning of another key decides.
 
     Parameters
     ----------
-    one, other : Quantity
+    quantities : tuple of Quantity
     """
 
-    one: Quantity
-    other: Quantity
+    quantities: tuple[Quantity, ...]
+
+    @property
+    def unit(self) -> str:
+        """The units, as words."""
+        return " or ".join(one.unit for one in self.quantities)
 
     @property
     def allowed(self) -> str:
         """What is allowed, as the end of a sentence."""
-        return (
-            f"{self.one.what} or {self.other.what}, such as {self.one.example!r} or {self.other.example!r} "
-            f"(a plain number is in {self.one.unit} or {self.other.unit})"
-        )
+        whats, examples = ([getattr(one, key) for one in self.quantities] for key in ("what", "example"))
+        shown = " or ".join(map(repr, examples))
+        return f"{' or '.join(whats)}, such as {shown} (a plain number is in {self.unit})"
 
     def read(self, value: Any) -> float | str:
         """`value` in SI units, a `Measured` where it has a unit; a `PydanticCustomError` says what is allowed."""
-        for quantity in (self.one, self.other):
+        for quantity in self.quantities:
             if isinstance(value, Measured) and value.unit != quantity.unit:
                 continue
             with contextlib.suppress(PydanticCustomError):
@@ -153,7 +156,7 @@ class Either(Annotation):
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """A number, or a text."""
-        text = {"type": "string", "examples": [self.one.example, self.other.example]}
+        text = {"type": "string", "examples": [one.example for one in self.quantities]}
         return {"anyOf": [{"type": "number"}, text], "description": self.allowed}
 
 
@@ -206,14 +209,14 @@ class Vector(Annotation):
 
     Parameters
     ----------
-    quantity : Quantity
+    quantity : Quantity or Either
     size : int, how many values; 0 for any number
     direction : bool, whether the values must not all be zero
     empty : bool, whether there may be none
     normalised : bool, whether the sum of the squares must be 1, to within `UNIT_LENGTH`
     """
 
-    quantity: Quantity
+    quantity: Quantity | Either
     size: int = 3
     direction: bool = False
     empty: bool = False
@@ -225,7 +228,7 @@ class Vector(Annotation):
         unit = f" (plain numbers are in {self.quantity.unit})" if self.quantity.unit else ""
         number = f"{self.size} values" if self.size else "values"
         example = ", ".join(["1", "0", "0", "0"] if self.size == 4 else ["0", "0", "1"][: self.size or 2]) + (
-            f" {self.quantity.unit}" if self.quantity.unit else ""
+            f" {self.quantity.unit.partition(' or ')[0]}" if self.quantity.unit else ""
         )
         limit = ", of length 1" if self.normalised else ", not all zero" if self.direction else ""
         return f"a list of {number}, such as [{example}]{unit}{limit}"
@@ -265,9 +268,10 @@ class Vector(Annotation):
         """`value` as a case file holds it: its unit stands in the last entry, or as written in each."""
         if not self.quantity.unit or not value:
             return list(value)
-        if any(isinstance(v, Measured) for v in value):
+        if any(isinstance(v, Measured) and v.text for v in value):
             return [self.quantity.write(v) for v in value]
-        return [*value[:-1], self.quantity.write(value[-1])]
+        first = [float(v) if isinstance(v, Measured) else v for v in value[:-1]]
+        return [*first, self.quantity.write(value[-1])]
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """An array."""

@@ -6,7 +6,7 @@ import math
 
 import click
 
-from evolvent_base import files
+from evolvent_base import options as shared
 from evolvent_base.console import echo, once, showing_progress
 from evolvent_base.errors import InputError
 from evolvent_base.overrides import parse_assignments
@@ -37,19 +37,18 @@ def plan(stand: str, uncertainty: str, runs: int | None, output: str | None, ass
     evolvent plan inertia-stand --uncertainty 0.1% --set body.offset_x='0.3 m'
     evolvent plan stand.yaml --uncertainty 0.2% --check 200 -o plan.png
     """  # noqa: D301
-    from evolvent_base import plots, showing
+    from evolvent_base import showing
     from evolvent_massprops import planning
 
     overrides = parse_assignments(assignments)
     wanted = _share(uncertainty)
-    if output is not None:
-        plots.format_of(output)
-        files.check_writable(output)
+    shared.check_files(figure=output)
     with showing_progress(quiet=False):
         found = planning.plan(stand, wanted, overrides)
         ratios = None if runs is None else planning.check(stand, found.best, overrides, runs=runs)
         drawn = None if output is None else planning.curves(stand, found, overrides)
-    showing.show(planning.answer_of(found))
+    answer = planning.answer_of(found, drawn)
+    showing.show(answer)
     if ratios is not None and runs is not None:
         texts = ", ".join(
             f"{key} {'-' if math.isnan(ratio) else format(ratio, '.2f')}"
@@ -59,8 +58,7 @@ def plan(stand: str, uncertainty: str, runs: int | None, output: str | None, ass
             f"{runs} simulated recordings: deviation by noise over the predicted one: {texts} "
             f"(each to {1.0 / math.sqrt(2.0 * runs):.0%})"
         )
-    if drawn is not None and output is not None:
-        echo(f"figure: {plots.save(planning.planned(*drawn, found), output)}")
+    shared.write_files(answer, figure=output)
 
 
 def _share(text: str) -> float:

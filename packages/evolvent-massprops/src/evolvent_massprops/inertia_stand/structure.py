@@ -130,15 +130,12 @@ def _limit(system: System, setup: Setup, case: Case) -> None:
         for axis, name in ((0, "x"), (2, "z")):
             for side in (-1.0, 1.0) if abs(place[axis]) < 1e-9 else (float(np.sign(place[axis])),):
                 out = side * np.eye(3)[axis]
-                contact = parts.BodyContact(
-                    a=("body", tuple(point)),
-                    b=tuple(at + (given.clearance + PAD) * out),
-                    shape_a=parts.Sphere(radius=PAD),
-                    shape_b=parts.Plane(normal=tuple(-out)),
+                contact = parts.Contact(
+                    a=("body", tuple(point)), b=tuple(at + (given.clearance + PAD) * out),
+                    shape_a=parts.Sphere(radius=PAD), shape=parts.Plane(normal=tuple(-out)),
                     bristle_stiffness=given.bristle_stiffness,
                     bristle_damping=2.0 * float(np.sqrt(given.bristle_stiffness * case.body.mass)) / len(points),
-                    initial_overlap=1.0 + abs(given.clearance) / PAD,
-                    **law,
-                )
+                    initial_overlap=1.0 + abs(given.clearance) / PAD, **law,
+                )  # fmt: skip
                 mark = "" if abs(place[axis]) >= 1e-9 else "+" if side > 0.0 else "-"
                 system.add(contact, f"limiter-{k + 1}-{name}{mark}")

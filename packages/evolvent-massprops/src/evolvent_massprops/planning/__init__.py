@@ -1,6 +1,6 @@
 """Measurements on springs, planned: where to pull, how fast and how long, with which sensors, in which mountings."""
 
-from evolvent_massprops.planning.answer import answer_of, planned
+from evolvent_massprops.planning.answer import answer_of
 from evolvent_massprops.planning.calibration import Calibration, Need
 from evolvent_massprops.planning.expected import Option
 from evolvent_massprops.planning.mountings import Further, MountingSet
@@ -10,18 +10,6 @@ from evolvent_massprops.planning.rules import Rule
 from evolvent_massprops.planning.search import MeasurementPlan, check, curves, plan
 
 __all__ = [
-    "Calibration",
-    "Further",
-    "MeasurementPlan",
-    "Mode",
-    "MountingSet",
-    "Need",
-    "Option",
-    "Pull",
-    "Rule",
-    "answer_of",
-    "check",
-    "curves",
-    "plan",
-    "planned",
+    "Calibration", "Further", "MeasurementPlan", "Mode", "MountingSet", "Need", "Option", "Pull", "Rule", "answer_of",
+    "check", "curves", "plan",
 ]  # fmt: skip

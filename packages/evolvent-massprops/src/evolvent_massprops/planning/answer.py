@@ -22,8 +22,14 @@ if TYPE_CHECKING:
 _MOST_ROWS, _MOST_QUANTITIES = 6, 3
 
 
-def answer_of(found: MeasurementPlan) -> an.Answer:
-    """What is recommended, what was compared, what limits it, and the paper's rules."""
+def answer_of(found: MeasurementPlan, drawn: tuple[np.ndarray, np.ndarray, Sequence[str]] | None = None) -> an.Answer:
+    """What is recommended, what was compared, what limits it, and the paper's rules.
+
+    Parameters
+    ----------
+    drawn : of `curves`, for a figure; None for none
+    """
+    figures: list[an.Block] = [] if drawn is None else [_figure(*drawn, found)]
     best, several = found.best, len(found.names) > 1
     record = f"{best.duration:.3g} s at {best.rate:.4g} Hz ({best.samples} samples)"
     verdict = f"release the pull at {best.label} and record {record}"
@@ -53,7 +59,7 @@ def answer_of(found: MeasurementPlan) -> an.Answer:
     return an.Answer(
         title="Plan of a measurement",
         heads=[verdict, f"U (k = {found.factor:g}) over the value; in brackets what the noise alone gives"],
-        sections=[an.Section(title="", blocks=[table]) for table in tables if table.rows],
+        sections=[an.Section(title="", blocks=[one]) for one in (*tables, *figures)],
         warnings=found.warnings,
     )
 
@@ -153,7 +159,7 @@ def _options(title: str, options: tuple[Option, ...]) -> an.Table:
     return an.Table(heads=heads, rows=rows, title=title)
 
 
-def planned(duration: np.ndarray, worst: np.ndarray, labels: Sequence[str], found: MeasurementPlan) -> Figure:
+def _figure(duration: np.ndarray, worst: np.ndarray, labels: Sequence[str], found: MeasurementPlan) -> Figure:
     """Largest relative uncertainty over the length of the record (n,), of every pull (pulls, n)."""
     lines = [
         Line(x=duration, y=100.0 * row, label=label, color=k, width=1.0)

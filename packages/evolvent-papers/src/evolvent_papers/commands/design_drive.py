@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
-from evolvent_base import files, options as shared, progress
-from evolvent_base.console import echo, showing_progress
+from evolvent_base import options as shared, progress
+from evolvent_base.console import showing_progress
 from evolvent_base.errors import InputError, RunFailed
 
 #: Options that are bounds, with what they bound.
@@ -74,10 +74,7 @@ def design_drive(
     answer = found.answer()
     if not quiet:
         showing.show(answer)
-    if output is not None:
-        files.write_file(output, answer.files["drive.yaml"]())
-        echo(f"case: {output}")
-    shared.write_files(found, figure=figure)
+    shared.write_files(answer, "case", output=output, figure=figure)
     if answer.warnings:
         raise RunFailed("; ".join(answer.warnings), found)
 

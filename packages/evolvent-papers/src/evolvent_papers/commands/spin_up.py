@@ -57,6 +57,6 @@ def permissible_torque(
         )  # fmt: skip
     if not quiet:
         showing.show(found.answer())
-    shared.write_files(found, figure=output)
+    shared.write_files(found.answer(), figure=output)
     if found.failed:
         raise RunFailed("; ".join(found.failed), found)

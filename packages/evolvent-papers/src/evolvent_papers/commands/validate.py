@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from evolvent_base import files, options as shared
+from evolvent_base import options as shared
 from evolvent_base.console import echo, showing_progress
 from evolvent_base.errors import InputError, RunFailed
 
@@ -61,9 +61,7 @@ def validate(
     for k, drawn in enumerate(answer.figures if figure is not None else ()):
         path = str(figure) if k == 0 else str(figure).replace(".", f"-{k + 1}.", 1)
         echo(f"figure: {plots.save(drawn, path)}")
-    if output is not None:
-        files.write_file(output, answer.files["verdict.json"]())
-        echo(f"verdict: {output}")
+    shared.write_files(answer, "verdict", output=output)
     verdicts = {of.name: one for of, one in found.items() if one is not None}
     missed = [f"{key}: {one.what}" if every else one.what for key, v in verdicts.items() for one in v.missed]
     if missed:

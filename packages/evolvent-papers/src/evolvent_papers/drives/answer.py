@@ -45,7 +45,7 @@ def answer_of(found: Design) -> an.Answer:
         title="Designed drive of the spools", warnings=[f"bounds are not met: {missed}"] if missed else [],
         sections=[
             *(an.Section(title=title, blocks=[an.Table(heads=heads, rows=of)])
-              for title, (heads, of) in tables.items() if of),
+              for title, (heads, of) in tables.items()),
             an.Section(title="Drive", blocks=[figure(found)], level=an.PAGE),
         ],
         files={"drive.yaml": lambda: f"# {first}\n{cases.dump(found.content)}"},

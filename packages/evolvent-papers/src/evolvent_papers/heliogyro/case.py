@@ -214,7 +214,7 @@ class Sunlight(Section):
 
     pressure: units.PressureOrZero = Field(4.56e-6, description="of light that is wholly absorbed, normal incidence")
     direction: units.Direction = Field((0.0, 0.0, 1.0), description="in which the light travels, inertial axes")
-    reflectivity: units.Fraction = Field(1.0, description="0 absorbs all, 1 is a mirror")
+    specular: units.Fraction = Field(1.0, description="0 absorbs all, 1 is a mirror")
 
 
 class SpinUp(Section):

@@ -55,9 +55,9 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
         copies = body.blades if symmetric else 1
         system.add(parts.Thread(reel=reel, direction=direction, multiplicity=copies, **of_blades), name)
         if case.sunlight is not None:
-            system.add(parts.RadiationPressure(thread=name, width=blade.width, **case.sunlight.model_dump()))
+            system.add(parts.Radiation(along=name, width=blade.width, **case.sunlight.model_dump()))
         if force is not None:
-            system.add(parts.LawLoad(thread=name, law=force[0], parameters=force[1]))
+            system.add(parts.Load(along=name, law=force[0], parameters=force[1]))
     if case.spin_up is not None:
         system.add(_spin_up(case), "spin-up")
     if event is not None:
@@ -73,8 +73,8 @@ def _spin_up(case: Case) -> Any:
     assert given is not None
     when = {"start": given.start, "until": given.until, "ramp": given.ramp, "frame": "body"}
     if given.profile is not None:
-        return parts.Torque(at="body", axis=(0.0, 0.0, 1.0), profile=given.profile, **when)
-    return parts.Torque(at="body", torque=(0.0, 0.0, given.torque), **when)
+        return parts.Load(at="body", axis=(0.0, 0.0, 1.0), profile=given.profile, **when)
+    return parts.Load(at="body", torque=(0.0, 0.0, given.torque), **when)
 
 
 def _symmetric(case: Case, laws: Mapping[str, Any]) -> bool:

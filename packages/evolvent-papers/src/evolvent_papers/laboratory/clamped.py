@@ -11,7 +11,7 @@ import numpy as np
 
 from evolvent.analysis.system import System
 from evolvent.elements import SectionInertia, SectionStiffness
-from evolvent.parts import Force, Joint, LineLoad, Rod
+from evolvent.parts import Joint, Load, Rod
 from evolvent_base import units
 from evolvent_papers.laboratory.book import Array
 
@@ -51,9 +51,9 @@ class Clamped:
         )  # fmt: skip
         system.add(rod, "rod")
         system.add(Joint(a=(0.0, 0.0, 0.0), b="rod.root", type="clamp"), "clamp")
-        system.add(Force(at="rod.tip", force=(0.0, 0.0, -weight)), "weight")
+        system.add(Load(at="rod.tip", force=(0.0, 0.0, -weight)), "weight")
         if self.own_weight > 0.0:
-            system.add(LineLoad(part="rod", force=(0.0, 0.0, -self.own_weight)), "own weight")
+            system.add(Load(along="rod", force=(0.0, 0.0, -self.own_weight)), "own weight")
         found = system.equilibrium()["rod"]
         along, across, down = found.deflection.values[-1].T
         moved = np.array([np.interp(at, rod.arc, one) for one in (along, across, down)])

@@ -206,7 +206,7 @@ def couple() -> Values:
 
     case = cases.load("wrapped-rib", {"drive.torque": 1e-9, "solver.duration": 60.0})
     system = build(case, initial_state(case))
-    system.add(parts.Torque(at="rib-1.root", torque=(0.0, 0.0, 1e-3), ramp=5.0), "couple")
+    system.add(parts.Load(at="rib-1.root", torque=(0.0, 0.0, 1e-3), ramp=5.0), "couple")
     run = simulated(system.assemble(), case)
     angle = np.unwrap(np.arctan2(run.x[:, 0, 1, 1], run.x[:, 0, 1, 0]))
     needed = case.strip.bending_stiffness * case.rib.length / (2.0 * R**2)

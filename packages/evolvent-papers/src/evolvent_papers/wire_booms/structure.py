@@ -168,7 +168,7 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
     for start, end, k in line.spin_ups:
         half = 0.5 * (end - start)
         pulse = {"value": (momenta[k] - momenta[k - 1]) / half, "start": start, "duration": 2.0 * half, "rise": half}
-        thrusters = parts.Torque(at="spacecraft", axis=(0.0, 0.0, 1.0), profile={"pulse": pulse})
+        thrusters = parts.Load(at="spacecraft", axis=(0.0, 0.0, 1.0), profile={"pulse": pulse})
         system.add(thrusters, f"thrusters-{k}")
     return system
 

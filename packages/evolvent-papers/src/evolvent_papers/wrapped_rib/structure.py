@@ -44,8 +44,7 @@ def build(case: Case, begin: Start) -> System:
     beam |= {"elements": rib.elements, "formulation": rib.formulation, "damping": damping.kind, "damped": case.damped}
     beam["shape"] = rib.shape
     beam |= {"mass_damping": damping.alpha, "stiffness_damping": damping.beta}
-    cylinder = {"body": "hub", "radius": hub.radius, "half_length": 0.5 * hub.height, **law}
-    cylinder["initial_overlap"] = 1e-3 if case.begins in ("straight", "wound") else SUNK
+    sunk = 1e-3 if case.begins in ("straight", "wound") else SUNK
     for b, (nodes, rates) in enumerate(zip(begin.nodes, begin.rates, strict=True)):
         k, root, turn = b + 1, f"rib-{b + 1}.root", 2.0 * math.pi * b / rib.count
         system.add(parts.Beam(nodes=nodes, rates=rates, **beam), f"rib-{k}")
@@ -58,10 +57,10 @@ def build(case: Case, begin: Start) -> System:
             if rib.root_latch is not None:
                 spring |= {"latch_stiffness": rib.root_latch_stiffness, "latch_damping": rib.root_latch_damping}
             system.add(parts.RotationalSpring(a="hub", b=root, axis=axis, **spring), f"hinge-{k}")
-        system.add(parts.CylinderContact(beams=[f"rib-{k}"], **cylinder), f"contact-{k}")
+        system.add(parts.Contact(a=f"rib-{k}", b="hub", initial_overlap=sunk, **law), f"contact-{k}")
         if drive is not None and drive.torque is not None:
             ramp = drive.ramp if drive.kind == "torque" else 0.0
-            spread = parts.DistributedTorque(part=f"rib-{k}", torque=drive.torque, pitch=_pitch(case), ramp=ramp)
+            spread = parts.Load(along=f"rib-{k}", torque=(0.0, 0.0, drive.torque), pitch=_pitch(case), ramp=ramp)
             system.add(spread, f"drive-{k}")
         if drive is not None and drive.kind == "tip":
             taut = case.strip.length * (1.0 + drive.stretch)
@@ -70,10 +69,9 @@ def build(case: Case, begin: Start) -> System:
             path["zero"] = (math.cos(turn), math.sin(turn), 0.0)
             system.add(parts.PrescribedMotion(at=f"rib-{k}.tip", **path), f"drive-{k}")
     for k in range(1, rib.count + 1) if case.contact.self else ():
-        under = f"rib-{k % rib.count + 1}" if rib.count > 1 else None  # turns of the rib itself, or of the next one
-        thickness = [rib.thickness_of(i) for i in range(rib.elements)]
-        layer = {"body": "hub", "over": f"rib-{k}", "under": under, "thickness": thickness, "width": rib.width}
-        system.add(parts.SelfContact(**layer, **law), f"layer-{k}")
+        under = f"rib-{k % rib.count + 1}"  # the next one, or a single rib itself
+        layer = {"thickness": [rib.thickness_of(i) for i in range(rib.elements)], "width": rib.width}
+        system.add(parts.Contact(a=f"rib-{k}", b=under, around="hub", **layer, **law), f"layer-{k}")
     if hub.motion == "driven":
         system.add(parts.PrescribedRotation(body="hub", drive=_drive(case, None)), "turn")
     return system

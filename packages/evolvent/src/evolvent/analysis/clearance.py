@@ -208,7 +208,7 @@ def _solid(shape: Any) -> Solid:
         case Box():
             return Solid.box(shape.size)
         case Cylinder():
-            return Solid.cylinder(shape.radius, shape.length, axis=shape.axis)
+            return Solid.cylinder(shape.radius, shape.span, axis=shape.axis)
         case Capsule():
             half = 0.5 * shape.length + shape.radius
             return Solid.revolution([(-half, 0.0), (half, 0.0)], axis=shape.axis)
@@ -227,7 +227,7 @@ def _geometry(coal: Any, shape: Any) -> Any:
         case Box():
             return coal.Box(*shape.size)
         case Cylinder():
-            return coal.Cylinder(shape.radius, shape.length)
+            return coal.Cylinder(shape.radius, shape.span)
     return coal.Capsule(shape.radius, getattr(shape, "length", 0.0))
 
 

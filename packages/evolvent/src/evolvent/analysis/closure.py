@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.references import split_reference
 from evolvent.model.registry import asked
-from evolvent.parts.field import AccelerationField
-from evolvent.parts.load import Force, LawLoad
+from evolvent.parts.field import Field
+from evolvent.parts.load import Load
 from evolvent.parts.thread import Thread
 from evolvent.solvers.common import balance
 from evolvent.solvers.common.laws import states_energy
@@ -105,15 +105,16 @@ def unresolved_captures(solution: Solution) -> str:
 def unloaded_tips(assembly: Assembly) -> str:
     """A sentence on threads with a tip mass whose only load by a law is per length; '' where there is none."""
     threads = {name: part for name, part in assembly.parts.items() if isinstance(part, Thread) and part.tip_mass > 0.0}
-    if any(isinstance(part, AccelerationField) for part in assembly.parts.values()):
+    if any(isinstance(part, Field) and part.type == "acceleration" for part in assembly.parts.values()):
         return ""
-    places = [part.at for part in assembly.parts.values() if isinstance(part, Force) and isinstance(part.at, str)]
+    loads = {name: part for name, part in assembly.parts.items() if isinstance(part, Load)}
+    places = [part.at for part in loads.values() if isinstance(part.at, str)]
     at_tips = {thread for thread, node in map(split_reference, places) if node in ("tip", 0)}
-    for name, part in assembly.parts.items():
-        if isinstance(part, LawLoad) and part.thread in threads and part.thread not in at_tips:
+    for name, part in loads.items():
+        if part.law is not None and part.along in threads and part.along not in at_tips:
             return (
-                f"{name!r} acts per length of {part.thread!r}, not on its tip mass of "
-                f"{threads[part.thread].tip_mass:g} kg; for a load on the tip mass add a Force "
-                f"at '{part.thread}.tip', or an AccelerationField"
+                f"{name!r} acts per length of {part.along!r}, not on its tip mass of "
+                f"{threads[part.along].tip_mass:g} kg; for a load on the tip mass add a Load "
+                f"at '{part.along}.tip', or a Field of type 'acceleration'"
             )
     return ""

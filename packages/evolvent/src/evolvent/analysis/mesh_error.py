@@ -56,7 +56,7 @@ def refined(system: Composed) -> Composed:
     InputError
         If there are none, or a part cannot be refined; the sentence names it.
     """
-    finer = {name: part.refined(name) for name, part in system.parts.items()}
+    finer = {name: part.refined(name, system.parts) for name, part in system.parts.items()}
     changed = {name for name, part in system.parts.items() if finer[name] is not part}
     if not changed:
         raise InputError("mesh_error is given, but no part has elements: a beam, a rod or a thread")

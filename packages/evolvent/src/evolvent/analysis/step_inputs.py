@@ -9,7 +9,7 @@ from evolvent import cases
 from evolvent.analysis.composition import Composition
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import rigid
-from evolvent.parts.load import Force, Torque
+from evolvent.parts.load import Load
 from evolvent_base.errors import InputError, nearest
 
 
@@ -41,8 +41,8 @@ def with_inputs(system: Composition, inputs: Sequence[str]) -> Assembly:
             raise InputError(f"inputs name {body!r} twice; name it once")
         if not known[body]:
             raise InputError(f"inputs name {body!r}, which no force moves: it is held, or turned at a given rate")
-        copy.add(Force(at=body, force=(0.0, 0.0, 0.0)), f"{body}-input-force")
-        copy.add(Torque(at=body, torque=(0.0, 0.0, 0.0)), f"{body}-input-torque")
+        copy.add(Load(at=body, force=(0.0, 0.0, 0.0)), f"{body}-input-force")
+        copy.add(Load(at=body, torque=(0.0, 0.0, 0.0)), f"{body}-input-torque")
     return copy.assemble()
 
 

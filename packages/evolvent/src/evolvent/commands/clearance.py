@@ -44,7 +44,7 @@ def clearance(
     evolvent clearance run.nc --pair "panel 1,satellite" --check
     """  # noqa: D301
     from evolvent.analysis import clearance as distances, clearance_results as shown
-    from evolvent_base import plots, showing
+    from evolvent_base import showing
 
     if output is not None:
         showing.check_ending(output, shown.ENDINGS, "clearances")
@@ -58,10 +58,7 @@ def clearance(
     answer = shown.answer(found)
     if not quiet:
         showing.show(answer)
-    if output is not None:
-        echo(f"clearances: {showing.save(answer, output)}")
-    if figure is not None:
-        echo(f"figure: {plots.save(answer.figures[0], figure)}")
+    shared.write_files(answer, "clearances", output=output, figure=figure)
     if animation is not None:
         _write_animation(made, animation, found)
     if check and found.sizes["interference"]:

@@ -8,8 +8,8 @@ from typing import Any
 
 import click
 
-from evolvent_base import files, options as shared, progress
-from evolvent_base.console import echo, showing_progress
+from evolvent_base import options as shared, progress
+from evolvent_base.console import showing_progress
 from evolvent_base.errors import InputError, RunFailed
 
 
@@ -79,10 +79,7 @@ def design(case: str, **options: Any) -> None:
     answer = found.answer()
     if not options["quiet"]:
         showing.show(answer)
-    if output is not None:
-        files.write_file(output, answer.files["design.yaml"]())
-        echo(f"case: {output}")
-    shared.write_files(found, report=page, figure=picture)
+    shared.write_files(answer, "case", output=output, figure=picture, report=page)
     if not found.met:
         raise RunFailed(f"no design that was tried meets all requirements; missed: {'; '.join(found.missed())}", found)
 

@@ -52,7 +52,7 @@ def margin(
         found = cases.system(loaded.system).margin(loaded, motion=False if at_rest else None, **keys)
     if not quiet:
         showing.show(found.answer(), level=answer.DETAIL if details else answer.EVERYWHERE)
-    shared.write_files(found, output=output, figure=figure, report=report)
+    shared.write_files(found.answer(), found.named, output=output, figure=figure, report=report)
     if check and found.negative:
         raise RunFailed(f"the margin of {', '.join(map(repr, found.negative))} is below 0", found)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from evolvent_base import files, options as shared
-from evolvent_base.console import echo, showing_progress
+from evolvent_base.console import showing_progress
 
 
 @click.command()
@@ -44,5 +44,4 @@ def sensitivity(
     shown = answer(found)
     if not quiet:
         showing.show(shown)
-    if output is not None:
-        echo(f"sensitivities: {showing.save(shown, output)}")
+    shared.write_files(shown, "sensitivities", output=output)

@@ -236,7 +236,7 @@ def force_law(function: Callable) -> Any:
 
 
 def torque_law(function: Callable) -> Any:
-    """Turn ``f(t, x, R, w, parameters) -> (Tx, Ty, Tz)`` into the law of a `Torque` on a body or a rod's node.
+    """Turn ``f(t, x, R, w, parameters) -> (Tx, Ty, Tz)`` into the law of a torque, a `Load`, on a body or a rod's node.
 
     Parameters
     ----------

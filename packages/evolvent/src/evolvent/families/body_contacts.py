@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.families.contact_surfaces import RULES, is_conservative, pressing, slides_freely
-from evolvent.kernels import body_gaps, calls, contact, contact_laws, contact_tangent, surfaces, turning
+from evolvent.families.contact_surfaces import RULES, SAME, book, book_end, kinds, pressing, slides_freely
+from evolvent.kernels import body_gaps, calls, contact, contact_tangent, surfaces, turning
 from evolvent.kernels.ends import of_bodies
-from evolvent.model.family import BETWEEN, SUMMED, Family, Kind, has_friction, record
+from evolvent.model.family import BETWEEN, SUMMED, Family, Kind, record
 from evolvent.model.layout import Accounts
-from evolvent.model.powers import CONTACTS, RUBBED
 from evolvent.model.questions import AdjointSupport, Bound
-from evolvent.model.shares import Contact, Shares
+from evolvent.model.shares import Pressing, Shares
 
 Array = np.ndarray
 _3, _33, _6 = (3,), (3, 3), (6,)
@@ -38,12 +37,7 @@ def ties(t, model):
 def force(interval, model):
     """Forces of all contacts between bodies; what they take in a step, J."""
     step = interval.step
-    lost, rubbed = contact.add_bodies(interval.y1, step.span, step.rub, step.soft, step.chi, step.ratio, model)
-    if step.h > 0.0:
-        interval.contact[0] += lost
-        interval.contact[1] += rubbed
-    else:
-        interval.powers[CONTACTS] += lost
+    book(interval, contact.add_bodies(interval.y1, step.span, step.rub, step.soft, step.chi, step.ratio, model))
 
 
 @calls.tangent
@@ -84,10 +78,7 @@ def end_step(interval, model):
     step, rows = interval.step, model.body_contacts
     if step.again != 0.0:
         return
-    slip, damped = contact.end_bodies(model)
-    if step.share == 1.0:  # else `Interval.contact` has them
-        interval.powers[RUBBED] += slip
-        interval.powers[CONTACTS] += damped
+    book_end(interval, contact.end_bodies(model))
     for k in range(rows.size):
         rows[k].impulse += step.h * rows[k].force
 
@@ -213,29 +204,7 @@ BODY_CONTACTS = Family(
         "c": ("point_position", "m", "position of each contact point, on the first body's surface, inertial axes"),
         "gap1": ("gap", "m", "distance of the surfaces, negative where they overlap"),
     },
-    kinds=(
-        Kind(
-            "a contact between bodies without friction",
-            which=lambda found: (
-                (found["friction"] == 0.0) & (found["law"] == contact_laws.HUNT_CROSSLEY) & ~_is_of_box(found)
-            ),
-            symmetric=True,
-        ),
-        Kind(
-            "a contact between bodies with friction",
-            which=lambda found: (found["friction"] > 0.0) & ~_is_of_box(found),
-        ),
-        Kind(
-            "a contact between bodies with the law conservative",
-            which=lambda found: is_conservative(found) & ~_is_of_box(found),
-            symmetric=slides_freely,
-        ),
-        Kind(
-            "a contact of a box",
-            which=_is_of_box,
-            symmetric=slides_freely,
-        ),
-    ),
+    kinds=kinds("a contact between bodies", Kind("a contact of a box", which=_is_of_box, symmetric=slides_freely)),
     ends=of_bodies("a", "b"),
     force=force,
     ties=ties,
@@ -245,7 +214,7 @@ BODY_CONTACTS = Family(
     explicit_energy=explicit_energy,
     several=True,
     smooth=True,
-    shares=Shares(RULES, place=9, contact=Contact(pressing)),
+    shares=Shares(RULES, place=9, contact=Pressing(pressing)),
     conserved="contact",
     adjoint=AdjointSupport(
         "without friction its force follows from the state, with all derivatives", filtered="gaps of body_contacts",
@@ -265,15 +234,12 @@ BODY_CONTACTS = Family(
     friction_power=friction_power,
     kept=dict.fromkeys(("on_a", "on_b", "rubbing", "c", "force", "gap1", "energy"), BETWEEN) | {"impulse": SUMMED},
     forget=_forget,
-    static_friction=lambda found: found["friction"] > 0.0,
     at_rest=_at_rest,
     settle=lambda model, _: contact.end_bodies(model),
     presses=lambda model: model.body_contacts["force"] > 0.0,
     no_balance=_no_balance,
     accounts=(Accounts(lambda found: np.where(found["friction"] > 0.0, 3, 0), order=10),),
-    rubs=has_friction,
     stiffest=_without_stiffness,
     without_normal=_without_normal,
-    isolated=True,
-    at_times=True,
+    **SAME,
 )  # fmt: skip

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
+from evolvent.compiled.jit import inlined
 from evolvent.kernels import calls, contact, contact_laws, contact_tangent, surfaces, turning
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.model import IMPULSE, N_ACCOUNTS
 from evolvent.model.family import BETWEEN, NEARER, SUMMED, End, Family, Kind, Records, has_friction, record, where
 from evolvent.model.layout import Accounts
 from evolvent.model.powers import CONTACTS, RUBBED
-from evolvent.model.shares import FRICTION, NORMAL, RUBS, SPRING, Contact, Rule, Shares
+from evolvent.model.shares import FRICTION, NORMAL, RUBS, SPRING, Pressing, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
+
+
+#: Answers of contacts that are the same for all.
+SAME: Mapping[str, Any] = {"static_friction": has_friction, "rubs": has_friction, "isolated": True, "at_times": True}
 
 
 def is_conservative(found: Array) -> Array:
@@ -50,6 +55,44 @@ def slides_freely(_: Any, found: Array) -> bool:
     return not np.any(found["friction"] > 0.0)
 
 
+def kinds(what: str, other: Kind) -> tuple[Kind, ...]:
+    """Kinds of contacts: by friction and law those that are not of an `other` kind, and that one."""
+
+    def is_plain(found: Array) -> Array:
+        return ~has_friction(found) & np.asarray(found["law"] == contact_laws.HUNT_CROSSLEY) & ~other.mask(found)
+
+    return (
+        Kind(f"{what} without friction", which=is_plain, symmetric=True),
+        Kind(f"{what} with friction", which=lambda found: has_friction(found) & ~other.mask(found)),
+        Kind(
+            f"{what} with the law conservative", which=lambda found: is_conservative(found) & ~other.mask(found),
+            symmetric=slides_freely,
+        ),
+        other,
+    )  # fmt: skip
+
+
+_LAYER = Kind("a layer on other turns", which=lambda found: found["under"] >= 0, symmetric=slides_freely)
+
+
+@inlined
+def book(interval, taken):
+    """Add what normal forces and friction take: in a step J, at a state W."""
+    if interval.step.h > 0.0:
+        interval.contact[0] += taken[0]
+        interval.contact[1] += taken[1]
+    else:
+        interval.powers[CONTACTS] += taken[0]
+
+
+@inlined
+def book_end(interval, taken):
+    """Add what friction and damping took in the step that has ended, J."""
+    if interval.step.share == 1.0:  # else `Interval.contact` has them
+        interval.powers[RUBBED] += taken[0]
+        interval.powers[CONTACTS] += taken[1]
+
+
 def _of_surface(row: Any, records: Records) -> Iterator[End]:
     """Of a layer on other turns, whose points pass from element to element, its body alone."""
     yield "bodies", int(row["body"])
@@ -79,14 +122,8 @@ def ties(t, model):
 def force(interval, model):
     """Forces of all contact points of beams; what they take in a step, J."""
     step = interval.step
-    lost, rubbed = contact.add_points(
-        interval.y0, interval.y1, step.span, step.rub, step.soft, step.chi, step.ratio, model, model.F
-    )
-    if step.h > 0.0:
-        interval.contact[0] += lost
-        interval.contact[1] += rubbed
-    else:
-        interval.powers[CONTACTS] += lost
+    y0, y1 = interval.y0, interval.y1
+    book(interval, contact.add_points(y0, y1, step.span, step.rub, step.soft, step.chi, step.ratio, model, model.F))
 
 
 @calls.tangent
@@ -161,10 +198,7 @@ def end_step(interval, model):
     step, rows = interval.step, model.contact_surfaces
     if step.again != 0.0:
         return
-    slip, damped = contact.end_points(interval.y1, model)
-    if step.share == 1.0:  # else `Interval.contact` has them
-        interval.powers[RUBBED] += slip
-        interval.powers[CONTACTS] += damped
+    book_end(interval, contact.end_points(interval.y1, model))
     for k in range(rows.size):
         rows[k].impulse += step.h * rows[k].normal
 
@@ -263,31 +297,8 @@ CONTACT_SURFACES = Family(
         "energy": ("energy_elastic", "J", "elastic energy of the contact and of what sticks by friction"),
     },
     kinds=(
-        Kind(
-            "a contact without friction",
-            which=lambda found: (
-                (found["friction"] == 0.0) & (found["under"] < 0) & (found["law"] == contact_laws.HUNT_CROSSLEY)
-            ),
-            symmetric=True,
-        ),
-        Kind(
-            "a contact with friction",
-            which=lambda found: (found["friction"] > 0.0) & (found["under"] < 0),
-        ),
-        Kind(
-            "a contact with the law conservative", which=is_conservative,
-            symmetric=slides_freely,
-        ),
-        Kind(
-            "a contact with the paper's law",
-            which=where("law", contact_laws.PAPER),
-            symmetric=slides_freely,
-        ),
-        Kind(
-            "a layer on other turns",
-            which=lambda found: found["under"] >= 0,
-            symmetric=slides_freely,
-        ),
+        *kinds("a contact", _LAYER),
+        Kind("a contact with the paper's law", which=where("law", contact_laws.PAPER), symmetric=slides_freely),
     ),
     ends=_of_surface,
     couples=_coupled,
@@ -303,7 +314,7 @@ CONTACT_SURFACES = Family(
     by_rates=False,
     reads_inertia=False,
     smooth=lambda found: found["under"] < 0,
-    shares=Shares(RULES, place=8, contact=Contact(pressing, _is_undetermined)),
+    shares=Shares(RULES, place=8, contact=Pressing(pressing, _is_undetermined)),
     evaluate=evaluate,
     end_step=end_step,
     contact_set=contact_set,
@@ -313,7 +324,6 @@ CONTACT_SURFACES = Family(
     friction_power=friction_power,
     kept=dict.fromkeys(("force", "moment", "normal", "energy"), BETWEEN) | {"touching": NEARER, "impulse": SUMMED},
     forget=_forget,
-    static_friction=lambda found: found["friction"] > 0.0,
     at_rest=_at_rest,
     settle=lambda model, y: contact.end_points(y, model),
     inner=_inner,
@@ -322,11 +332,9 @@ CONTACT_SURFACES = Family(
         Accounts(1, field="", order=0),  # impulse of the normal forces
         Accounts(lambda found: np.where(found["friction"] > 0.0, 3 * (found["last"] - found["first"]), 0), order=9),
     ),
-    rubs=has_friction,
     stiffest=_without_stiffness,
     jumps=lambda found: (found["law"] == contact_laws.PAPER) & (found["damping"] > 0.0),
-    isolated=True,
-    at_times=True,
+    **SAME,
 )  # fmt: skip
 
 

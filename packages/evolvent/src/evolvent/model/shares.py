@@ -68,7 +68,7 @@ class Elastic(NamedTuple):
     pushing: Callable[[Any], Mapping[str, Array]] | None = None
 
 
-class Contact(NamedTuple):
+class Pressing(NamedTuple):
     """How contacts press and rub.
 
     Attributes
@@ -110,7 +110,7 @@ class Shares(NamedTuple):
         direction, the position, the coordinates that are held (the one with the margin first), and the multipliers of
         the joints in a motion, None at rest, to the powers by the labels of its shares
     standing : bool, whether its forces are those of an equilibrium (with a load factor)
-    elastic : Elastic, of elastic parts, one record each; contact : Contact
+    elastic : Elastic, of elastic parts, one record each; contact : Pressing
     tie : function of a record to the coordinates that it ties to one another, in positions and directions
     measured : str, field with the index of a coordinate that a record measures alone, which has no margin
     refused : function of a record, its part, and whether everything turns steadily, to why it has no place in the
@@ -127,7 +127,7 @@ class Shares(NamedTuple):
     together: Callable[[Any, Any, Any, Any, list[int], Any], Mapping[str, float]] | None = None
     standing: bool = False
     elastic: Elastic | None = None
-    contact: Contact | None = None
+    contact: Pressing | None = None
     tie: Callable[[Any], Tie] | None = None
     measured: str = ""
     refused: Callable[[Any, Any, bool], str] | None = None

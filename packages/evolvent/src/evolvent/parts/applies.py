@@ -6,6 +6,8 @@ import dataclasses
 from collections.abc import Mapping
 from typing import Any
 
+from evolvent_base.errors import InputError
+
 
 @dataclasses.dataclass(frozen=True)
 class When:
@@ -14,7 +16,7 @@ class When:
     Attributes
     ----------
     keys : tuple of str, of which one or more must be given; where `absent`, none
-    values : tuple of str, of which the (one) key must have one; empty for any value
+    values : tuple of str, of which the (one) key must have one, "" where it may be left out; empty for any value
     absent : bool
     """
 
@@ -30,7 +32,8 @@ class When:
         given : mapping, key -> value or text; None and '' stand for what is left out
         """
         if self.values:
-            return str(given.get(self.keys[0])) in self.values
+            value = given.get(self.keys[0])
+            return ("" if value is None else str(value)) in self.values
         return any(given.get(key) not in (None, "") for key in self.keys) is not self.absent
 
 
@@ -53,16 +56,31 @@ def left_out(*keys: str) -> When:
     return When(keys, absent=True)
 
 
-#: Of a load or a part that takes a law.
+#: Of a part that takes a law.
 OF_LAW: Applies = {"parameters": (given("law"),), "constants": (given("law"),)}
 
 
-def either(constant: str, direction: str) -> Applies:
-    """Of a load: a constant value, or a direction and a profile, or a law."""
-    return {
-        constant: (left_out(direction, "profile", "law"),),
-        direction: (left_out(constant, "law"),),
-        "profile": (left_out(constant, "law"),),
-        "law": (left_out(constant, direction, "profile"),),
-        **OF_LAW,
-    }
+def refuse_unfit(name: str, part: Any) -> None:
+    """Refuse a key of a part that is given where it does not apply; one at its default is not given.
+
+    Parameters
+    ----------
+    name : str, of the part, for messages
+    part : Part
+    """
+    fields = type(part).model_fields
+    values = {key: getattr(part, key) for key in fields}
+    kept = {key: value for key, value in values.items() if value != fields[key].default}
+    for key, conditions in part.applies.items():
+        for when in conditions if key in kept else ():
+            if when.holds(values if when.values else kept):
+                continue
+            others = [f"{name}.{other}" for other in when.keys]
+            if when.values:
+                value = values[when.keys[0]]
+                allowed = " or ".join(repr(word) for word in when.values if word)
+                raise InputError(f"{name}.{key} is given, but {others[0]} is {value!r}, not {allowed}")
+            if when.absent:
+                other = next(f"{name}.{other}" for other in when.keys if other in kept)
+                raise InputError(f"{name}.{key} and {other} are both given; leave one of them out")
+            raise InputError(f"{name}.{key} is given without {' or '.join(others)}, to which it belongs")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self, get_origin
 
 import numpy as np
@@ -54,12 +55,13 @@ class Part(Section):
         """The part with other values of some keys."""
         return type(self)(**({key: getattr(self, key) for key in self.model_fields_set} | keys))
 
-    def refined(self, name: str) -> Part:
+    def refined(self, name: str, parts: Mapping[str, Part]) -> Part:
         """The part with twice as many elements, each of half the length; itself where it has none.
 
         Parameters
         ----------
         name : str, of the part, for messages
+        parts : mapping, name -> part, all of the system
 
         Raises
         ------
@@ -94,16 +96,18 @@ class Reference(Annotation):
     points : bool, whether a point on the part may be meant: "boom.tip", "boom[5]", ("hub", (x, y, z)), or (x, y, z) of
         the ground
     several : bool, whether a list of names is wanted
+    alone : bool, whether one of `several` may stand without a list
     """
 
     what: str
     points: bool = False
     several: bool = False
+    alone: bool = False
 
     @property
     def allowed(self) -> str:
         """What is allowed, as the end of a sentence."""
-        if self.points and self.several:
+        if self.points and self.several and not self.alone:
             return (
                 f"a list of {self.what}, each a part's name, 'boom.tip', 'boom[5]', [hub, [0, 0, 1 m]], or a position "
                 f"on the ground"
@@ -111,7 +115,7 @@ class Reference(Annotation):
         if self.points:
             return (
                 f"{self.what}: a part's name, 'boom.tip', 'boom[5]', [hub, [0, 0, 1 m]], or a position on the ground, "
-                f"[0, 0, 1 m]"
+                f"[0, 0, 1 m]{', or a list of these' if self.alone else ''}"
             )
         return f"a list of names of {self.what}" if self.several else f"the name of {self.what}"
 
@@ -130,16 +134,24 @@ class Reference(Annotation):
         elif isinstance(value[0], str):
             yield value[0]
 
+    def each(self, value: Any) -> Any:
+        """The single references of a value of `several`, as they were typed."""
+        if self.alone:
+            with contextlib.suppress(PydanticCustomError):
+                return [value] if isinstance(value, str) or _POINT.read(value) else value
+        return value
+
     def read(self, value: Any) -> Any:
         """A name as it is; (name, position) and positions as tuples."""
+        value = self.each(value)
         try:
             if isinstance(value, str) and not self.several:
                 name, point = split_reference(value)
                 if point is None or self.points:
                     return value.strip()
                 raise InputError(f"{name!r} alone is meant")
-            if not units.is_list(value):
-                raise InputError("it is no list")
+            if not units.is_list(value) or (self.alone and not value):
+                raise InputError("it is no list, or an empty one")
             if self.several and self.points:
                 return tuple(_POINT.read(one) for one in value)
             if self.several:
@@ -157,12 +169,13 @@ class Reference(Annotation):
         if value is None or isinstance(value, str):
             return value
         if self.several:
-            return [_POINT.write(one) for one in value] if self.points else list(value)
+            found = [_POINT.write(one) for one in value] if self.points else list(value)
+            return found[0] if self.alone and len(found) == 1 else found
         return [value[0], _POSITION.write(value[1])] if isinstance(value[0], str) else _POSITION.write(value)
 
     def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """A text, or a list."""
-        if self.several:
+        if self.several and not self.alone:
             items = {"anyOf": [{"type": "string"}, {"type": "array"}]} if self.points else {"type": "string"}
             return {"type": "array", "items": items, "description": self.allowed}
         if self.points:
@@ -183,7 +196,6 @@ PointReferences = Annotated[
 ]
 BodyName = Annotated[str, Reference(what="a body")]
 BeamName = Annotated[str, Reference(what="a beam")]
-BeamNames = Annotated[tuple[str, ...], Reference(what="beams", several=True)]
 RodName = Annotated[str, Reference(what="a rod")]
 ThreadName = Annotated[str, Reference(what="a thread")]
 JointName = Annotated[str, Reference(what="a joint")]

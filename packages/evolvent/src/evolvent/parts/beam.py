@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -171,7 +172,7 @@ class Beam(Part):
             )
         check_inertia(name, self.inertia, self.section, self.material)
 
-    def refined(self, name: str) -> Beam:
+    def refined(self, name: str, parts: Mapping[str, Part]) -> Beam:
         """The beam with every element in halves."""
         keys = halved(self, name, ("nodes", "rates"))
         if self.damped is not None:

@@ -94,3 +94,15 @@ def check_units(key: str, value: Any, kind: int) -> None:
                 f"{key} is {float(value):g} {value.unit}, but its coordinate is {what}; give it in "
                 f"{ANGLE_AND_TRAVEL[at][wanted]}"
             )
+
+
+def check_unit(key: str, value: Any, unit: str) -> None:
+    """Refuse values, also inside sections and lists, that have another unit than what the other keys of a part say."""
+    if isinstance(value, Section):
+        for inner in type(value).model_fields:
+            check_unit(f"{key}.{inner}", getattr(value, inner), unit)
+    elif isinstance(value, tuple):
+        for inner in value:
+            check_unit(key, inner, unit)
+    elif isinstance(value, Measured) and value.unit in ("N", "N m", "N/m") and value.unit != unit:
+        raise InputError(f"{key} has the unit {value.unit}; it must be in {unit}")

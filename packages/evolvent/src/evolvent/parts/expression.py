@@ -151,7 +151,6 @@ def _number(value: Any, allowed: str) -> float:
 
 SpringLaw = Annotated[Any, Law("spring")]
 ForceLaw = Annotated[Any, Law("force")]
-TorqueLaw = Annotated[Any, Law("torque")]
 DriveLaw = Annotated[Any, Law("drive")]
 EventLaw = Annotated[Any, Law("event")]
 MotorLaw = Annotated[Any, Law("motor")]

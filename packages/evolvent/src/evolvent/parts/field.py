@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import drive, fields as kernels
-from evolvent.parts.applies import OF_LAW, Applies, left_out
+from evolvent.parts.applies import OF_LAW, Applies, left_out, one_of, refuse_unfit
 from evolvent.parts.base import Part, unit
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
 from evolvent.parts.field_points import write_field_points
@@ -20,13 +20,22 @@ from evolvent_base.errors import InputError
 _RIGHT = 1e-6
 
 
-class Orbit(Part):
-    """The orbital frame of a circular orbit: the system's axes rotate with it, and its accelerations act on every mass.
+class Field(Part):
+    """A field of accelerations on every mass: by a law, or the frame of a circular orbit, with which the axes rotate.
 
     Parameters
     ----------
+    type : {"acceleration", "orbit"}
+        acceleration: by `law`. orbit: the system's axes rotate with the orbital frame, and its accelerations act.
+    law : list of three expressions, optional
+        ax, ay and az, m/s^2, of the position x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t (s); or a
+        function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (ax, ay, az)``.
+    parameters : list of float
+        Parameters of a Python law.
+    constants : mapping of names to float
+        Constants of the expressions.
     rate : float, rad/s, optional
-        Mean motion n.
+        Mean motion n of the orbit.
     radius : float, m, optional
         Radius of the orbit from the centre of the planet; with `gravitational_parameter`, in place of `rate`.
     gravitational_parameter : float, m^3/s^2, optional
@@ -38,48 +47,68 @@ class Orbit(Part):
 
     Notes
     -----
+    The acceleration of points and nodes of threads (tip masses included) is evaluated at their positions. It is
+    integrated over a body by at most seven points that have its mass, centre and second moments, over an element of a
+    beam by Gauss points along the axis and four points in the section, and over wound thread with `wound_mass`
+    'carried' by four points of its ring. Forces and moments are exact for laws linear in position and velocity, as
+    those of an orbit are.
+
     The origin of the system's axes moves on the orbit. With x radial, y along the flight and z normal to the orbit, a
     point follows
 
         x'' = 2 n y' + 3 n^2 x,    y'' = -2 n x',    z'' = -n^2 z
 
     in the absence of other forces (Clohessy & Wiltshire, 1960): gravity to the first order in the distance from the
-    origin, centrifugal and Coriolis forces. The accelerations are integrated over the mass of bodies, beams, points,
-    threads with their tip masses, and wound thread with `wound_mass` 'carried'. A body therefore has the
-    gravity-gradient moment 3 n^2 e_r x J e_r and the gyroscopic moments of the frame, also on the spin of its reaction
-    wheels. Positions, velocities, angular velocities, momenta and kinetic energies are relative to the frame. The work
-    of the frame's forces counts as work of loads; Coriolis forces do no work.
+    origin, centrifugal and Coriolis forces. A body therefore has the gravity-gradient moment 3 n^2 e_r x J e_r and the
+    gyroscopic moments of the frame, also on the spin of its reaction wheels. Positions, velocities, angular velocities,
+    momenta and kinetic energies are relative to the frame. The work of the frame's forces counts as work of loads;
+    Coriolis forces do no work.
     """
 
     applies: ClassVar[Applies] = {
-        "rate": (left_out("radius", "gravitational_parameter"),),
-        "radius": (left_out("rate"),),
-        "gravitational_parameter": (left_out("rate"),),
+        "law": (one_of("type", "acceleration"),),
+        **OF_LAW,
+        "rate": (one_of("type", "orbit"), left_out("radius", "gravitational_parameter")),
+        "radius": (one_of("type", "orbit"), left_out("rate")),
+        "gravitational_parameter": (one_of("type", "orbit"), left_out("rate")),
+        "radial": (one_of("type", "orbit"),),
+        "along": (one_of("type", "orbit"),),
     }
-    kind: Literal["orbit"] = "orbit"
+    kind: Literal["field"] = "field"
+    type: Literal["acceleration", "orbit"] = "acceleration"
+    law: ForceLaw | None = None
+    parameters: Parameters = ()
+    constants: Constants | None = None
     rate: units.PositiveRate | None = None
     radius: units.Length | None = None
     gravitational_parameter: units.GravitationalParameter | None = None
     radial: units.Direction = (1.0, 0.0, 0.0)
     along: units.Direction = (0.0, 1.0, 0.0)
 
-    def mean_motion(self, name: str = "orbit") -> float:
-        """Mean motion n, rad/s."""
-        both = (self.radius, self.gravitational_parameter)
-        if self.rate is not None:
-            if both != (None, None):
-                key = "radius" if self.radius is not None else "gravitational_parameter"
-                raise InputError(f"{name}.rate and {name}.{key} are both given; give rate, or radius and "
-                                 f"gravitational_parameter")  # fmt: skip
-            return self.rate
-        if self.radius is None or self.gravitational_parameter is None:
-            key = "rate" if both == (None, None) else "radius" if self.radius is None else "gravitational_parameter"
-            rest = "; give rate, or radius and gravitational_parameter" if key == "rate" else ""
-            raise InputError(f"{name}.{key} is missing{rest}")
-        return math.sqrt(self.gravitational_parameter / self.radius**3)
-
     def write(self, builder: Builder, name: str) -> None:
         """Write the field."""
+        refuse_unfit(name, self)
+        if self.type == "orbit":
+            self._write_orbit(builder, name)
+            return
+        if self.law is None:
+            raise InputError(f"{name}.law is missing; a field of type 'acceleration' needs it")
+        found = write_law(builder, name, self.law, "force", self.parameters, self.constants)
+        _write(builder, name, kind=kernels.LAW, K=np.zeros((3, 3)), w=np.zeros(3), scale=1.0, **found)
+
+    def mean_motion(self, name: str = "orbit") -> float:
+        """Mean motion n of an orbit, rad/s."""
+        if self.rate is not None:
+            return self.rate
+        if self.radius is None or self.gravitational_parameter is None:
+            if self.radius is None and self.gravitational_parameter is None:
+                raise InputError(f"{name}.rate is missing; give rate, or radius and gravitational_parameter")
+            key = "radius" if self.radius is None else "gravitational_parameter"
+            raise InputError(f"{name}.{key} is missing")
+        return math.sqrt(self.gravitational_parameter / self.radius**3)
+
+    def _write_orbit(self, builder: Builder, name: str) -> None:
+        """Write the accelerations of the frame of an orbit."""
         n, r, along = self.mean_motion(name), unit(self.radial), unit(self.along)
         if abs(float(r @ along)) > _RIGHT:
             raise InputError(
@@ -93,39 +122,6 @@ class Orbit(Part):
         h = np.cross(r, along)
         K = n * n * (3.0 * np.outer(r, r) - np.outer(h, h))
         _write(builder, name, kind=kernels.ORBIT, law=0, first=0, last=0, K=K, w=n * h, scale=1.0)
-
-
-class AccelerationField(Part):
-    """An acceleration of every mass by a law of position, velocity and time.
-
-    Parameters
-    ----------
-    law : list of three expressions
-        ax, ay and az, m/s^2, of the position x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t (s); or a
-        function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (ax, ay, az)``.
-    parameters : list of float
-        Parameters of a Python law.
-    constants : mapping of names to float
-        Constants of the expressions.
-
-    Notes
-    -----
-    The acceleration of points and nodes of threads (tip masses included) is evaluated at their positions. It is
-    integrated over a body by at most seven points that have its mass, centre and second moments, over an element of a
-    beam by Gauss points along the axis and four points in the section, and over wound thread with `wound_mass`
-    'carried' by four points of its ring. Forces and moments are exact for laws linear in position and velocity.
-    """
-
-    applies: ClassVar[Applies] = OF_LAW
-    kind: Literal["acceleration-field"] = "acceleration-field"
-    law: ForceLaw
-    parameters: Parameters = ()
-    constants: Constants | None = None
-
-    def write(self, builder: Builder, name: str) -> None:
-        """Write the field."""
-        found = write_law(builder, name, self.law, "force", self.parameters, self.constants)
-        _write(builder, name, kind=kernels.LAW, K=np.zeros((3, 3)), w=np.zeros(3), scale=1.0, **found)
 
 
 def _write(builder: Builder, name: str, **fields: Any) -> None:

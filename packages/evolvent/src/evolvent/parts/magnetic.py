@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.assembly.builder import Builder
 from evolvent.parts.base import Part, PointReference
-from evolvent.parts.load import Torque
+from evolvent.parts.load import Load
 from evolvent_base import units
 from evolvent_base.errors import InputError
 
@@ -52,7 +52,7 @@ class MagneticTorque(Part):
     ramp: units.DurationOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
-        """Write a torque by a law of the attitude (`Torque`)."""
+        """Write a torque by a law of the attitude (`Load`)."""
         if builder.location(self.at, f"{name}.at").family == "beams":
             raise InputError(
                 f"{name}.at is {self.at!r}, a node of a beam, which has no attitude; give a body, or a node of a rod"
@@ -60,7 +60,7 @@ class MagneticTorque(Part):
         names = ("mx", "my", "mz", "b1", "b2", "b3")
         constants = dict(zip(names, itertools.chain(self.moment, self.field), strict=True))
         times = {"start": self.start, "until": self.until, "ramp": self.ramp}
-        Torque(at=self.at, law=_LAW, constants=constants, **times).write(builder, name)
+        Load(at=self.at, type="torque", law=_LAW, constants=constants, **times).write(builder, name)
 
     def observe(self, view: Any, name: str, found: Any) -> None:
         """Add the moment and its potential energy to the results of a torque."""

@@ -168,6 +168,7 @@ TorqueOrForceProfile = Annotated[Profile[units.TorqueOrForce], BeforeValidator(_
 VoltageProfile = Annotated[Profile[units.Voltage], BeforeValidator(_as_keys)]
 CurrentProfile = Annotated[Profile[units.Current], BeforeValidator(_as_keys)]
 LineForceProfile = Annotated[Profile[units.LineForce], BeforeValidator(_as_keys)]
+LoadProfile = Annotated[Profile[units.ForceOrTorque], BeforeValidator(_as_keys)]
 TemperatureProfile = Annotated[Profile[units.Temperature], BeforeValidator(_as_keys)]
 GradientProfile = Annotated[Profile[units.TemperatureGradient], BeforeValidator(_as_keys)]
 

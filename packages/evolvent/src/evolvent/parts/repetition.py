@@ -219,12 +219,10 @@ def _moved(
         else:
             mark = next((one for one in marks(field) if isinstance(one, Reference) and one.points), None)
             if mark is not None:
-                where = f"{key}.{name}"
-                moved = (
-                    [_end(one, raw, how, k, where, fixed) for one, raw in zip(value, given[name], strict=True)]
-                    if mark.several
-                    else _end(value, given.get(name, value), how, k, where, fixed)
-                )
+                where, raw = f"{key}.{name}", given.get(name, value)
+                pairs = zip(value, mark.each(raw), strict=True) if mark.several else ((value, raw),)
+                ends = [_end(one, text, how, k, where, fixed) for one, text in pairs]
+                moved = ends if mark.several else ends[0]
                 if moved != value:
                     found[name] = how.numbered(moved, k)
     return found

@@ -14,7 +14,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.kernels import resistance as kernels
 from evolvent.kernels.bristle import DAHL, SLIP
 from evolvent.parts import hysteresis, table_file
-from evolvent.parts.applies import Applies, given, left_out
+from evolvent.parts.applies import Applies, given, left_out, one_of, refuse_unfit
 from evolvent.parts.base import CoordinateName, Part
 from evolvent.parts.checks import check_units
 from evolvent.parts.find_coordinate import find_coordinate
@@ -104,17 +104,21 @@ def add_resistance(builder: Builder, name: str, h: int, kind: int, curve: int, f
     builder.names[name] = ("resistances", index)
 
 
-class Harness(Part):
-    """A harness (cables, hoses) across a joint: an elastic curve, hysteresis, and set.
+class Resistance(Part):
+    """What resists at a joint by its path: a harness, a tape-spring hinge, or an adhesion that breaks.
 
     Parameters
     ----------
     joint : str
         A `RotationalSpring` or `TranslationalSpring`, or a revolute or prismatic `Joint`, whose coordinate is then 0 at
         the start.
+    type : {"harness", "tape-spring", "adhesion"}
+        harness (cables, hoses): an elastic curve, hysteresis, and set. tape-spring: a moment-angle curve of the
+        straight tape, and another one of the folded tape. adhesion: it holds the joint until it breaks, once, as what a
+        release must overcome.
     torque : rows [angle, torque] or [travel, force], optional
-        Elastic curve, the middle of the loop; straight lines between the rows and beyond them. A positive torque
-        resists a growing coordinate.
+        Elastic curve of a harness, the middle of the loop; straight lines between the rows and beyond them. A positive
+        torque resists a growing coordinate.
     stiffness : float, N m/rad or N/m
         Of a straight elastic curve, in place of `torque`.
     rest : float, rad or m
@@ -123,8 +127,8 @@ class Harness(Part):
         Set: by how much the elastic curve has moved along the coordinate, towards where the harness was stowed.
     bristles : rows [stiffness, torque] or [stiffness, force], optional
         Hysteresis: springs in series with sliders, each with the torque at which it slips.
-    law : str
-        "slip" (elements of Masing and Iwan), or "dahl" (each bristle goes to its torque exponentially).
+    law : {"slip", "dahl"}
+        slip: elements of Masing and Iwan. dahl: each bristle goes to its torque exponentially.
     loop : rows [angle, torque] or [travel, force], optional
         A measured loop, in the order of the measurement, which ends where it starts. Gives the elastic curve and the
         bristles, in place of `torque`, `stiffness` and `bristles`.
@@ -137,19 +141,43 @@ class Harness(Part):
     relaxed_at : float, rad or m, optional
         Coordinate at which the bristles had no torque before the harness was bent to where it starts; if left out, they
         have none at the start, as after a long stowage.
+    straight : rows [angle, moment] or [travel, force], optional
+        Of the straight tape, until it buckles: at the last row where it folds towards larger angles, at the first row
+        where towards smaller ones. A positive moment resists a growing coordinate.
+    folded : rows [angle, moment] or [travel, force], optional
+        Of the folded tape, from where it snaps back.
+    opposite : rows [angle, moment] or [travel, force], optional
+        Of the tape that is folded the other way; without it the straight tape does not buckle that way.
+    state : {"straight", "folded", "opposite"}, optional
+        Of the tape at the start, where it may be either.
+    strength : float, N m or N, optional
+        Torque or force at which an adhesion breaks, either way.
+    distance : float, rad or m, optional
+        Way from the start at which it breaks; 1e-4 rad or 1e-5 m if left out. The energy strength distance/2 is lost.
+
+    Notes
+    -----
+    Between buckling and snap-back a tape has either moment, by where it comes from. The area between both curves is
+    what a cycle takes. At a snap the energy falls at once; a table of moments does not say how the two snaps share the
+    area: each takes half. Beyond the other rows the curves go on straight.
     """
 
     applies: ClassVar[Applies] = {
-        "torque": (left_out("stiffness", "loop"),),
-        "stiffness": (left_out("torque", "loop"),),
-        "loop": (left_out("torque", "stiffness", "bristles"),),
-        "bristles": (left_out("loop"),),
-        "rest": (given("stiffness"),),
-        "law": (given("bristles", "loop"),),
-        "misfit": (given("loop"),),
+        "torque": (one_of("type", "harness"), left_out("stiffness", "loop")),
+        "stiffness": (one_of("type", "harness"), left_out("torque", "loop")),
+        "rest": (one_of("type", "harness"), given("stiffness")),
+        "set": (one_of("type", "harness"),),
+        "bristles": (one_of("type", "harness"), left_out("loop")),
+        "law": (one_of("type", "harness"), given("bristles", "loop")),
+        "loop": (one_of("type", "harness"), left_out("torque", "stiffness", "bristles")),
+        "misfit": (one_of("type", "harness"), given("loop")),
+        "relaxed_at": (one_of("type", "harness"),),
+        **{key: (one_of("type", "tape-spring"),) for key in ("straight", "folded", "opposite", "state")},
+        **{key: (one_of("type", "adhesion"),) for key in ("strength", "distance")},
     }
-    kind: Literal["harness"] = "harness"
+    kind: Literal["resistance"] = "resistance"
     joint: CoordinateName
+    type: Literal["harness", "tape-spring", "adhesion"]
     torque: CurveTable | None = None
     stiffness: units.CoordinateStiffnessOrZero = 0.0
     rest: units.AngleOrTravel = 0.0
@@ -159,28 +187,32 @@ class Harness(Part):
     loop: CurveTable | None = None
     misfit: units.PositiveNumber = 0.05
     relaxed_at: units.AngleOrTravel | None = None
+    straight: CurveTable | None = None
+    folded: CurveTable | None = None
+    opposite: CurveTable | None = None
+    state: Literal["straight", "folded", "opposite"] | None = None
+    strength: units.TorqueOrForceLimit | None = None
+    distance: units.PositiveAngleOrTravel | None = None
 
-    def _check(self, name: str) -> None:
-        """Refuse keys that do not go together."""
-        given = [key for key in ("torque", "stiffness", "loop") if getattr(self, key)]
-        if len(given) > 1:
-            raise InputError(f"{name}.{given[0]} and {name}.{given[1]} are both given; leave one of them out")
-        if not given and not self.bristles:
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the row of the family `resistances`, its curves and its bristles."""
+        refuse_unfit(name, self)
+        h = find_coordinate(builder, f"{name}.joint", self.joint)
+        kinds = {"harness": self._write_harness, "tape-spring": self._write_tape, "adhesion": self._write_adhesion}
+        kinds[self.type](builder, name, h, builder.rows["coordinates"][h])
+
+    def _needed(self, name: str, key: str) -> Any:
+        """The value of a key that its type needs."""
+        if getattr(self, key) is None:
+            raise InputError(f"{name}.{key} is missing; a resistance of type {self.type!r} needs it")
+        return getattr(self, key)
+
+    def _write_harness(self, builder: Builder, name: str, h: int, row: dict[str, Any]) -> None:
+        """Write the curve and the bristles of a harness."""
+        if self.torque is None and self.loop is None and not self.bristles and not self.stiffness:
             raise InputError(
                 f"{name} has no torque; give {name}.loop, or {name}.torque, {name}.stiffness, {name}.bristles"
             )
-        if self.loop is not None and self.bristles is not None:
-            raise InputError(f"{name}.loop and {name}.bristles are both given; leave one of them out")
-        if self.rest and not self.stiffness:
-            raise InputError(f"{name}.rest belongs to {name}.stiffness, which is 0; give {name}.set")
-        if "misfit" in self.model_fields_set and self.loop is None:
-            raise InputError(f"{name}.misfit belongs to {name}.loop, which is not given")
-
-    def write(self, builder: Builder, name: str) -> None:
-        """Write the row of the family `resistances`, its curve and its bristles."""
-        self._check(name)
-        h = find_coordinate(builder, f"{name}.joint", self.joint)
-        row = builder.rows["coordinates"][h]
         for key in ("stiffness", "rest", "set", "bristles", "relaxed_at"):
             check_units(f"{name}.{key}", getattr(self, key), row["kind"])
         bristles = [(float(k), float(L)) for k, L in self.bristles or ()]
@@ -204,49 +236,15 @@ class Harness(Part):
             builder.add("bristles", force0=force, force=force, **fields)
         add_resistance(builder, name, h, kernels.HARNESS, curve, first)
 
-
-class TapeSpringHinge(Part):
-    """A tape-spring hinge: a moment-angle curve of the straight tape, and another one of the folded tape.
-
-    Parameters
-    ----------
-    joint : str
-        A `RotationalSpring` or `TranslationalSpring`, or a revolute or prismatic `Joint`, whose coordinate is then 0 at
-        the start.
-    straight : rows [angle, moment] or [travel, force]
-        Of the straight tape, until it buckles: at the last row where it folds towards larger angles, at the first row
-        where towards smaller ones. A positive moment resists a growing coordinate.
-    folded : rows [angle, moment] or [travel, force]
-        Of the folded tape, from where it snaps back.
-    opposite : rows [angle, moment] or [travel, force], optional
-        Of the tape that is folded the other way; without it the straight tape does not buckle that way.
-    state : {"straight", "folded", "opposite"}, optional
-        At the start, where the tape may be either.
-
-    Notes
-    -----
-    Between buckling and snap-back the tape has either moment, by where it comes from. The area between both curves is
-    what a cycle takes. At a snap the energy falls at once; a table of moments does not say how the two snaps share the
-    area: each takes half. Beyond the other rows the curves go on straight.
-    """
-
-    kind: Literal["tape-spring-hinge"] = "tape-spring-hinge"
-    joint: CoordinateName
-    straight: CurveTable
-    folded: CurveTable
-    opposite: CurveTable | None = None
-    state: Literal["straight", "folded", "opposite"] | None = None
-
-    def write(self, builder: Builder, name: str) -> None:
-        """Write the row of the family `resistances` and its curves."""
-        h = find_coordinate(builder, f"{name}.joint", self.joint)
-        row = builder.rows["coordinates"][h]
-        x, moment = ascending(f"{name}.straight", self.straight, row["kind"])
+    def _write_tape(self, builder: Builder, name: str, h: int, row: dict[str, Any]) -> None:
+        """Write the curves of a tape-spring hinge."""
+        straight, folded = (self._needed(name, key) for key in ("straight", "folded"))
+        x, moment = ascending(f"{name}.straight", straight, row["kind"])
         energy = energies(x, moment)
         energy -= np.interp(0.0, x, energy)
         ends: dict[str, Any] = {}
         first, others = len(builder.rows["curves"]), []
-        up = self.folded[-1][0] > x[-1]
+        up = folded[-1][0] > x[-1]
         for number, key in enumerate(("folded", "opposite"), 1):
             table = getattr(self, key)
             if table is None:
@@ -297,36 +295,16 @@ class TapeSpringHinge(Part):
             )
         return words.index(self.state or can[0])
 
-
-class Adhesion(Part):
-    """An adhesion that holds a joint until it breaks, once: the torque or force that a release must overcome.
-
-    Parameters
-    ----------
-    joint : str
-        A `RotationalSpring` or `TranslationalSpring`, or a revolute or prismatic `Joint`.
-    torque : float, N m or N
-        Torque or force at which it breaks, either way.
-    distance : float, rad or m, optional
-        Way from the start at which it breaks; 1e-4 rad or 1e-5 m if left out. The energy torque distance/2 is lost.
-    """
-
-    kind: Literal["adhesion"] = "adhesion"
-    joint: CoordinateName
-    torque: units.TorqueOrForceLimit
-    distance: units.PositiveAngleOrTravel | None = None
-
-    def write(self, builder: Builder, name: str) -> None:
-        """Write the row of the family `resistances` and its curves: before it breaks, and after."""
-        h = find_coordinate(builder, f"{name}.joint", self.joint)
-        row = builder.rows["coordinates"][h]
-        for key in ("torque", "distance"):
+    def _write_adhesion(self, builder: Builder, name: str, h: int, row: dict[str, Any]) -> None:
+        """Write the curves of an adhesion: before it breaks, and after."""
+        strength = float(self._needed(name, "strength"))
+        for key in ("strength", "distance"):
             check_units(f"{name}.{key}", getattr(self, key), row["kind"])
         way = PRESLIDING[row["kind"]] if self.distance is None else float(self.distance)
         x = float(row["angle"]) + way * np.array([-1.0, 0.0, 1.0])
         first = len(builder.rows["curves"])
         ends: dict[str, Any] = {"low": x[0], "high": x[-1], "below": 1, "above": 1}
-        energy = 0.5 * self.torque * way
-        add_curve(builder, x, self.torque * np.array([-1.0, 0.0, 1.0]), energy * np.array([1.0, 0.0, 1.0]), **ends)
+        energy = 0.5 * strength * way
+        add_curve(builder, x, strength * np.array([-1.0, 0.0, 1.0]), energy * np.array([1.0, 0.0, 1.0]), **ends)
         add_curve(builder, x, np.zeros(3), np.zeros(3))
         add_resistance(builder, name, h, kernels.ADHESION, first, len(builder.rows["bristles"]))

@@ -48,7 +48,7 @@ class RigidBody(Part):
         Moment of inertia about every axis, principal moments, or the tensor in body axes; of `shape` with uniform
         density if left out.
     shape : box, cylinder, sphere or capsule, optional
-        Shape of the body in drawings and in `BodyContact`, centred at its centre of mass.
+        Shape of the body in drawings and in a `Contact`, centred at its centre of mass.
     density : float, kg/m^3, optional
         Of the shape, in place of mass and inertia.
     points : mapping of names to (3,) float, m
@@ -120,6 +120,8 @@ class RigidBody(Part):
             If what is given contradicts itself, or no body has such an inertia.
         """
         mass, shape = self.mass, self.shape
+        if shape is not None and not np.isfinite(shape.volume):
+            raise InputError(f"{name}.shape.cylinder.length is missing; only in a contact a cylinder may have no ends")
         if self.density is not None:
             if shape is None:
                 raise InputError(f"{name}.density is given without {name}.shape, which it needs for the mass")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -166,7 +167,7 @@ class Rod(Part):
         """Length of the axis from the root to each node, (n + 1,), m."""
         return node_arc(self.length, self.elements, self.grading)
 
-    def refined(self, name: str) -> Rod:
+    def refined(self, name: str, parts: Mapping[str, Part]) -> Rod:
         """The rod with every element in halves."""
         return self.with_keys(**halved(self, name, ("nodes",)))
 

@@ -58,24 +58,29 @@ class Cylinder(Shape):
     ----------
     radius : float, m
         Of the circle.
-    length : float, m
-        Along the axis.
+    length : float, m, optional
+        Along the axis; without limit if left out, in contacts alone.
     axis : (3,) float
         Body axes.
     """
 
     radius: units.Length
-    length: units.Length
+    length: units.Length | None = None
     axis: units.Direction = (0.0, 0.0, 1.0)
+
+    @property
+    def span(self) -> float:
+        """Length, m, infinite without ends."""
+        return math.inf if self.length is None else self.length
 
     @property
     def volume(self) -> float:
         """m3."""
-        return math.pi * self.radius**2 * self.length
+        return math.pi * self.radius**2 * self.span
 
     def inertia_per_mass(self) -> np.ndarray:
         """(3, 3) float, m2: r^2/2 along the axis, (3 r^2 + l^2)/12 across."""
-        e, along, across = unit(self.axis), 0.5 * self.radius**2, (3.0 * self.radius**2 + self.length**2) / 12.0
+        e, along, across = unit(self.axis), 0.5 * self.radius**2, (3.0 * self.radius**2 + self.span**2) / 12.0
         found: np.ndarray = across * np.eye(3) + (along - across) * np.outer(e, e)
         return found
 
@@ -136,7 +141,7 @@ class Capsule(Shape):
 
 
 class Plane(Section):
-    """A plane for contact, through a point of a body; its normal points to the side of the other body.
+    """A plane for contact, through a point of a body; its normal points to the side of what touches it.
 
     Parameters
     ----------
@@ -150,6 +155,7 @@ class Plane(Section):
     size: units.Length = 1.0
 
 
-AnyShape = Annotated[Shape, OneOf({"box": Box, "cylinder": Cylinder, "sphere": Sphere, "capsule": Capsule})]
-SolidContactShape = Annotated[Shape, OneOf({"sphere": Sphere, "capsule": Capsule, "box": Box})]
-ContactShape = Annotated[Section, OneOf({"sphere": Sphere, "capsule": Capsule, "plane": Plane, "box": Box})]
+_SOLIDS: dict[str, type[Section]] = {"sphere": Sphere, "capsule": Capsule, "box": Box}
+AnyShape = Annotated[Shape, OneOf({**_SOLIDS, "cylinder": Cylinder})]
+SolidContactShape = Annotated[Shape, OneOf(_SOLIDS)]
+ContactShape = Annotated[Section, OneOf({**_SOLIDS, "cylinder": Cylinder, "plane": Plane})]

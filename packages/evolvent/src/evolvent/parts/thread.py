@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -167,7 +167,7 @@ class Thread(Part):
     width: units.Length | None = None
     thickness: units.LengthOrZero = 0.0
 
-    def refined(self, name: str) -> Thread:
+    def refined(self, name: str, parts: Mapping[str, Part]) -> Thread:
         """The thread with every segment in halves, of the same stiffness and damping of a length."""
         keys: dict[str, Any] = {"nodes": 2 * self.nodes}
         if self.segments == "springs":

@@ -21,10 +21,10 @@ class MarginLine(Section):
     )
     acceleration: Annotated[
         float,
-        units.Either(
+        units.Either((
             units.Quantity(what="an angular acceleration", unit="rad/s^2", example="0.01 rad/s^2", above=0.0),
             units.Quantity(what="an acceleration", unit="m/s^2", example="0.01 m/s^2", above=0.0),
-        ),
+        )),
     ] | None = Field(None, description="specified acceleration, worst case")  # fmt: skip
     duration: units.Duration | None = Field(
         None, description="time for the travel from rest; it asks for the acceleration 2 travel/duration^2"

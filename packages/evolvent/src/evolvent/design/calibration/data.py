@@ -216,7 +216,7 @@ def _unit_of_key(table: Any, place: int, located: schema.Located) -> str:
     """The unit of a column in the spelling of case files."""
     text = table.units[place]
     marks = [getattr(mark, "quantity", mark) for _, own in located.types for mark in own]
-    kinds = [one for mark in marks for one in (getattr(mark, "one", mark), getattr(mark, "other", mark))]
+    kinds = [one for mark in marks for one in getattr(mark, "quantities", (mark,))]
     wanted = [one.unit for one in kinds if isinstance(one, units.Quantity)]
     try:
         return units.file_unit(text, *wanted)

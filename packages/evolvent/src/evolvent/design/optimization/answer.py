@@ -42,7 +42,7 @@ def answer_of(found: Design) -> an.Answer:
     return an.Answer(
         title=title, heads=sentences(found), warnings=[] if found.met else [missed],
         sections=[
-            *(an.Section(title=name, blocks=[table]) for name, table in made.items() if table.rows),
+            *(an.Section(title=name, blocks=[table]) for name, table in made.items()),
             an.Section(title="Search", blocks=[figure(found)], level=an.PAGE),
             an.Section(title="Case", blocks=[an.Remark("The case with the design."), case], level=an.PAGE),
         ],

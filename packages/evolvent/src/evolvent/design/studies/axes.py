@@ -100,7 +100,7 @@ def annotation(kind: Any, key: str, content: Any = None, *, called: str = "over"
 def _reader(mark: Any, entry: bool) -> units.Quantity | units.Whole | None:
     """What reads one number of a key with such an annotation; None where the key takes none."""
     if isinstance(mark, (units.OneOrMore, units.Tensor)) or (isinstance(mark, units.Vector) and entry):
-        return mark.quantity
+        mark = mark.quantity
     return mark if isinstance(mark, (units.Quantity, units.Whole)) else None
 
 

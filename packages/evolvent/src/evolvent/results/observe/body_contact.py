@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import body_gaps, surfaces
+from evolvent.kernels import body_gaps
 from evolvent.model import RESULTS
-from evolvent.results.observe.shapes import capsule, disc
+from evolvent.results.observe.shapes import touched
 from evolvent.results.observe.variables import Observed, observer
 from evolvent.results.observe.view import View
 
@@ -19,7 +19,7 @@ _OF_BEAMS = "contact_surfaces"
 @observer("body_contacts")
 def observe_body_contact(view: View, name: str) -> Observed:
     """Resultant force and moments of a contact between bodies, its impulse and energy, and the forces of its points."""
-    found, on_rods = Observed(), hasattr(view.part(name), "beams")
+    found, on_rods = Observed(), _is_of_rods(view, name)
     mine = np.flatnonzero(view.model.body_contacts["first"] == view.index(name))
     fields = {field: values[:, mine] for field, values in view.fields["body_contacts"].items()}
     rows = view.model.body_contacts
@@ -58,44 +58,17 @@ def observe_body_contact(view: View, name: str) -> Observed:
     return found
 
 
+def _is_of_rods(view: View, name: str) -> bool:
+    """Whether a contact is one of rods, whose nodes are bodies, with a surface."""
+    return getattr(view.assembly.parts.get(view.part(name).a[0]), "kind", "") == "rod"
+
+
 def _drawn(view: View, name: str) -> list[dict[str, Any]]:
     """The shapes of a contact that its bodies are not drawn by."""
-    part, found = view.part(name), []
-    if hasattr(part, "beams"):
-        if part.kind == "cylinder-contact":  # without ends: drawn by its outline
-            return []
-        return [{"surface": {"body": part.body, "solids": [_solid(view, name)]}}]
-    rows = view.model.body_contacts
+    part, rows = view.part(name), view.model.body_contacts
     row = rows[view.index(name)]
-    for key in ("a", "b"):
-        shape, body = getattr(part, f"shape_{key}", None), int(row[key])
-        if shape is None:
-            continue
-        owner = view.assembly.parts.get(body_name(view, body))
-        if shape == getattr(owner, "shape", None):
-            continue
-        centre, axis = row[f"place_{key}"], row[f"axis_{key}"].tolist()
-        if key == "a":
-            centre = np.mean(rows["place_a"][(rows["first"] == row["first"]) & (rows["a"] == row["a"])], axis=0)
-        if type(shape).__name__ == "Box":
-            solid: dict[str, Any] = {"box": {"edges": list(shape.size), "centre": centre.tolist()}}
-        elif key == "b" and row["surface"] == surfaces.PLANE:
-            solid = disc(shape.size, centre.tolist(), axis)
-        else:
-            solid = capsule(shape.radius, getattr(shape, "length", 0.0), centre.tolist(), axis)
-        found.append({"surface": {"body": body_name(view, body), "solids": [solid]}})
-    return found
-
-
-def _solid(view: View, name: str) -> dict[str, Any]:
-    """The surface that rods touch."""
-    row = view.model.body_contacts[view.index(name)]
-    centre, axis = row["place_b"].tolist(), row["axis_b"].tolist()
-    if row["surface"] == surfaces.PLANE:
-        return disc(view.part(name).size, centre, axis)
-    return capsule(float(row["radius"]), 2.0 * float(row["half_b"]), centre, axis)
-
-
-def body_name(view: View, index: int) -> str:
-    """Name of a body, 'ground' for the ground."""
-    return next(name for name, found in view.assembly.names.items() if found == ("bodies", index))
+    found = touched(view, part.shape, int(row["b"]), row["place_b"])
+    if _is_of_rods(view, name):
+        return found
+    centre = np.mean(rows["place_a"][(rows["first"] == row["first"]) & (rows["a"] == row["a"])], axis=0)
+    return [*touched(view, part.shape_a, int(row["a"]), centre), *found]

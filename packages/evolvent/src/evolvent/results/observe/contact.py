@@ -8,7 +8,7 @@ import numpy as np
 
 from evolvent.kernels import surfaces
 from evolvent.model import RESULTS
-from evolvent.results.observe.shapes import capsule, disc
+from evolvent.results.observe.shapes import body_name, touched
 from evolvent.results.observe.variables import Observed, observer
 from evolvent.results.observe.view import View
 
@@ -44,20 +44,15 @@ def observe_contact(view: View, name: str) -> Observed:
     found.coordinate(
         "beam", "contact_point", np.array([names[int(k)] for k in owner]), "1", "beam of the contact point"
     )
-    part = view.part(name)
+    body, centre = int(row["body"]), row["centre"]
     if int(row["under"]) < 0:
         _add_vectors(found, view, inside)
     if int(row["under"]) >= 0 or int(row["surface"]) == surfaces.CYLINDER:
-        pushes = {"size": "point_force", "arc": "arc", "beam": "beam", "body": part.body}
-        found.drawn = [{"pushes": pushes | {"centre": list(part.centre), "axis": list(part.axis)}}]
+        pushes = {"size": "point_force", "arc": "arc", "beam": "beam", "body": body_name(view, body)}
+        found.drawn = [{"pushes": pushes | {"centre": centre.tolist(), "axis": row["axis"].tolist()}}]
     else:
-        centre, axis = row["centre"].tolist(), row["axis"].tolist()
-        if int(row["surface"]) == surfaces.PLANE:
-            solid = disc(part.size, centre, axis)
-        else:
-            solid = capsule(float(row["radius"]), 2.0 * float(row["half_length"]), centre, axis)
         found.drawn = [{"forces": {"points": "point_position", "vectors": "point_resultant"}}]
-        found.drawn.append({"surface": {"body": part.body, "solids": [solid]}})
+        found.drawn += touched(view, view.part(name).shape, body, centre)
     found.plots = ["normal_force", "points"]
     return found
 

@@ -19,12 +19,11 @@ Array = np.ndarray
 def observe_load(view: View, name: str) -> Observed:
     """Force or torque at a marker, or the resultant of a load along a thread or a rod."""
     index = view.index(name)
-    row, part = view.model.loads[index], view.part(name)
+    row, along = view.model.loads[index], getattr(view.part(name), "along", None)
     if row["kind"] < kernels.AT_MARKER:
         return observe_thread_load(view, index)
-    kind = getattr(part, "kind", "")
-    if kind in ("line-load", "radiation-pressure"):  # on a rod: its rows are the forces at its nodes
-        shares = view.assembly.parts[part.part if kind == "line-load" else part.rod].centres()[0]
+    if along is not None:  # a rod: its rows are the forces at its nodes
+        shares = view.assembly.parts[along].centres()[0]
         own = slice(index, index + shares.size)
         return _observe(view, "loads", own, "force", shares / float(shares.sum()))
     return _observe(view, "loads", slice(index, index + 1), "torque" if row["kind"] == kernels.TORQUE else "force")

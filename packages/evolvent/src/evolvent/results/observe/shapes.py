@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -42,36 +42,48 @@ def solids_of(view: View, name: str, row: Any) -> list[dict[str, Any]]:
     return _disc(view, name, row) if row["motion"] != rigid.FREE else []
 
 
-def _of_shape(shape: Any) -> list[dict[str, Any]]:
-    """Solids of a stated shape."""
+def _of_shape(shape: Any, centre: Sequence[float] = (0.0, 0.0, 0.0)) -> list[dict[str, Any]]:
+    """Solids of a stated shape about its centre."""
+    at = list(centre)
     match type(shape).__name__:
         case "Box":
-            return [{"box": {"edges": list(shape.size)}}]
+            return [{"box": {"edges": list(shape.size), "centre": at}}]
         case "Cylinder":
-            return [_cylinder(shape.radius, shape.length, [0.0, 0.0, 0.0], list(shape.axis))]
+            return [_cylinder(shape.radius, shape.length, at, list(shape.axis))]
         case "Sphere":
             angles = np.linspace(0.0, np.pi, 17)
             profile = [[-shape.radius * float(np.cos(a)), shape.radius * float(np.sin(a))] for a in angles]
-            return [{"revolution": {"profile": profile, "centre": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0]}}]
+            return [{"revolution": {"profile": profile, "centre": at, "axis": [0.0, 0.0, 1.0]}}]
         case "Capsule":
-            return [capsule(shape.radius, shape.length, [0.0, 0.0, 0.0], list(shape.axis))]
+            return [_capsule(shape.radius, shape.length, at, list(shape.axis))]
+        case "Plane":  # a thin disc below it
+            ends = [[-0.01 * shape.size, 0.5 * shape.size], [0.0, 0.5 * shape.size]]
+            return [{"revolution": {"profile": ends, "centre": at, "axis": list(shape.normal)}}]
     return []
 
 
-def capsule(radius: float, length: float, centre: list[float], axis: list[float]) -> dict[str, Any]:
-    """A capsule, or a sphere of length 0, as `evolvent.view.drawing` takes it."""
+def touched(view: View, shape: Any, body: int, centre: Array) -> list[dict[str, Any]]:
+    """What is drawn of a shape that a contact states: nothing where its body is drawn by it, or by a symbol."""
+    name = body_name(view, body)
+    if shape == getattr(view.assembly.parts.get(name), "shape", None) or type(shape).__name__ == "Cylinder":
+        return []
+    solids = _of_shape(shape, centre.tolist())
+    return [{"surface": {"body": name, "solids": solids}}] if solids else []
+
+
+def body_name(view: View, index: int) -> str:
+    """Name of a body, 'ground' for the ground."""
+    return next(name for name, found in view.assembly.names.items() if found == ("bodies", index))
+
+
+def _capsule(radius: float, length: float, centre: list[float], axis: list[float]) -> dict[str, Any]:
+    """A capsule, as `evolvent.view.drawing` takes it."""
     profile = []
     for end in (-1.0, 1.0):
         for angle in np.linspace(0.0, 0.5 * np.pi, 9)[:: int(end)]:
             along = end * (0.5 * length + radius * float(np.cos(angle)))
             profile.append([along, radius * float(np.sin(angle))])
     return {"revolution": {"profile": profile, "centre": centre, "axis": axis}}
-
-
-def disc(size: float, centre: list[float], axis: list[float]) -> dict[str, Any]:
-    """A thin disc below a plane through its middle, as `evolvent.view.drawing` takes it."""
-    ends = [[-0.01 * size, 0.5 * size], [0.0, 0.5 * size]]
-    return {"revolution": {"profile": ends, "centre": centre, "axis": axis}}
 
 
 def _cylinder(radius: float, length: float, centre: list[float], axis: list[float]) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.kernels import axial, joint as joints, sides, springs
+from evolvent.kernels import axial, joint as joints, sides
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.constraint_rows import CENTRE
 from evolvent.results.observe.shapes import point_on
@@ -374,9 +374,9 @@ def _thruster(view: View, name: str, found: Observed) -> None:
 def _panel(view: View, name: str, found: Observed) -> None:
     """The outline of a square panel of the area that the light falls on."""
     part = view.part(name)
-    marker = view.model.markers[int(view.model.loads["target"][view.index(name)])]
-    if marker["kind"] != springs.ON_BODY:
+    if part.at is None:
         return
+    marker = view.model.markers[int(view.model.loads["target"][view.index(name)])]
     x, y, _ = _basis(part.normal)
     half = 0.5 * float(part.area) ** 0.5
     corners = [half * (i * x + j * y) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))]
@@ -386,17 +386,20 @@ def _panel(view: View, name: str, found: Observed) -> None:
     found.drawn.append(_entry(view, found, seat, outline=outline))
 
 
-def _cylinder(view: View, name: str, found: Observed) -> None:
-    """The cylinder that beams touch as two circles and four lines; one without ends as long as it is wide."""
-    part = view.part(name)
-    half = part.radius if part.half_length is None else part.half_length
-    x, y, z = _basis(part.axis)
-    lines = [*_ring(part.radius, part.axis, -half), *_ring(part.radius, part.axis, half)]
+def _contact(view: View, name: str, found: Observed) -> None:
+    """A cylinder that is touched as two circles and four lines; one without ends as long as it is wide."""
+    part, family = view.part(name), view.assembly.names[name][0]
+    if type(part.shape).__name__ != "Cylinder":
+        return
+    row = getattr(view.model, family)[view.index(name)]
+    body, centre = (row["body"], row["centre"]) if family == "contact_surfaces" else (row["b"], row["place_b"])
+    radius = part.shape.radius
+    half = radius if part.shape.length is None else 0.5 * part.shape.length
+    x, y, z = _basis(part.shape.axis)
+    lines = [*_ring(radius, part.shape.axis, -half), *_ring(radius, part.shape.axis, half)]
     for side in (x, y, -x, -y):
-        lines.append([(part.radius * side - half * z).tolist(), (part.radius * side + half * z).tolist()])
-    body = view.assembly.names[part.body][1]
-    seat = Seat(int(body), np.array(part.centre, dtype=float), z)
-    found.drawn.append(_entry(view, found, seat, outline=lines))
+        lines.append([(radius * side - half * z).tolist(), (radius * side + half * z).tolist()])
+    found.drawn.append(_entry(view, found, Seat(int(body), centre, z), outline=lines))
 
 
 #: What draws the symbols of a kind of part.
@@ -411,6 +414,6 @@ _SYMBOLS: dict[str, Callable[[View, str, Observed], None]] = {
     "guide": _guide,
     "reaction-wheel": _wheel,
     "thruster": _thruster,
-    "panel-radiation": _panel,
-    "cylinder-contact": _cylinder,
+    "radiation": _panel,
+    "contact": _contact,
 }
