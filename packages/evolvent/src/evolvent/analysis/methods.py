@@ -107,9 +107,8 @@ def has_loops(model: Any) -> bool:
     for k in np.flatnonzero(model.constraints["turns"] == 0):
         ends = set()
         for what, index in ends_of_row(model, int(k)):
-            if what not in asked("consists") and not (
-                what == "bodies" and model.bodies["motion"][index] == rigid.DRIVEN
-            ):
+            moves = what == "bodies" and model.bodies["motion"][index] != rigid.DRIVEN
+            if moves or what not in asked("consists"):
                 ends.add(f"{what} {index}")
         edges.add(tuple(sorted(ends)) if len(ends) == 2 else ("", *ends))
     group: dict[str, str] = {}
