@@ -40,7 +40,7 @@ class Turn:
         self.still = np.array([row["motion"] == rigid.DRIVEN and not self._turns(row) for row in bodies])
         for k, name in enumerate(assembly.row_parts):
             spec = assembly.parts.get(name)
-            if getattr(spec, "kind", "") == "joint" and spec.type in _CLAMPS:
+            if getattr(spec, "kind", "") == "joint" and getattr(spec, "type", "") in _CLAMPS:
                 self.still[[i for what, i in ends_of_row(self.model, k) if what == "bodies"]] = False
 
     def _turns(self, row: Any) -> bool:
