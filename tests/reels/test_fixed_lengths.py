@@ -123,8 +123,8 @@ def test_energies_and_momenta_close(compared: Compared, method: str) -> None:
 @pytest.mark.parametrize("name", ["two threads, a tape, on a body that spins", "taken up"])
 def test_what_is_lost_is_the_filter_of_held_systems(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without it energy-momentum closes the balance of a spinning body to round-off too, over its events."""
-    for module in ("implicit_setup", "implicit_run"):
-        monkeypatch.setattr(f"evolvent.solvers.{module}.acts_from_outside", lambda *_: False)
+    for module in ("setup", "run"):
+        monkeypatch.setattr(f"evolvent.solvers.time.implicit.{module}.acts_from_outside", lambda *_: False)
     found = solve_implicit(SYSTEMS[name]().assemble(), samples=TIMES, method=ENERGY_MOMENTUM, step=0.01)
     assert found.success, found.message
     assert found.statistics["energy_defect"] < 1e-8
