@@ -36,8 +36,8 @@ def system() -> System:
         inner = (-side * HALF, 0.0, 0.0)
         found.add(body, f"panel {k}")
         found.add(parts.Joint(a=("hub", hinge), b=(f"panel {k}", inner), type="revolute", axis=(0, 0, 1)), f"pivot {k}")
-        spring = {"angle": angle, "rest": 0.0, "stiffness": STIFFNESS, "damping": DAMPING}
-        found.add(parts.RotationalSpring(a="hub", b=f"panel {k}", axis=(0, 0, 1), **spring), f"hinge {k}")
+        spring = {"start": angle, "rest": 0.0, "stiffness": STIFFNESS, "damping": DAMPING}
+        found.add(parts.JointSpring(a="hub", b=f"panel {k}", axis=(0, 0, 1), **spring), f"hinge {k}")
     return found
 
 

@@ -28,8 +28,8 @@ def panel(stiffness, gravity):
         "panel",
     )  # fmt: skip
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="panel.root", type="revolute", axis=(0, -1, 0)), "pivot")
-    hinge = parts.RotationalSpring(
-        joint="pivot", stiffness=stiffness, rest=math.pi, friction_torque=0.05, latch=math.pi / 2, latch_stiffness=1e4
+    hinge = parts.JointSpring(
+        joint="pivot", stiffness=stiffness, rest=math.pi, friction=0.05, latch=math.pi / 2, latch_stiffness=1e4
     )
     system.add(hinge, "hinge")
     return system

@@ -19,8 +19,8 @@ def case(**margin):
             "arm": {"kind": "rigid-body", "mass": 2.0, "inertia": [0.1, 0.1, 0.2], "position": [0.5, 0, 0]},
             "pivot": {"kind": "joint", "type": "revolute", "a": [0, 0, 0], "b": ["arm", [-0.5, 0, 0]]},
             "hinge": {
-                "kind": "rotational-spring", "joint": "pivot", "stiffness": 0.1, "rest": math.pi, "damping": 0.02,
-                "latch": math.pi / 2, "latch_stiffness": 500.0, "friction_torque": FRICTION,
+                "kind": "joint-spring", "joint": "pivot", "stiffness": 0.1, "rest": math.pi, "damping": 0.02,
+                "latch": math.pi / 2, "latch_stiffness": 500.0, "friction": FRICTION,
             },
         },
         "simulate": {"until": "4 s", "every": "0.1 s"},

@@ -37,7 +37,7 @@ def at_odd_angles() -> System:
     system.add(parts.Joint(a="hub", b="assumed_strain.root", type="clamp"), "clamp")
     system.add(parts.Joint(a="hub", b="cable.root", type="spherical"), "ball")
     system.add(parts.Joint(a="hub", b="nu_split.root", type="revolute", axis=ACROSS), "hinge")
-    system.add(parts.RotationalSpring(joint="hinge", stiffness=2.1), "torsion")
+    system.add(parts.JointSpring(joint="hinge", stiffness=2.1), "torsion")
     system.add(parts.Rod(**line, curvature=(0.4, 0.2, -0.3)), "rod")
     system.add(parts.Joint(a="hub", b="rod.root", type="clamp"), "foot")
     warm = [(0.0, 0.0), (1.0, 31.0)]

@@ -78,7 +78,9 @@ def tetherball(R: float = 0.2, L: float = 2.0, wound: float = 1.5) -> tuple[Syst
     system = System(gravity=(0.0, 0.0, -G))
     bob = parts.Point(mass=0.8, position=R * r + s * e + z * up, velocity=-z * z1 / c * e - s * psi1 * r + z1 * up)
     system.add(bob, "bob")
-    system.add(parts.Link(a=(0.0, 0.0, 0.0), b="bob", length=L, drum=R, anchor=(1.0, 0.0, 0.0), sense=1), "cord")
+    system.add(
+        parts.Joint(a=(0.0, 0.0, 0.0), b="bob", type="link", length=L, drum=R, anchor=(1.0, 0.0, 0.0), sense=1), "cord"
+    )
     return system, start
 
 
@@ -126,9 +128,9 @@ def yo_yo(nutation: float, **release: object) -> System:
         place = np.array([sign * R, -sign * free, 0.0])
         system.add(parts.Point(mass=m, position=tuple(place), velocity=tuple(np.cross(w, place))), f"mass {k}")
         at = (length - free) / R
-        cord = parts.Link(
-            a="body", b=f"mass {k}", length=length, drum=R, sense=-1,
-            anchor=(sign * math.cos(at), sign * math.sin(at), 0.0), **release,
+        cord = parts.Joint(
+            a="body", b=f"mass {k}", type="link", length=length, drum=R, sense=-1,
+            anchor=(sign * math.cos(at), sign * math.sin(at), 0.0), **release
         )  # fmt: skip
         system.add(cord, f"cord {k}")
     return system
@@ -192,7 +194,9 @@ def test_a_cord_that_has_unwound_swings_about_its_anchor_and_winds_on_in_the_oth
     e = np.array([-r[1], r[0], 0.0])
     system = System()
     system.add(parts.Point(mass=1.0, position=R * r + s0 * e, velocity=v * r), "bob")  # unwinds
-    system.add(parts.Link(a=(0.0, 0.0, 0.0), b="bob", length=L, drum=R, anchor=(1.0, 0.0, 0.0), sense=1), "cord")
+    system.add(
+        parts.Joint(a=(0.0, 0.0, 0.0), b="bob", type="link", length=L, drum=R, anchor=(1.0, 0.0, 0.0), sense=1), "cord"
+    )
     # s^2 grows by 2 R v t until L; then half a turn about (R, 0, 0), and s^2 falls by 2 R v t
     first, half = (L * L - s0 * s0) / (2.0 * R * v), math.pi * L / v
     for options in (EXACT, {"method": "energy-momentum", "step": 2e-3}):
@@ -219,9 +223,10 @@ def test_statics_and_modes_of_a_mass_that_hangs_from_a_drum() -> None:
     system.add(parts.Point(mass=0.5, position=(-R, 0.0, -s)), "bob")
     # the axis is y; the cord is fixed on top of the drum
     system.add(
-        parts.Link(
+        parts.Joint(
             a=(0.0, 0.0, 0.0),
             b="bob",
+            type="link",
             length=s + R * psi,
             drum=R,
             axis=(0.0, 1.0, 0.0),
@@ -237,7 +242,7 @@ def test_statics_and_modes_of_a_mass_that_hangs_from_a_drum() -> None:
 def test_refused_cords() -> None:
     system = System()
     system.add(parts.Point(mass=1.0, position=(0.1, 0.0, 0.7)), "bob")
-    system.add(parts.Link(a=(0.0, 0.0, 0.0), b="bob", length=1.0, drum=0.2), "cord")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bob", type="link", length=1.0, drum=0.2), "cord")
     with pytest.raises(InputError, match=r"inside the drum of radius 0\.2 m"):
         system.assemble()
     system = yo_yo(0.0, released_by="nothing")
@@ -254,6 +259,6 @@ def test_the_cord_turns_with_its_drum() -> None:
     place, velocity = turned.apply(given.position), turned.apply(given.velocity)
     other.add(parts.Point(mass=0.8, position=tuple(place), velocity=tuple(velocity)), "bob")
     axes = {"axis": tuple(turned.apply([0.0, 0.0, 1.0])), "anchor": tuple(turned.apply([1.0, 0.0, 0.0]))}
-    other.add(parts.Link(a=(0.0, 0.0, 0.0), b="bob", length=2.0, drum=0.2, sense=1, **axes), "cord")
+    other.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bob", type="link", length=2.0, drum=0.2, sense=1, **axes), "cord")
     runs = [one.simulate(until=0.5, every=0.1, **EXACT)["bob"].position.values for one in (system, other)]
     assert np.allclose(turned.apply(runs[0]), runs[1], atol=1e-8)

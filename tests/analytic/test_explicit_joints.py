@@ -16,7 +16,7 @@ from evolvent.model import powers
 from evolvent.solvers import solve
 
 Array = np.ndarray
-TYPES = ("revolute", "cylindrical", "prismatic", "spherical", "universal", "point-on-line", "in-plane", "fixed")
+TYPES = ("revolute", "cylindrical", "prismatic", "spherical", "universal", "point-on-line", "in-plane", "clamp")
 DOWN = (0.0, 0.0, -9.81)
 AXIS = (0.6, 0.0, 0.8)
 
@@ -29,7 +29,7 @@ def linked(kind: str) -> System:
         w = 1.5 * np.array(AXIS)
         moves = {"velocity": tuple(np.cross(w, place)), "angular_velocity": tuple(w)}
         found.add(parts.RigidBody(mass=2.0, inertia=(0.2, 0.3, 0.25), position=place, **moves), name)
-    axes: dict[str, Any] = {} if kind in ("spherical", "fixed") else {"axis": (0.0, 0.8, 0.6)}
+    axes: dict[str, Any] = {} if kind in ("spherical", "clamp") else {"axis": (0.0, 0.8, 0.6)}
     if kind == "universal":
         axes["axis_b"] = (1.0, 0.0, 0.0)
     found.add(parts.Joint(a="wheel", b="one", type=kind, position=(0.5, 0.1, 0.0), **axes), "joint")
@@ -47,11 +47,12 @@ def driven() -> System:
     found.add(parts.RigidBody(mass=1.0, inertia=(0.1, 0.1, 0.1), position=(1.0, 0.0, 0.0)), "load")
     found.add(parts.Joint(a="wheel", b="load", type="revolute", position=(0.5, 0.0, 0.0), axis=(0.0, 1.0, 0.0)), "pin")
     found.add(
-        parts.PrescribedRotation(body="wheel", drive=parts.RampDrive(steps=[(0.0, 0.5, rate)]), until=0.6), "turn"
+        parts.Joint(a="ground", b="wheel", type="revolute", drive=parts.RampDrive(steps=[(0.0, 0.5, rate)]), until=0.6),
+        "turn",
     )
     found.add(parts.Point(mass=0.4, position=(0.0, 0.0, 2.0)), "hand")
     drive = parts.RampDrive(steps=[(0.0, 0.5, 0.3)])
-    found.add(parts.PrescribedMotion(at="hand", drive=drive, direction=(0.0, 0.6, 0.8)), "path")
+    found.add(parts.Joint(a="ground", b="hand", type="point-on-line", drive=drive, axis=(0.0, 0.6, 0.8)), "path")
     return found
 
 
@@ -103,7 +104,7 @@ def ribbed(kind: str, formulation: str) -> System:
     axes: dict[str, Any] = {"axis": (1.0, 0.0, 0.0)} if kind == "prismatic" else {}
     ends = ("craft", "rib.root") if formulation != "cable" or kind != "prismatic" else ("rib.root", "craft")
     found.add(parts.Joint(a=ends[0], b=ends[1], type=kind, **axes), "joint")
-    found.add(parts.Joint(a="rib.tip", b="tip.root", type="spherical" if formulation == "cable" else "fixed"), "knee")
+    found.add(parts.Joint(a="rib.tip", b="tip.root", type="spherical" if formulation == "cable" else "clamp"), "knee")
     bob = np.array([1.3, 0.0, -0.5])
     found.add(parts.Point(mass=0.3, position=tuple(bob), velocity=tuple(np.cross(w, bob))), "bob")
     found.add(parts.Joint(a="tip.tip", b="bob", type="distance"), "rod")
@@ -131,7 +132,7 @@ def test_accelerations_of_gears(kinds: tuple[str, str]) -> None:
         found.add(parts.RigidBody(mass=2.0, inertia=(0.2, 0.3, 0.25), position=(x, 0.1, 0.2)), name)
     for name, kind in zip(("one", "two"), kinds, strict=True):
         found.add(parts.Joint(a="frame", b=name, type=kind, position=(0.2, 0.3, 0.1), axis=AXIS), f"{name}-joint")
-    found.add(parts.Gear(a="one-joint", b="two-joint", ratio=0.5), "gear")
+    found.add(parts.Joint(a="one-joint", b="two-joint", type="gear", ratio=0.5), "gear")
     assembly = found.assemble()
     y, n_q, n_v = assembly.y.copy(), int(assembly.model.info.nq), int(assembly.model.info.nv)
     check_accelerations(assembly, 0.0, y)

@@ -255,7 +255,7 @@ def door(*heights: float) -> System:
     """A plate on hinges along the z axis."""
     system = System(gravity=(0.0, 0.0, -G))
     system.add(parts.RigidBody(mass=10.0, inertia=(0.5, 0.5, 0.5), position=(0.4, 0.0, 0.0)), "door")
-    system.add(parts.RotationalSpring(a="ground", b="door", axis=(0.0, 0.0, 1.0), stiffness=2.0), "closer")
+    system.add(parts.JointSpring(a="ground", b="door", axis=(0.0, 0.0, 1.0), stiffness=2.0), "closer")
     for k, z in enumerate(heights):
         system.add(parts.Joint(a=(0.0, 0.0, z), b=("door", (-0.4, 0.0, z)), type="revolute"), f"hinge{k}")
     return system
@@ -300,7 +300,7 @@ def test_what_is_driven_twice_is_refused_by_name(method: str) -> None:
     system.add(parts.RigidBody(motion="spin", inertia=1.0), "wheel")
     for name, rate in (("one", 1.0), ("other", 1.0)):
         drive = parts.RampDrive(rate=0.0, steps=((0.0, 1.0, rate),))
-        system.add(parts.PrescribedRotation(body="wheel", drive=drive), name)
+        system.add(parts.Joint(a="ground", b="wheel", type="revolute", drive=drive), name)
     with pytest.raises(InputError, match=r"'(one|other)' is redundant: it drives a motion that other joints already"):
         solved(system, [0.0, 1.0], method, 1e-2)
 
@@ -338,7 +338,7 @@ def test_wheels_that_mesh_turn_many_times(method: str, book: Book) -> None:
     system.add(parts.RigidBody(motion="spin", inertia=0.2), "pinion")
     system.add(parts.RigidBody(mass=1.0, inertia=(0.3, 0.3, 0.6), position=(1.0, 0.0, 0.0)), "wheel")
     system.add(parts.Joint(a=(1.0, 0.0, 0.0), b=("wheel", ORIGIN), type="revolute"), "axle")
-    system.add(parts.Gear(a="pinion", b="axle", ratio=ratio), "gear")
+    system.add(parts.Joint(a="pinion", b="axle", type="gear", ratio=ratio), "gear")
     system.add(parts.Load(at="pinion", torque=(0.0, 0.0, torque)), "motor")
     found = solved(system, times, method, 2e-3)
     wanted = 0.5 * torque / (0.2 + 0.6 / ratio**2) * times**2
@@ -363,7 +363,7 @@ def test_a_rack_falls_and_turns_its_pinion(method: str) -> None:
     system.add(parts.RigidBody(motion="spin", inertia=0.2, axis=(0.0, 1.0, 0.0)), "pinion")
     system.add(parts.RigidBody(mass=2.0, inertia=0.1, position=(radius, 0.0, 0.0)), "rack")
     system.add(parts.Joint(a=ORIGIN, b="rack", type="prismatic", axis=(0.0, 0.0, 1.0)), "slide")
-    system.add(parts.Gear(a="slide", b="pinion", ratio=radius), "gear")
+    system.add(parts.Joint(a="slide", b="pinion", type="gear", ratio=radius), "gear")
     found = solved(system, times, method, 1e-3)
     fallen = 0.5 * 2.0 * G / (2.0 + 0.2 / radius**2) * times**2
     assert coordinates(found.assembly, found.y, "rack")[:, 2] == pytest.approx(-fallen, abs=1e-4)
@@ -378,7 +378,7 @@ def test_a_gear_between_free_bodies_keeps_energy_and_momenta() -> None:
         turning = {"velocity": tuple(np.cross(w, x)), "angular_velocity": tuple(w + np.array([0.0, 0.0, rate]))}
         system.add(parts.RigidBody(mass=1.0, inertia=(0.02, 0.02, 0.03), position=x, **turning), name)
         system.add(parts.Joint(a="base", b=(name, ORIGIN), type="revolute"), f"axle {name}")
-    system.add(parts.Gear(a="axle p", b="axle q", ratio=2.0), "gear")
+    system.add(parts.Joint(a="axle p", b="axle q", type="gear", ratio=2.0), "gear")
     system.add(parts.Spring(a=("p", (0.1, 0.0, 0.0)), b=("base", (0.5, 0.3, 0.0)), stiffness=20.0, length=0.1))
     times = np.linspace(0.0, 3.0, 7)
     found = solved(system, times, "energy-momentum", 1e-2)
@@ -411,7 +411,7 @@ def test_what_cannot_be_geared_is_refused(given: dict[str, Any], words: str) -> 
     system.add(parts.Joint(a=ORIGIN, b=("hub", ORIGIN), type="revolute"), "axle")
     system.add(parts.Joint(a="hub", b="boom.tip"), "pin")
     system.add(parts.Joint(a=ORIGIN, b="boom.root", type="revolute"), "root")
-    system.add(parts.Gear(**given), "gear")
+    system.add(parts.Joint(type="gear", **given), "gear")
     with pytest.raises(InputError, match=words):
         system.assemble()
 
@@ -561,7 +561,7 @@ def craft() -> System:
     [
         ({"a": "bob", "b": ("hub", ORIGIN), "type": "in-plane"}, "'in-plane', but a point mass has no directions"),
         ({"a": "cord.root", "b": "bob", "type": "point-on-line"}, "a node of a cable has no twist"),
-        ({"a": "cord.root", "b": "wire.root", "type": "fixed"}, "nodes of two cables have no twist to hold"),
+        ({"a": "cord.root", "b": "wire.root", "type": "clamp"}, "nodes of two cables have no twist to hold"),
         ({"a": "cord.root", "b": "wire.root", "type": "cylindrical"}, "a node of a cable has no twist"),
         ({"a": "hub", "b": "bob", "type": "prismatic"}, "'prismatic', but a point mass has no directions"),
         ({"a": "boom.tip", "b": "boom.tip"}, "held.a and held.b are both 'boom.tip'; a joint needs two points"),

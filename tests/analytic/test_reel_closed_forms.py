@@ -154,7 +154,7 @@ def yoyo(stop: object = None) -> tuple[object, float, float, float]:
             f"mass-{k}",
         )
         anchor = (side * math.cos(wound), side * math.sin(wound), 0.0)
-        system.add(parts.Link(a="body", b=point, length=total, drum=drum, anchor=anchor, sense=-1))
+        system.add(parts.Joint(a="body", b=point, type="link", length=total, drum=drum, anchor=anchor, sense=-1))
     if stop is not None:
         system.add(stop, "stop")
     return system.assemble(), K, drum, free / (drum * w0)
@@ -192,7 +192,7 @@ def test_pendulum_that_wraps_on_a_peg(book: Book) -> None:
         parts.Point(mass=1.0, position=tangent + free * np.array([math.sin(theta), -math.cos(theta), 0.0]))
     )
     whole = length + 2.0 * math.pi * drum  # with a turn more on the peg, which it needs where theta < 0
-    system.add(parts.Link(a="ground", b=bob, length=whole, drum=drum, anchor=(-1.0, 0.0, 0.0)))
+    system.add(parts.Joint(a="ground", b=bob, type="link", length=whole, drum=drum, anchor=(-1.0, 0.0, 0.0)))
     t = np.linspace(0.0, 5.0, 201)
     seen = run(system.assemble(), t, rtol=1e-11, atol=1e-12)
 
@@ -227,7 +227,7 @@ def test_involute(sense: int, change: float, book: Book) -> None:
     mass = system.add(start)
     wound = sense * (total - free) / drum
     anchor = (math.cos(wound), -math.sin(wound), 0.0)
-    system.add(parts.Link(a="ground", b=mass, length=total, drum=drum, anchor=anchor, sense=sense))
+    system.add(parts.Joint(a="ground", b=mass, type="link", length=total, drum=drum, anchor=anchor, sense=sense))
     assembly = system.assemble()
     t = np.linspace(0.0, 0.3 if change < 0.0 else 2.0, 51)
     seen = run(assembly, t, rtol=1e-11, atol=1e-12)
@@ -344,9 +344,9 @@ def test_lumped_catenary(book: Book) -> None:
         previous: object = (0.0, 0.0, 0.0)
         for k in range(n - 1):
             point = system.add(parts.Point(mass=1.0, position=x[k]), f"p{k}")
-            system.add(parts.Link(a=previous, b=point, length=ln))
+            system.add(parts.Joint(a=previous, b=point, type="link", length=ln))
             previous = point
-        system.add(parts.Link(a=previous, b=(8.0, 0.0, 0.0), length=ln))
+        system.add(parts.Joint(a=previous, b=(8.0, 0.0, 0.0), type="link", length=ln))
         assembly = system.assemble()
         dy = derivative(assembly)(0.0, assembly.y)
         assert np.max(np.abs(dy)) < 1e-9

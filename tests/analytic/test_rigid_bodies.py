@@ -100,7 +100,7 @@ def test_free_symmetric_top_turns_steadily(book: Book) -> None:
 def pendulum() -> object:
     system = System(gravity=(0.0, -G, 0.0))
     bob = system.add(parts.Point(mass=1.0, position=(-1.0, 0.0, 0.0)))
-    system.add(parts.Link(a=(0.0, 0.0, 0.0), b=bob))
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=bob, type="link"))
     return system.assemble()
 
 
@@ -126,7 +126,7 @@ def test_pendulum_of_two_lengths_of_body(book: Book) -> None:
     system.add(parts.RigidBody(mass=mass, inertia=inertia, position=(h, 0.0, 0.0)), "bar")
     point = ("bar", (-h, 0.0, 0.0))
     for anchor in ((1e3, 0.0, 0.0), (0.0, 1e3, 0.0), (0.0, 0.0, 1e3)):  # long links: the point moves by nothing
-        system.add(parts.Link(a=anchor, b=point))
+        system.add(parts.Joint(a=anchor, b=point, type="link"))
     t = np.linspace(0.0, 2.0, 41)
     seen = run(system.assemble(), t, rtol=1e-10, atol=1e-11)
     J = inertia + mass * h * h
@@ -149,7 +149,7 @@ def chain(n: int = 10) -> object:
     previous: object = (0.0, 0.0, 0.0)
     for k in range(n):
         point = system.add(parts.Point(mass=1.0 / n, position=((k + 1) / n, 0.0, 0.0)), f"p{k}")
-        system.add(parts.Link(a=previous, b=point))
+        system.add(parts.Joint(a=previous, b=point, type="link"))
         previous = point
     return system.assemble()
 
@@ -175,7 +175,7 @@ def test_two_free_bodies_on_a_link_keep_momentum(rng: np.random.Generator) -> No
     for k in range(2):
         system.add(parts.RigidBody(mass=1.0 + k, inertia=(0.2, 0.3, 0.4), position=(2.0 * k, 0.0, 0.0)), f"body-{k}")
     ends = [("body-0", (0.3, 0.1, 0.0)), ("body-1", (-0.2, 0.0, 0.1))]
-    system.add(parts.Link(a=ends[0], b=ends[1]))
+    system.add(parts.Joint(a=ends[0], b=ends[1], type="link"))
     system.add(parts.Load(at="body-0", torque=(0.3, 1.0, -0.5), until=1.0))
     seen = run(system.assemble(), np.linspace(0.0, 5.0, 51), rtol=1e-11, atol=1e-12)
     p = [

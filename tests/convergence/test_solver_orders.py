@@ -42,8 +42,8 @@ def links() -> Assembly:
     system = System(gravity=(0.0, 0.0, -G))
     system.add(parts.Point(mass=1.0, position=(0.8, 0.0, 0.0), velocity=(0.0, 0.7, 0.0)), "p")
     system.add(parts.Point(mass=0.5, position=(0.8, 0.6, 0.0), velocity=(0.0, 0.7, 0.4)), "q")
-    system.add(parts.Link(a=(0.0, 0.0, 0.0), b="p"))
-    system.add(parts.Link(a="p", b="q"))
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="p", type="link"))
+    system.add(parts.Joint(a="p", b="q", type="link"))
     system.add(parts.Spring(a=(0.0, 0.0, 0.0), b="q", stiffness=5.0, length=0.9))
     return system.assemble()
 
@@ -240,7 +240,7 @@ def test_event_time_has_the_order_of_the_method(method: str, book: Book) -> None
     def make() -> Assembly:
         system = System(gravity=(0.0, 0.0, -G))
         system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)), "p")
-        system.add(parts.Link(a=(0.0, 0.0, 0.0), b="p"))
+        system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="p", type="link"))
         system.add(parts.Event(law=falls_below, parameters=(0.0, 0.0), stops=True))
         return system.assemble()
 

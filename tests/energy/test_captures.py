@@ -21,7 +21,7 @@ def panel(damping: float) -> System:
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=J), "panel")
     system.add(
-        parts.RotationalSpring(
+        parts.JointSpring(
             a="ground", b="panel", stiffness=0.5, rest=1.0, latch=1.0, latch_stiffness=STIFFNESS, latch_damping=damping
         ),
         "hinge",

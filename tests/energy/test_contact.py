@@ -225,7 +225,9 @@ def capstan(rate: float, on: int = 96, off: int = 8) -> System:
         "contact",
     )
     system.add(parts.Load(at="cable.root", force=(0.0, -1.0, 0.0), ramp=0.05), "load")
-    hold = parts.PrescribedMotion(at="cable.tip", drive=parts.ConstantDrive(rate=0.0), direction=(1.0, 0.0, 0.0))
+    hold = parts.Joint(
+        a="ground", b="cable.tip", type="point-on-line", drive=parts.ConstantDrive(rate=0.0), axis=(1.0, 0.0, 0.0)
+    )
     system.add(hold, "hand")
     return system
 

@@ -55,7 +55,7 @@ def linked() -> System:
     system.add(parts.Joint(a=("hub", (0.3, 0.0, 0.0)), b=("panel", (-0.3, 0.0, 0.0)), type="spherical"), "joint")
     system.add(parts.Point(mass=0.2, position=(0.0, 0.5, 0.1), velocity=(0.2, 0.0, 0.0)), "mass")
     system.add(parts.Spring(a=("hub", (0.0, 0.2, 0.0)), b="mass", length=0.2, stiffness=30.0), "spring")
-    system.add(parts.RotationalSpring(a="hub", b="panel", axis=(0.0, 0.0, 1.0), stiffness=0.5, rest=0.4), "hinge")
+    system.add(parts.JointSpring(a="hub", b="panel", axis=(0.0, 0.0, 1.0), stiffness=0.5, rest=0.4), "hinge")
     return system
 
 
@@ -174,7 +174,7 @@ def test_a_latch_is_an_event() -> None:
     system.add(parts.RigidBody(motion="spin", inertia=0.5), "panel")
     stiffness, rest = 2.0, 1.0
     system.add(
-        parts.RotationalSpring(
+        parts.JointSpring(
             a="ground", b="panel", stiffness=stiffness, rest=rest, latch=rest, latch_stiffness=100.0, latch_damping=1.0
         ),
         "hinge",

@@ -79,9 +79,10 @@ def satellite() -> System:
         system.add(
             parts.Point(mass=0.3, position=tuple(place), velocity=tuple(np.cross([0.0, 0.0, 3.0], place))), f"mass-{k}"
         )
-        cord = parts.Link(
+        cord = parts.Joint(
             a=("body", (at, 0.0, 0.0)),
             b=f"mass-{k}",
+            type="link",
             length=free + 2.0 * math.pi * radius,
             drum=radius,
             anchor=(sign, 0.0, 0.0),
@@ -114,8 +115,14 @@ def test_a_cord_round_a_post() -> None:
     radius, free, speed, mass = 0.1, 1.0, 0.7, 0.5
     system = System()
     system.add(parts.Point(mass=mass, position=(radius, free, 0.0), velocity=(speed, 0.0, 0.0)), "bob")
-    cord = parts.Link(
-        a=(0.0, 0.0, 0.0), b="bob", length=free + 2.0 * math.pi * radius, drum=radius, anchor=(1.0, 0.0, 0.0), sense=1
+    cord = parts.Joint(
+        a=(0.0, 0.0, 0.0),
+        b="bob",
+        type="link",
+        length=free + 2.0 * math.pi * radius,
+        drum=radius,
+        anchor=(1.0, 0.0, 0.0),
+        sense=1,
     )
     system.add(cord, "cord")
     found = ran(system, 2.0, 0.02)

@@ -108,7 +108,7 @@ def hinged_bodies() -> System:
                         angular_velocity=tuple(turning)), "panel",
     )  # fmt: skip
     system.add(parts.Joint(a=("hub", tuple(arm)), b=("panel", tuple(-arm)), type="revolute", axis=(0, 1, 0)), "hinge")
-    system.add(parts.RotationalSpring(a="hub", b="panel", axis=(0, 1, 0), stiffness=0.5), "spring")
+    system.add(parts.JointSpring(a="hub", b="panel", axis=(0, 1, 0), stiffness=0.5), "spring")
     return system
 
 

@@ -111,7 +111,7 @@ def test_momentum_of_a_craft_with_a_rib() -> None:
     )
     system.add(beam(position=(0.3, 0.0, 0.0)), "rib")
     system.add(parts.Joint(a=("craft", (0.3, 0.0, 0.0)), b="rib.root", stiffness=500.0), "pin")
-    system.add(parts.RotationalSpring(body="craft", node="rib.root", stiffness=0.5, damping=0.02), "hinge")
+    system.add(parts.JointSpring(a="craft", b="rib.root", stiffness=0.5, damping=0.02), "hinge")
     found = run(system.assemble(), np.linspace(0.0, 2.0, 9), "dopri5", rtol=1e-9, atol=1e-11)
     assert np.ptp(found.linear_momentum, axis=0).max() < 1e-9
     assert np.ptp(found.momentum, axis=0).max() < 1e-8
@@ -126,9 +126,7 @@ def test_account_of_everything_at_once(law: str) -> None:
     system.add(beam(n=6, position=(-0.5, 0.65, 0.0), mass_damping=0.2, stiffness_damping=1e-3), "beam")
     system.add(parts.Joint(a=(-0.5, 0.65, 0.0), b="beam.root", stiffness=500.0, damping=1.0, until=0.3), "pin")
     system.add(
-        parts.RotationalSpring(
-            body="ground", node="beam.root", stiffness=0.2, damping=0.01, low=-0.3, high=0.3, stop=1.0
-        ),
+        parts.JointSpring(a="ground", b="beam.root", stiffness=0.2, damping=0.01, low=-0.3, high=0.3, stop=1.0),
         "hinge",
     )
     damping = {"paper": 0.5}.get(law, 0.3)

@@ -34,8 +34,8 @@ def latching():
     system.add(parts.RigidBody(mass=1.0, shape={"box": (1.0, 0.5, 0.02)}, position=(0.5, 0.0, 0.0)), "panel")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="panel", type="revolute", axis=(0, 1, 0)), "pin")
     system.add(
-        parts.RotationalSpring(
-            joint="pin", angle=0.0, rest=2.0, stiffness=0.5, latch="45 deg", latch_stiffness=50.0, latch_damping=0.5
+        parts.JointSpring(
+            joint="pin", start=0.0, rest=2.0, stiffness=0.5, latch="45 deg", latch_stiffness=50.0, latch_damping=0.5
         ),
         "hinge",
     )

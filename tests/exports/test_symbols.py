@@ -29,8 +29,8 @@ def craft():
         made.add(panel, f"panel {n}")
         place = {"a": ("bus", (0, y / 2, 0)), "b": f"panel {n}.inner"}
         made.add(parts.Joint(**place, type="revolute", axis=(0, 1, 0), stiffness=1e4, damping=100), f"pin {n}")
-        made.add(parts.RotationalSpring(a="bus", b=f"panel {n}", axis=(0, 1, 0), stiffness=0.1), f"hinge {n}")
-    made.add(parts.Synchronization(joints=("hinge 1", "hinge 2"), ratios=(1, 1), stiffness=5), "cables")
+        made.add(parts.JointSpring(a="bus", b=f"panel {n}", axis=(0, 1, 0), stiffness=0.1), f"hinge {n}")
+    made.add(parts.Joint(type="synchronization", joints=("hinge 1", "hinge 2"), ratios=(1, 1), stiffness=5), "cables")
     made.add(parts.Motor(joint="pin 1", torque={"constant": 0.1}), "motor")
     made.add(parts.ReactionWheel(body="bus", inertia=0.05, torque=0.1, centre=(0.1, 0, 0)), "wheel")
     made.add(
@@ -64,11 +64,16 @@ def machine():
     made.add(parts.Joint(a=(0, 0, 0), b=("bob", (0, 0, 0)), type="distance"), "stay")
     for n, x in ((1, 0.0), (2, 0.9)):
         made.add(parts.RigidBody(motion="spin", inertia=0.1, position=(x, 3, 0), rate=(2, -1)[n - 1]), f"wheel {n}")
-    made.add(parts.Gear(a="wheel 1", b="wheel 2", ratio=2), "gear")
+    made.add(parts.Joint(a="wheel 1", b="wheel 2", type="gear", ratio=2), "gear")
     made.add(parts.Point(mass=1, position=(0, -1, 0), velocity=(1, 0, 0)), "point")
-    made.add(parts.PrescribedMotion(at="point", drive={"constant": {"rate": "1 m/s"}}), "drive")
+    made.add(
+        parts.Joint(
+            a="ground", b="point", type="point-on-line", axis=(1.0, 0.0, 0.0), drive={"constant": {"rate": "1 m/s"}}
+        ),
+        "drive",
+    )
     made.add(parts.RigidBody(motion="spin", inertia=0.1, position=(3, 3, 0), rate=2), "table")
-    made.add(parts.PrescribedRotation(body="table", drive={"constant": {"rate": "2 rad/s"}}), "turn")
+    made.add(parts.Joint(a="ground", b="table", type="revolute", drive={"constant": {"rate": "2 rad/s"}}), "turn")
     return made.simulate(until="0.2 s", every="0.02 s", method="generalized-alpha")
 
 

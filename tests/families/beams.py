@@ -78,7 +78,7 @@ def drawn() -> Case:
         found = System()
         rod(found, 4, SOFT, "clamp")
         drive = parts.RampDrive(steps=[(0.0, time, rate)])
-        found.add(parts.PrescribedMotion(at="rod.tip", drive=drive, direction=(1.0, 0.0, 0.0)), "path")
+        found.add(parts.Joint(a="ground", b="rod.tip", type="point-on-line", drive=drive, axis=(1.0, 0.0, 0.0)), "path")
         return found
 
     def motion(t: Array) -> Array:
@@ -148,7 +148,7 @@ def oscillation(t: Array, rest: float, start: float, rate: float, w: float) -> A
 INERTIA = MASS / 3.0
 
 
-@of("a rotational spring")
+@of("a joint spring on an angle")
 def hinge() -> Case:
     """A rod on a hinge whose spring rests at an angle: in equilibrium there, else it swings about that."""
     c, rest = 1.0, -0.1
@@ -156,7 +156,7 @@ def hinge() -> Case:
     def system() -> System:
         found = System()
         rod(found, 2, STIFF, "revolute")
-        found.add(parts.RotationalSpring(body="ground", node="rod.root", stiffness=c, rest=rest), "hinge")
+        found.add(parts.JointSpring(a="ground", b="rod.root", stiffness=c, rest=rest), "hinge")
         return found
 
     w = math.sqrt(c / INERTIA)
@@ -166,7 +166,7 @@ def hinge() -> Case:
     )  # fmt: skip
 
 
-@of("a rotational spring with a latch")
+@of("a joint spring on an angle with a latch")
 def latch() -> Case:
     """A rod swings on its hinge's spring until the latch's spring acts as well."""
     c, rest, rate, angle, stiff = 1.0, 0.1, 0.3, 0.2, 5.0
@@ -177,7 +177,7 @@ def latch() -> Case:
         nodes = parts.Beam(length=1.0, section=SQUARE, material=HARD, elements=2, formulation="cable").start_nodes()
         rod(found, 2, HARD, "revolute", rates=np.cross([0.0, 0.0, rate], nodes))
         given: dict[str, Any] = {"stiffness": c, "rest": rest, "latch": angle, "latch_stiffness": stiff}
-        found.add(parts.RotationalSpring(body="ground", node="rod.root", **given), "hinge")
+        found.add(parts.JointSpring(a="ground", b="rod.root", **given), "hinge")
         return found
 
     # a cos(w t - phase) + rest passes the latch first at `when`

@@ -26,12 +26,14 @@ def on_axes(gravity: Array, velocity: Array, **first: Any) -> System:
     found.add(parts.Point(mass=M, velocity=tuple(velocity)), "mass")
     for k, (stiffness, axis) in enumerate(zip(K, AXES, strict=True)):
         more = first if k == 0 else {}
-        spring = parts.TranslationalSpring(a="ground", b="mass", axis=tuple(axis), stiffness=stiffness, **more)
+        spring = parts.JointSpring(
+            a="ground", b="mass", axis=tuple(axis), motion="translation", stiffness=stiffness, **more
+        )
         found.add(spring, f"spring {k}")
     return found
 
 
-@of("a translational spring")
+@of("a joint spring on a travel")
 def axial_spring() -> Case:
     """A mass swings along each of three axes by itself."""
     g, v, w = np.array([0.0, 0.0, -9.81]), np.array([0.5, 0.3, 0.0]), np.sqrt(K / M)
@@ -56,7 +58,7 @@ def friction() -> Case:
 
     return Case(
         part="spring 0",
-        system=lambda: on_axes(load / M * AXES[0], v * AXES[0], friction_force=F, bristle_stiffness=stick),
+        system=lambda: on_axes(load / M * AXES[0], v * AXES[0], friction=F, bristle_stiffness=stick),
         seen=lambda assembly, y: (coordinates(assembly, y, "mass") @ AXES[0])[..., None],
         end=0.25,  # before it stops, at 0.31 s
         step=1e-3, theory=5e-4, kink=1e-4,
@@ -76,7 +78,7 @@ def bearing() -> Case:
         found = System(gravity=tuple((load * axis + pressed * AXES[1]) / M))
         found.add(parts.RigidBody(mass=M, inertia=(0.1, 0.2, 0.3), velocity=tuple(v * axis)), "block")
         found.add(parts.Joint(a=(0.0, 0.0, 0.0), b="block", type="prismatic", axis=tuple(axis)), "guide")
-        found.add(parts.TranslationalSpring(joint="guide", stiffness=k), "spring")
+        found.add(parts.JointSpring(joint="guide", stiffness=k), "spring")
         found.add(parts.Bearing(joint="guide", coefficient=mu, span=0.3, bristle_stiffness=stick), "bearing")
         return found
 
@@ -97,7 +99,7 @@ def motor() -> Case:
     def system() -> System:
         found = System()
         found.add(parts.RigidBody(motion="spin", inertia=J), "wheel")
-        found.add(parts.RotationalSpring(a="ground", b="wheel"), "hinge")
+        found.add(parts.JointSpring(a="ground", b="wheel"), "hinge")
         drive = parts.ConstantDrive(rate=0.0, angle=target)
         found.add(parts.Motor(joint="hinge", motion=drive, position_gain=kp, velocity_gain=kd), "motor")
         return found
@@ -120,8 +122,11 @@ def synchronization() -> Case:
         for n in (0, 1):
             found.add(parts.RigidBody(motion="spin", inertia=J[n], position=(float(n), 0.0, 0.0)), f"wheel {n}")
             spring: dict[str, Any] = {"stiffness": k, "rest": rest} if n == 0 else {}
-            found.add(parts.RotationalSpring(a="ground", b=f"wheel {n}", **spring), f"hinge {n}")
-        found.add(parts.Synchronization(joints=["hinge 0", "hinge 1"], ratios=tuple(ratios), stiffness=c), "cable")
+            found.add(parts.JointSpring(a="ground", b=f"wheel {n}", **spring), f"hinge {n}")
+        found.add(
+            parts.Joint(type="synchronization", joints=["hinge 0", "hinge 1"], ratios=tuple(ratios), stiffness=c),
+            "cable",
+        )
         return found
 
     g = ratios * (-1.0, 1.0)
@@ -145,7 +150,7 @@ def on_wheel(part: Part, *, rate: float = 0.0, **spring: float) -> System:
     """A wheel on a spring, with another part on its hinge."""
     found = System()
     found.add(parts.RigidBody(motion="spin", inertia=0.4, rate=rate), "wheel")
-    found.add(parts.RotationalSpring(a="ground", b="wheel", **spring), "hinge")
+    found.add(parts.JointSpring(a="ground", b="wheel", **spring), "hinge")
     found.add(part, "it")
     return found
 
@@ -189,7 +194,7 @@ def tape_spring() -> Case:
         return columns(np.where(t < when, folded, straight))
 
     return Case(
-        part="it", system=lambda: on_wheel(it, angle=start, stiffness=c, rest=start), seen=hinge_angle(start), end=2.2,
+        part="it", system=lambda: on_wheel(it, start=start, stiffness=c, rest=start), seen=hinge_angle(start), end=2.2,
         step=1e-3, motion=motion, still=(rest,), poles=springs_poles((slope + c) / J),
     )  # fmt: skip
 

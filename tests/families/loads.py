@@ -179,7 +179,7 @@ def moment() -> Case:
     def system() -> System:
         found = System()
         rod(found, 2, STIFF, "revolute")
-        found.add(parts.RotationalSpring(body="ground", node="rod.root", stiffness=c), "hinge")
+        found.add(parts.JointSpring(a="ground", b="rod.root", stiffness=c), "hinge")
         found.add(parts.Load(at="rod.root", torque=(0.0, 0.0, M)), "moment")
         return found
 

@@ -146,8 +146,9 @@ def guide() -> Case:
     def system() -> System:
         found = System(gravity=(3.0, 0.0, -G))
         held_body(found, tilt=0.3)
-        found.add(parts.Guide(body="body", direction=(0.0, 0.0, 1.0)), "level")
-        found.add(parts.Guide(body="body", direction=(0.0, 0.0, 1.0), axis=(1.0, 0.0, 0.0)), "upright")
+        found.add(parts.Joint(a="ground", b="body", type="guide", axis=(0.0, 0.0, 1.0)), "level")
+        along = (math.cos(TURNED), math.sin(TURNED), 0.0)
+        found.add(parts.Joint(a="ground", b="body", type="guide", axis=(0.0, 0.0, 1.0), axis_b=along), "upright")
         return found
 
     m, stiff, turn = BODY_MASS, 4.0 * BODY_STIFFNESS, 4.0 * BODY_STIFFNESS * INNER * OUTER
@@ -239,7 +240,7 @@ def pendulum(rod: Any, part: str) -> Case:
 @of("a link")
 def link() -> Case:
     """A pendulum."""
-    return pendulum(parts.Link(a=ORIGIN, b="mass"), "link")
+    return pendulum(parts.Joint(a=ORIGIN, b="mass", type="link"), "link")
 
 
 @of("a joint that is a constraint")
@@ -272,8 +273,8 @@ def geared(**given: float) -> System:
     found = System()
     for name, inertia in zip(("one", "two"), INERTIAS, strict=True):
         found.add(parts.RigidBody(motion="spin", inertia=inertia), name)
-    found.add(parts.Gear(a="one", b="two", ratio=RATIO, **given), "gear")
-    found.add(parts.RotationalSpring(a="ground", b="one", axis=(0.0, 0.0, 1.0), stiffness=TURN, rest=REST), "spring")
+    found.add(parts.Joint(a="one", b="two", type="gear", ratio=RATIO, **given), "gear")
+    found.add(parts.JointSpring(a="ground", b="one", axis=(0.0, 0.0, 1.0), stiffness=TURN, rest=REST), "spring")
     return found
 
 
@@ -327,7 +328,10 @@ def carried() -> Case:
         found.add(parts.Point(mass=M_HUNG, position=(0.0, 0.0, -HUNG), velocity=(0.0, 0.0, v)), "mass")
         found.add(parts.Spring(a="hand", b="mass", stiffness=K_HUNG))
         found.add(
-            parts.PrescribedMotion(at="hand", drive=parts.ConstantDrive(rate=v), direction=(0.0, 0.0, 1.0)), "path"
+            parts.Joint(
+                a="ground", b="hand", type="point-on-line", drive=parts.ConstantDrive(rate=v), axis=(0.0, 0.0, 1.0)
+            ),
+            "path",
         )
         return found
 
@@ -648,7 +652,7 @@ def sprung_bus(k: float, inertia: float, rest: float = 0.0) -> System:
     """A bus that turns about z on a torsional spring."""
     found = System()
     found.add(parts.RigidBody(motion="spin", inertia=inertia), "bus")
-    found.add(parts.RotationalSpring(a="ground", b="bus", stiffness=k, rest=rest), "spring")
+    found.add(parts.JointSpring(a="ground", b="bus", stiffness=k, rest=rest), "spring")
     return found
 
 

@@ -97,15 +97,15 @@ def angles(system: System) -> None:
     """Hinges between bodies of every kind."""
     given = {"axis": TWIST, "stiffness": 4.0, "damping": 0.5, "rest": 0.3, "low": -0.2, "high": 0.1, "stop": 30.0}
     for k, (a, b) in enumerate((("ground", "free"), ("free", "spin"), ("spin", "free"), ("driven", "free"))):
-        system.add(parts.RotationalSpring(a=a, b=b, **given), f"hinge {k}")
+        system.add(parts.JointSpring(a=a, b=b, **given), f"hinge {k}")
 
 
 def travels(system: System) -> None:
     """Slides between bodies and points of every kind."""
-    given = {"axis": (0.3, 1.0, -0.2), "stiffness": 40.0, "rest": 0.3, "damping": 3.0, "travel": 0.7}
+    given = {"axis": (0.3, 1.0, -0.2), "stiffness": 40.0, "rest": 0.3, "damping": 3.0, "start": 0.7}
     sides = (("ground", FREE), ("free", SPIN), ("spin", "point"), ("driven", FREE), ("free", DRIVEN), ("spin", FREE))
     for k, (a, b) in enumerate(sides):
-        system.add(parts.TranslationalSpring(a=a, b=b, **given), f"slide {k}")
+        system.add(parts.JointSpring(a=a, b=b, motion="translation", **given), f"slide {k}")
 
 
 @enter("angles")
@@ -115,7 +115,7 @@ def angles_alone(system: System) -> None:
     system.add(beam("cable", position=(1.0, 1.6, 0.8)), "cable")
     system.add(beam("assumed_strain", position=(1.0, 0.0, 0.0), normal=(0.0, 0.0, 1.0)), "beam")
     for body, node in (("free", "cable.root"), ("spin", "beam.root"), ("free", "beam.tip")):
-        system.add(parts.RotationalSpring(body=body, node=node, axis=(0.0, 0.6, 0.8), stiffness=4.0, damping=0.5))
+        system.add(parts.JointSpring(a=body, b=node, axis=(0.0, 0.6, 0.8), stiffness=4.0, damping=0.5))
 
 
 @enter("travels")
@@ -123,7 +123,7 @@ def travels_alone(system: System) -> None:
     """Slides, and one of a beam's node."""
     travels(system)
     system.add(beam("cable"), "cable")
-    system.add(parts.TranslationalSpring(a="free", b="cable.tip", axis=TWIST, stiffness=4.0, damping=0.5))
+    system.add(parts.JointSpring(a="free", b="cable.tip", axis=TWIST, motion="translation", stiffness=4.0, damping=0.5))
 
 
 def bearings_between(**given: float) -> Callable[[System], None]:
@@ -158,7 +158,9 @@ def driven(system: System) -> None:
     system.add(parts.Motor(joint="hinge 0", motion=parts.ConstantDrive(rate=0.3), position_gain=3.0, velocity_gain=0.5))
     system.add(parts.Motor(joint="slide 1", law="3*x*v - 2"))
     for one, two in (("hinge 0", "hinge 1"), ("slide 1", "slide 2"), ("hinge 3", "hinge 1")):
-        system.add(parts.Synchronization(joints=[one, two], ratios=(1.0, -2.0), stiffness=20.0, damping=3.0))
+        system.add(
+            parts.Joint(type="synchronization", joints=[one, two], ratios=(1.0, -2.0), stiffness=20.0, damping=3.0)
+        )
 
 
 @enter("drivetrains")
@@ -207,7 +209,7 @@ def geared(**given: float) -> Callable[[System], None]:
             ("hinge", "pin", 1.5), ("spin", "hinge", -2.0), ("slide", "way", 0.7), ("pin", "slide", 0.3),
             ("way", "spin", 1.3),
         ):  # fmt: skip
-            system.add(parts.Gear(a=a, b=b, ratio=ratio, **given))
+            system.add(parts.Joint(a=a, b=b, type="gear", ratio=ratio, **given))
 
     return add
 

@@ -21,7 +21,7 @@ from families.test_sensitivities import ENERGY, PAIRS, keys_of
 
 #: Families of systems that are refused, by what they are called in the sentence.
 REFUSED = {
-    "a rotational spring with a latch": "latches and events beside beams",
+    "a joint spring on an angle with a latch": "latches and events beside beams",
     "a joint coordinate with friction": "joints have friction",
     "a bearing": "bearings",
     "a custom force": "custom_forces",

@@ -97,7 +97,7 @@ FAST = {
     "solar-array": ["hinge 1.stiffness", "hinge 2.damping", "hinge 3.rest", "hinge 1.latch_stiffness", "panel 1.mass",
                     "satellite.inertia.0"],
 }  # fmt: skip
-WHOLE = {"solar-array": ["hinge 3.angle"]}
+WHOLE = {"solar-array": ["hinge 3.start"]}
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,7 @@ def panel(inertia: float = 0.4, rate: float = 0.0, **hinge: Any) -> Assembly:
     system = System()
     axis = (0.6, 0.0, 0.8)
     system.add(parts.RigidBody(motion="spin", inertia=inertia, axis=axis, rate=rate, position=(1.0, 0.0, 0.0)), "panel")
-    system.add(parts.RotationalSpring(**GROUND_TO_PANEL, axis=axis, **hinge), "hinge")
+    system.add(parts.JointSpring(**GROUND_TO_PANEL, axis=axis, **hinge), "hinge")
     return system.assemble()
 
 
@@ -61,7 +61,7 @@ def test_a_body_on_a_joint_swings_on_its_spring(method: str) -> None:
     system = System()
     system.add(parts.RigidBody(mass=m, inertia=(0.1, 0.2, J), position=(r, 0.0, 0.0)), "panel")
     system.add(parts.Joint(**GROUND_TO_PANEL, type="revolute", position=(0.0, 0.0, 0.0)), "pin")
-    system.add(parts.RotationalSpring(**GROUND_TO_PANEL, stiffness=k, angle=start), "hinge")
+    system.add(parts.JointSpring(**GROUND_TO_PANEL, stiffness=k, start=start), "hinge")
     w = math.sqrt(k / (J + m * r * r))
     times = np.linspace(0.0, 3.0 * 2.0 * math.pi / w, 25)
     found = seen(integrated(system.assemble(), times, method))
@@ -81,7 +81,7 @@ def test_two_free_bodies_turn_against_each_other(method: str) -> None:
         mass=1.0, inertia=(0.5, 0.6, J2), position=(1.0, 2.0, 0.0), orientation=turned, angular_velocity=(0.0, 0.0, 0.3)
     )
     system.add(body, "panel")
-    system.add(parts.RotationalSpring(a="hub", b="panel", stiffness=k, angle=start), "hinge")
+    system.add(parts.JointSpring(a="hub", b="panel", stiffness=k, start=start), "hinge")
     w = math.sqrt(k * (1.0 / J1 + 1.0 / J2))
     times = np.linspace(0.0, 2.0, 11)
     solution = integrated(system.assemble(), times, method)
@@ -109,7 +109,7 @@ def test_a_hinge_in_space_keeps_momentum_and_energy(motion: str, method: str) ->
     else:
         system.add(parts.RigidBody(motion="spin", inertia=0.4, axis=(0.1, 0.2, 1.0), rate=0.6), "panel")
     given = {"stiffness": 2.0, "damping": 0.3, "rest": 0.4, "low": -0.2, "high": 0.5, "stop": 8.0}
-    system.add(parts.RotationalSpring(a="hub", b="panel", axis=(0.2, 0.1, 1.0), **given), "hinge")
+    system.add(parts.JointSpring(a="hub", b="panel", axis=(0.2, 0.1, 1.0), **given), "hinge")
     solution = integrated(system.assemble(), np.linspace(0.0, 1.5, 7), method)
     size = solution.energy[0]
     assert np.abs(solution.energy_defect).max() < 20.0 * METHODS[method][1] * size
@@ -125,7 +125,7 @@ def test_a_hinge_in_space_keeps_momentum_and_energy(motion: str, method: str) ->
 def test_the_angle_goes_on_over_any_number_of_turns(method: str) -> None:
     """From three turns through all half turns to three turns back, and the spring with it."""
     k, J, start = 2.0, 0.4, 6.0 * math.pi
-    assembly = panel(J, stiffness=k, angle=start)
+    assembly = panel(J, stiffness=k, start=start)
     w = math.sqrt(k / J)
     times = np.linspace(0.0, 4.0, 41)
     solution = integrated(assembly, times, method)
@@ -147,8 +147,8 @@ def test_equilibrium_and_modes_between_two_springs() -> None:
     k, J, other, rest = 2.0, 0.4, 3.0, 9.0
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=J), "panel")
-    system.add(parts.RotationalSpring(**GROUND_TO_PANEL, stiffness=k, rest=-0.5), "hinge")
-    system.add(parts.RotationalSpring(**GROUND_TO_PANEL, stiffness=other, rest=rest), "other")
+    system.add(parts.JointSpring(**GROUND_TO_PANEL, stiffness=k, rest=-0.5), "hinge")
+    system.add(parts.JointSpring(**GROUND_TO_PANEL, stiffness=other, rest=rest), "other")
     assembly = system.assemble()
     found = solve_static(assembly)
     assert found.success
@@ -164,7 +164,7 @@ def test_modes_of_two_free_bodies() -> None:
     system = System()
     system.add(parts.RigidBody(mass=1.0, inertia=(0.2, 0.4, J1)), "hub")
     system.add(parts.RigidBody(mass=1.0, inertia=(0.5, 0.6, J2), position=(1.0, 2.0, 0.0)), "panel")
-    system.add(parts.RotationalSpring(a="hub", b="panel", stiffness=k, damping=0.1), "hinge")
+    system.add(parts.JointSpring(a="hub", b="panel", stiffness=k, damping=0.1), "hinge")
     assembly = system.assemble()
     found = modes(assembly, count=12)
     assert found.frequency[:11] == pytest.approx(0.0, abs=1e-5)
@@ -187,8 +187,8 @@ def test_tangent_against_differences(a: str, b: str, rng: np.random.Generator) -
     system.add(body, "other body")
     for latch in (0.2, None):
         locked = {} if latch is None else {"latch": latch, "latch_stiffness": 700.0, "latch_damping": 0.1}
-        given = {"stiffness": 40.0, "damping": 0.2, "rest": 0.3, "low": -0.2, "high": 1.0, "stop": 300.0, "angle": 0.7}
-        system.add(parts.RotationalSpring(a=a, b=b, axis=(0.3, 1.0, -0.2), **given, **locked))
+        given = {"stiffness": 40.0, "damping": 0.2, "rest": 0.3, "low": -0.2, "high": 1.0, "stop": 300.0, "start": 0.7}
+        system.add(parts.JointSpring(a=a, b=b, axis=(0.3, 1.0, -0.2), **given, **locked))
     equations: Equations = disturbed(system.assemble(), rng)
     model = equations.assembly.model
     model.switches[model.coordinates["switch"] + 1] = (1, 0)
@@ -237,7 +237,7 @@ def test_a_folded_panel_opens_and_latches(start: float, method: str) -> None:
     """Time and motion of an independent integration; the energy balance closes with the latch's damping."""
     hinge, when, J, angle = opening(start)
     times = np.linspace(0.0, when + 2.0, 41)
-    solution = integrated(panel(J, angle=start, **hinge), times, method)
+    solution = integrated(panel(J, start=start, **hinge), times, method)
     found, allowed = seen(solution), METHODS[method][1]
     assert solution.event_times == pytest.approx([when], rel=2.0 * allowed)
     assert solution.event_kinds.tolist() == [0]
@@ -268,7 +268,7 @@ def array(panels: int = 3) -> System:
         folded = up * (0.5 * math.pi if k == 0 else math.pi)
         spring = {"stiffness": 0.3, "damping": 0.05, "rest": -0.3 * up}
         latch = {"latch": 0.0, "latch_stiffness": 40.0, "latch_damping": 3.0}
-        system.add(parts.RotationalSpring(**both, angle=folded, **spring, **latch), f"hinge {k}")
+        system.add(parts.JointSpring(**both, start=folded, **spring, **latch), f"hinge {k}")
         before, at = f"panel {k}", at + along
     return system
 
@@ -294,7 +294,7 @@ def test_a_solar_array_unfolds() -> None:
 
 
 def test_a_hinge_that_starts_at_its_latch_is_locked() -> None:
-    locked = {"latch": 0.7, "angle": 0.7, "latch_stiffness": 60.0}
+    locked = {"latch": 0.7, "start": 0.7, "latch_stiffness": 60.0}
     assembly = panel(0.4, stiffness=2.0, **locked)
     found = seen(solve_static(assembly))
     assert found["angle"][-1] == pytest.approx(0.7 * 60.0 / 62.0, rel=1e-9)
@@ -308,7 +308,7 @@ def test_two_latches_and_a_user_event_are_told_apart() -> None:
     for k, latch in enumerate((0.8, 0.3)):
         system.add(parts.RigidBody(motion="spin", inertia=1.0, rate=1.0), f"panel {k}")
         given = {"latch": latch, "latch_stiffness": 10.0, "latch_damping": 5.0}
-        system.add(parts.RotationalSpring(a="ground", b=f"panel {k}", **given), f"hinge {k}")
+        system.add(parts.JointSpring(a="ground", b=f"panel {k}", **given), f"hinge {k}")
     assembly = system.assemble()
     for method, (_, allowed) in METHODS.items():
         solution = integrated(assembly, [0.0, 0.5, 1.0], method)
@@ -325,31 +325,31 @@ def test_bad_hinges() -> None:
         system = System()
         system.add(parts.RigidBody(mass=1.0, inertia=(1.0, 1.0, 1.0)), "hub")
         system.add(parts.Point(mass=1.0), "mass")
-        system.add(parts.RotationalSpring(**fields), "hinge")
+        system.add(parts.JointSpring(**fields), "hinge")
         with pytest.raises(InputError, match=match):
             system.assemble()
 
     refused("hinge.a and hinge.b are one body, 'hub'", a="hub", b="hub")
     refused("hinge.b is 'mass', a point mass", a="hub", b="mass")
     refused("'hob'.*did you mean 'hub'", a="hob", b="hub")
-    refused("hinge.zero is given, but hinge.b is a body; give hinge.angle", a="ground", b="hub", zero=(1.0, 0.0, 0.0))
+    refused("hinge.zero is given, but hinge.b is a body; give hinge.start", a="ground", b="hub", zero=(1.0, 0.0, 0.0))
     refused("latch_stiffness", a="ground", b="hub", latch=1.0)
     system = System()
     from implicit.test_tangent import beam
 
     system.add(beam(), "beam")
-    hinge = parts.RotationalSpring(a="ground", b="beam.root", zero=(1.0, 0.0, 0.0), angle=1.0)
+    hinge = parts.JointSpring(a="ground", b="beam.root", zero=(1.0, 0.0, 0.0), start=1.0)
     system.add(hinge, "hinge")
-    with pytest.raises(InputError, match=r"hinge.angle is 1 rad, but hinge.b is at 0 rad from hinge.zero"):
+    with pytest.raises(InputError, match=r"hinge.start is 1 rad, but hinge.b is at 0 rad from hinge.zero"):
         system.assemble()
 
 
 def test_the_angle_of_a_beams_node_may_count_turns() -> None:
     from implicit.test_tangent import beam
 
-    for given in ({"zero": (1.0, 0.0, 0.0), "angle": 2.0 * math.pi}, {"angle": 2.0 * math.pi}):
+    for given in ({"zero": (1.0, 0.0, 0.0), "start": 2.0 * math.pi}, {"start": 2.0 * math.pi}):
         system = System()
         system.add(beam(), "beam")
-        system.add(parts.RotationalSpring(body="ground", node="beam.root", stiffness=1.0, **given), "hinge")
+        system.add(parts.JointSpring(a="ground", b="beam.root", stiffness=1.0, **given), "hinge")
         assembly = system.assemble()
         assert assembly.s.tolist() == [4, 0]

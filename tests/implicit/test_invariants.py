@@ -178,11 +178,7 @@ def test_the_account_closes_with_second_order(rng: np.random.Generator) -> None:
         )  # fmt: skip
         system.add(beam, "rib")
         system.add(parts.Joint(a=("hub", (0.3, 0.0, 0.0)), b="rib.root"))
-        system.add(
-            parts.RotationalSpring(
-                body="hub", node="rib.root", stiffness=3.0, damping=0.02, low=-0.3, high=0.3, stop=9.0
-            )
-        )
+        system.add(parts.JointSpring(a="hub", b="rib.root", stiffness=3.0, damping=0.02, low=-0.3, high=0.3, stop=9.0))
         system.add(parts.Point(mass=0.2, position=(1.3, 0.5, 0.0)), "bob")
         system.add(parts.Spring(a="bob", b=("hub", (0.0, 0.3, 0.0)), stiffness=40.0, damping=0.3))
         system.add(parts.Load(at="rib.tip", force=(0.0, 0.3, 0.1), start=0.1, until=0.4))

@@ -124,27 +124,27 @@ def hinges(system: System, third: str) -> None:
 @tie("a gear")
 def gear(system: System, third: str) -> None:
     hinges(system, third)
-    system.add(parts.Gear(a="own", b="hinge", ratio=-2.0))
+    system.add(parts.Joint(a="own", b="hinge", type="gear", ratio=-2.0))
 
 
 def springs(system: System, third: str) -> None:
     """Coordinates about an axis, of which no joint keeps the body."""
-    system.add(parts.RotationalSpring(a="b", b="a", axis=(0.0, 0.0, 1.0), stiffness=3.0), "own")
-    system.add(parts.RotationalSpring(a=third, b="b", axis=(0.0, 0.0, 1.0), stiffness=3.0, damping=0.1), "turn")
+    system.add(parts.JointSpring(a="b", b="a", axis=(0.0, 0.0, 1.0), stiffness=3.0), "own")
+    system.add(parts.JointSpring(a=third, b="b", axis=(0.0, 0.0, 1.0), stiffness=3.0, damping=0.1), "turn")
 
 
-tie("a rotational spring")(springs)
+tie("a joint spring on an angle")(springs)
 
 
-@tie("a translational spring")
+@tie("a joint spring on a travel")
 def travel(system: System, third: str) -> None:
-    system.add(parts.TranslationalSpring(a=third, b=B, axis=(0.3, 0.2, 0.9), stiffness=3.0))
+    system.add(parts.JointSpring(a=third, b=B, axis=(0.3, 0.2, 0.9), motion="translation", stiffness=3.0))
 
 
 @tie("a synchronization")
 def synchronization(system: System, third: str) -> None:
     springs(system, third)
-    system.add(parts.Synchronization(joints=["own", "turn"], ratios=(1.0, -2.0), stiffness=20.0))
+    system.add(parts.Joint(type="synchronization", joints=["own", "turn"], ratios=(1.0, -2.0), stiffness=20.0))
 
 
 @tie("a motor")
@@ -171,7 +171,7 @@ def drum(system: System, third: str) -> None:
     wound = math.atan2(0.5, 2.0) - math.acos(radius / apart) + 0.5 * math.pi
     length = math.sqrt(apart**2 - radius**2) + radius * wound
     a = at(third, (0.0, 0.0, 0.3))
-    system.add(parts.Link(a=a, b="b", drum=radius, anchor=(0.0, -1.0, 0.0), length=length))
+    system.add(parts.Joint(a=a, b="b", type="link", drum=radius, anchor=(0.0, -1.0, 0.0), length=length))
 
 
 @tie("a rod")
@@ -258,7 +258,11 @@ def test_a_third_body_that_is_not_free_is_seen(name: str, motion: str) -> None:
 def test_between_free_bodies_momentum_is_kept(name: str, rng: np.random.Generator) -> None:
     assembly = tied(name, FREE).assemble()
     assert imbalance(assembly, rng) < 1e-8
-    if name in ("the point of a pulley", "a rotational spring", "a spring"):  # and the measure finds what is held
+    if name in (
+        "the point of a pulley",
+        "a joint spring on an angle",
+        "a spring",
+    ):  # and the measure finds what is held
         for motion in (GROUND, DRIVEN, SPIN):
             assert imbalance(tied(name, motion).assemble(), rng) > 1e-3
 

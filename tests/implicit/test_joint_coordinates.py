@@ -48,7 +48,7 @@ def wheel(inertia: float = 0.4, rate: float = 0.0, **spring: Any) -> System:
     """A body that spins about an axis on the ground, with a spring of its coordinate."""
     system, axis = System(), (0.6, 0.0, 0.8)
     system.add(parts.RigidBody(motion="spin", inertia=inertia, axis=axis, rate=rate), "wheel")
-    system.add(parts.RotationalSpring(a="ground", b="wheel", axis=axis, **spring), "hinge")
+    system.add(parts.JointSpring(a="ground", b="wheel", axis=axis, **spring), "hinge")
     return system
 
 
@@ -70,8 +70,8 @@ def test_tangent_of_a_travel_against_differences(a: str, b: Any, rng: np.random.
     system.add(parts.Beam(length=1.0, section=evolvent.Rectangle(thickness=0.02, width=0.02),
                           material=evolvent.Material(young_modulus=2e6, poisson_ratio=0.0, density=1000.0),
                           elements=1, formulation="cable"), "beam")  # fmt: skip
-    given = {"stiffness": 40.0, "rest": 0.3, "low": -0.2, "high": 1.0, "stop": 300.0, "travel": 0.7}
-    system.add(parts.TranslationalSpring(a=a, b=b, axis=(0.3, 1.0, -0.2), **given), "slide")
+    given = {"stiffness": 40.0, "rest": 0.3, "low": -0.2, "high": 1.0, "stop": 300.0, "start": 0.7}
+    system.add(parts.JointSpring(a=a, b=b, axis=(0.3, 1.0, -0.2), motion="translation", **given), "slide")
     assert worst(disturbed(system.assemble(), rng), np.zeros(0)) < 1e-6
 
 
@@ -82,8 +82,10 @@ def test_a_travel_between_tumbling_bodies_keeps_energy_and_momentum(step: float 
     system.add(parts.RigidBody(mass=1.0, inertia=(0.3, 0.25, 0.2), angular_velocity=(0.3, -0.8, 1.4)), "hub")
     turned = {"orientation": unit((0.8, 0.3, -0.4, 0.2)), "angular_velocity": (-0.2, 0.9, 0.5)}
     system.add(parts.RigidBody(mass=2.0, inertia=(0.3, 0.2, 0.4), position=(1.0, 0.0, 0.0), **turned), "slider")
-    given = {"stiffness": 5.0, "rest": 0.7, "low": -0.2, "high": 1.1, "stop": 80.0, "travel": 1.0}
-    slide = parts.TranslationalSpring(a="hub", b=("slider", (0.1, 0.2, -0.1)), axis=(1.0, 0.2, -0.1), **given)
+    given = {"stiffness": 5.0, "rest": 0.7, "low": -0.2, "high": 1.1, "stop": 80.0, "start": 1.0}
+    slide = parts.JointSpring(
+        a="hub", b=("slider", (0.1, 0.2, -0.1)), axis=(1.0, 0.2, -0.1), motion="translation", **given
+    )
     system.add(slide, "slide")
     options = {"step": step} if step is not None else {"tolerance": 1e-5}
     found = solve_energy(system.assemble(), samples=np.linspace(0.0, 4.0, 9), spectral_radius=1.0, **options)
@@ -103,9 +105,13 @@ def test_a_damped_travel_on_a_turning_body(method: str) -> None:
     system = System()
     system.add(parts.RigidBody(motion="driven", rate=w), "table")
     system.add(parts.Point(mass=m, position=(x0, 0.0, 0.0), velocity=(0.0, w * x0, 0.0)), "bead")
-    spring = parts.TranslationalSpring(a="table", b="bead", travel=x0, stiffness=k, damping=c)
+    spring = parts.JointSpring(
+        a="table", b="bead", axis=(1.0, 0.0, 0.0), motion="translation", start=x0, stiffness=k, damping=c
+    )
     system.add(spring, "slot")
-    system.add(parts.TranslationalSpring(a="table", b="bead", axis=(0.0, 1.0, 0.0), stiffness=4e3), "wall")
+    system.add(
+        parts.JointSpring(a="table", b="bead", axis=(0.0, 1.0, 0.0), motion="translation", stiffness=4e3), "wall"
+    )
     times = np.linspace(0.0, 3.0, 13)
     found = run(system, times, method)
     s = np.roots([m, c, k - m * w * w])
@@ -128,8 +134,10 @@ def sledge(
     """A mass of 2 kg in a slot along x."""
     system = System(gravity=(gravity, 0.0, 0.0))
     system.add(parts.Point(mass=2.0, position=(x0, 0.0, 0.0), velocity=(v, 0.0, 0.0)), "mass")
-    spring = {"stiffness": stiffness, "travel": x0, "friction_force": friction}
-    system.add(parts.TranslationalSpring(a="ground", b="mass", **spring, **more), "slot")
+    spring = {"stiffness": stiffness, "start": x0, "friction": friction}
+    system.add(
+        parts.JointSpring(a="ground", b="mass", axis=(1.0, 0.0, 0.0), motion="translation", **spring, **more), "slot"
+    )
     return system
 
 
@@ -177,7 +185,9 @@ def test_equilibrium_and_modes_with_friction_that_sticks() -> None:
     """Held by the bristle, which slips after 1e-5 m: m g/(F/1e-5); so are its modes; beyond F it slips."""
     system = sledge(3.0, gravity=1.2, stiffness=10.0)
     for k, axis in ((1, (0.0, 1.0, 0.0)), (2, (0.0, 0.0, 1.0))):
-        system.add(parts.TranslationalSpring(a="ground", b="mass", axis=axis, stiffness=1e9), f"across {k}")
+        system.add(
+            parts.JointSpring(a="ground", b="mass", axis=axis, motion="translation", stiffness=1e9), f"across {k}"
+        )
     found = solve_static(system.assemble())
     stick = 3.0 / 1e-5
     assert seen(found, "slot")["travel"][-1] == pytest.approx(2.4 / (10.0 + stick), rel=1e-9)
@@ -245,7 +255,7 @@ def test_motor_on_a_joint_between_bodies(motion: str) -> None:
     system.add(parts.Joint(a="hub", b="rotor", type="revolute", position=(0.0, 0.0, 0.2)), "bearing")
     on = "bearing"
     if motion == "spring":
-        system.add(parts.RotationalSpring(joint="bearing", damping=0.0), "coordinate")
+        system.add(parts.JointSpring(joint="bearing", damping=0.0), "coordinate")
         on = "coordinate"
     system.add(parts.Motor(joint=on, torque=[["0 s", "0.2 N m"], ["1 s", "0.2 N m"], ["1 s", 0], ["3 s", 0]]), "motor")
     found = run(system, np.linspace(0.0, 2.0, 5), "energy")
@@ -268,7 +278,7 @@ def test_a_joint_by_name_is_the_same_as_its_ends() -> None:
         a, b = reversed(ends) if flip else ends
         found.add(parts.Joint(a=a, b=b, type="revolute"), "pin")
         keys = {"joint": "pin"} if named else {"a": "panel" if flip else "ground", "b": "ground" if flip else "panel"}
-        found.add(parts.RotationalSpring(**keys, stiffness=3.0, angle=0.7, damping=0.2), "hinge")
+        found.add(parts.JointSpring(**keys, stiffness=3.0, start=0.7, damping=0.2), "hinge")
         return found
 
     times = np.linspace(0.0, 1.0, 4)
@@ -285,7 +295,7 @@ def test_an_angle_goes_on_from_half_a_turn(method: str, rate: float, tmp_path: p
         f"""system: structure
 parts:
   panel: {{kind: rigid-body, motion: spin, inertia: 0.4 kg m^2, rate: {rate} rad/s}}
-  hinge: {{kind: rotational-spring, a: ground, b: panel, angle: 180 deg}}
+  hinge: {{kind: joint-spring, a: ground, b: panel, start: 180 deg}}
 simulate: {{until: 4 s, every: 1 s}}
 """
     )
@@ -304,7 +314,7 @@ def test_panel_latches_with_its_energy_balance(book: Book, method: str) -> None:
     peak is at the angle d where J w^2/2 + (k rest) d - F d = (kl + k) d^2/2, on the way that the panel moves on.
     """
     J, k, F, x0, rest, kl = 0.4, 0.5, 0.1, math.pi, -0.3, 60.0
-    hinge = {"stiffness": k, "rest": rest, "friction_torque": F, "angle": x0, "latch": 0.0, "latch_stiffness": kl}
+    hinge = {"stiffness": k, "rest": rest, "friction": F, "start": x0, "latch": 0.0, "latch_stiffness": kl}
     times = np.linspace(0.0, 8.0, 81)
     found = run(wheel(J, **hinge), times, method)
     energy = 0.5 * k * ((x0 - rest) ** 2 - rest**2) - F * x0
@@ -327,7 +337,7 @@ def test_panel_latches_with_its_energy_balance(book: Book, method: str) -> None:
 def test_energy_lost_at_a_latch(book: Book, method: str) -> None:
     """With its own damper the latch takes all that is left: the kinetic energy, and the spring's change."""
     J, k, x0, rest, kl = 0.4, 0.5, math.pi, -0.3, 60.0
-    hinge = {"stiffness": k, "rest": rest, "angle": x0, "latch": 0.0, "latch_stiffness": kl, "latch_damping": 3.0}
+    hinge = {"stiffness": k, "rest": rest, "start": x0, "latch": 0.0, "latch_stiffness": kl, "latch_damping": 3.0}
     found = run(wheel(J, **hinge), np.linspace(0.0, 12.0, 25), method)
     got = seen(found, "hinge")
     end = k * rest / (k + kl)
@@ -352,8 +362,11 @@ def test_a_travel_latches(method: str) -> None:
         system.add(parts.Point(mass=1.0, position=(0.0, float(n), 0.0)), f"stage {n}")
         latch = {"latch": 0.5, "latch_stiffness": 200.0, "latch_damping": 5.0}
         pull = {"stiffness": 4.0 * n, "rest": 0.6}
-        system.add(parts.TranslationalSpring(a="ground", b=f"stage {n}", **pull, **latch), f"slide {n}")
-    system.add(parts.Synchronization(joints=["slide 1", "slide 2"], stiffness=5e3, damping=10.0), "cable")
+        system.add(
+            parts.JointSpring(a="ground", b=f"stage {n}", axis=(1.0, 0.0, 0.0), motion="translation", **pull, **latch),
+            f"slide {n}",
+        )
+    system.add(parts.Joint(type="synchronization", joints=["slide 1", "slide 2"], stiffness=5e3, damping=10.0), "cable")
     found = run(system, np.linspace(0.0, 3.0, 7), method)
     one, two = (seen(found, f"slide {n}") for n in (1, 2))
     w = math.sqrt(12.0 / 2.0)  # of both
@@ -371,8 +384,8 @@ def test_a_travel_latches(method: str) -> None:
 def test_refusals() -> None:
     """One line each, which names the part."""
 
-    def refused(match: str, **added: parts.RotationalSpring | Any) -> None:
-        system = wheel(angle=0.1)
+    def refused(match: str, **added: parts.JointSpring | Any) -> None:
+        system = wheel(start=0.1)
         system.add(parts.RigidBody(mass=1.0, inertia=0.1), "body")
         system.add(parts.Joint(a="body", b=(0.0, 0.0, 0.0)), "ball")
         for name, part in added.items():
@@ -392,18 +405,25 @@ def test_refusals() -> None:
     refused("motor.velocity_gain is 0; motor.rate_limit", motor=capped)
     refused("motor.rate_limit belongs to motor.motion", motor=parts.Motor(joint="hinge", rate_limit=1.0, **turn))
     refused(
-        "cable.joints is .*; a synchronization needs two", cable=parts.Synchronization(joints=["hinge"], stiffness=1)
+        "cable.joints is .*; a synchronization needs two",
+        cable=parts.Joint(type="synchronization", joints=["hinge"], stiffness=1),
     )
-    both = parts.Synchronization(joints=["hinge", "slot"], stiffness=1)
-    refused("cable.joints has both", slot=parts.TranslationalSpring(a="ground", b="body"), cable=both)
-    wrong = parts.Synchronization(joints=["hinge", "hinge 2"], ratios=(1.0, 0.0), stiffness=1)
-    refused("none of them can be 0", **{"hinge 2": parts.RotationalSpring(a="ground", b="body"), "cable": wrong})
-    stops = parts.TranslationalSpring(a="ground", b="body", low=0.3, high=0.1, stop=1.0)
+    both = parts.Joint(type="synchronization", joints=["hinge", "slot"], stiffness=1)
+    refused(
+        "cable.joints has both",
+        slot=parts.JointSpring(a="ground", b="body", axis=(1.0, 0.0, 0.0), motion="translation"),
+        cable=both,
+    )
+    wrong = parts.Joint(type="synchronization", joints=["hinge", "hinge 2"], ratios=(1.0, 0.0), stiffness=1)
+    refused("none of them can be 0", **{"hinge 2": parts.JointSpring(a="ground", b="body"), "cable": wrong})
+    stops = parts.JointSpring(
+        a="ground", b="body", axis=(1.0, 0.0, 0.0), motion="translation", low=0.3, high=0.1, stop=1.0
+    )
     refused("slot.low is 0.3 m, above slot.high, 0.1 m", slot=stops)
-    refused("spring.joint is 'ball', a joint of type 'spherical'", spring=parts.RotationalSpring(joint="ball"))
-    beside = parts.RotationalSpring(joint="ball", a="body")
+    refused("spring.joint is 'ball', a joint of type 'spherical'", spring=parts.JointSpring(joint="ball"))
+    beside = parts.JointSpring(joint="ball", a="body")
     refused("spring.a and spring.joint, 'ball', are both given", spring=beside)
-    refused("spring.b is missing", spring=parts.RotationalSpring(a="ground"))
+    refused("spring.b is missing", spring=parts.JointSpring(a="ground"))
     with pytest.raises(InputError, match=r"\(t, x, v, parameters\) -> torque"):
 
         @evolvent.motor_law

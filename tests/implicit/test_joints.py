@@ -136,7 +136,7 @@ def closes(assembly: Assembly, *, least: float, steps: tuple[float, ...] = (1e-3
 def test_a_turned_hub_does_the_work_that_its_rib_gains() -> None:
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=0.4), "hub")
-    system.add(parts.PrescribedRotation(body="hub", drive=ring()), "motor")
+    system.add(parts.Joint(a="ground", b="hub", type="revolute", drive=ring()), "motor")
     system.add(
         parts.Beam(
             length=1.0, section=SQUARE, material=RUBBER, elements=4, formulation="cable", position=(0.3, 0.0, 0.0)
@@ -159,9 +159,9 @@ def test_a_carried_point_follows_its_line_and_its_involute() -> None:
         system.add(parts.Point(mass=2.0, position=(0.6, 0.2, 0.3)), "load")
         system.add(parts.Spring(a="hand", b="load", stiffness=30.0))
         if involute:
-            carry = parts.PrescribedMotion(at="hand", drive=ring(), radius=0.2, length=1.0)
+            carry = parts.Joint(a=(0.0, 0.0, 0.0), b="hand", type="involute", drive=ring(), drum=0.2, length=1.0)
         else:
-            carry = parts.PrescribedMotion(at="hand", drive=ring(), direction=(1.0, 1.0, 0.0))
+            carry = parts.Joint(a="ground", b="hand", type="point-on-line", drive=ring(), axis=(1.0, 1.0, 0.0))
         system.add(carry, "carry")
         assembly = system.assemble()
         hand = coordinates(assembly, closes(assembly, least=0.5), "hand")
@@ -236,7 +236,7 @@ def oscillator(**hinge: Any) -> Assembly:
         "rib",
     )
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="rib.root", type="revolute"), "pin")
-    system.add(parts.RotationalSpring(body="ground", node="rib.root", **hinge), "hinge")
+    system.add(parts.JointSpring(a="ground", b="rib.root", **hinge), "hinge")
     return system.assemble()
 
 
@@ -352,7 +352,12 @@ def test_redundant_joints_of_beams_run_and_are_named() -> None:
 def test_a_start_that_does_not_fit_is_refused() -> None:
     system = System()
     system.add(parts.Point(mass=1.0, position=(0.3, 0.0, 0.0)), "bob")
-    system.add(parts.PrescribedMotion(at="bob", drive=parts.ConstantDrive(rate=0.0), radius=0.2, length=1.0), "carry")
+    system.add(
+        parts.Joint(
+            a=(0.0, 0.0, 0.0), b="bob", type="involute", drive=parts.ConstantDrive(rate=0.0), drum=0.2, length=1.0
+        ),
+        "carry",
+    )
     with pytest.raises(InputError, match="'carry' does not fit the start"):
         solve_implicit(system.assemble(), samples=[0.0, 1.0], step=1e-2)
 
@@ -365,10 +370,15 @@ def test_velocities_that_break_a_joint_are_refused(what: str) -> None:
         system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bob", type="distance"), "held")
     elif what == "turn":
         system.add(parts.RigidBody(motion="spin", inertia=1.0), "hub")
-        system.add(parts.PrescribedRotation(body="hub", drive=parts.ConstantDrive(rate=0.3)), "held")
+        system.add(parts.Joint(a="ground", b="hub", type="revolute", drive=parts.ConstantDrive(rate=0.3)), "held")
     else:
         system.add(parts.Point(mass=1.0), "bob")
-        system.add(parts.PrescribedMotion(at="bob", drive=parts.ConstantDrive(rate=0.3)), "held")
+        system.add(
+            parts.Joint(
+                a="ground", b="bob", type="point-on-line", axis=(1.0, 0.0, 0.0), drive=parts.ConstantDrive(rate=0.3)
+            ),
+            "held",
+        )
     with pytest.raises(InputError, match=r"'held' does not fit the velocities.* -?0\.3"):
         solve_implicit(system.assemble(), samples=[0.0, 1.0], step=1e-2)
 
@@ -383,11 +393,13 @@ def test_drives_whose_rate_jumps_are_refused(what: str) -> None:
         system = System()
         if what == "turn":
             system.add(parts.RigidBody(motion="spin", inertia=1.0, rate=0.5), "hub")
-            system.add(parts.PrescribedRotation(body="hub", drive=drive, until=until), "drive")
+            system.add(parts.Joint(a="ground", b="hub", type="revolute", drive=drive, until=until), "drive")
         else:
             system.add(parts.Point(mass=1.0, velocity=(0.5, 0.0, 0.0)), "bob")
-            round_it = {"radius": 0.2, "length": 1.0} if what == "involute" else {}
-            system.add(parts.PrescribedMotion(at="bob", drive=drive, until=until, **round_it), "drive")
+            path: Any = {"type": "point-on-line", "axis": (1.0, 0.0, 0.0)}
+            if what == "involute":
+                path = {"type": "involute", "drum": 0.2, "length": 1.0}
+            system.add(parts.Joint(a="ground", b="bob", drive=drive, until=until, **path), "drive")
         return system.assemble()
 
     with pytest.raises(InputError, match=rf"drive.drive jumps from 2 to -1.5 {unit} at t = 3 s.*RampDrive.*duration"):

@@ -35,7 +35,7 @@ def wheel(motor: parts.Motor, *, latch: float | None = None) -> System:
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=INERTIA), "wheel")
     stiff = {} if latch is None else {"latch": latch, "latch_stiffness": SPRING}
-    system.add(parts.RotationalSpring(a="ground", b="wheel", **stiff), "hinge")
+    system.add(parts.JointSpring(a="ground", b="wheel", **stiff), "hinge")
     system.add(parts.Event(law="x - 0.5", variables={"x": "wheel.angle"}), "half")
     system.add(motor, "motor")
     return system

@@ -15,7 +15,7 @@ def test_tension_of_a_pendulum(options):
     """m (v^2 / l - g . x / l), of the state at every sample."""
     system = System(gravity=(0.0, 0.0, -G))
     system.add(parts.Point(mass=1.5, position=(1.0, 0.0, 0.0)), "bob")
-    system.add(parts.Link(a=(0.0, 0.0, 0.0), b="bob"), "rod")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bob", type="link"), "rod")
     run = system.simulate(until="1 s", method="generalized-alpha", **options)
     x, v = run["bob"].position.values, run["bob"].velocity.values
     tension = 1.5 * (np.sum(v**2, axis=1) - G * x[:, 2])

@@ -38,7 +38,7 @@ def panel(*more: tuple[Any, str], gravity: tuple[float, float, float] = ORIGIN, 
     system = System(gravity=gravity)
     system.add(parts.RigidBody(mass=MASS, inertia=(0.3, 0.2, OWN), position=(0.5, 0.0, 0.0)), "panel")
     system.add(parts.Joint(a="ground", b=("panel", (-0.5, 0.0, 0.0)), type="revolute", axis=Z), "hinge")
-    system.add(parts.RotationalSpring(joint="hinge", stiffness=stiffness, rest=REST), "spring")
+    system.add(parts.JointSpring(joint="hinge", stiffness=stiffness, rest=REST), "spring")
     for part, name in more:
         system.add(part, name)
     return system
@@ -228,7 +228,7 @@ def test_a_link_beside_a_released_joint(method: str, step: float | None) -> None
     """A bob on a link and on a joint to the ground is a pendulum once the joint is released."""
     system = System(gravity=(0.0, -G, 0.0))
     system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)), "bob")
-    system.add(parts.Link(a=ORIGIN, b="bob"), "link")
+    system.add(parts.Joint(a=ORIGIN, b="bob", type="link"), "link")
     system.add(parts.Joint(a=(1.0, 0.0, 0.0), b="bob", until=0.5), "hold")
     found = run(system, 1.5, method, step, tolerance=1e-6)
     t = found["time"].values
@@ -303,12 +303,10 @@ def array(latched: bool) -> System:
     system.add(parts.RigidBody(mass=1.0, inertia=(0.1, 0.2, 0.2), position=(1.4, 0.0, 0.0)), "outer")
     system.add(parts.Joint(a="ground", b=("panel", (-0.5, 0.0, 0.0)), type="revolute", axis=Z), "hinge")
     system.add(parts.Joint(a="panel", b=("outer", (-0.4, 0.0, 0.0)), type="revolute", axis=Z), "knee")
-    system.add(
-        parts.RotationalSpring(joint="hinge", stiffness=STIFFNESS, rest=REST, **({} if latched else lock)), "spring"
-    )
-    system.add(parts.RotationalSpring(joint="knee", stiffness=2.0, rest=0.6), "other")
+    system.add(parts.JointSpring(joint="hinge", stiffness=STIFFNESS, rest=REST, **({} if latched else lock)), "spring")
+    system.add(parts.JointSpring(joint="knee", stiffness=2.0, rest=0.6), "other")
     if latched:
-        system.add(parts.RotationalSpring(joint="hinge", stiffness=200.0, rest=0.5), "lock")
+        system.add(parts.JointSpring(joint="hinge", stiffness=200.0, rest=0.5), "lock")
     else:
         system.add(parts.Joint(a="panel", b=("outer", (0.0, 0.3, 0.0)), type="clamp", released_by="spring"), "hold")
     return system
@@ -353,7 +351,10 @@ def test_yo_yo_with_a_late_release(method: str, step: float | None) -> None:
         velocity = (side * free * spin, side * drum * spin, 0.0)
         system.add(parts.Point(mass=mass, position=place, velocity=velocity), f"mass {k}")
         anchor = (side * math.cos(wound), side * math.sin(wound), 0.0)
-        system.add(parts.Link(a="body", b=f"mass {k}", length=total, drum=drum, anchor=anchor, sense=-1), f"cord {k}")
+        system.add(
+            parts.Joint(a="body", b=f"mass {k}", type="link", length=total, drum=drum, anchor=anchor, sense=-1),
+            f"cord {k}",
+        )
         stiffness = 1e6 if method == "rk4" else 0.0
         system.add(parts.Joint(a=("body", place), b=f"mass {k}", until=release, stiffness=stiffness), f"hold {k}")
     found = run(system, YOYO_END, method, step)
@@ -388,7 +389,7 @@ def test_hold_downs_of_penalties(by: str, method: str) -> None:
     system.add(parts.RigidBody(mass=MASS, inertia=(0.3, 0.2, OWN), position=(0.5, 0.0, 0.0)), "panel")
     stiff = {"axis": Z, "stiffness": 1e5, "damping": 30.0}
     system.add(parts.Joint(a="ground", b=("panel", (-0.5, 0.0, 0.0)), type="revolute", **stiff), "hinge")
-    system.add(parts.RotationalSpring(joint="hinge", stiffness=STIFFNESS, rest=REST), "spring")
+    system.add(parts.JointSpring(joint="hinge", stiffness=STIFFNESS, rest=REST), "spring")
     system.add(parts.Event(law="t - 1"), "clock")
     release = {"until": 1.0} if by == "time" else {"released_by": "clock"}
     system.add(parts.Joint(a=(1.0, 0.0, 0.0), b=("panel", (0.5, 0.0, 0.0)), type="clamp", **stiff, **release), "hold")

@@ -94,7 +94,7 @@ JOINTS: dict[str, list[parts.Joint]] = {
 def together(system: System, joint: parts.Joint) -> parts.Joint:
     """The joint as it is where its places coincide: `b` on a body is put where `a` stands."""
     from evolvent.assembly.builder import Builder
-    from evolvent.parts.joint import point_side
+    from evolvent.parts.joint_sides import point_side
 
     if joint.type == "distance":
         return joint
@@ -207,9 +207,17 @@ def test_beams_on_bodies(body: str, stiffness: float, rng: np.random.Generator) 
 def test_driven_places_and_angles(rng: np.random.Generator) -> None:
     system = System()
     mixed(system)
-    system.add(parts.PrescribedRotation(body="spin", drive=parts.ConstantDrive(rate=1.3)))
-    system.add(parts.PrescribedMotion(at="cable.tip", drive=parts.ConstantDrive(rate=0.2), direction=(0.3, 1.0, 0.0)))
-    system.add(parts.PrescribedMotion(at="beam.tip", drive=parts.ConstantDrive(rate=0.2), radius=0.2, length=1.0))
+    system.add(parts.Joint(a="ground", b="spin", type="revolute", drive=parts.ConstantDrive(rate=1.3)))
+    system.add(
+        parts.Joint(
+            a="ground", b="cable.tip", type="point-on-line", drive=parts.ConstantDrive(rate=0.2), axis=(0.3, 1.0, 0.0)
+        )
+    )
+    system.add(
+        parts.Joint(
+            a=(0.0, 0.0, 0.0), b="beam.tip", type="involute", drive=parts.ConstantDrive(rate=0.2), drum=0.2, length=1.0
+        )
+    )
     equations = disturbed(system.assemble(), rng)
     la = rng.standard_normal(equations.assembly.model.joints.size) * 5.0
     assert worst(equations, la) < 1e-7
@@ -222,9 +230,9 @@ def test_hinges(body: str, damping: float, rng: np.random.Generator) -> None:
     mixed(system)
     for node, zero in (("cable", (0.0, -0.8, 0.6)), ("beam", None)):
         system.add(
-            parts.RotationalSpring(
-                body=body, node=f"{node}.root", axis=(1.0, 0.0, 0.0), zero=zero, stiffness=40.0, damping=damping,
-                rest=0.3, low=-0.2, high=1.0, stop=300.0, latch=0.5, latch_stiffness=700.0, latch_damping=0.2 * damping,
+            parts.JointSpring(
+                a=body, b=f"{node}.root", axis=(1.0, 0.0, 0.0), zero=zero, stiffness=40.0, damping=damping, rest=0.3,
+                low=-0.2, high=1.0, stop=300.0, latch=0.5, latch_stiffness=700.0, latch_damping=0.2 * damping
             )
         )  # fmt: skip
     equations = disturbed(system.assemble(), rng)

@@ -303,7 +303,9 @@ def capstan(
         system.add(parts.Load(at="cable.tip", force=(-pull, 0.0, 0.0), ramp=0.05))
     else:
         drive = parts.RampDrive(steps=((0.1, 0.05, speed),)) if speed else parts.ConstantDrive(rate=0.0)
-        system.add(parts.PrescribedMotion(at="cable.tip", drive=drive, direction=(-1.0, 0.0, 0.0)), "hand")
+        system.add(
+            parts.Joint(a="ground", b="cable.tip", type="point-on-line", drive=drive, axis=(-1.0, 0.0, 0.0)), "hand"
+        )
     return system.assemble()
 
 

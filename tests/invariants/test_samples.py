@@ -71,7 +71,7 @@ def soft() -> Assembly:
     system.add(parts.Load(at="strip.tip", force=(0.0, 0.01, 0.0), start=0.3337), "push")
     system.add(parts.RigidBody(motion="spin", inertia=0.5, rate=1.0), "panel")
     hinge = {"stiffness": 2.0, "rest": 1.0, "latch": 0.6, "latch_stiffness": 50.0, "latch_damping": 1.0}
-    system.add(parts.RotationalSpring(a="ground", b="panel", **hinge), "hinge")
+    system.add(parts.JointSpring(a="ground", b="panel", **hinge), "hinge")
     return system.assemble()
 
 

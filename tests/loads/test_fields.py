@@ -119,7 +119,7 @@ def test_a_dumbbell_librates(plane: str, rate: float, method: str, book: Book) -
     system = in_orbit()
     for name, sign in (("a", 1.0), ("b", -1.0)):
         system.add(parts.Point(mass=2.0, position=tuple(sign * arm * e)), name)
-    system.add(parts.Link(a="a", b="b", length=2.0 * arm), "rod")
+    system.add(parts.Joint(a="a", b="b", type="link", length=2.0 * arm), "rod")
     run = simulated(system, method)
     x = run["a/position"].values
     angle = np.arctan2(x @ across, x[:, 0])

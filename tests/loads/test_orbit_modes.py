@@ -102,7 +102,7 @@ def boom() -> System:
         young_modulus=4e9, poisson_ratio=0.3, density=500.0
     )  # fmt: skip
     system.add(parts.Rod(length=4.0, elements=3, section=section, material=material), "boom")
-    system.add(parts.Joint(a="satellite", b="boom.root", type="fixed"))
+    system.add(parts.Joint(a="satellite", b="boom.root", type="clamp"))
     system.add(parts.Point(mass=2.0, at="boom.tip"), "tip")
     return system
 

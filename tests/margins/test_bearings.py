@@ -25,7 +25,7 @@ def arm(**more):
     system.add(parts.RigidBody(mass=MASS, inertia=(0.1, 0.1, 0.2), position=(0.5, 0.0, 0.0)), "arm")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("arm", (-0.5, 0.0, 0.0)), type="revolute"), "pivot")
     spring = {"stiffness": 2.0, "rest": math.pi, "latch": math.pi / 2, "latch_stiffness": 500.0}
-    system.add(parts.RotationalSpring(joint="pivot", **spring), "hinge")
+    system.add(parts.JointSpring(joint="pivot", **spring), "hinge")
     keys = {"coefficient": KINETIC, "static_coefficient": STATIC, "journal_radius": 0.01, "thrust_radius": 0.02}
     system.add(parts.Bearing(joint="hinge", **(keys | {"span": 0.1, "preload": 4.0} | more)), "bearing")
     return system
@@ -48,7 +48,7 @@ def test_a_drawer_that_a_spring_pulls_beside_its_guide():
         system = System()
         system.add(parts.RigidBody(mass=3.0, inertia=(1.0, 1.0, 1.0)), "drawer")
         system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="drawer", type="prismatic", axis=(1, 0, 0)), "rail")
-        system.add(parts.TranslationalSpring(joint="rail", low=0.0, high=0.4, stop=1e4), "slide")
+        system.add(parts.JointSpring(joint="rail", low=0.0, high=0.4, stop=1e4), "slide")
         system.add(parts.Bearing(joint="rail", coefficient=STATIC, span=0.2), "bearing")
         system.add(parts.Spring(a=(1.0, e, 0.0), b=["drawer", (0.0, e, 0.0)], length=0.1, stiffness=50.0), "pull")
         table = system.margin(**STILL)["slide"]
@@ -75,7 +75,7 @@ def test_hinges_of_a_linkage_load_one_another():
             type="revolute" if k == 0 else "spherical",
         )  # fmt: skip
         system.add(low, f"low {k}")
-    system.add(parts.RotationalSpring(joint="top 0", low=-1.0, high=0.8, stop=1.0), "hinge")
+    system.add(parts.JointSpring(joint="top 0", low=-1.0, high=0.8, stop=1.0), "hinge")
     system.add(parts.Motor(joint="hinge", torque={"constant": torque}), "motor")
     system.add(parts.Bearing(joint="low 0", coefficient=mu, journal_radius=r), "bearing")
     table = system.margin(**STILL, lines={"hinge": {"travel": [0.0, 0.8]}})["hinge"]

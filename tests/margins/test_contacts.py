@@ -35,7 +35,7 @@ def arm(*, free: bool = False) -> System:
     root = (on, (0.2, 0.0, 0.0)) if free else (0.0, 0.0, 0.0)
     system.add(parts.Joint(a=root, b=("arm", (-0.5, 0.0, 0.0)), type="revolute"), "pivot")
     spring = {"stiffness": 10.0, "rest": math.pi, "latch": math.pi / 2, "latch_stiffness": 500.0}
-    system.add(parts.RotationalSpring(joint="pivot", **spring), "hinge")
+    system.add(parts.JointSpring(joint="pivot", **spring), "hinge")
     return system
 
 
@@ -127,14 +127,14 @@ def test_a_strip_that_is_pressed_onto_a_plate() -> None:
     system = System()
     system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.2)), "slider")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="slider", type="prismatic", axis=(0, -1, 0)), "rail")
-    system.add(parts.TranslationalSpring(joint="rail", low=0.0, high=3e-4, stop=1e3), "slide")
+    system.add(parts.JointSpring(joint="rail", low=0.0, high=3e-4, stop=1e3), "slide")
     strip = parts.Rod(
         length=length, elements=8, normal=(0.0, 1.0, 0.0),
         section={"rectangle": {"width": width, "thickness": thickness}},
         material={"young_modulus": young, "poisson_ratio": 0.3, "density": 2700.0},
     )  # fmt: skip
     system.add(strip, "strip")
-    system.add(parts.Joint(a="slider", b="strip.root", type="fixed"), "clamp")
+    system.add(parts.Joint(a="slider", b="strip.root", type="clamp"), "clamp")
     touch = {"stiffness": stiffness, "clearance": 1e-3, "shape": parts.Plane(normal=(0.0, 1.0, 0.0))}
     system.add(parts.Contact(a="strip", b=(0.0, -1e-3 - gap, 0.0), skip=7, **touch), "plate")
     found = system.margin(zero=NONE, lines={"slide": {"travel": (0.0, 3e-4)}}, motion=False, stations=7)
@@ -153,7 +153,7 @@ def test_turns_of_a_wound_beam_are_refused() -> None:
     system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.2), position=(5.5, 0.0, 0.0)), "arm")
     system.add(parts.Joint(a=(5.0, 0.0, 0.0), b=("arm", (-0.5, 0.0, 0.0)), type="revolute"), "pivot")
     spring = {"stiffness": 10.0, "rest": math.pi, "latch": math.pi / 2, "latch_stiffness": 500.0}
-    system.add(parts.RotationalSpring(joint="pivot", **spring), "hinge")
+    system.add(parts.JointSpring(joint="pivot", **spring), "hinge")
     with pytest.raises(InputError) as error:
         system.margin(zero=NONE, **STILL)
     assert "'layer' touches at 0 rad of 'hinge'" in str(error.value)

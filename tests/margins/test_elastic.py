@@ -38,10 +38,10 @@ def across(part, end=math.pi / 2, mass=2.0, **more):
     inertia = (0.05 * mass, 0.05 * mass, 0.1 * mass)
     system.add(parts.RigidBody(mass=mass, inertia=inertia, position=(LENGTH, 0.0, 0.0)), "end")
     system.add(part, "strip")
-    system.add(parts.Joint(a="ground", b="strip.root", type="fixed"), "clamp")
-    system.add(parts.Joint(a="strip.tip", b="end", type="fixed"), "weld")
+    system.add(parts.Joint(a="ground", b="strip.root", type="clamp"), "clamp")
+    system.add(parts.Joint(a="strip.tip", b="end", type="clamp"), "weld")
     spring = {"stiffness": 1.0, "rest": 2.0, "latch": end, "latch_stiffness": 500.0, **more}
-    system.add(parts.RotationalSpring(a="ground", b="end", axis=(0, 0, 1), **spring), "hinge")
+    system.add(parts.JointSpring(a="ground", b="end", axis=(0, 0, 1), **spring), "hinge")
     return system
 
 
@@ -70,16 +70,16 @@ def test_a_reduced_body_across_bends_as_a_beam(tmp_path):
     system = System()
     system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.2), position=(long, 0.0, 0.0)), "end")
     system.add(parts.ReducedBody(file=path), "strip")
-    system.add(parts.Joint(a="ground", b="strip.root", type="fixed"), "clamp")
-    system.add(parts.Joint(a="strip.tip", b="end", type="fixed"), "weld")
+    system.add(parts.Joint(a="ground", b="strip.root", type="clamp"), "clamp")
+    system.add(parts.Joint(a="strip.tip", b="end", type="clamp"), "weld")
     spring = {"stiffness": 1.0, "rest": 2.0, "latch": 0.01, "latch_stiffness": 500.0}
-    system.add(parts.RotationalSpring(a="ground", b="end", axis=(0, 0, 1), **spring), "hinge")
+    system.add(parts.JointSpring(a="ground", b="end", axis=(0, 0, 1), **spring), "hinge")
     table = system.margin(zero=NONE, **STILL)["hinge"]
     assert of(table, "strip") == pytest.approx(-stiff * table.x / long, rel=3e-5, abs=1e-12)
     arm = System()
     arm.add(parts.ReducedBody(file=path), "strip")
     arm.add(parts.Joint(a="ground", b="strip.root", type="revolute", axis=(0, 0, 1)), "pin")
-    arm.add(parts.RotationalSpring(a="ground", b="strip.root", axis=(0, 0, 1), **spring | {"latch": 1.0}), "hinge")
+    arm.add(parts.JointSpring(a="ground", b="strip.root", axis=(0, 0, 1), **spring | {"latch": 1.0}), "hinge")
     table = arm.margin(zero=NONE, **STILL)["hinge"]
     assert of(table, "strip") == pytest.approx(0.0, abs=1e-9)
     assert table.inertia == pytest.approx(beam_model.MASS * long**2 / 3.0, rel=1e-3)
@@ -102,11 +102,11 @@ def test_a_slide_across_a_clamped_and_guided_beam(kind, off):
     system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.2), position=(LENGTH, 0.0, 0.0)), "slider")
     system.add(parts.Joint(a=(LENGTH, 0.0, 0.0), b="slider", type="prismatic", axis=(0, 1, 0)), "rail")
     keys = {"stiffness": 0.0, "low": -travel, "high": travel, "stop": 1e3}
-    system.add(parts.TranslationalSpring(joint="rail", **keys), "slide")
+    system.add(parts.JointSpring(joint="rail", **keys), "slide")
     system.add(parts.Motor(joint="slide", torque={"constant": 1e-3}), "motor")
     system.add(kind(**STRIP), "strip")
-    system.add(parts.Joint(a="ground", b="strip.root", type="fixed"), "clamp")
-    system.add(parts.Joint(a="strip.tip", b="slider", type="fixed"), "weld")
+    system.add(parts.Joint(a="ground", b="strip.root", type="clamp"), "clamp")
+    system.add(parts.Joint(a="strip.tip", b="slider", type="clamp"), "weld")
     line = {"slide": {"travel": (-travel, travel)}}
     table = system.margin(zero=NONE, lines=line, **STILL)["slide"]
     force = -12.0 * EI / LENGTH**3 * table.x
@@ -123,11 +123,11 @@ def carried(kind, *, gravity=(0.0, 0.0, 0.0), free=False, young=E, settings=None
     root = ("satellite", (0.5, -0.1, 0.0)) if free else (0.0, 0.0, 0.0)
     system.add(parts.Joint(a=root, b=("arm", (-0.25, 0.0, 0.0)), type="revolute"), "pivot")
     spring = {"stiffness": 0.1, "rest": math.pi, "latch": math.pi / 2, "latch_stiffness": 500.0}
-    system.add(parts.RotationalSpring(joint="pivot", **spring), "hinge")
+    system.add(parts.JointSpring(joint="pivot", **spring), "hinge")
     thick = {"section": {"rectangle": {"width": WIDTH, "thickness": 0.01}}}
     steel = {"material": {"young_modulus": young, "poisson_ratio": 0.3, "density": DENSITY}}
     system.add(kind(**STRIP | thick | steel | {"position": (0.5, 0.0, 0.0), "elements": 6}), "boom")
-    system.add(parts.Joint(a=("arm", (0.25, 0.0, 0.0)), b="boom.root", type="fixed"), "clamp")
+    system.add(parts.Joint(a=("arm", (0.25, 0.0, 0.0)), b="boom.root", type="clamp"), "clamp")
     return system
 
 
@@ -182,7 +182,7 @@ def test_a_cable_is_slack_then_taut():
     system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.2), position=(0.5, 0.0, 0.0)), "arm")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("arm", (-0.5, 0.0, 0.0)), type="revolute"), "pivot")
     spring = {"stiffness": 1.0, "rest": math.pi, "latch": 1.2, "latch_stiffness": 500.0}
-    system.add(parts.RotationalSpring(joint="pivot", **spring), "hinge")
+    system.add(parts.JointSpring(joint="pivot", **spring), "hinge")
     system.add(parts.Point(mass=0.01, position=(0.5, -0.5, 0.0)), "knot")
     rest = 0.75  # of each half; both together reach at an angle of 61 degrees or so
     law = {"law": "50*max(x, 0)"}
@@ -204,7 +204,7 @@ def pulled(part, name="cable", **more):
     system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.2), position=(0.5, 0.0, 0.0)), "arm")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("arm", (-0.5, 0.0, 0.0)), type="revolute"), "pivot")
     spring = {"stiffness": 1.0, "rest": math.pi, "latch": 1.2, "latch_stiffness": 500.0}
-    system.add(parts.RotationalSpring(joint="pivot", **spring), "hinge")
+    system.add(parts.JointSpring(joint="pivot", **spring), "hinge")
     system.add(part, name)
     return system
 
@@ -304,11 +304,11 @@ def test_a_strip_that_buckles_is_refused():
     system = System()
     system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.2), position=(LENGTH, 0.0, 0.0)), "slider")
     system.add(parts.Joint(a=(LENGTH, 0.0, 0.0), b="slider", type="prismatic", axis=(1, 0, 0)), "rail")
-    system.add(parts.TranslationalSpring(joint="rail", low=-1e-4, high=1.0, stop=1e3), "slide")
+    system.add(parts.JointSpring(joint="rail", low=-1e-4, high=1.0, stop=1e3), "slide")
     system.add(parts.Motor(joint="slide", torque={"constant": -100.0}), "motor")
     system.add(parts.Rod(**STRIP), "strip")
-    system.add(parts.Joint(a="ground", b="strip.root", type="fixed"), "clamp")
-    system.add(parts.Joint(a="strip.tip", b="slider", type="fixed"), "weld")
+    system.add(parts.Joint(a="ground", b="strip.root", type="clamp"), "clamp")
+    system.add(parts.Joint(a="strip.tip", b="slider", type="clamp"), "weld")
     ask = {"zero": NONE, "motion": False, "stations": 3}
     # 4 pi^2 EI/(EA l) = 3.3e-6 m
     short = system.margin(lines={"slide": {"travel": (0.0, -3e-6)}}, **ask)["slide"]
@@ -395,12 +395,12 @@ def test_a_snap_between_stations_is_noted():
         system = System()
         system.add(parts.RigidBody(mass=1.0, inertia=(0.1, 0.1, 0.1), position=(0.0, 0.5, 0.0)), "slider")
         system.add(parts.Joint(a=(0.0, 0.5, 0.0), b="slider", type="prismatic", axis=(0, -1, 0)), "rail")
-        system.add(parts.TranslationalSpring(joint="rail", low=-1.0, high=0.6, stop=1e3), "slide")
+        system.add(parts.JointSpring(joint="rail", low=-1.0, high=0.6, stop=1e3), "slide")
         system.add(parts.Motor(joint="slide", torque={"constant": 20.0}), "motor")
         system.add(parts.RigidBody(mass=0.1, inertia=(0.1, 0.1, 0.1), position=(0.0, 0.1, 0.0)), "apex")
         system.add(parts.Joint(a=(0.0, 0.1, 0.0), b="apex", type="prismatic", axis=(0, -1, 0)), "guide")
         system.add(parts.Rod(**STRIP | {"elements": 2, "position": (0.0, 0.0, 1.0)}), "aside")
-        system.add(parts.Joint(a=(0.0, 0.0, 1.0), b="aside.root", type="fixed"), "clamp")
+        system.add(parts.Joint(a=(0.0, 0.0, 1.0), b="aside.root", type="clamp"), "clamp")
         for name, x in (("left", -0.5), ("right", 0.5)):
             keys = {"length": math.hypot(0.5, 0.1), "stiffness": 5000.0}
             system.add(parts.Spring(a=(x, 0.0, 0.0), b="apex", **keys), name)

@@ -26,9 +26,9 @@ def wing(hold=None, *, events=(), **keys):
     )  # fmt: skip
     system.add(parts.Joint(a=("bus", (0.056, 0, 0.17)), b="panel.root", type="revolute", axis=(0, 1, 0)), "pin")
     system.add(
-        parts.RotationalSpring(
-            joint="pin", angle="90 deg", stiffness=0.06, rest="-30 deg", friction_torque=0.002, damping=0.02,
-            latch=0, latch_stiffness=50, latch_damping=0.2,
+        parts.JointSpring(
+            joint="pin", start="90 deg", stiffness=0.06, rest="-30 deg", friction=0.002, damping=0.02, latch=0,
+            latch_stiffness=50, latch_damping=0.2
         ),
         "hinge",
     )  # fmt: skip

@@ -41,7 +41,7 @@ def test_the_distribution_of_a_margin_that_is_linear_in_the_stiffness():
 
 
 def test_ranked_sensitivities_of_a_margin():
-    over = {"parts.hinge.stiffness": "normal(nominal, 2%)", "parts.hinge.friction_torque": "normal(nominal, 4%)"}
+    over = {"parts.hinge.stiffness": "normal(nominal, 2%)", "parts.hinge.friction": "normal(nominal, 4%)"}
     found = evolvent.disperse(study(over=over))["hinge.margin"]
     # to first order: the margin goes as k/F, so the variances are as 2^2 to 4^2
     k, F = (abs(entry) for entry in found.regression.coefficients)
@@ -117,12 +117,12 @@ def slider(**spring):
     system.add(parts.RigidBody(mass=3.0, inertia=(1.0, 1.0, 1.0)), "slider")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="slider", type="prismatic", axis=(1, 0, 0)), "rail")
     if spring:
-        system.add(parts.TranslationalSpring(joint="rail", **spring), "slide")
+        system.add(parts.JointSpring(joint="rail", **spring), "slide")
     return system
 
 
 def test_a_slide_in_the_run_by_newtons_law():
-    system = slider(stiffness=2.0, rest=1.5, damping=0.4, friction_force=0.2, low=-9.0, high=0.6, stop=1e4)
+    system = slider(stiffness=2.0, rest=1.5, damping=0.4, friction=0.2, low=-9.0, high=0.6, stop=1e4)
     lines = {"slide": {"travel": (0.0, 0.6)}}
     found = system.margin(zero=zero("friction"), lines=lines, stations=3)
     table, run = found.motion("slide"), system.simulate()["slide"]

@@ -94,9 +94,9 @@ def hinged(*, stiffness=0.1, friction=0.0, **more):
     system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.2), position=(0.5, 0.0, 0.0)), "arm")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("arm", (-0.5, 0.0, 0.0)), type="revolute"), "pivot")
     system.add(
-        parts.RotationalSpring(
+        parts.JointSpring(
             joint="pivot", stiffness=stiffness, rest=math.pi, latch=math.pi / 2, latch_stiffness=500.0,
-            friction_torque=friction, **more,
+            friction=friction, **more
         ),
         "hinge",
     )  # fmt: skip
@@ -131,7 +131,7 @@ def test_measured_friction_and_the_source():
 
 def test_a_harness_beside_the_hinge_is_no_coordinate_of_its_own():
     system = hinged(friction=0.01)
-    system.add(parts.RotationalSpring(joint="pivot", stiffness=0.004, rest=-0.5, friction_torque=0.002), "harness")
+    system.add(parts.JointSpring(joint="pivot", stiffness=0.004, rest=-0.5, friction=0.002), "harness")
     keys = {"harness": {"category": "harness"}, "harness.friction": {"category": "hysteresis"}}
     zero = ("motor losses", "adhesion", "load", "acceleration")
     found = system.margin(zero=zero, parts=keys, **STILL)
@@ -159,8 +159,8 @@ def pendulum(*, start=-60.0, end=60.0, rate=0.0, stiffness=0.0, mass=2.0, length
         parts.Joint(a=(0.0, 0.0, 0.0), b=("bob", tuple(-length * up)), type="revolute", axis=(0, -1, 0)), "pivot"
     )
     system.add(
-        parts.RotationalSpring(
-            joint="pivot", angle=angle, stiffness=stiffness, rest=angle, latch=math.radians(end), latch_stiffness=500.0
+        parts.JointSpring(
+            joint="pivot", start=angle, stiffness=stiffness, rest=angle, latch=math.radians(end), latch_stiffness=500.0
         ),
         "hinge",
     )
@@ -215,8 +215,10 @@ def test_a_neighbours_spring_enters_by_the_ratio_of_the_cable():
     system = hinged()
     system.add(parts.RigidBody(mass=1.0, inertia=(0.2, 0.2, 0.3), position=(0.5, 2.0, 0.0)), "other")
     system.add(parts.Joint(a=(0.0, 2.0, 0.0), b=("other", (-0.5, 0.0, 0.0)), type="revolute"), "second pivot")
-    system.add(parts.RotationalSpring(joint="second pivot", stiffness=0.02, rest=0.0), "second")
-    system.add(parts.Synchronization(joints=("hinge", "second"), ratios=(1.0, 0.5), stiffness=100.0), "cable")
+    system.add(parts.JointSpring(joint="second pivot", stiffness=0.02, rest=0.0), "second")
+    system.add(
+        parts.Joint(type="synchronization", joints=("hinge", "second"), ratios=(1.0, 0.5), stiffness=100.0), "cable"
+    )
     lines = {"second": {"leave_out": "it follows the hinge"}}
     table = system.margin(zero=NONE, lines=lines, **STILL)["hinge"]
     assert table.coordinate.follow == ("second",)
@@ -231,8 +233,8 @@ def test_a_gear_brings_its_neighbour_along():
     system = hinged()
     system.add(parts.RigidBody(mass=1.0, inertia=(0.2, 0.2, 0.3), position=(0.0, 2.0, 0.0)), "wheel")
     system.add(parts.Joint(a=(0.0, 2.0, 0.0), b="wheel", type="revolute"), "axle")
-    system.add(parts.RotationalSpring(joint="axle", friction_torque=0.004, low=-9.0, high=9.0, stop=1.0), "brake")
-    system.add(parts.Gear(a="pivot", b="axle", ratio=3 / 2), "gear")
+    system.add(parts.JointSpring(joint="axle", friction=0.004, low=-9.0, high=9.0, stop=1.0), "brake")
+    system.add(parts.Joint(a="pivot", b="axle", type="gear", ratio=3 / 2), "gear")
     zero = [one for one in NONE if one != "friction"]
     table = system.margin(zero=zero, lines={"brake": {"leave_out": "it follows the hinge"}}, **STILL)["hinge"]
     assert table.coordinate.follow == ("brake",)
@@ -244,7 +246,7 @@ def test_a_slide_with_motor_load_and_distant_spring():
     system = System()
     system.add(parts.RigidBody(mass=3.0, inertia=(1.0, 1.0, 1.0)), "slider")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="slider", type="prismatic", axis=(1, 0, 0)), "rail")
-    system.add(parts.TranslationalSpring(joint="rail", stiffness=0.0, low=0.0, high=0.8, stop=1e4), "slide")
+    system.add(parts.JointSpring(joint="rail", stiffness=0.0, low=0.0, high=0.8, stop=1e4), "slide")
     system.add(parts.Motor(joint="slide", torque={"constant": 5.0}), "motor")
     system.add(parts.Load(at="slider", force=(-0.5, 3.0, 0.0)), "pull")
     system.add(parts.Spring(a=(0.0, 0.6, 0.0), b="slider", length=0.5, stiffness=2.0), "aside")
@@ -296,7 +298,7 @@ def test_refusals():
     with pytest.raises(InputError, match=r"margin.evidence is 'mesured'; did you mean 'measured'"):
         hinged().margin(zero=NONE, evidence="mesured", **STILL)
     system = hinged()
-    system.add(parts.RotationalSpring(a="ground", b="arm", axis=(1, 0, 0), stiffness=1.0), "twist")
+    system.add(parts.JointSpring(a="ground", b="arm", axis=(1, 0, 0), stiffness=1.0), "twist")
     with pytest.raises(InputError, match=r"'twist' cannot move|'twist' has no latch and no stop"):
         system.margin(zero=NONE, **STILL)
     with pytest.raises(InputError, match="no coordinate of the system has a margin"):
@@ -311,7 +313,7 @@ def test_refusals():
 def blocked():
     """The hinged arm with a link that lets it turn by 30 degrees or so."""
     system = hinged()
-    system.add(parts.Link(a=(1.0, 0.0, 0.5), b=("arm", (0.5, 0.0, 0.0)), length=0.5), "link")
+    system.add(parts.Joint(a=(1.0, 0.0, 0.5), b=("arm", (0.5, 0.0, 0.0)), type="link", length=0.5), "link")
     return system
 
 

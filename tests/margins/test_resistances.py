@@ -17,8 +17,8 @@ def hinged(**added):
     system = System(settings={"until": "0.5 s", "every": "0.01 s"})
     system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.2), position=(0.5, 0.0, 0.0)), "arm")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("arm", (-0.5, 0.0, 0.0)), type="revolute"), "pivot")
-    spring = parts.RotationalSpring(
-        joint="pivot", angle=math.pi / 2, stiffness=0.1, rest=-1.0, latch=0.0, latch_stiffness=500.0
+    spring = parts.JointSpring(
+        joint="pivot", start=math.pi / 2, stiffness=0.1, rest=-1.0, latch=0.0, latch_stiffness=500.0
     )
     system.add(spring, "hinge")
     for name, part in added.items():

@@ -168,7 +168,7 @@ def test_prescribed_motion_along_a_line() -> None:
     system, d = System(), np.array([0.6, 0.8, 0.0])
     system.add(parts.Point(mass=2.0, position=(1.0, 1.0, 1.0)), "mass")
     drive = parts.TableDrive(time=t.tolist(), angle=(0.1 * (1.0 - np.cos(3.0 * t))).tolist())
-    system.add(parts.PrescribedMotion(at="mass", drive=drive, direction=tuple(d)), "drive")
+    system.add(parts.Joint(a="ground", b="mass", type="point-on-line", drive=drive, axis=tuple(d)), "drive")
     found = run(system, np.linspace(0.0, 1.0, 101), step=1e-3)
     close(found.of("drive", "travel"), (found.state("mass", 3) - np.ones(3)) @ d)
     close(found.of("drive", "travel"), 0.1 * (1.0 - np.cos(3.0 * found.t)), part=1e-3)
@@ -183,8 +183,8 @@ def test_prescribed_motion_round_an_involute() -> None:
     system = System()
     system.add(parts.Point(mass=0.3, position=(r, L, 0.5), velocity=(-L * 0.8, 0.0, 0.0)), "end")
     drive = parts.RampDrive(rate=0.8)
-    given = {"radius": r, "length": L, "centre": (0.0, 0.0, 0.5)}
-    system.add(parts.PrescribedMotion(at="end", drive=drive, until=1.5, **given), "drive")
+    given = {"drum": r, "length": L, "a": (0.0, 0.0, 0.5)}
+    system.add(parts.Joint(b="end", type="involute", drive=drive, until=1.5, **given), "drive")
     found = run(system, np.linspace(0.0, 2.0, 41), step=1e-3)
     held = found.t <= 1.5
     close(found.of("drive", "angle")[held], 0.8 * found.t[held], part=1e-5)
@@ -198,7 +198,7 @@ def test_prescribed_rotation() -> None:
     system = System()
     system.add(parts.RigidBody(motion="spin", inertia=0.4, axis=(0.0, 1.0, 0.0)), "wheel")
     drive = parts.RampDrive(steps=((0.0, 1.0, 3.0),))
-    system.add(parts.PrescribedRotation(body="wheel", drive=drive), "drive")
+    system.add(parts.Joint(a="ground", b="wheel", type="revolute", axis=(0, 1, 0), drive=drive), "drive")
     found = run(system, np.linspace(0.0, 2.0, 201), step=1e-3)
     angle, rate = found.state("wheel", 1)[:, 0], found.state("wheel", 1, rate=True)[:, 0]
     close(found.of("drive", "angle"), angle)

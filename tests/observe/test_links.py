@@ -23,7 +23,7 @@ def test_a_pendulum(method: str) -> None:
     """Tension m (g cos(phi) + v^2/L)."""
     system = System(gravity=(0.0, 0.0, -G))
     system.add(parts.Point(mass=1.5, position=(0.8, 0.0, 0.0)), "bob")
-    system.add(parts.Link(a=(0.0, 0.0, 0.0), b="bob"), "rod")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bob", type="link"), "rod")
     found = run(system, np.linspace(0.0, 1.0, 101), method, **options(method))
     x, v = found.state("bob", 3), found.state("bob", 3, rate=True)
     wanted = 1.5 * (-G * x[:, 2] / 0.8 + np.sum(v**2, axis=1) / 0.8)
@@ -39,7 +39,7 @@ def test_a_link_between_bodies_pushes(method: str) -> None:
     system = System()
     for name, x in (("a", 0.0), ("b", 1.0)):
         system.add(parts.RigidBody(mass=1.0, inertia=0.1, position=(x, 0.0, 0.0)), name)
-    system.add(parts.Link(a=("a", (0.1, 0.0, 0.0)), b=("b", (-0.1, 0.0, 0.0))), "strut")
+    system.add(parts.Joint(a=("a", (0.1, 0.0, 0.0)), b=("b", (-0.1, 0.0, 0.0)), type="link"), "strut")
     system.add(parts.Spring(a="a", b="b", stiffness=20.0, length=0.7), "spring")
     found = run(system, np.linspace(0.0, 0.2, 5), method)
     close(found.of("strut", "tension"), -6.0, part=1e-6)
@@ -53,7 +53,9 @@ def test_a_cord_on_a_drum(method: str) -> None:
     R, s, v, m = 0.1, 1.0, 0.7, 0.5
     system = System()
     system.add(parts.Point(mass=m, position=(R, s, 0.0), velocity=(v, 0.0, 0.0)), "bob")
-    cord = parts.Link(a=(0.0, 0.0, 0.0), b="bob", length=s + 2.0 * math.pi * R, drum=R, anchor=(1.0, 0.0, 0.0), sense=1)
+    cord = parts.Joint(
+        a=(0.0, 0.0, 0.0), b="bob", type="link", length=s + 2.0 * math.pi * R, drum=R, anchor=(1.0, 0.0, 0.0), sense=1
+    )
     system.add(cord, "cord")
     found = run(system, np.linspace(0.0, 1.0, 21), method, **options(method))
     # the involute: s s' = +-R v
@@ -75,8 +77,8 @@ def test_guides(method: str) -> None:
     """One bears the weight, the other a torque across its axis."""
     system = System(gravity=(0.0, 0.0, -G))
     system.add(parts.RigidBody(mass=2.0, inertia=(0.2, 0.3, 0.4), velocity=(0.3, 0.0, 0.0)), "body")
-    system.add(parts.Guide(body="body", direction=(0.0, 0.0, 1.0)), "level")
-    system.add(parts.Guide(body="body", direction=(0.0, 0.0, 1.0), axis=(1.0, 0.0, 0.0)), "upright")
+    system.add(parts.Joint(a="ground", b="body", type="guide", axis=(0.0, 0.0, 1.0)), "level")
+    system.add(parts.Joint(a="ground", b="body", type="guide", axis=(0.0, 0.0, 1.0), axis_b=(1.0, 0.0, 0.0)), "upright")
     system.add(parts.Load(at="body", torque=(0.0, 0.7, 0.0)), "torque")
     found = run(system, np.linspace(0.0, 0.5, 6), method)
     close(found.of("level", "force"), np.array([0.0, 0.0, 2.0 * G]), part=1e-6)
@@ -92,7 +94,7 @@ def test_a_guide_of_a_turned_body(method: str) -> None:
     system = System()
     system.add(parts.RigidBody(mass=1.0, inertia=(0.2, 0.2, 0.4), angular_velocity=(0.0, 0.0, 2.0)), "body")
     for k, axis in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))):
-        system.add(parts.Guide(body="body", direction=(0.0, 0.0, 1.0), axis=axis), f"axis {k}")
+        system.add(parts.Joint(a="ground", b="body", type="guide", axis=(0.0, 0.0, 1.0), axis_b=axis), f"axis {k}")
     system.add(parts.Load(at="body", torque=(0.3, -0.2, 0.1)), "torque")
     found = run(system, np.linspace(0.0, 1.0, 11), method, **options(method))
     moment = found.of("axis 0", "moment") + found.of("axis 1", "moment")

@@ -27,7 +27,9 @@ def slide(stiffness: float = 1.0) -> ev.System:
     system = ev.System(settings={"until": 8.0, "method": "generalized-alpha", "tolerance": 1e-9})
     system.add(parts.Point(mass=MASS, position=(0.0, 1.0, 0.0)), "mass")
     latch = {"latch": LATCH, "latch_stiffness": 1e4, "latch_damping": 100.0}
-    spring = parts.TranslationalSpring(a="ground", b="mass", stiffness=stiffness, rest=REST, **latch)
+    spring = parts.JointSpring(
+        a="ground", b="mass", axis=(1.0, 0.0, 0.0), motion="translation", stiffness=stiffness, rest=REST, **latch
+    )
     system.add(spring, "slide")
     return system
 
@@ -169,7 +171,12 @@ def test_an_inner_optimum(optimizer: str) -> None:
     """The damping that leaves the least of a free oscillation: that of the closed form of a damped mass."""
     system = ev.System(settings={"until": 3.0, "method": "generalized-alpha", "tolerance": 1e-9})
     system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)), "mass")
-    system.add(parts.TranslationalSpring(a="ground", b="mass", stiffness=4.0, rest=-1.0, damping=1.0), "slide")
+    system.add(
+        parts.JointSpring(
+            a="ground", b="mass", axis=(1.0, 0.0, 0.0), motion="translation", stiffness=4.0, rest=-1.0, damping=1.0
+        ),
+        "slide",
+    )
     found = ev.optimize(system,
         vary={"parts.slide.damping": "0.5 to 12 N s/m"}, minimize="mass.energy_kinetic.last", optimizer=optimizer,
         maximize=(), starts=1,

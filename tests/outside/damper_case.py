@@ -19,7 +19,7 @@ def wheels(**given: Any) -> System:
     for n in (0, 1):
         found.add(parts.RigidBody(motion="spin", inertia=INERTIA[n], position=(float(n), 0.0, 0.0)), f"wheel {n}")
         spring: dict[str, Any] = {"stiffness": STIFFNESS * (n + 1), "rest": REST * (1 - n)}
-        found.add(parts.RotationalSpring(a="ground", b=f"wheel {n}", **spring), f"hinge {n}")
+        found.add(parts.JointSpring(a="ground", b=f"wheel {n}", **spring), f"hinge {n}")
     found.add(RotaryDamper(a="wheel 0", b="wheel 1", **{"damping": DAMPING} | given), "damper")
     return found
 

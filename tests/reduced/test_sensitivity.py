@@ -45,7 +45,7 @@ def test_those_of_a_panel_on_a_hinge_are_central_differences(file: str, method: 
     system = System(gravity=(0.3, -2.0, 0.1))
     system.add(parts.ReducedBody(file=file, damping_ratio=0.02), "panel")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="panel.root", type="revolute", axis=(0.0, 0.0, 1.0)), "hinge")
-    system.add(parts.RotationalSpring(joint="hinge", stiffness=4.0, rest=0.3, damping=0.2), "spring")
+    system.add(parts.JointSpring(joint="hinge", stiffness=4.0, rest=0.3, damping=0.2), "spring")
     settings = {"until": 1.2, "step": 0.01, "method": method, "spectral_radius": 0.9}
     for name in ("spring.angle.last", "energy_kinetic.last"):
         for key, at in (("spring.stiffness", 4.0), ("panel.damping_ratio", 0.02), ("gravity.1", -2.0)):

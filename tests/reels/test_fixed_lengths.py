@@ -263,7 +263,7 @@ def test_redundant_constraints_are_refused() -> None:
 def test_segments_stand_behind_the_joints_of_parts() -> None:
     """Rows of parts keep their numbers; those of wound nodes do not hold."""
     system = SYSTEMS["paid out on a free body"]()
-    system.add(parts.Link(a="hub", b=(0.0, 0.0, 2.0), length=2.0), "link")
+    system.add(parts.Joint(a="hub", b=(0.0, 0.0, 2.0), type="link", length=2.0), "link")
     assembly = system.assemble()
     found = with_positions(assembly)
     assert found.row_parts == [*assembly.row_parts, *["thread"] * 4]

@@ -77,10 +77,10 @@ def turned(beyond: float, *, joint: bool = False, **spring: object) -> tuple[Sys
         inertia = (INERTIA,) * 3
         system.add(parts.RigidBody(mass=1.0, inertia=inertia, angular_velocity=(0.0, 0.0, rate)), "hub")
         system.add(parts.Joint(a="ground", b="hub", type="revolute", position=(0.0, 0.0, 0.0)), "pin")
-        system.add(parts.RotationalSpring(joint="pin", **spring), "spring")
+        system.add(parts.JointSpring(joint="pin", **spring), "spring")
     else:
         system.add(parts.RigidBody(motion="spin", inertia=INERTIA, rate=rate), "hub")
-        system.add(parts.RotationalSpring(a="ground", b="hub", angle=0.0, **spring), "spring")
+        system.add(parts.JointSpring(a="ground", b="hub", start=0.0, **spring), "spring")
     system.add(parts.Load(at="hub", torque=(0.0, 0.0, -TORQUE)), "torque")
     return system, rate
 

@@ -44,7 +44,7 @@ def wheel(part: Part | None, *, rate: float = 0.0, **spring: Any) -> System:
     """A body that spins about an axis on the ground, with a spring and another part, "it", on its coordinate."""
     system, axis = System(), (0.6, 0.0, 0.8)
     system.add(parts.RigidBody(motion="spin", inertia=INERTIA, axis=axis, rate=rate), "wheel")
-    system.add(parts.RotationalSpring(a="ground", b="wheel", axis=axis, **spring), "hinge")
+    system.add(parts.JointSpring(a="ground", b="wheel", axis=axis, **spring), "hinge")
     if part is not None:
         system.add(part, "it")
     return system
@@ -54,5 +54,5 @@ def turned(part: Part, amplitude: float, **spring: Any) -> System:
     """A wheel that a drive turns by amplitude sin(2 pi t), with a spring and another part, "it", on its coordinate."""
     found = wheel(part, rate=2.0 * np.pi * amplitude, **spring)
     drive = parts.ExpressionDrive(expression=f"{amplitude!r}*sin(2*pi*t)")
-    found.add(parts.PrescribedRotation(body="wheel", drive=drive), "drive")
+    found.add(parts.Joint(a="ground", b="wheel", type="revolute", drive=drive), "drive")
     return found

@@ -126,7 +126,7 @@ def test_capstan_of_a_pin(book: Book, method: str) -> None:
             found.add(parts.Point(mass=mass, **at), name)
             length = depth + 0.5 * math.pi * R
             cord: dict[str, Any] = {"length": length, "drum": R, "anchor": (0.0, 1.0, 0.0), "sense": sense}
-            found.add(parts.Link(a="pulley", b=name, **cord), f"strand {name}")
+            found.add(parts.Joint(a="pulley", b=name, type="link", **cord), f"strand {name}")
         keys = {"coefficient": mu, "journal_radius": r, "span": 0.05, "bristle_stiffness": 1e4}
         found.add(parts.Bearing(joint="pin", **keys), "bearing")
         return found
@@ -235,7 +235,7 @@ def test_stick_and_slip(method: str) -> None:
     """A block that a spring draws along: it slips over and over, each time from the static friction on."""
     static, kinetic, k, v = 0.3, 0.2, 200.0, 0.1
     system = block(coefficient=kinetic, static_coefficient=static, bristle_stiffness=1e6, span=0.2)
-    system.add(parts.TranslationalSpring(joint="joint"), "spring")
+    system.add(parts.JointSpring(joint="joint"), "spring")
     drive = parts.ConstantDrive(rate=v)
     system.add(parts.Motor(joint="spring", motion=drive, position_gain=k), "drawn")
     times = np.linspace(0.0, 3.0, 601)

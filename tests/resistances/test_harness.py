@@ -121,11 +121,11 @@ def test_a_run_follows_a_measured_loop(law: str) -> None:
 def test_set_and_how_it_was_bent() -> None:
     """The elastic curve moves with the set; bristles are bent from where they had no torque."""
     keys: dict[str, Any] = {"stiffness": 2.0, "rest": 0.1, "set": 0.25, "bristles": [[STICK, LIMIT]]}
-    still = seen(run(wheel(harness(**keys), angle=0.5), [0.0, 0.01], "energy"), "it")
+    still = seen(run(wheel(harness(**keys), start=0.5), [0.0, 0.01], "energy"), "it")
     assert still["torque"][0] == pytest.approx(2.0 * (0.5 - 0.1 - 0.25))
-    bent = seen(run(wheel(harness(**keys, relaxed_at=0.46), angle=0.5), [0.0, 0.01], "alpha"), "it")
+    bent = seen(run(wheel(harness(**keys, relaxed_at=0.46), start=0.5), [0.0, 0.01], "alpha"), "it")
     assert bent["hysteresis_torque"][0] == pytest.approx(STICK * 0.04)
-    far = seen(run(wheel(harness(**keys, relaxed_at=-1.0), angle=0.5), [0.0, 0.01], "rk4"), "it")
+    far = seen(run(wheel(harness(**keys, relaxed_at=-1.0), start=0.5), [0.0, 0.01], "rk4"), "it")
     assert far["hysteresis_torque"][0] == pytest.approx(LIMIT)
 
 
@@ -145,7 +145,7 @@ def test_of_a_travel(method: str) -> None:
 
     system = System()
     system.add(parts.Point(mass=2.0, velocity=(0.4, 0.0, 0.0)), "mass")
-    system.add(parts.TranslationalSpring(a="ground", b="mass"), "slide")
+    system.add(parts.JointSpring(a="ground", b="mass", axis=(1.0, 0.0, 0.0), motion="translation"), "slide")
     system.add(parts.Resistance(joint="slide", type="harness", bristles=[["100 N/m", "0.5 N"]]), "it")
     found = run(system, np.linspace(0.0, 2.0, 401), method)
     own = seen(found, "it")
@@ -224,7 +224,7 @@ def test_a_loop_from_a_file_is_that_of_its_rows(tmp_path: Any) -> None:
     assert harness(loop=tmp_path / "loop.csv").loop == harness(loop=path).loop
     part = {"kind": "resistance", "type": "harness", "joint": "hinge", "loop": path, "misfit": 0.1}
     wheel_ = {"kind": "rigid-body", "motion": "spin", "inertia": 0.8}
-    hinge = {"kind": "rotational-spring", "a": "ground", "b": "panel", "stiffness": 0.3}
+    hinge = {"kind": "joint-spring", "a": "ground", "b": "panel", "stiffness": 0.3}
     found = cases.load({"system": "structure", "parts": {"panel": wheel_, "hinge": hinge, "it": part}})
     again = cases.parse_yaml(cases.to_yaml(found), "case")["parts"]["it"]["loop"]
     assert parts.Resistance(joint="hinge", type="harness", loop=again).loop == pytest.approx(rows, rel=1e-12)

@@ -47,7 +47,7 @@ def test_a_cycle_takes_the_area_between_the_curves(book: Book, method: str) -> N
 @pytest.mark.parametrize("step", [0.04, 0.011])
 def test_a_folded_panel_opens_and_snaps(step: float) -> None:
     """It swings under a constant moment, then about the straight tape; what it loses is half of the area."""
-    found = run(wheel(tape(), angle=1.5), np.linspace(0.0, 2.5, 6), "energy", step=step)
+    found = run(wheel(tape(), start=1.5), np.linspace(0.0, 2.5, 6), "energy", step=step)
     own = seen(found, "it")
     assert np.abs(found.energy_defect).max() < 1e-12
     assert own["snap_work"][-1] == pytest.approx(0.5 * AREA * own["snaps"][-1], abs=1e-9)
@@ -77,9 +77,9 @@ def test_mirrored() -> None:
 
 def test_modes_of_either_state() -> None:
     """The stiffness is that of the present curve."""
-    found = modes(wheel(tape(state="straight"), angle=0.05).assemble(), count=1).pole
+    found = modes(wheel(tape(state="straight"), start=0.05).assemble(), count=1).pole
     assert np.abs(found) == pytest.approx([math.sqrt(20.0 / INERTIA)], rel=1e-6)
-    found = modes(wheel(tape(), angle=0.6, stiffness=1.0, rest=0.9).assemble(), count=1).pole
+    found = modes(wheel(tape(), start=0.6, stiffness=1.0, rest=0.9).assemble(), count=1).pole
     assert np.abs(found) == pytest.approx([math.sqrt(1.0 / INERTIA)], rel=1e-6)
 
 
@@ -120,7 +120,7 @@ def test_an_adhesion_of_a_slide_that_is_strong_enough_holds() -> None:
     """A point hangs on it."""
     system = System(gravity=(9.0, 0.0, 0.0))
     system.add(parts.Point(mass=2.0), "mass")
-    system.add(parts.TranslationalSpring(a="ground", b="mass"), "slide")
+    system.add(parts.JointSpring(a="ground", b="mass", axis=(1.0, 0.0, 0.0), motion="translation"), "slide")
     system.add(parts.Resistance(joint="slide", type="adhesion", strength="40 N"), "it")
     own = seen(run(system, np.linspace(0.0, 0.2, 5), "energy"), "it")
     assert own["released"][-1] == 0.0
@@ -158,4 +158,4 @@ def test_refusals(keys: dict[str, Any], sentence: str) -> None:
 
 def test_a_start_that_may_be_either() -> None:
     with pytest.raises(InputError, match=r"it\.state is missing: at 0\.05 the tape may be straight or folded"):
-        wheel(tape(), angle=0.05).assemble()
+        wheel(tape(), start=0.05).assemble()

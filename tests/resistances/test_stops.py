@@ -29,7 +29,7 @@ def wheel(**spring: Any) -> System:
     """A wheel on a hinge, "it"."""
     found = System()
     found.add(parts.RigidBody(motion="spin", inertia=MASS, rate=RATE), "body")
-    found.add(parts.RotationalSpring(a="ground", b="body", angle=0.0, **spring), "it")
+    found.add(parts.JointSpring(a="ground", b="body", start=0.0, **spring), "it")
     return found
 
 
@@ -42,12 +42,12 @@ def carriage(gravity: tuple[float, float, float] = (0.0, 0.0, 0.0), rate: float 
 
 
 def hinge() -> Law:
-    return wheel(friction_torque=FRICTION, bristle_stiffness=STICK), "angle", "rate"
+    return wheel(friction=FRICTION, bristle_stiffness=STICK), "angle", "rate"
 
 
 def travel() -> Law:
     found = carriage()
-    found.add(parts.TranslationalSpring(joint="slide", friction_force=FRICTION, bristle_stiffness=STICK), "it")
+    found.add(parts.JointSpring(joint="slide", friction=FRICTION, bristle_stiffness=STICK), "it")
     return found, "travel", "rate"
 
 
@@ -149,8 +149,8 @@ def test_a_swing_with_dry_friction(method: str, law: str) -> None:
     stiffness, start, friction = 20.0, 0.53, 1.0
     found = System()
     found.add(parts.RigidBody(motion="spin", inertia=MASS), "body")
-    own = {"friction_torque": friction, "bristle_stiffness": STICK} if law == "friction" else {}
-    found.add(parts.RotationalSpring(a="ground", b="body", angle=start, stiffness=stiffness, rest=0.0, **own), "it")
+    own = {"friction": friction, "bristle_stiffness": STICK} if law == "friction" else {}
+    found.add(parts.JointSpring(a="ground", b="body", start=start, stiffness=stiffness, rest=0.0, **own), "it")
     if law == "harness":
         found.add(parts.Resistance(joint="it", type="harness", bristles=[(STICK, friction)]), "harness")
     x, _ = motion(simulate(found, method=method), "angle", "rate")
@@ -170,7 +170,7 @@ def test_a_carriage_on_a_slope(method: str, slope: float) -> None:
     """It comes to rest below the angle of friction, and slides back above it."""
     along, friction = MASS * G * math.sin(slope), 1.0
     found = carriage(gravity=(-G * math.sin(slope), 0.0, -G * math.cos(slope)))
-    found.add(parts.TranslationalSpring(joint="slide", friction_force=friction, bristle_stiffness=STICK), "it")
+    found.add(parts.JointSpring(joint="slide", friction=friction, bristle_stiffness=STICK), "it")
     x, _ = motion(simulate(found, method=method), "travel", "rate")
     stop, time = 0.5 * MASS * RATE**2 / (friction + along), MASS * RATE / (friction + along)
     assert x.max() == pytest.approx(stop, abs=1e-3)

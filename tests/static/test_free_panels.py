@@ -32,7 +32,7 @@ def satellite(kind):
             made(length=1.0, section=section, material=ALUMINIUM, elements=6, normal=(1, 0, 0), **place), "panel"
         )
     system.add(parts.Joint(a="hub.corner", b="panel.root", type="revolute", axis=(0, 0, 1)), "pivot")
-    system.add(parts.RotationalSpring(joint="pivot", angle=START, stiffness=K, rest=REST), "hinge")
+    system.add(parts.JointSpring(joint="pivot", start=START, stiffness=K, rest=REST), "hinge")
     return system
 
 

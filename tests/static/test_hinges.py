@@ -23,7 +23,7 @@ def sprung(count: int, stiffness: float, *, formulation: str = "assumed_strain",
     """A bar of 1 m on a hinge about z with a spring, and a couple about z at its tip."""
 
     def more(system: System) -> None:
-        system.add(parts.RotationalSpring(body="ground", node="beam.root", stiffness=stiffness), "spring")
+        system.add(parts.JointSpring(a="ground", b="beam.root", stiffness=stiffness), "spring")
         if moment:
             system.add(parts.Load(at="beam.tip", slope=2, torque=(-moment, 0.0, 0.0)), "moment")
 
@@ -69,9 +69,7 @@ def test_a_hinge_across_a_turned_section_counts_from_its_zero() -> None:
                               formulation="assumed_strain"), "beam")  # fmt: skip
         system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="beam.root", type="revolute", axis=axis), "pin")
         zero = (np.cos(0.3), -np.sin(0.3), 0.0)
-        system.add(
-            parts.RotationalSpring(body="ground", node="beam.root", axis=axis, zero=zero, stiffness=1.0), "spring"
-        )
+        system.add(parts.JointSpring(a="ground", b="beam.root", axis=axis, zero=zero, stiffness=1.0), "spring")
         a = system.assemble()
         r = solved(solve_static(a))  # the spring turns it onto its zero
         tip = nodes(a, r)[-1, 0]

@@ -373,7 +373,7 @@ def test_the_stiffness_is_the_derivative_of_all_forces(turns, rng):
     system.add(parts.Beam(position=(0.0, 0.2, 0.0), direction=(0.0, 1.0, 0.0), normal=(0.0, 0.0, 1.0),
                           formulation="assumed_strain", **common), "rib")  # fmt: skip
     system.add(parts.Joint(a=("hub", (0.2, 0.0, 0.0)), b="cable.root", type="revolute"), "pin")
-    system.add(parts.RotationalSpring(body="hub", node="cable.root", stiffness=0.4, rest=0.3))
+    system.add(parts.JointSpring(a="hub", b="cable.root", stiffness=0.4, rest=0.3))
     system.add(parts.Joint(a=("hub", (0.0, 0.2, 0.0)), b="rib.root", type="clamp"))
     system.add(parts.Joint(a=("wheel", (0.3, 0.0, 0.0)), b="rib.tip", type="distance"))
     system.add(parts.RigidBody(motion="driven", rate=0.7, position=(0.1, 0.2, 0.0)), "frame")

@@ -71,7 +71,7 @@ def test_twist_on_a_weak_spring_is_right_or_refused(kind, spring):
         else:
             k, zero = inertia * rate**2, {"zero": (0.0, 1.0, 0.0)} if kind is parts.Beam else {}
             own = k if spring == "about the axis" else 0.0
-            hinge = parts.RotationalSpring(a="hub", b="wire.root", axis=(1.0, 0.0, 0.0), stiffness=own, **zero)
+            hinge = parts.JointSpring(a="hub", b="wire.root", axis=(1.0, 0.0, 0.0), stiffness=own, **zero)
             system.add(hinge, "spring")
             if spring == "by a motor":
                 hold = {"constant": {"rate": 0.0, "angle": 0.0}}

@@ -21,8 +21,8 @@ EVEN: dict[str, Any] = {
     "a plane across the axis": parts.Joint(a=ORIGIN, b="hub", type="in-plane", axis=Z),
     "a force along the axis": parts.Load(at=("hub", X), force=Z),
     "a force in axes of the body": parts.Load(at="hub", force=X, frame="body"),
-    "a guide along the axis": parts.Guide(body="hub", direction=Z),
-    "a travel along the axis": parts.TranslationalSpring(a="ground", b="hub", axis=Z, stiffness=3.0),
+    "a guide along the axis": parts.Joint(a="ground", b="hub", type="guide", axis=Z),
+    "a travel along the axis": parts.JointSpring(a="ground", b="hub", axis=Z, motion="translation", stiffness=3.0),
     "a spring on a body that turns": parts.Spring(a=("table", (-5.0, 0.0, 0.0)), b="hub", stiffness=200.0),
 }
 UNEVEN: dict[str, Any] = {
@@ -36,9 +36,9 @@ UNEVEN: dict[str, Any] = {
     "a force across the axis": parts.Load(at="hub", force=X),
     "a torque across the axis": parts.Load(at="hub", torque=X),
     "a force by a law": parts.Load(at="hub", law=["-x", "0", "0"]),
-    "a guide across the axis": parts.Guide(body="hub", direction=X),
-    "an angle against the ground": parts.RotationalSpring(a="ground", b="hub", axis=Z, stiffness=3.0),
-    "a travel across the axis": parts.TranslationalSpring(a="ground", b="hub", axis=X, stiffness=3.0),
+    "a guide across the axis": parts.Joint(a="ground", b="hub", type="guide", axis=X),
+    "an angle against the ground": parts.JointSpring(a="ground", b="hub", axis=Z, stiffness=3.0),
+    "a travel across the axis": parts.JointSpring(a="ground", b="hub", axis=X, motion="translation", stiffness=3.0),
 }
 
 

@@ -22,7 +22,7 @@ def geared() -> System:
     for name, x in (("p", 0.5), ("q", -0.5)):
         system.add(parts.RigidBody(mass=1.0, inertia=(0.02, 0.02, 0.03), position=(x, 0.0, 0.0)), name)
         system.add(parts.Joint(a="base", b=(name, (0.0, 0.0, 0.0)), type="revolute"), f"axle {name}")
-    system.add(parts.Gear(a="axle p", b="axle q", ratio=2.0), "gear")
+    system.add(parts.Joint(a="axle p", b="axle q", type="gear", ratio=2.0), "gear")
     system.add(parts.Spring(a=("p", (0.1, 0.0, 0.0)), b=("base", (0.5, 0.3, 0.0)), stiffness=20.0, length=0.1))
     return system
 

@@ -22,7 +22,7 @@ def hinge(**simulate: object) -> dict:
                   "orientation": {"axis": [0, 0, 1], "angle": START}},
         "hinge": {"kind": "joint", "a": "ground", "b": "panel", "type": "revolute", "axis": [0, 0, 1],
                   "position": [0, 0, 0]},
-        "spring": {"kind": "rotational-spring", "joint": "hinge", "stiffness": 6.0, "damping": 0.1, "angle": START},
+        "spring": {"kind": "joint-spring", "joint": "hinge", "stiffness": 6.0, "damping": 0.1, "start": START},
     }  # fmt: skip
     return {"system": "structure", "parts": found, "simulate": {"until": "10 s", **simulate}}
 

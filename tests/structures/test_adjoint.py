@@ -17,7 +17,7 @@ def driven_wheel() -> System:
     """A motor follows an angle that grows, and turns a wheel against a spring."""
     found = System()
     found.add(parts.RigidBody(motion="spin", inertia=0.4), "wheel")
-    found.add(parts.RotationalSpring(a="ground", b="wheel", stiffness=1.5), "hinge")
+    found.add(parts.JointSpring(a="ground", b="wheel", stiffness=1.5), "hinge")
     drive = parts.ConstantDrive(rate=0.7, angle=0.6)
     found.add(parts.Motor(joint="hinge", motion=drive, position_gain=5.0, velocity_gain=0.3), "motor")
     return found

@@ -139,9 +139,9 @@ def test_values_and_units_stay_on_one_line() -> None:
     system = ev.System()
     for name in ("a", "b"):
         system.add(parts.RigidBody(mass=1.0, inertia=1.0), name)
-    hinge = parts.RotationalSpring(
+    hinge = parts.JointSpring(
         a="a", b="b", axis=(0, 0, 1), stiffness=0.1, damping=0.05, rest=0.1, latch=0.0, latch_stiffness=1e3,
-        latch_damping=20.0,
+        latch_damping=20.0
     )  # fmt: skip
     system.add(hinge, "hinge")
     text = system.to_yaml()

@@ -13,7 +13,7 @@ from evolvent import parts
 door = evolvent.System(title="A door")
 door.add(parts.RigidBody(mass=1.0, inertia=0.1, position=(0.5, 0.0, 0.0)), "leaf")
 door.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("leaf", (-0.5, 0.0, 0.0)), type="revolute", axis=(0, 0, 1)), "hinge")
-door.add(parts.RotationalSpring(joint="hinge", rest=1.0, stiffness=1.0, damping=0.05), "spring")
+door.add(parts.JointSpring(joint="hinge", rest=1.0, stiffness=1.0, damping=0.05), "spring")
 run = door.simulate(until=2.0)
 """
 #: Cells, the kind of output, and what it holds.

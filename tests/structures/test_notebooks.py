@@ -20,8 +20,10 @@ def door():
     system.add(parts.RigidBody(mass=1.0, inertia=0.1, position=(0.5, 0.0, 0.0)), "door")
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=("door", (-0.5, 0.0, 0.0)), type="revolute", axis=(0, 0, 1)), "hinge")
     system.add(
-        parts.RotationalSpring(joint="hinge", angle=0.0, rest=2.0, stiffness=1.0, latch="45 deg", latch_stiffness=50.0,
-                               latch_damping=1.0), "spring",
+        parts.JointSpring(
+            joint="hinge", start=0.0, rest=2.0, stiffness=1.0, latch="45 deg", latch_stiffness=50.0, latch_damping=1.0
+        ),
+        "spring",
     )  # fmt: skip
     system.add(parts.Event(law="y - 0.25", variables={"y": "door.position.y"}, constants={}), "half")
     return system
@@ -87,7 +89,7 @@ def test_notebooks_show_objects_in_short(run):
     html = system._repr_html_()
     assert "A &lt;door&gt;" in html
     assert "<door>" not in html
-    assert "rotational-spring" in html
+    assert "joint-spring" in html
     html = run.ev._repr_html_()
     assert "success" in html
     assert "spring" in html

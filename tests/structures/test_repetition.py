@@ -38,9 +38,9 @@ parts:
     axis: [0, -1, 0]
   spring:
     repeat: *ring
-    kind: rotational-spring
+    kind: joint-spring
     joint: hinge {n}
-    angle: 60 deg
+    start: 60 deg
     rest: -40 deg
     stiffness: 1 N m/rad
     damping: 0.3 N m s/rad
@@ -126,7 +126,7 @@ parts:
     axis: [0, 0, 1]
   spring:
     repeat: {count: 3, first: 2}
-    kind: rotational-spring
+    kind: joint-spring
     joint: hinge {n}
     stiffness: 0.5 N m/rad
     rest: 90 deg

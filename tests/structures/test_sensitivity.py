@@ -100,8 +100,8 @@ def hinge(**keys: Any) -> System:
     found = System()
     body = parts.RigidBody(motion="spin", inertia=0.5, axis=(0.0, 0.0, 1.0))
     found.add(body, "flap")
-    own = {"angle": 1.0, "rest": -0.2, "stiffness": 2.0, "latch": 0.0, "latch_stiffness": 50.0, "latch_damping": 1.0}
-    found.add(parts.RotationalSpring(a="ground", b="flap", axis=(0.0, 0.0, 1.0), **(own | keys)), "hinge")
+    own = {"start": 1.0, "rest": -0.2, "stiffness": 2.0, "latch": 0.0, "latch_stiffness": 50.0, "latch_damping": 1.0}
+    found.add(parts.JointSpring(a="ground", b="flap", axis=(0.0, 0.0, 1.0), **(own | keys)), "hinge")
     return found
 
 
@@ -162,8 +162,8 @@ def sliding() -> System:
     """A mass slides against friction, pulled back by a spring, and does not stop."""
     found = System()
     found.add(parts.Point(mass=2.0, velocity=(1.5, 0.0, 0.0)), "mass")
-    keys = {"stiffness": 50.0, "friction_force": 1.0, "bristle_stiffness": 1e4}
-    found.add(parts.TranslationalSpring(a="ground", b="mass", axis=(1.0, 0.0, 0.0), **keys), "spring")
+    keys = {"stiffness": 50.0, "friction": 1.0, "bristle_stiffness": 1e4}
+    found.add(parts.JointSpring(a="ground", b="mass", axis=(1.0, 0.0, 0.0), motion="translation", **keys), "spring")
     return found
 
 
@@ -174,7 +174,7 @@ def thrown(latch: bool = False, **release: Any) -> System:
     found.add(parts.RigidBody(mass=2.0, inertia=(0.3, 0.2, 0.4), **panel), "panel")
     found.add(parts.Joint(a="ground", b=("panel", (-0.5, 0.0, 0.0)), type="revolute", axis=(0.0, 0.0, 1.0)), "hinge")
     own = {"latch": 0.5, "latch_stiffness": 80.0, "latch_damping": 2.0} if latch else {}
-    found.add(parts.RotationalSpring(joint="hinge", stiffness=5.0, rest=-0.4, damping=0.2, **own), "spring")
+    found.add(parts.JointSpring(joint="hinge", stiffness=5.0, rest=-0.4, damping=0.2, **own), "spring")
     found.add(parts.Point(mass=0.5, position=(1.0, 0.0, 0.0), velocity=(0.0, 3.0, 0.0)), "stone")
     found.add(parts.Event(law="y - 0.2", variables={"y": "panel.position.y"}), "high")
     found.add(parts.Joint(a=("panel", (0.5, 0.0, 0.0)), b="stone", type="spherical", **release), "hold")
@@ -205,7 +205,7 @@ CASES: dict[str, tuple[Callable[[], System], str, dict[str, float], dict[str, An
         {"until": 0.2, "step": 5e-4}, 1e-6,
     ),
     "friction": (
-        sliding, "mass.position.x.last", {"spring.friction_force": 1.0, "mass.mass": 2.0}, {"until": 0.2, "step": 1e-3},
+        sliding, "mass.position.x.last", {"spring.friction": 1.0, "mass.mass": 2.0}, {"until": 0.2, "step": 1e-3},
         1e-6,
     ),
 }  # fmt: skip

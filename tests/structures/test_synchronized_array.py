@@ -68,11 +68,13 @@ def synchronized() -> ev.System:
     """The built-in solar array with cables from hinge to hinge, and softer latches."""
     given, system = ev.load("solar-array"), ev.System()
     for name, part in given.parts.items():
-        if isinstance(part, parts.RotationalSpring):
+        if isinstance(part, parts.JointSpring):
             part = part.replaced(latch_stiffness=LATCH[0], latch_damping=LATCH[1])
         system.add(part, name)
     hinges = ["hinge 1", "hinge 2", "hinge 3"]
-    cables = parts.Synchronization(joints=hinges, ratios=tuple(RATIOS), stiffness=STIFFNESS, damping=DAMPING)
+    cables = parts.Joint(
+        type="synchronization", joints=hinges, ratios=tuple(RATIOS), stiffness=STIFFNESS, damping=DAMPING
+    )
     system.add(cables, "cables")
     return system
 
@@ -115,7 +117,7 @@ def test_the_guide(tmp_path: Any) -> None:
     (tmp_path / "array.yaml").write_text(FILE)
     system = ev.load(tmp_path / "array.yaml")
     programs = re.findall(r"^```python\n(.*?)^```", PAGE, flags=re.DOTALL | re.MULTILINE)
-    program = next(text for text in programs if "Synchronization" in text).split("opening =")[0]
+    program = next(text for text in programs if "synchronization" in text).split("opening =")[0]
     names: dict[str, Any] = {}
     exec(programs[0].split("run =")[0] + program, names)
     assert system.parts == names["together"].parts

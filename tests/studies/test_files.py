@@ -44,7 +44,7 @@ def hinge(torque: str = "t.csv") -> dict:
     found = {
         "panel": {"kind": "rigid-body", "motion": "spin", "inertia": "0.8 kg m^2"},
         "hinge": {
-            "kind": "rotational-spring", "a": "ground", "b": "panel", "angle": "90 deg", "stiffness": "0.3 N m/rad",
+            "kind": "joint-spring", "a": "ground", "b": "panel", "start": "90 deg", "stiffness": "0.3 N m/rad",
             "rest": "-90 deg",
         },
         "harness": {"kind": "resistance", "type": "harness", "joint": "hinge", "torque": torque},

@@ -36,9 +36,9 @@ def flap(friction: float = 0.0) -> System:
     system.add(parts.RigidBody(position=place, orientation=turned, **panel), "panel")
     system.add(parts.Joint(a="hub.eye", b="panel.root", type="revolute", axis=(0.0, 0.0, 1.0)), "pivot")
     system.add(
-        parts.RotationalSpring(
-            a="hub", b="panel", axis=(0.0, 0.0, 1.0), angle=1.5, rest=-0.2, stiffness=0.5, damping=0.2, latch=0.0,
-            latch_stiffness=500.0, latch_damping=10.0, friction_torque=friction,
+        parts.JointSpring(
+            a="hub", b="panel", axis=(0.0, 0.0, 1.0), start=1.5, rest=-0.2, stiffness=0.5, damping=0.2, latch=0.0,
+            latch_stiffness=500.0, latch_damping=10.0, friction=friction
         ),
         "hinge",
     )  # fmt: skip

@@ -20,7 +20,7 @@ CASE = {
     "parts": {
         "panel": {"kind": "rigid-body", "motion": "spin", "inertia": "2 kg m^2"},
         "spring": {
-            "kind": "rotational-spring", "a": "ground", "b": "panel", "angle": "0.1 rad", "stiffness": "6 N m/rad",
+            "kind": "joint-spring", "a": "ground", "b": "panel", "start": "0.1 rad", "stiffness": "6 N m/rad",
             "damping": "0.2 N m s/rad",
         },
     },

@@ -105,9 +105,9 @@ def test_a_unit_that_people_read_stays_with_the_key():
 
 def test_drives_in_rpm():
     """A drive keeps the unit of its rate, also where the rate may be a speed."""
-    drive = parts.PrescribedRotation(body="hub", drive={"constant": {"rate": "6 rpm"}})
+    drive = parts.Joint(a="ground", b="hub", type="revolute", drive={"constant": {"rate": "6 rpm"}})
     assert drive.as_keys()["drive"] == {"constant": {"rate": "6 rpm"}}
-    moved = parts.PrescribedMotion(at="bob", drive={"constant": {"rate": "6 rpm"}}, radius=1.0)
+    moved = parts.Joint(a=(0.0, 0.0, 0.0), b="bob", type="involute", drive={"constant": {"rate": "6 rpm"}}, drum=1.0)
     assert moved.as_keys()["drive"] == {"constant": {"rate": "6 rpm"}}
 
 

@@ -14,8 +14,8 @@ def test_a_guided_body_falls_along_what_is_left():
     """Held along x and z it falls freely along y, whatever its spin."""
     system = System(gravity=(1.0, -9.81, 2.0))
     system.add(parts.RigidBody(mass=2.0, inertia=INERTIA, angular_velocity=(1.0, 2.0, -0.5)), name="body")
-    system.add(parts.Guide(body="body", direction=(1.0, 0.0, 0.0)))
-    system.add(parts.Guide(body="body", direction=(0.0, 0.0, 1.0)))
+    system.add(parts.Joint(a="ground", b="body", type="guide", axis=(1.0, 0.0, 0.0)))
+    system.add(parts.Joint(a="ground", b="body", type="guide", axis=(0.0, 0.0, 1.0)))
     solution = solve(system.assemble(), samples=np.linspace(0.0, 1.0, 5), method="dopri5", rtol=1e-10, atol=1e-12)
     assert solution.success
     assert solution.y[:, [0, 2]] == pytest.approx(0.0, abs=1e-14)
@@ -26,7 +26,7 @@ def test_an_axis_held_across_leaves_a_free_turn_about_the_others():
     """With e_x held across z, the body is a pendulum of two angles: its energy is kept and e_x stays in the plane."""
     system = System()
     system.add(parts.RigidBody(mass=2.0, inertia=INERTIA, angular_velocity=(1.5, 0.0, 0.7)), name="body")
-    system.add(parts.Guide(body="body", direction=(0.0, 0.0, 1.0), axis=(1.0, 0.0, 0.0)))
+    system.add(parts.Joint(a="ground", b="body", type="guide", axis=(0.0, 0.0, 1.0), axis_b=(1.0, 0.0, 0.0)))
     solution = solve(system.assemble(), samples=np.linspace(0.0, 20.0, 41), method="dopri5", rtol=1e-10, atol=1e-12)
     assert solution.success
     q = solution.y[:, 3:7]
@@ -53,10 +53,13 @@ def test_lateral_stiffness_alone_swings_a_body_at_its_frequency():
 @pytest.mark.parametrize(
     ("part", "words"),
     [
-        (lambda: parts.Guide(body="fixed", direction=(1.0, 0.0, 0.0)), ["only a free body"]),
-        (lambda: parts.Guide(body="body", direction=(0.0, 0.0, 0.0)), ["direction"]),
-        (lambda: parts.Guide(body="body", direction=(1.0, 0.0, 0.0), axis=(1.0, 0.0, 0.0)), ["perpendicular"]),
-        (lambda: parts.Guide(body="body", direction=(0.0, 1.0, 0.0)), ["moves against it"]),
+        (lambda: parts.Joint(a="ground", b="fixed", type="guide", axis=(1.0, 0.0, 0.0)), ["only a free body"]),
+        (lambda: parts.Joint(a="ground", b="body", type="guide", axis=(0.0, 0.0, 0.0)), ["not all zero"]),
+        (
+            lambda: parts.Joint(a="ground", b="body", type="guide", axis=(1.0, 0.0, 0.0), axis_b=(1.0, 0.0, 0.0)),
+            ["perpendicular"],
+        ),
+        (lambda: parts.Joint(a="ground", b="body", type="guide", axis=(0.0, 1.0, 0.0)), ["moves against it"]),
         (lambda: parts.Spring(a="body", b=(0.0, 1.0, 0.0), lateral_stiffness=1.0), ["on the ground"]),
     ],
 )
@@ -79,6 +82,6 @@ def test_a_guide_given_twice_is_redundant():
     system = System()
     system.add(parts.RigidBody(mass=1.0, inertia=INERTIA), name="body")
     for name in ("first", "second"):
-        system.add(parts.Guide(body="body", direction=(1.0, 0.0, 0.0)), name=name)
+        system.add(parts.Joint(a="ground", b="body", type="guide", axis=(1.0, 0.0, 0.0)), name=name)
     with pytest.raises(InputError, match="redundant"):
         system.assemble()

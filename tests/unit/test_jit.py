@@ -438,7 +438,7 @@ def system(segments):
     s.add(parts.Point(mass=0.5, position=(0.0, 1.0, 0.0)), "ball")
     s.add(parts.Spring(a=("hub", (0.0, 0.2, 0.0)), b="ball", law=pull, parameters=(3.0,)))
     s.add(parts.Point(mass=0.4, position=(0.0, 2.0, 0.0)), "bob")
-    s.add(parts.Link(a="ball", b="bob"))
+    s.add(parts.Joint(a="ball", b="bob", type="link"))
     s.add(parts.Event(law=passing, parameters=(0.05,)))
     return s.assemble()
 

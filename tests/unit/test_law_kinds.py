@@ -63,7 +63,7 @@ def bodies():
     system.add(parts.RigidBody(mass=1.0, inertia=0.1), "hub")
     system.add(parts.Point(mass=1.0, position=(2.0, 0.0, 0.0)), "point")
     system.add(parts.RigidBody(motion="spin", inertia=1.0, position=(0.0, 5.0, 0.0)), "rotor")
-    system.add(parts.RotationalSpring(a="ground", b="rotor"), "hinge")
+    system.add(parts.JointSpring(a="ground", b="rotor"), "hinge")
     steel = {"young_modulus": 70e9, "poisson_ratio": 0.3, "density": 2700.0}
     section = {"circle": {"radius": 0.01}}
     for name, kind, at in (("beam", parts.Beam, 8.0), ("rod", parts.Rod, 9.0)):
@@ -187,7 +187,7 @@ def test_a_brake_under_each_decorator():
     def wheel(law):
         system = System()
         system.add(parts.RigidBody(motion="spin", inertia=1, rate=1), "wheel")
-        system.add(parts.RotationalSpring(a="ground", b="wheel"), "hinge")
+        system.add(parts.JointSpring(a="ground", b="wheel"), "hinge")
         system.add(parts.Motor(joint="hinge", law=law, parameters=(0.5,)), "motor")
         return system
 

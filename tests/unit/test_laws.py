@@ -103,7 +103,7 @@ def driven(law, *parameters: float) -> System:
     system = System()
     system.add(parts.Point(mass=1.0, position=(0.0, 0.0, 0.0)), "ball")
     drive = parts.LawDrive(law=law, parameters=parameters)
-    system.add(parts.PrescribedMotion(at="ball", drive=drive, direction=(1.0, 0.0, 0.0)), "drive")
+    system.add(parts.Joint(a="ground", b="ball", type="point-on-line", drive=drive, axis=(1.0, 0.0, 0.0)), "drive")
     return system
 
 

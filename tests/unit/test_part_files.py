@@ -18,6 +18,7 @@ from evolvent.analysis.system import System
 from evolvent.parts import registry
 from evolvent.parts.base import Part
 from evolvent.parts.registry import PartsByName, kinds, read_parts
+from evolvent_base import schema
 from evolvent_base.errors import InputError
 from evolvent_base.schema import Section, descriptions
 
@@ -108,25 +109,26 @@ EVERY: dict[str, Part] = {
         until=3.0,
     ),
     "joint of bodies": parts.Joint(a="hub", b="panel", position=(1.0, 0.0, 0.0)),
-    "link": parts.Link(a=(0.0, 0.0, 0.0), b="bob", length=2.0, drum=0.1, sense=-1),
+    "link": parts.Joint(a=(0.0, 0.0, 0.0), b="bob", type="link", length=2.0, drum=0.1, sense=-1),
     "spring": parts.Spring(a=(0.0, 0.0, 0.1), b="hub.left", stiffness=3.0, damping=0.1, length=0.0),
-    "guide": parts.Guide(body="hub", direction=(1.0, 0.0, 0.0), axis=(0.0, 1.0, 0.0)),
-    "rotational spring": parts.RotationalSpring(
-        body="hub", node="boom.root", stiffness=0.5, low="-10 deg", high=0.3, stop=9.0, latch=0.2, latch_stiffness=7.0
+    "guide": parts.Joint(a="ground", b="hub", type="guide", axis=(1.0, 0.0, 0.0), axis_b=(0.0, 1.0, 0.0)),
+    "rotational spring": parts.JointSpring(
+        a="hub", b="boom.root", stiffness=0.5, low="-10 deg", high=0.3, stop=9.0, latch=0.2, latch_stiffness=7.0
     ),
-    "spring of a joint": parts.RotationalSpring(
-        joint="pin", stiffness=0.5, friction_torque="0.1 N m", bristle_stiffness=900.0
-    ),
-    "translational spring": parts.TranslationalSpring(
+    "spring of a joint": parts.JointSpring(joint="pin", stiffness=0.5, friction="0.1 N m", bristle_stiffness=900.0),
+    "translational spring": parts.JointSpring(
         a="hub",
         b=("panel", (0.1, 0.0, 0.0)),
         axis=(0.0, 0.0, 1.0),
-        travel="1 mm",
-        friction_force=0.2,
+        motion="translation",
+        start="1 mm",
+        friction=0.2,
         low=-0.1,
         stop=1e4,
     ),
-    "synchronization": parts.Synchronization(joints=["one", "two"], ratios=(2.0, -1.0), stiffness="20 N m/rad"),
+    "synchronization": parts.Joint(
+        type="synchronization", joints=["one", "two"], ratios=(2.0, -1.0), stiffness="20 N m/rad"
+    ),
     "bearing": parts.Bearing(
         joint="pin",
         coefficient=0.1,
@@ -219,10 +221,10 @@ def test_a_part_in_a_file_is_the_same_part(part: Part) -> None:
 def test_every_kind_is_tried_above() -> None:
     """All but those that hold a drive, a law or a load, which have tests of their own."""
     tried = {type(part) for part in EVERY.values()}
-    own = {"beam", "joint", "link", "reel", "spring", "thread", "guide", "point", "rigid_body", "rotational_spring"}
-    own |= {"contact", "translational_spring", "synchronization", "motor", "attitude", "resistance"}
+    own = {"beam", "joint", "joint_spring", "reel", "spring", "thread", "point", "rigid_body"}
+    own |= {"contact", "motor", "attitude", "resistance"}
     there = {part for part in kinds().values() if part.__module__.rpartition(".")[2] in own}
-    assert there - tried == {parts.Reel, parts.PrescribedMotion, parts.PrescribedRotation} & there
+    assert there - tried == {parts.Reel} & there
 
 
 def test_a_body_written_by_hand() -> None:
@@ -320,9 +322,9 @@ BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
         "parts.j.b is 'boom.tip.end'; it must be a point",
     ),
     "one name is meant": (
-        {"g": {"kind": "guide", "body": "hub.left", "direction": [1, 0, 0]}},
-        ("g", "body"),
-        "a body",
+        {"b": {"kind": "bearing", "joint": "pin.left", "coefficient": 0.1}},
+        ("b", "joint"),
+        "a joint",
     ),
     "a point's name": (
         {"h": {"kind": "rigid-body", "points": {"a.b": [0, 0, 0]}}},
@@ -542,7 +544,7 @@ def test_a_mass_at_a_place_starts_there_with_its_velocity() -> None:
         (parts.Spring(a=r"hub[2]", b="bob"), r"held.a is 'hub\[2\]'; 'hub' has no node 2; known: left"),
         (parts.Spring(a="bob.tip", b="hub"), "held.a is 'bob.tip'; 'bob' is a point mass, which has no 'tip'"),
         (
-            parts.Link(a="bob", b="boom.tip"),
+            parts.Joint(a="bob", b="boom.tip", type="link"),
             "held.b is 'boom.tip', a node of a beam, .* add a Point with at='boom.tip'",
         ),
         (parts.RigidBody(mass=1, inertia=1, at="bob"), "held.at is 'bob'; it must be a node of a beam"),
@@ -571,7 +573,7 @@ def test_a_mass_at_a_place_starts_there_with_its_velocity() -> None:
             parts.Joint(a="hub", b="near", type="revolute"),
             "held.type is 'revolute', but a point mass has no directions",
         ),
-        (parts.RotationalSpring(a="hub", b="bob"), "held.b is 'bob'"),
+        (parts.JointSpring(a="hub", b="bob"), "held.b is 'bob'"),
         (parts.Point(mass=1.0, at="boom.tip", position=(0, 0, 1)), "held.position and held.at are both given"),
     ],
 )
@@ -606,3 +608,29 @@ def test_a_beam_takes_a_normal_near_y_of_itself() -> None:
         nodes = parts.Beam(direction=direction, length=1.0, section=TUBE, material=ev.CFRP, elements=1).start_nodes()
         np.testing.assert_allclose(nodes[0, 2], np.array(normal) / np.linalg.norm(normal), atol=1e-15)
         np.testing.assert_allclose(nodes[0, 3], np.cross(nodes[0, 1], nodes[0, 2]), atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("key", "unit"),
+    [
+        ("spring.stiffness", "N/m"), ("spring.start", "m"), ("harness.stiffness", "N/m"), ("motor.limit", "N m"),
+        ("gear.stiffness", "N/m"), ("cables.damping", "N m s/rad"), ("pin.stiffness", "N/m"), ("other.rest", "m"),
+        ("many.latch", "m"), ("motor.motion.constant.rate", "rad/s"),
+    ],
+)  # fmt: skip
+def test_keys_of_an_angle_or_a_travel_have_the_unit_of_their_joint(key: str, unit: str) -> None:
+    """Studies, fits and sensitivities read such keys with it."""
+    content = {
+        "pin": {"kind": "joint", "type": "revolute"},
+        "rail": {"kind": "joint", "type": "prismatic"},
+        "rails": {"kind": "joint", "type": "prismatic", "repeat": {"count": 2}},
+        "spring": {"kind": "joint-spring", "joint": "rail"},
+        "other": {"kind": "joint-spring", "a": "ground", "motion": "translation"},
+        "many": {"kind": "joint-spring", "joint": "rails {n}", "repeat": {"count": 2}},
+        "harness": {"kind": "resistance", "type": "harness", "joint": "spring"},
+        "motor": {"kind": "motor", "joint": "pin"},
+        "gear": {"kind": "joint", "type": "gear", "a": "rail", "b": "pin"},
+        "cables": {"kind": "joint", "type": "synchronization", "joints": ["pin", "other pin"]},
+    }
+    found = schema.locate(cases.system("structure").Case, f"parts.{key}", {"system": "structure", "parts": content})
+    assert [mark.unit for _, own in found.types for mark in own] == [unit]

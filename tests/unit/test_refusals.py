@@ -39,11 +39,11 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         "'qqq' is not a kind; known: constant, expression, pulse, ramp, sine, table",
     ),
     "kind of a drive": (
-        with_part(kind="prescribed-rotation", body="wheel", drive={"kind": "ramp", "rate": 1}),
+        with_part(kind="joint", a="ground", b="wheel", type="revolute", drive={"kind": "ramp", "rate": 1}),
         "did you mean {ramp: ...}?",
     ),
     "drive as a word": (
-        with_part(kind="prescribed-rotation", body="wheel", drive="constnt"),
+        with_part(kind="joint", a="ground", b="wheel", type="revolute", drive="constnt"),
         "parts.x.drive is 'constnt'; the kind is the key of a mapping; did you mean {constant: ...}?",
     ),
     "axis by name": (with_part(**WHEEL | {"axis": "-Z"}), "it is not a list; did you mean [0, 0, -1]?"),
@@ -56,7 +56,9 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         "x.profile.constants has 'b', which x.profile.expression, 'a*t', does not use",
     ),
     "unused constant of a drive": (
-        with_part(kind="prescribed-rotation", body="wheel", drive={"expression": "t", "constants": {"w": 4}}),
+        with_part(
+            kind="joint", a="ground", b="wheel", type="revolute", drive={"expression": "t", "constants": {"w": 4}}
+        ),
         "has 'w', which x.expression, 't', does not use",
     ),
     "constants without a law": (
@@ -73,7 +75,11 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "mixed units of a drive": (
         with_part(
-            kind="prescribed-rotation", body="wheel", drive={"table": {"time": [0, 1, 2], "rate": ["1 rpm", 2, 3]}}
+            kind="joint",
+            a="ground",
+            b="wheel",
+            type="revolute",
+            drive={"table": {"time": [0, 1, 2], "rate": ["1 rpm", 2, 3]}},
         ),
         "'1 rpm' has a unit and 2 has none",
     ),
@@ -87,11 +93,34 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         "x.at is (0.0, 0.0, 1.0), on the ground, which no load moves",
     ),
     "travel on an angle": (
-        with_part(kind="prescribed-rotation", body="wheel", drive={"constant": {"rate": "1 m/s"}}),
+        with_part(kind="joint", a="ground", b="wheel", type="revolute", drive={"constant": {"rate": "1 m/s"}}),
         "x.drive.rate is 1 m/s, but its coordinate is an angle; give it in rad/s",
     ),
+    "stiffness of a travel on an angle": (
+        with_part(kind="joint-spring", a="ground", b="wheel", stiffness="5 N/m"),
+        "x.stiffness is 5 N/m, but its coordinate is an angle; give it in N m/rad",
+    ),
+    "stiffness of a rotation between points": (
+        with_part(kind="joint", a="ground", b="bob", stiffness="3 N m/rad"),
+        "x.stiffness is 3 N m/rad; of a joint of type 'spherical' it is in N/m",
+    ),
+    "a drive of no motion": (
+        with_part(kind="joint", a="ground", b="wheel", drive={"constant": {"rate": 1}}),
+        "x.drive is given, but x.type is 'spherical', not 'revolute' or 'point-on-line' or 'involute'",
+    ),
+    "a drive about another axis": (
+        with_part(
+            kind="joint", a="ground", b="wheel", type="revolute", axis=[1, 0, 0], drive={"constant": {"rate": 0}}
+        ),
+        "x.axis is (1.0, 0.0, 0.0), but 'wheel' spins about [0.0, 0.0, 1.0]; give that axis",
+    ),
+    "a guide from a body": (
+        with_part(kind="joint", a="bob", b="wheel", type="guide"),
+        "x.a is 'bob'; of a joint of type 'guide' it must be on the ground",
+    ),
+    "one end": (with_part(kind="joint", b="wheel"), "x.a is missing; a joint of type 'spherical' needs x.a and x.b"),
     "angle on a travel": (
-        with_part(kind="prescribed-motion", at="bob", drive={"constant": {"rate": "6 rpm"}}),
+        with_part(kind="joint", a="ground", b="bob", type="point-on-line", drive={"constant": {"rate": "6 rpm"}}),
         "x.drive.rate is 0.628319 rad/s, but its coordinate is a travel; give it in m/s",
     ),
 }

@@ -29,7 +29,7 @@ def test_the_table_begins_with_latches_in_order_of_time(array):
 
 def test_the_summary_answers_what_is_asked(array):
     figures = cases.presenter(array).figures(array)
-    assert [figure.name for figure in figures] == ["summary", "rigid-body", "rotational-spring", "energy-balance"]
+    assert [figure.name for figure in figures] == ["summary", "rigid-body", "joint-spring", "energy-balance"]
     angles, torques, rate, turn, energy = figures[0].panels
     assert [panel.y_label for panel in figures[0].panels] == [
         "angle, deg", "latch torque, N m", "rate of satellite about z, deg/s", "turn of satellite, deg", "energy, J",

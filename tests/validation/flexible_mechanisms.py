@@ -61,7 +61,7 @@ def lateral_buckling(kind: str, elements: int) -> System:
     )
     system.add(parts.Joint(a="link", b="crank", position=(1.0, 1e-4, -0.25), type="revolute", axis=Y), "pin")
     drive = parts.LawDrive(law=half_turn, parameters=(0.4,))
-    system.add(parts.PrescribedRotation(body="crank", drive=drive), "motor")
+    system.add(parts.Joint(a="ground", b="crank", type="revolute", axis=(0.0, -1.0, 0.0), drive=drive), "motor")
     return system
 
 
@@ -87,7 +87,7 @@ def four_bar(kind: str, elements: int) -> System:
     system.add(parts.Joint(a="BC.tip", b="CD.root", type="revolute", axis=(math.sin(off), -math.cos(off), 0.0)), "C")
     system.add(parts.Joint(a=(0.24, 0.0, 0.0), b="CD.tip", type="revolute", axis=Y), "D")
     drive = parts.RampDrive(rate=0.0, steps=[(0.0, 1.0, 0.6)])
-    system.add(parts.PrescribedRotation(body="motor", drive=drive), "drive")
+    system.add(parts.Joint(a="ground", b="motor", type="revolute", axis=Y, drive=drive), "drive")
     return system
 
 
@@ -124,7 +124,16 @@ def rotating_shaft(kind: str, elements: int) -> System:
     system.add(parts.RigidBody(motion="spin", inertia=1.0, axis=(1.0, 0.0, 0.0)), "motor")
     system.add(parts.Joint(a="motor", b="shaft.root", type="clamp"), "root")
     system.add(parts.Joint(a=(6.0, 0.0, 0.0), b="shaft.tip", type="cylindrical", axis=(1.0, 0.0, 0.0)), "bearing")
-    system.add(parts.PrescribedRotation(body="motor", drive=parts.LawDrive(law=two_steps, parameters=(60.0,))), "drive")
+    system.add(
+        parts.Joint(
+            a="ground",
+            b="motor",
+            type="revolute",
+            axis=(1.0, 0.0, 0.0),
+            drive=parts.LawDrive(law=two_steps, parameters=(60.0,)),
+        ),
+        "drive",
+    )
     return system
 
 

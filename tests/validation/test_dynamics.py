@@ -45,7 +45,10 @@ def spinning(n: int) -> System:
 
 def test_spin_up(book: Book) -> None:
     system = spinning(8)
-    system.add(parts.PrescribedRotation(body="hub", drive=parts.LawDrive(law=spin_up, parameters=(6.0, 15.0))), "turn")
+    system.add(
+        parts.Joint(a="ground", b="hub", type="revolute", drive=parts.LawDrive(law=spin_up, parameters=(6.0, 15.0))),
+        "turn",
+    )
     assembly = system.assemble()
     times = np.concatenate([[0.0], np.linspace(6.5, 7.0, 101), np.linspace(15.0, 20.0, 501)])
     found = run(assembly, times, step=5e-3, spectral_radius=0.9)
@@ -151,7 +154,7 @@ def fold(links: int) -> tuple[np.ndarray, np.ndarray]:
     previous: object = (0.0, 0.0, 0.0)
     for i, place in enumerate(x):
         point = system.add(parts.Point(mass=h if i < links - 1 else 0.5 * h, position=place), f"p{i}")
-        system.add(parts.Link(a=previous, b=point, length=h))
+        system.add(parts.Joint(a=previous, b=point, type="link", length=h))
         previous = point
     seen = march(system.assemble(), np.linspace(0.0, 0.4, 201), rtol=1e-8, atol=1e-10)
     n = 3 * links
@@ -193,7 +196,7 @@ def test_travelling_string(book: Book) -> None:
         for i in range(n):
             system.add(parts.Point(mass=arc[-1] / n, position=x[i], velocity=v[i]), f"p{i}")
         for i in range(n):
-            system.add(parts.Link(a=f"p{i}", b=f"p{following[i]}"))
+            system.add(parts.Joint(a=f"p{i}", b=f"p{following[i]}", type="link"))
         assembly = system.assemble()
         seen = march(assembly, np.linspace(0.0, 0.25 * arc[-1], 11), rtol=1e-8, atol=1e-10)
         y = seen.y[:, : 3 * n].reshape(11, n, 3)

@@ -113,7 +113,7 @@ def test_double_pendulum(book: Book) -> None:
     system = System(gravity=(0.0, -G, 0.0))
     for k, previous in ((1, (0.0, 0.0, 0.0)), (2, "p1")):
         system.add(parts.Point(mass=1.0, position=(float(k), 0.0, 0.0)), f"p{k}")
-        system.add(parts.Link(a=previous, b=f"p{k}"))
+        system.add(parts.Joint(a=previous, b=f"p{k}", type="link"))
     seen = march(system.assemble(), times, rtol=1e-11, atol=1e-12)
     exact = np.array([np.sin(a) + np.sin(b), -np.cos(a) - np.cos(b)]).T
     book(

@@ -279,7 +279,7 @@ def test_torsion_of_a_held_rod(kind: str, book: Book) -> None:
     )
     system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="rod.root", type=kind))
     if kind == "revolute":
-        system.add(parts.RotationalSpring(body="ground", node="rod.root", stiffness=100.0))
+        system.add(parts.JointSpring(a="ground", b="rod.root", stiffness=100.0))
     system.add(parts.Load(at="rod.tip", torque=(0.0, 0.0, 0.5 * torque), slope=2))
     system.add(parts.Load(at="rod.tip", torque=(0.0, -0.5 * torque, 0.0), slope=3))
     a = system.assemble()

@@ -90,7 +90,7 @@ class Pantograph(SystemDefinition):
             system.add(
                 parts.Joint(a=(a, (0.0, 0.0, 0.0)), b=b, type="revolute", axis=(0.0, 0.0, 1.0)), f"middle {k + 1}"
             )
-            spring = parts.RotationalSpring(a=a, b=b, angle=2.0 * case.half_angle, **case.spring.model_dump())
+            spring = parts.JointSpring(a=a, b=b, start=2.0 * case.half_angle, **case.spring.model_dump())
             system.add(spring, f"spring {k + 1}")
             if k == 0:
                 continue

@@ -57,8 +57,8 @@ def say(text: str, *, styled: bool = False) -> None:
 
 def made_table(heads: Sequence[str], rows: Sequence[Sequence[str]], *, words: int = 1) -> Any:
     """A table for the screen; the first `words` columns are at the left, the others at the right."""
-    from rich.table import Table
-    from rich.text import Text
+    from rich.table import Table  # help and lists do without it
+    from rich.text import Text  # help and lists do without it
 
     headed = any(heads)
     made = Table(box=None, pad_edge=False, header_style="dim", show_header=headed)
@@ -126,9 +126,16 @@ class _Running(progress.ProgressLines):
 
 def _bars() -> Any:
     """Bars on stderr, one at a time, each from `DELAY` after its start on."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn, TimeRemainingColumn
-    from rich.text import Text
+    from rich.console import Console  # help and lists do without it
+    from rich.progress import (  # help and lists do without it
+        BarColumn,
+        Progress,
+        ProgressColumn,
+        Task,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+    from rich.text import Text  # help and lists do without it
 
     class Amount(ProgressColumn):
         """Done and total with their unit."""

@@ -25,11 +25,11 @@ def is_locked_now(file: IO[bytes]) -> bool:
     """
     try:
         if sys.platform == "win32":
-            import msvcrt
+            import msvcrt  # Windows alone
 
             msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
         else:
-            import fcntl
+            import fcntl  # not on Windows
 
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+import lazy_loader as lazy
 
 from evolvent_base import files
 from evolvent_base.console import echo, once
@@ -15,6 +16,9 @@ from evolvent_base.schema import Section
 
 if TYPE_CHECKING:
     from evolvent_base.answer import Answer
+
+plots = lazy.load("evolvent_base.plots", suppress_warning=True)
+showing = lazy.load("evolvent_base.showing", suppress_warning=True)
 
 Decorator = Callable[[Any], Any]
 Kind = TypeVar("Kind", bound=Section)
@@ -79,8 +83,6 @@ def check_output(path: str | None, case: str, instead: str) -> None:
 
 def check_files(*, figure: str | None = None, **others: str | None) -> None:
     """Refuse files that could not be written, and a figure of an unknown format, before any work is done."""
-    from evolvent_base import plots
-
     if figure is not None:
         plots.format_of(figure)
     for path in filter(None, (*others.values(), figure)):
@@ -91,8 +93,6 @@ def write_files(
     answer: Answer, named: str = "", *, output: str | None = None, figure: str | None = None, report: str | None = None
 ) -> None:
     """Write an answer as files that are asked for, its only or first one, first figure and page, and name them."""
-    from evolvent_base import plots, showing
-
     if output is not None:
         echo(f"{named}: {showing.save(answer, output)}")
     if figure is not None:

@@ -9,6 +9,9 @@ import pathlib
 import re
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import jinja2
+from markupsafe import Markup
+
 from evolvent_base.errors import visible
 
 if TYPE_CHECKING:
@@ -63,9 +66,6 @@ def _visible(value: Any) -> Any:
 
 @functools.cache
 def _environment() -> jinja2.Environment:
-    import jinja2
-    from markupsafe import Markup
-
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(_TEMPLATES),
         autoescape=True,

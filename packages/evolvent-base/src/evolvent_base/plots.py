@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
+import lazy_loader as lazy
 import numpy as np
 
 from evolvent_base import progress
@@ -18,6 +19,8 @@ from evolvent_base.files import make_folder, write_file
 from evolvent_base.layout import EDGE, Place, arrange
 from evolvent_base.style import DASHES, PALETTE, POINT, STYLE, block, text_width, wrapped
 from evolvent_base.ticks import set_plain_ticks
+
+sheets = lazy.load("evolvent_base.sheets", suppress_warning=True)
 
 #: Formats of a figure's file.
 FORMATS = ("png", "pdf", "svg")
@@ -86,14 +89,10 @@ def format_of(path: str | os.PathLike[str]) -> str:
 
 def sheet(figure: Figure, *, dpi: float = DPI, title: bool = True, label: str = "") -> Any:
     """A figure as one of matplotlib's, with its own canvas; `label` stands in large letters below it."""
-    import matplotlib as mpl
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure as Sheet
-
-    with mpl.rc_context(STYLE):
+    with sheets.mpl.rc_context(STYLE):
         height = _schematic_height(figure) or figure.height
-        found: Any = Sheet(figsize=(WIDTH / 25.4, height / 25.4), dpi=dpi)
-        FigureCanvasAgg(found)
+        found: Any = sheets.Figure(figsize=(WIDTH / 25.4, height / 25.4), dpi=dpi)
+        sheets.FigureCanvasAgg(found)
         top, bottom = _frame(found, figure.title if title else "", label, height)
         rows = -(-len(figure.panels) // figure.columns)
         named = [any(line.label for line in panel.lines) for panel in figure.panels]
@@ -146,12 +145,10 @@ def picture(figure: Figure, kind: str, *, dpi: float = DPI, title: bool = True, 
 
 def content(drawn: Any, kind: str) -> bytes:
     """One of matplotlib's figures as the content of a file of some `kind`."""
-    import matplotlib as mpl
-
     if kind == "png":
         return _png_file(*_points(drawn))
     file = io.BytesIO()
-    with mpl.rc_context(STYLE):
+    with sheets.mpl.rc_context(STYLE):
         undated = {"pdf": {"CreationDate": None}, "svg": {"Date": None}}[kind]
         drawn.savefig(file, format=kind, metadata=undated)
     return file.getvalue()
@@ -159,21 +156,16 @@ def content(drawn: Any, kind: str) -> bytes:
 
 def _points(drawn: Any) -> tuple[np.ndarray, float]:
     """One of matplotlib's figures as points (height, width, 3) uint8, and how many of them are in an inch."""
-    import matplotlib as mpl
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    with mpl.rc_context(STYLE):
-        canvas = FigureCanvasAgg(drawn)
+    with sheets.mpl.rc_context(STYLE):
+        canvas = sheets.FigureCanvasAgg(drawn)
         canvas.draw()
     return np.asarray(canvas.buffer_rgba())[..., :3], float(drawn.dpi)
 
 
 def _png_file(points: np.ndarray, dpi: float) -> bytes:
     """Points as the content of a PNG file."""
-    from PIL import Image
-
     file = io.BytesIO()
-    Image.fromarray(points).save(file, format="png", dpi=(dpi, dpi), compress_level=4)
+    sheets.Image.fromarray(points).save(file, format="png", dpi=(dpi, dpi), compress_level=4)
     return file.getvalue()
 
 
@@ -301,14 +293,12 @@ def _note(axis: Any, note: Note) -> None:
 
 def _map(axis: Any, drawn: Map) -> Any:
     """Draw a map with its colour bar, whose axes are returned, and contour lines."""
-    from matplotlib.colors import LogNorm, Normalize
-
     low, high = drawn.limits or (None, None)
     values = np.asarray(drawn.values, dtype=float)
     colored = values if drawn.limits is None else np.clip(values, low, high)
     mesh = axis.pcolormesh(
         drawn.x, drawn.y, np.ma.masked_invalid(colored).T, shading="nearest", cmap=drawn.colors,
-        norm=(LogNorm if drawn.log else Normalize)(vmin=low, vmax=high),
+        norm=(sheets.LogNorm if drawn.log else sheets.Normalize)(vmin=low, vmax=high),
     )  # fmt: skip
     axis.set_facecolor("0.85")
     axis.grid(visible=False)
@@ -341,7 +331,5 @@ def _surface(axis: Any, panel: Panel, drawn: Map, width: float) -> Place:
 
 def _color(line: Line) -> Any:
     if isinstance(line.color, float):
-        import matplotlib as mpl
-
-        return mpl.colormaps["viridis"](0.92 * float(np.clip(line.color, 0.0, 1.0)))
+        return sheets.mpl.colormaps["viridis"](0.92 * float(np.clip(line.color, 0.0, 1.0)))
     return PALETTE[line.color % len(PALETTE)] if isinstance(line.color, int) else line.color

@@ -188,7 +188,7 @@ def check_hdf5(file: BinaryIO, name: str) -> None:
     ------
     InputError
     """
-    import h5py
+    import h5py  # cases are read without it
 
     size = file.seek(0, os.SEEK_END)
     file.seek(0)
@@ -211,7 +211,7 @@ class _Hdf5:
 
     def check(self, root: Any) -> None:
         """Go through all objects that hard links reach."""
-        from h5py import h5d, h5g, h5o
+        from h5py import h5d, h5g, h5o  # cases are read without it
 
         groups, waiting, count = {h5o.get_info(root).addr}, [(root, "", 0)], 0
         self._attributes(root)
@@ -245,7 +245,7 @@ class _Hdf5:
 
     def _link(self, kind: int, place: str) -> None:
         """Refuse a link that is not hard."""
-        from h5py import h5l
+        from h5py import h5l  # cases are read without it
 
         if kind != h5l.TYPE_HARD:
             what = {h5l.TYPE_SOFT: "a soft link", h5l.TYPE_EXTERNAL: "a link into another file"}
@@ -255,8 +255,8 @@ class _Hdf5:
 
     def _data_set(self, item: Any, place: str) -> None:
         """Refuse a data set whose values lie elsewhere, are decoded by a plug-in, or would fill the memory."""
-        import h5py
-        from h5py import h5d
+        import h5py  # cases are read without it
+        from h5py import h5d  # cases are read without it
 
         layout = item.get_create_plist()  # looks into no other file, as the shape of a virtual data set does
         kind = layout.get_layout()
@@ -282,9 +282,9 @@ class _Hdf5:
 
     def _attributes(self, item: Any) -> None:
         """Count texts of attributes; refuse long lists of them: each may be as long as the file."""
-        import h5py
-        import numpy as np
-        from h5py import h5a
+        import h5py  # cases are read without it
+        import numpy as np  # cases are listed without it
+        from h5py import h5a  # cases are read without it
 
         for k in range(h5a.get_num_attrs(item)):
             attribute = h5a.open(item, index=k)
@@ -300,7 +300,7 @@ class _Hdf5:
 
 def _varies(type_: Any) -> bool:
     """Whether values of an HDF5 type have varying lengths."""
-    from h5py import h5t
+    from h5py import h5t  # cases are read without it
 
     if isinstance(type_, h5t.TypeStringID):
         return bool(type_.is_variable_str())
@@ -391,7 +391,7 @@ def _zarr_array(entry: Mapping[str, Any], name: str, folder: pathlib.Path) -> tu
         raise _damaged(
             folder, f"the array {_short(name)} has the codec {_short(str(unknown[0]))}, which is not allowed"
         )
-    import numpy as np
+    import numpy as np  # cases are listed without it
 
     try:
         type_ = np.dtype(entry["dtype"])

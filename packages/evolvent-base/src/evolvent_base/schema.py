@@ -47,6 +47,10 @@ class Annotation:
         """`value` as a file holds it."""
         return value
 
+    def meant(self, *, second: bool | None) -> Annotation:
+        """The annotation of one of two quantities; itself where it is of one alone."""
+        return self
+
     def inner_keys(self) -> Mapping[str, tuple[Any, Any]]:
         """Keys of a mapping that may stand for the value: the type of each and its annotation, None for none."""
         return {}
@@ -238,6 +242,9 @@ class SectionsByName(Protocol):
     def written_out(self, contents: Mapping[str, Any], name: str) -> Mapping[str, Any]:
         """The contents such that the section of a name stands there by itself; as they are where none stands for it."""
 
+    def is_second(self, contents: Any, name: str) -> bool | None:
+        """Whether keys of one of two quantities (`units.Either`) mean the second one in the section of a name."""
+
     def members_of(self, content: Any) -> Iterable[Any]:
         """The contents of the sections for which one stands that is repeated; of others its own."""
 
@@ -307,19 +314,24 @@ def locate(kind: type[Section], key: str, content: Any = None) -> Located:
     InputError
         If the case has no such key; the sentence names the nearest.
     """
-    found = Located([(kind, ())], "", entry=False)
-    names = key.split(".")
+    found, names = Located([(kind, ())], "", entry=False), key.split(".")
+    second: bool | None = None
     for k, name in enumerate(names):
         inner = within(found, name, content)
         if inner is None:
             raise InputError(_unlocated(kind, key, names[:k], name, found, content))
         mark = _by_name_mark(found)
         if mark is not None:
+            second = mark.is_second(content, name)
             content = mark.content_of(content, name)
         else:
             content = content.get(name) if isinstance(content, Mapping) else None
         found = inner
-    return found
+
+    def meant(own: Sequence[Any]) -> tuple[Any, ...]:
+        return tuple(one.meant(second=second) if isinstance(one, Annotation) else one for one in own)
+
+    return found._replace(types=[(one, meant(own)) for one, own in found.types])
 
 
 def _by_name_mark(place: Located) -> SectionsByName | None:

@@ -118,7 +118,7 @@ def check_ending(path: str | os.PathLike[str], endings: Sequence[str], named: st
 
 def show(answer: Answer, *, level: int = EVERYWHERE) -> None:
     """Print an answer to stdout, with what is shown up to a level."""
-    from rich.console import Console
+    from rich.console import Console  # help and lists do without it
 
     console = Console(highlight=False, markup=False)
     if not console.is_terminal:
@@ -131,7 +131,7 @@ def show(answer: Answer, *, level: int = EVERYWHERE) -> None:
 
 def text(answer: Answer, *, level: int = EVERYWHERE) -> str:
     """An answer as lines, with what is shown up to a level."""
-    from rich.console import Console
+    from rich.console import Console  # help and lists do without it
 
     file = io.StringIO()
     _print(Console(file=file, width=_WIDE, highlight=False, markup=False, color_system=None), answer, level)
@@ -140,7 +140,7 @@ def text(answer: Answer, *, level: int = EVERYWHERE) -> str:
 
 def _print(console: Any, answer: Answer, level: int) -> None:
     """Print an answer: sentences, facts, sections, notes, and warnings last, where a terminal shows them."""
-    from rich.text import Text
+    from rich.text import Text  # help and lists do without it
 
     wide = max((len(label) for label, _ in answer.facts), default=0)
     facts = [(f"{label:<{wide}}  {value}", "") for label, value in answer.facts]

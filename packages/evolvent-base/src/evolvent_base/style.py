@@ -8,6 +8,10 @@ import re
 import textwrap
 from typing import Any
 
+import lazy_loader as lazy
+
+sheets = lazy.load("evolvent_base.sheets", suppress_warning=True)
+
 #: Okabe and Ito's palette, distinguishable with any kind of colour vision; black leads.
 PALETTE = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 #: Dashes of solid lines that share a panel, by the index of their color in the palette: distinguishable in grey.
@@ -64,15 +68,11 @@ def block(text: str, size: float) -> float:
 @functools.lru_cache(maxsize=2048)
 def text_width(text: str, size: float) -> float:
     """Width of a text, mm, in letters of some size, points."""
-    import matplotlib as mpl
-    from matplotlib.font_manager import FontProperties
-    from matplotlib.textpath import text_to_path
-
     if not text.strip():
         return 0.0
-    letters, math = FontProperties(family="DejaVu Sans", size=size), text.count("$") > 1
-    with mpl.rc_context(STYLE) if math else contextlib.nullcontext():
-        width, *_ = text_to_path.get_text_width_height_descent(text, letters, ismath=math)
+    letters, math = sheets.FontProperties(family="DejaVu Sans", size=size), text.count("$") > 1
+    with sheets.mpl.rc_context(STYLE) if math else contextlib.nullcontext():
+        width, *_ = sheets.text_to_path.get_text_width_height_descent(text, letters, ismath=math)
     return float(width) * POINT
 
 

@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import lazy_loader as lazy
 
 from evolvent_base.figures import axis_label, superscript, with_power
 from evolvent_base.style import wrapped
+
+if TYPE_CHECKING:
+    from evolvent_base import sheets
+else:
+    sheets = lazy.load("evolvent_base.sheets", suppress_warning=True)
 
 #: Ratio of the ends of a logarithmic axis above which powers of ten alone have ticks: others take half of the time.
 _DECADES = 1e3
@@ -23,25 +30,22 @@ def set_plain_ticks(axis: Any, labels: tuple[str, str] = ("", ""), size: tuple[f
     labels : of both axes
     size : width and height of the axes, mm, about
     """
-    from matplotlib.ticker import LogFormatterSciNotation, NullLocator, ScalarFormatter
-
     for one, label, room in zip((axis.xaxis, axis.yaxis), labels, size, strict=True):
-        if type(one.get_major_formatter()) is ScalarFormatter:
+        if type(one.get_major_formatter()) is sheets.ScalarFormatter:
             one.set_major_formatter(_numbers(one, label, room))
-        if type(one.get_major_formatter()) is LogFormatterSciNotation:
+        if type(one.get_major_formatter()) is sheets.LogFormatterSciNotation:
             one.set_major_formatter(_powers(few=False))
             low, high = one.get_view_interval()
             if high > _DECADES * low:
-                one.set_minor_locator(NullLocator())
+                one.set_minor_locator(sheets.NullLocator())
             else:
                 one.set_minor_formatter(_powers(few=True))
 
 
 def _numbers(along: Any, label: str, room: float) -> Any:
     """A formatter of the numbers at a linear axis."""
-    from matplotlib.ticker import ScalarFormatter
 
-    class PlainNumbers(ScalarFormatter):
+    class PlainNumbers(sheets.ScalarFormatter):
         beside = ""  # a factor of all numbers that is not in the label
 
         def __call__(self, x: float, pos: int | None = None) -> str:
@@ -64,9 +68,8 @@ def _numbers(along: Any, label: str, room: float) -> Any:
 
 def _powers(*, few: bool) -> Any:
     """A formatter of the numbers at a logarithmic axis, of its minor ticks (`few` have a number)."""
-    from matplotlib.ticker import LogFormatterSciNotation
 
-    class PlainPowers(LogFormatterSciNotation):
+    class PlainPowers(sheets.LogFormatterSciNotation):
         def __call__(self, x: float, pos: int | None = None) -> str:
             text = str(super().__call__(x, pos)).removeprefix(r"$\mathdefault{").removesuffix("}$")
             text = text.replace(r"\times", "\N{MULTIPLICATION SIGN}")

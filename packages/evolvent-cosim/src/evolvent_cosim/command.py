@@ -33,14 +33,14 @@ def fmu(case: str, assignments: tuple[str, ...], output: str | None, inputs: str
 
     Other simulators import it on this machine: the model runs in the Python that wrote it.
     """  # noqa: D301  (click wants the \b)
-    from evolvent import cases
+    from evolvent import cases  # help does without it
 
     stem = os.path.splitext(os.path.basename(case))[0]
     target = f"{stem}.fmu" if output is None else output
     files.check_writable(target)
     if os.path.exists(target) and os.path.exists(case) and os.path.samefile(case, target):
         raise InputError(f"-o {target!r} is the case file itself; name another, such as '{stem}.fmu'")
-    from evolvent_cosim.fmu import contents, write
+    from evolvent_cosim.fmu import contents, write  # help does without it
 
     write.platform_of()  # before anything is compiled
     write.compiler()

@@ -38,7 +38,7 @@ parts:
   mast: {kind: rigid-body, mass: 2 kg, inertia: [0.01, 0.2, 0.2 kg m^2], position: [1.3, 0, 0 m]}
   pivot: {kind: joint, a: bus.side, b: [mast, [-1, 0, 0 m]], type: revolute, axis: [0, 0, 1]}
   hinge:
-    {kind: rotational-spring, a: bus, b: mast, axis: [0, 0, 1], rest: 10 deg, stiffness: 5 N m/rad,
+    {kind: joint-spring, a: bus, b: mast, axis: [0, 0, 1], rest: 10 deg, stiffness: 5 N m/rad,
      damping: 0.1 N m s/rad}
 simulate: {until: 4 s, every: 0.05 s, method: generalized-alpha, step: 10 ms}
 """

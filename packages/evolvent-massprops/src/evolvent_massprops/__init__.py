@@ -11,8 +11,9 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from evolvent_massprops.certificate import MassProperties
     from evolvent_massprops.description import json_schema, load
-    from evolvent_massprops.estimates import Evaluation, MassProperties
+    from evolvent_massprops.estimates import Evaluation
     from evolvent_massprops.measurement import mass_properties, vibration
 
 __all__ = ["Evaluation", "MassProperties", "json_schema", "load", "mass_properties", "vibration"]
@@ -20,7 +21,7 @@ __all__ = ["Evaluation", "MassProperties", "json_schema", "load", "mass_properti
 #: Where each name stands; loaded when first asked for, so that the command line starts quickly.
 _LAZY = {
     "Evaluation": "estimates",
-    "MassProperties": "estimates",
+    "MassProperties": "certificate",
     "json_schema": "description",
     "load": "description",
     "vibration": "measurement",

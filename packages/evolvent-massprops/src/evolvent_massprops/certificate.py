@@ -2,25 +2,51 @@
 
 from __future__ import annotations
 
+import dataclasses
+import datetime
 import json
 import os
-from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy.stats
+import scipy
 
 from evolvent_base import __version__, answer as an, texts
 from evolvent_base.errors import InputError
+from evolvent_base.showing import Shown
 from evolvent_massprops import pictures
 from evolvent_massprops.description import OnSprings
+from evolvent_massprops.estimates import Estimates, Evaluation
 from evolvent_massprops.rounding import rounded, shown
-
-if TYPE_CHECKING:
-    from evolvent_massprops.estimates import Evaluation, MassProperties
 
 #: Quantities beside one another in a table of the budget, and its inputs that the screen shows.
 _WIDE, _MOST_ROWS = 3, 6
 _WITHOUT = "the method gives no uncertainty of the frequencies; use varpro for a certificate"
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class MassProperties(Estimates, Shown):
+    """The result of a measurement: estimates with what shows them; attributes as of `estimates.Estimates`."""
+
+    named = "mass properties"
+
+    def answer(self) -> an.Answer:
+        """Values with their uncertainties, modes, budget, and on the page all that they rest on."""
+        return answer_of(self)
+
+    def report(self, path: str | os.PathLike[str], *, date: datetime.datetime | None = None) -> str:
+        """Write the certificate; returns its path.
+
+        Parameters
+        ----------
+        date : the moment that it states; now unless given
+
+        Raises
+        ------
+        InputError
+            If a number has no uncertainty, or the file cannot be written; nothing is written then.
+        """
+        check(self)
+        return super().report(path, date=date)
 
 
 def check(found: MassProperties) -> None:

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import datetime
 import os
 from typing import NamedTuple
 
 import numpy as np
 
-from evolvent_base.answer import Answer
-from evolvent_base.showing import Shown
 from evolvent_base.signals import Signals
-from evolvent_massprops import certificate
 from evolvent_massprops.description import Description, OnSprings
 from evolvent_massprops.inertia import Candidate
 from evolvent_massprops.modal import Modal
@@ -97,8 +93,8 @@ class Evaluation:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class MassProperties(Shown):
-    """The result of a measurement.
+class Estimates:
+    """What a measurement gives: values with their uncertainties, and what they rest on.
 
     Attributes
     ----------
@@ -128,27 +124,6 @@ class MassProperties(Shown):
     interval: np.ndarray
     has_uncertainties: bool
     warnings: tuple[str, ...]
-
-    named = "mass properties"
-
-    def answer(self) -> Answer:
-        """Values with their uncertainties, modes, budget, and on the page all that they rest on."""
-        return certificate.answer_of(self)
-
-    def report(self, path: str | os.PathLike[str], *, date: datetime.datetime | None = None) -> str:
-        """Write the certificate; returns its path.
-
-        Parameters
-        ----------
-        date : the moment that it states; now unless given
-
-        Raises
-        ------
-        InputError
-            If a number has no uncertainty, or the file cannot be written; nothing is written then.
-        """
-        certificate.check(self)
-        return super().report(path, date=date)
 
     @property
     def combined(self) -> bool:

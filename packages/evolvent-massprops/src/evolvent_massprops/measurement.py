@@ -8,13 +8,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import scipy.stats
+import scipy
 
 from evolvent_base import progress, signals as files
 from evolvent_base.errors import InputError
 from evolvent_massprops import modal, pendulum, springs, springs_combined, springs_search
+from evolvent_massprops.certificate import MassProperties
 from evolvent_massprops.description import Description, OnSprings, Signalling, for_recording, load, without_stand
-from evolvent_massprops.estimates import Evaluation, MassProperties, Share
+from evolvent_massprops.estimates import Evaluation, Share
 from evolvent_massprops.identification.swing_model import LINEAR
 from evolvent_massprops.identification.swing_starts import Kind
 from evolvent_massprops.recordings import read

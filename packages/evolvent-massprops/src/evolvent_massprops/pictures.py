@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import os
 import re
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import lazy_loader as lazy
 import numpy as np
 
 from evolvent_base import pages
 from evolvent_base.figures import WIDTH, axis_label
 from evolvent_base.plots import content
 from evolvent_base.style import PALETTE, STYLE
+from evolvent_massprops.estimates import Estimates, Evaluation
 from evolvent_massprops.identification.signals import power, read_signal
+from evolvent_massprops.modal import Modal
 
-if TYPE_CHECKING:
-    from evolvent_massprops.estimates import Evaluation, MassProperties
-    from evolvent_massprops.modal import Modal
+sheets = lazy.load("evolvent_base.sheets", suppress_warning=True)
 
 _BLUE, _RED, _GREEN = PALETTE[1], PALETTE[2], PALETTE[3]
 #: Most shares that a bar shows.
@@ -27,14 +28,10 @@ class Sheet:
     """A figure with its axes; `image` gives the image in the page."""
 
     def __init__(self, rows: int, columns: int, height: float, **options: Any) -> None:
-        import matplotlib as mpl
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-
-        self._context = mpl.rc_context(STYLE)
+        self._context = sheets.mpl.rc_context(STYLE)
         self._context.__enter__()
-        self.figure = Figure(figsize=(WIDTH / 25.4, height), layout="constrained", dpi=140)
-        FigureCanvasAgg(self.figure)
+        self.figure = sheets.Figure(figsize=(WIDTH / 25.4, height), layout="constrained", dpi=140)
+        sheets.FigureCanvasAgg(self.figure)
         self.axes = self.figure.subplots(rows, columns, squeeze=False, **options)
 
     def image(self, alt: str, *, raster: bool = False) -> pages.Picture:
@@ -156,7 +153,7 @@ def shapes(e: Evaluation) -> pages.Picture:
     return sheet.image("mode shapes at the sensors")
 
 
-def budget(found: MassProperties) -> pages.Picture:
+def budget(found: Estimates) -> pages.Picture:
     """Shares of the variance of each quantity, one bar each."""
     part = np.array([s.contribution**2 for s in found.shares])
     part = 100.0 * part / np.maximum(part.sum(axis=0), 1e-300)
@@ -180,7 +177,7 @@ def budget(found: MassProperties) -> pages.Picture:
     return sheet.image("shares of the variance")
 
 
-def recordings(found: MassProperties) -> pages.Picture:
+def recordings(found: Estimates) -> pages.Picture:
     """Values of all recordings with their own deviations, the mean and its expanded uncertainty."""
     p, n = len(found.outputs), len(found.evaluations)
     sheet = Sheet(p, 1, 0.3 + 2.1 * p, sharex=True)
@@ -209,7 +206,7 @@ def recordings(found: MassProperties) -> pages.Picture:
     return sheet.image("values of the recordings")
 
 
-def draws(e: Evaluation, found: MassProperties) -> pages.Picture:
+def draws(e: Evaluation, found: Estimates) -> pages.Picture:
     """Histograms of the Monte Carlo with the coverage interval."""
     assert e.draws is not None
     p = len(found.outputs)

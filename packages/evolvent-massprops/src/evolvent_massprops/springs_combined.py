@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import scipy.stats
+import scipy
 
 from evolvent_base.errors import InputError
 from evolvent_massprops import amplitude, mode_selection

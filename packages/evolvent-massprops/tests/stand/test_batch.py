@@ -160,7 +160,7 @@ def test_a_run_that_grows_without_bound_keeps_what_was_computed():
     [
         ("second", parts.RigidBody(mass=1.0, inertia=1.0), "'second' is a second body"),
         ("mass", parts.Point(mass=1.0, position=(0.0, -1.0, 0.0)), "'mass' is of another kind"),
-        ("held", parts.Guide(body="body", direction=(1.0, 0.0, 0.0)), "'held' is not one of three"),
+        ("held", parts.Joint(a="ground", b="body", type="guide", axis=(1.0, 0.0, 0.0)), "'held' is not one of three"),
         ("free", parts.Spring(a=(0, 0, 0), b=(0, 1, 0), stiffness=1.0), "'free' does not join body and ground"),
         ("own", parts.Spring(a=(0, 1, 0), b=("body", (0, 0, 0)), law="-2*x"), "'own' has its own law"),
     ],

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases, closed_forms
+from evolvent.results.observe import View
+from evolvent.results.observe.threads import observe_thread
 from evolvent_base.answer import Answer, Block, Section, Table
 from evolvent_base.errors import InputError, RunFailed
 from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_base.showing import Shown
 from evolvent_papers import links
-from evolvent_papers.heliogyro import straight
+from evolvent_papers.heliogyro import derived, straight
 
 Array = np.ndarray
 #: Relative width at which the bisection ends; times that its bracket is widened.
@@ -143,10 +145,6 @@ def _check(case: Any, lengths: Sequence[float] | None, rate: float | None, ramp:
 
 def hub_lag(case: Any, length: float, rate: float, torque: float, *, ramp: float, until: float) -> Array:
     """Lag of the thread at the spool after a torque has been applied, rad, (nt,); up to 90 degrees and one sample."""
-    from evolvent.results.observe import View
-    from evolvent.results.observe.threads import observe_thread
-    from evolvent_papers.heliogyro import derived
-
     given = {
         "body.rate": rate, "blade.length": length, "blade.separates": False,
         "spool.start_length": length, "spool.start_lag": 0.0,

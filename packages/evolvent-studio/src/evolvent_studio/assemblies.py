@@ -68,7 +68,7 @@ class HingedPanel(Section):
         }
         found = {name: panel, f"{name} hinge": joint}
         if self.stiffness:
-            spring = {"kind": "rotational-spring", "joint": f"{name} hinge"}
+            spring = {"kind": "joint-spring", "joint": f"{name} hinge"}
             spring["stiffness"] = f"{self.stiffness:.9g} N m/rad"
             found[f"{name} spring"] = spring | ({"rest": f"{self.opens:.9g} rad"} if self.opens else {})
         return found

@@ -12,6 +12,7 @@ from typing import Any
 import yaml
 from nicegui import events, ui
 
+from evolvent.design.calibration import data
 from evolvent_base import signals
 from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import form, reading, studydraft
@@ -225,8 +226,6 @@ class CalibratePanel:
         path = ""
 
         def check() -> dict[str, Any]:
-            from evolvent.design.calibration import data
-
             nonlocal path
             content = self._content()
             path = str(self.studio.folder.file(self._state["file"], LARGEST_RECORDING))

@@ -36,7 +36,7 @@ def studio(host: str, port: int, token: str | None, no_token: bool, no_browser: 
 
     It works in the current folder and opens no file outside it. The page needs the secret of the link that is printed.
     """
-    from evolvent_studio import gate
+    from evolvent_studio import gate  # help does without nicegui
 
     if no_token and token is not None:
         raise InputError("--token and --no-token are both given; leave one of them out")
@@ -50,7 +50,7 @@ def studio(host: str, port: int, token: str | None, no_token: bool, no_browser: 
     with tempfile.TemporaryDirectory(prefix="evolvent-studio-") as empty:
         os.chdir(empty)
         try:
-            from evolvent_studio import server
+            from evolvent_studio import server  # help does without nicegui
 
             server.serve(root, host=host, port=port, token=token, browser=not no_browser)
         finally:

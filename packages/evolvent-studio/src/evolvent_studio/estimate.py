@@ -11,7 +11,13 @@ import tempfile
 import time
 from typing import Any
 
+from evolvent import cases
+from evolvent.design import studies
+from evolvent.design.evaluator.evaluator import Evaluator
+from evolvent.design.studies.runner import Points, runs_of
+from evolvent.design.studies.study import corners
 from evolvent_base import startup
+from evolvent_base.errors import EvolventError
 from evolvent_studio import child
 
 #: Longest first case, s, after which no other one is computed.
@@ -21,8 +27,6 @@ _LONG = 5.0
 def main() -> int:
     """Estimate the study on stdin."""
     send = child.channel()
-    from evolvent_base.errors import EvolventError
-
     try:
         with startup.hidden(*startup.ARRAY_LIBRARIES):
             send(**estimated(sys.stdin.read()))
@@ -43,12 +47,6 @@ def estimated(text: str) -> dict[str, Any]:
     EvolventError
         If the study cannot be read or its cases cannot be computed.
     """
-    from evolvent import cases
-    from evolvent.design import studies
-    from evolvent.design.evaluator.evaluator import Evaluator
-    from evolvent.design.studies.runner import Points, runs_of
-    from evolvent.design.studies.study import corners
-
     study = studies.read(cases.parse_yaml(text, "the study"))
     reasons = []
 

@@ -13,7 +13,12 @@ import threading
 import zipfile
 from typing import Any
 
-from evolvent_base import startup
+from evolvent import cases, results
+from evolvent.exports import drawings, gltf, matlab, moving, report, table, vtk
+from evolvent.exports.request import Request
+from evolvent.view import animation
+from evolvent_base import progress, startup
+from evolvent_base.errors import EvolventError, reason_of
 from evolvent_studio import child
 
 #: Kinds of downloads that are written by a process of their own: ending of the file's name.
@@ -25,9 +30,6 @@ KINDS = {
 
 def main(kind: str, run: str, target: str) -> int:
     """Write the download `kind` of the results file `run` to `target`."""
-    from evolvent_base import progress
-    from evolvent_base.errors import EvolventError, reason_of
-
     send = child.channel()
     threading.Thread(target=_end_with_stdin, daemon=True).start()
     try:
@@ -51,25 +53,15 @@ def _end_with_stdin() -> None:
 
 
 def _write(kind: str, path: str, target: str) -> None:
-    from evolvent import results
-    from evolvent.exports.request import Request
-    from evolvent_base import progress
-
     progress.report("reading the results")
     run = results.open(path)
     match kind:
         case "report":
-            from evolvent.exports import report
-
             progress.report("drawing figures and animation")
             report.write(run, target)
         case "mp4" | "gif":
-            from evolvent.exports import moving
-
             getattr(moving, kind)(run, target, Request())
         case "glb" | "mat":
-            from evolvent.exports import gltf, matlab
-
             progress.report(f"writing {kind.upper()}")
             (gltf if kind == "glb" else matlab).write(run, target, Request())
         case _:
@@ -80,12 +72,6 @@ def _write(kind: str, path: str, target: str) -> None:
 
 def _fill(kind: str, run: Any, folder: str) -> None:
     """Write the files of a download into a folder."""
-    from evolvent import cases
-    from evolvent.exports import drawings, table, vtk
-    from evolvent.exports.request import Request
-    from evolvent.view import animation
-    from evolvent_base import progress
-
     if kind == "figures":
         drawings.write(run, cases.presenter(run).figures(run), animation.of_run(run), folder)
         return
@@ -94,8 +80,6 @@ def _fill(kind: str, run: Any, folder: str) -> None:
 
 
 def _pack(folder: str, target: str) -> None:
-    from evolvent_base import progress
-
     root = pathlib.Path(folder)
     files = sorted(path for path in root.rglob("*") if path.is_file())
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:

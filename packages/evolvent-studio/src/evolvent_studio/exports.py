@@ -12,6 +12,7 @@ import subprocess
 import tempfile
 import threading
 
+from evolvent.exports import moving
 from evolvent_base.errors import InputError
 from evolvent_studio import child
 from evolvent_studio.exporter import KINDS
@@ -120,8 +121,6 @@ class Exports:
 def missing(kind: str) -> str:
     """What a download needs that is not installed, as a sentence; '' for nothing."""
     if kind == "mp4":
-        from evolvent.exports import moving
-
         try:
             moving.ffmpeg()
         except InputError:

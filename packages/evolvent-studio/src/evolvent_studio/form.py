@@ -20,7 +20,7 @@ from evolvent.parts.base import Part, Reference
 from evolvent.parts.repetition import APPLIES as REPEAT_APPLIES, KEY as REPEAT, Repeat
 from evolvent_base.errors import InputError
 from evolvent_base.schema import OneOf, Section, descriptions
-from evolvent_base.units import OneOrMore, Quantity, Whole
+from evolvent_base.units import Either, OneOrMore, Quantity, Whole
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -123,7 +123,7 @@ def describe(kind: type[Section], *, skip: tuple[str, ...] = (), flat: bool = Fa
     if flat:
         texts = descriptions(kind)
         names = _names(kind)
-        applies = kind.applies if issubclass(kind, Part) else {}
+        applies, needed = (kind.applies, kind.needed) if issubclass(kind, Part) else ({}, ())
         decide = {when.keys[0] for conditions in applies.values() for when in conditions if when.values}
         fields: list[Field | Group] = []
         for key, info in kind.model_fields.items():
@@ -131,7 +131,9 @@ def describe(kind: type[Section], *, skip: tuple[str, ...] = (), flat: bool = Fa
                 field = _one(key, key, info, texts[key])
                 known = names.get(key) if field.wide else None
                 help_ = f"{field.help}; or one of the names {', '.join(known)}" if known else field.help
-                fields.append(dataclasses.replace(field, help=help_, when=applies.get(key, ()), decides=key in decide))
+                own: dict[str, Any] = {"help": help_, "when": applies.get(key, ()), "decides": key in decide}
+                own["required"] = field.required or key in needed
+                fields.append(dataclasses.replace(field, **own))
         if repeats:
             fields.append(_repetition())
         return Group(key="", name="", help=_summary(kind), optional=False, parts=tuple(fields))
@@ -287,7 +289,7 @@ def _literals(annotation: Any) -> Iterator[tuple[Any, ...]]:
 
 def _unit(mark: Any) -> str:
     """The unit of what an annotation reads; '' for none."""
-    while not isinstance(mark, Quantity):  # annotations of several values hold that of one
+    while not isinstance(mark, Quantity | Either):  # annotations of several values hold that of one
         inner = getattr(mark, "quantity", None) or getattr(mark, "each", None)
         if inner is None or isinstance(inner, str):
             return ""

@@ -9,10 +9,8 @@ from evolvent.parts.registry import kinds
 #: Groups of the kinds that are built in.
 GROUPS: dict[str, tuple[str, ...]] = {
     "bodies, beams and threads": ("rigid-body", "reduced-body", "point", "beam", "rod", "reel", "thread"),
-    "joints": ("joint", "link", "gear", "synchronization", "guide", "prescribed-motion", "prescribed-rotation"),
-    "springs and resistances": (
-        "spring", "rotational-spring", "translational-spring", "resistance", "bearing",
-    ),
+    "joints": ("joint",),
+    "springs and resistances": ("spring", "joint-spring", "resistance", "bearing"),
     "motors, control and events": ("motor", "reaction-wheel", "thruster", "attitude-controller", "event"),
     "contact": ("contact",),
     "loads and fields": ("load", "field", "radiation", "magnetic-torque", "thermal-load", "custom-force"),

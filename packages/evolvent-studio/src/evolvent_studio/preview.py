@@ -7,6 +7,10 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from evolvent import cases
+from evolvent.analysis.trees import at_start
+from evolvent.results.tree import tree_of
+from evolvent.view import animation
+from evolvent.view.drawing import motion_of
 from evolvent_base import progress
 from evolvent_base.errors import EvolventError, InputError
 
@@ -24,11 +28,6 @@ def start_of(content: Mapping[str, Any], note: Callable[[str], None] = lambda te
     InputError
         If the case cannot be used, its parts cannot be assembled, or there is nothing to draw.
     """
-    from evolvent.analysis.trees import at_start
-    from evolvent.results.tree import tree_of
-    from evolvent.view import animation
-    from evolvent.view.drawing import motion_of
-
     case = cases.load(content)
 
     def compiling(state: progress.Compilation) -> None:

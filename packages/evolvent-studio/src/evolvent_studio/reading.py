@@ -8,6 +8,7 @@ clock); the next task starts another one.
 
 from __future__ import annotations
 
+import atexit
 import base64
 import contextlib
 import functools
@@ -20,9 +21,10 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+from evolvent import cases
 from evolvent_base import startup
 from evolvent_base.errors import EvolventError, InputError
-from evolvent_studio import child
+from evolvent_studio import child, preview
 
 #: Processor time of a task, s: a text, the start of a case; between its notes, and the time on the clock for each.
 TEXT, START, CLOCK = 3.0, 20.0, 5.0
@@ -114,8 +116,6 @@ def _listen(process: subprocess.Popen[str], lines: queue.SimpleQueue[str]) -> No
 @functools.cache
 def reader(what: str) -> Reader:
     """The process for texts or for starts, which do not wait for one another; it ends with this one."""
-    import atexit
-
     found = Reader()
     atexit.register(found.end)
     return found
@@ -188,8 +188,6 @@ def elements(value: Any) -> int:
 
 
 def _content(note: Callable[[str], None], *, source: str, name: str) -> Any:
-    from evolvent import cases
-
     found = cases.parse_yaml(source, name)
     if (count := _values(found)) > MOST_VALUES:
         raise InputError(f"it holds {count} values; the studio shows {MOST_VALUES} at most, `evolvent run` takes all")
@@ -203,8 +201,6 @@ def _values(found: Any) -> int:
 
 def _facts(note: Callable[[str], None], *, source: str, name: str) -> Any:
     """First keys of a text that holds a mapping, and whether it describes a stand; None of what holds none."""
-    from evolvent import cases
-
     found = cases.parse_yaml(source, name)
     if not isinstance(found, dict):
         return None
@@ -213,15 +209,13 @@ def _facts(note: Callable[[str], None], *, source: str, name: str) -> Any:
 
 
 def _packed(note: Callable[[str], None], *, content: Any) -> str:
-    from evolvent_studio import preview
-
     return base64.b64encode(preview.start_of(content, note)).decode()
 
 
 def _allow(seconds: float) -> None:
     """Let this process take as much more processor time, where the system can limit it."""
     with contextlib.suppress(ImportError):
-        import resource
+        import resource  # not on Windows
 
         usage = resource.getrusage(resource.RUSAGE_SELF)
         limit = int(usage.ru_utime + usage.ru_stime + seconds) + 1
@@ -231,11 +225,9 @@ def _allow(seconds: float) -> None:
 def main() -> int:
     """Answer until stdin ends."""
     send = child.channel()
-    from evolvent import cases
-
     assert cases  # loaded before the first task, whose time counts
     with contextlib.suppress(ImportError, ValueError, OSError):
-        import resource
+        import resource  # not on Windows
 
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))
 

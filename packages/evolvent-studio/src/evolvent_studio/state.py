@@ -13,9 +13,11 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from evolvent import cases
+from evolvent import cases, results
 from evolvent.assembly import families
+from evolvent.design import studies
 from evolvent.model import family
+from evolvent.view import animation, show
 from evolvent_base import file_keys
 from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import pages, reading, signing, studydraft
@@ -208,8 +210,6 @@ class Studio:
 
     def study_sources(self, kind: str = "sweep") -> dict[str, str]:
         """Studies that a job of a kind can run, source -> how it is shown."""
-        from evolvent.design import studies
-
         word = studydraft.NEW_ONES[kind]
         found = {f"new:{word}": f"new {word}"}
         if kind == "sweep":  # none of those built in draws
@@ -485,8 +485,6 @@ def plain(name: str) -> str:
 
 @functools.lru_cache(maxsize=_KEPT)
 def _loaded(path: pathlib.Path, stamp: tuple[int, ...]) -> tuple[Any, Any, Any]:
-    from evolvent import results
-
     found = results.open(path)
     module = cases.presenter(found)
     return found, module.numbers(found), module.figures(found)
@@ -494,8 +492,6 @@ def _loaded(path: pathlib.Path, stamp: tuple[int, ...]) -> tuple[Any, Any, Any]:
 
 @functools.lru_cache(maxsize=_KEPT)
 def _motion(path: pathlib.Path, stamp: tuple[int, ...]) -> bytes | None:
-    from evolvent.view import animation, show
-
     run = _loaded(path, stamp)[0]
     motion = show.motion(run) if run.sizes.get("time", 1) == 1 else animation.of_run(run)
     return None if motion is None else animation.pack(motion)

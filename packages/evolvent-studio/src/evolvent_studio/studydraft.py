@@ -12,7 +12,11 @@ from typing import TYPE_CHECKING, Any
 import yaml
 
 from evolvent import cases
+from evolvent.analysis.margins import kept_margins as kept, reels, shares
+from evolvent.design import studies
 from evolvent.design.studies import draws, measured
+from evolvent.design.studies.study import corners
+from evolvent.results import variables
 from evolvent_base import schema
 from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import form, parts, reading
@@ -105,8 +109,6 @@ def opened(folder: Folder, source: str) -> StudyDraft:
     InputError
         If it cannot be read, or is no study.
     """
-    from evolvent.design import studies
-
     kind, _, name = source.partition(":")
     if kind == "new":
         return StudyDraft(source, f"new {name}", dict(cases.parse_yaml(NEW[name], name)), follows=True)
@@ -231,8 +233,6 @@ def read(folder: Folder, draft: StudyDraft) -> Study:
     InputError
         One sentence that names the key, its value and what is allowed.
     """
-    from evolvent.design import studies
-
     return studies.read(study_with_case(folder, draft), folder=folder.root)
 
 
@@ -435,10 +435,6 @@ def responses(folder: Folder, draft: StudyDraft) -> list[str]:
     InputError
         One sentence that names the key, its value and what is allowed.
     """
-    from evolvent.analysis.margins import kept_margins as kept, reels, shares
-    from evolvent.design.studies.study import corners
-    from evolvent.results import variables
-
     study = read(folder, draft)
     module, run = cases.system(study.system), None
     found: list[str] = []
@@ -476,8 +472,6 @@ def over_time(case: Any) -> list[str]:
     InputError
         If the case cannot be planned.
     """
-    from evolvent.results import variables
-
     loaded = cases.load(case)
     plan = cases.system(loaded.system).plan(loaded)
     if plan.start is None or reading.elements(case) > reading.MOST_ELEMENTS:

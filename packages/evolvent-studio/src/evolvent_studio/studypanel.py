@@ -13,6 +13,8 @@ from typing import Any
 from nicegui import ui
 
 from evolvent import cases
+from evolvent.design.dispersions import dispersed
+from evolvent.design.studies import runner
 from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import reading, studydraft
 from evolvent_studio.context import Context
@@ -211,9 +213,6 @@ class StudyPanel:
 
     def _asked_study(self) -> Any:
         """The checked study, in a thread: it reads every case."""
-        from evolvent.design.dispersions import dispersed
-        from evolvent.design.studies import runner
-
         runner.check_installed()
         with self.studio.computing:
             asked = studydraft.read(self.studio.folder, self.form.draft)

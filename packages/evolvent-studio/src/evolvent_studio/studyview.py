@@ -13,6 +13,9 @@ import numpy as np
 from nicegui import ui
 
 from evolvent import cases
+from evolvent.design import studies
+from evolvent.design.studies import draw
+from evolvent_base import plots
 from evolvent_base.errors import EvolventError
 from evolvent_studio import studycharts
 from evolvent_studio.charts import Chart
@@ -79,17 +82,12 @@ class StudyView:
 
 def _opened(path: pathlib.Path) -> tuple[xr.Dataset, Study]:
     """The results of a study, and the study; both take a moment."""
-    from evolvent.design import studies
-
     found = studies.open(path)
     return found, studies.read(cases.parse_yaml(found.attrs["study"], "the study"))
 
 
 def _pictures(study: xr.Dataset) -> dict[str, bytes]:
     """What the system of a study draws of it, as PNG."""
-    from evolvent.design.studies import draw
-    from evolvent_base import plots
-
     return {name: plots.content(figure, "png") for name, figure in draw.of_system(study).items()}
 
 

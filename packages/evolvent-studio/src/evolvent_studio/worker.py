@@ -16,7 +16,14 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from evolvent_base import startup
+from evolvent import cases, results
+from evolvent.design import studies
+from evolvent.design.calibration import fit
+from evolvent.design.dispersions import dispersed
+from evolvent.view import animation
+from evolvent_base import progress, showing, startup
+from evolvent_base.answer import Table
+from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import added_jobs, child
 
 #: Files of a job.
@@ -33,8 +40,6 @@ MODES, MODE = "modes.nc", "mode-{}.motion"
 def main(folder: str) -> int:
     """Compute the job in `folder`."""
     send = child.channel()
-    from evolvent_base.errors import EvolventError
-
     job = json.loads(sys.stdin.readline())
     report = _Report(send, at_once=job["kind"] in AT_ONCE)
     place = pathlib.Path(folder)
@@ -65,9 +70,6 @@ def parsed(text: str, name: str) -> dict[str, Any]:
     InputError
         If it is no mapping.
     """
-    from evolvent import cases
-    from evolvent_base.errors import InputError
-
     content = cases.parse_yaml(text, name)
     if not isinstance(content, dict):
         raise InputError(f"{name} holds no mapping of keys to values")
@@ -124,17 +126,12 @@ class _Report:
 
 def _case(job: dict[str, Any]) -> tuple[Any, str]:
     """The case of a job, and its text with values as the user wrote them, but rows in the place of their files."""
-    from evolvent import cases
-
     content = cases.in_place(parsed(job["case"], CASE))
     case = cases.load(content)
     return case, cases.to_yaml(case, content)
 
 
 def _run(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
-    from evolvent import cases, results
-    from evolvent_base import progress
-
     case, text = _case(job)
     plan = cases.system(case.system).plan(case)
     report.reached(0.0, plan.duration)
@@ -147,9 +144,6 @@ def _run(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
 
 
 def _equilibrium(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
-    from evolvent import cases, results
-    from evolvent_base import progress
-
     case, text = _case(job)
     report.reached(0.0, 1.0)
     with progress.compilation_shown_by(report.compiling):
@@ -160,11 +154,6 @@ def _equilibrium(place: pathlib.Path, job: dict[str, Any], report: _Report) -> N
 
 
 def _modes(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
-    from evolvent import cases
-    from evolvent.view import animation
-    from evolvent_base import progress
-    from evolvent_base.answer import Table
-
     case = _case(job)[0]
     report.reached(0.0, 1.0)
     with progress.compilation_shown_by(report.compiling):
@@ -180,9 +169,6 @@ def _modes(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
 
 
 def _margin(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
-    from evolvent import cases
-    from evolvent_base import progress
-
     case = _case(job)[0]
     report.reached(0.0, 1.0)
     with progress.compilation_shown_by(report.compiling), progress.shown_by(report.stage):
@@ -211,15 +197,11 @@ def _end_cases(report: _Report, failed: int, count: int, what: str) -> None:
 
 
 def _sweep(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
-    from evolvent.design import studies
-
     found = studies.sweep(**_cases(job, place, report))
     _end_cases(report, int((found.status == "failed").sum()), found.status.size, "cases")
 
 
 def _disperse(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
-    from evolvent.design.dispersions import dispersed
-
     found = dispersed.disperse(**_cases(job, place, report))
     report.send(note="drawing the report")
     found.save(place / DISPERSED)
@@ -228,9 +210,6 @@ def _disperse(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None
 
 
 def _calibrate(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
-    from evolvent.design.calibration import fit
-    from evolvent_base import progress, showing
-
     asked = parsed(job["case"], CASE)
 
     def show(count: int, rms: float) -> None:

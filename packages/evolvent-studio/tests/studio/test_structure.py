@@ -71,11 +71,11 @@ def test_fields_of_a_beam_show_units_limits_and_how_mappings_are_written():
     assert "one of the names aluminium, beryllium-copper, cfrp" in fields["material"].help
     assert "from 1 to 100000" in fields["elements"].help
     joint = {field.key: field for field in form.describe(kinds()["joint"], flat=True).fields()}
-    assert [key for key, field in joint.items() if field.refers] == ["a", "b", "over", "released_by"]
+    assert [key for key, field in joint.items() if field.refers] == ["a", "b", "over", "joints", "released_by"]
 
 
 def test_a_choice_of_numbers_is_a_number():
-    shown = form.describe(kinds()["link"], flat=True)
+    shown = form.describe(kinds()["joint"], flat=True)
     sense = next(field for field in shown.fields() if field.key == "sense")
     assert sense.choices == ("1", "-1")
     content, wrong = form.content_of(shown, {"sense": "-1"}, set())

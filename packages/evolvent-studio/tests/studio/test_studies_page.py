@@ -334,7 +334,7 @@ def test_a_dispersion_of_the_open_case(page, folder, shots):
     page.locator(part("dispersion-axis-0-text")).fill("table(springs.csv)")
     page.locator(part("dispersion-axis-error-0"), has_text=re.compile("^$")).wait_for(state="attached")
     page.click(part("dispersion-add-key"))
-    choose(page, "dispersion-axis-key-1", "parts.hinge.friction_torque", typed="friction_torque")
+    choose(page, "dispersion-axis-key-1", "parts.hinge.friction", typed="friction")
     has_value(page, "dispersion-axis-1-text", "normal(nominal, 5%)")
     page.locator(part("dispersion-samples-of-study")).fill("60")
     page.locator(f"{part('dispersion-state-of-study')}:has-text('60 cases')").wait_for()

@@ -138,7 +138,7 @@ def hinged(**more: Any) -> dict[str, Any]:
         "system": "structure",
         "parts": {
             "panel": {"kind": "rigid-body", "motion": "spin", "inertia": 1},
-            "hinge": {"kind": "rotational-spring", "a": "ground", "b": "panel", "angle": 1, "stiffness": 1, "rest": 0},
+            "hinge": {"kind": "joint-spring", "a": "ground", "b": "panel", "start": 1, "stiffness": 1, "rest": 0},
             **more,
         },
         "simulate": {"until": 1},

@@ -132,7 +132,7 @@ def load(case: Any, overrides: Mapping[str, Any] | None = None) -> System:
     >>> system = evolvent.load("boom-slew")  # doctest: +SKIP
     >>> system.simulate().ev.plot("boom.tip_deflection")  # doctest: +SKIP
     """
-    from evolvent import cases
+    from evolvent import cases  # importing the package stays quick
 
     loaded = cases.load(case, overrides)
     definition = cases.system(loaded.system)
@@ -179,8 +179,8 @@ def run(
     >>> run = evolvent.run("heliogyro", {"blade.segments": "inextensible", "solver.method": "dopri5"})
     >>> float(run.body_rate[-1])  # doctest: +SKIP
     """
-    from evolvent import cases
-    from evolvent_base.progress import on_stderr
+    from evolvent import cases  # importing the package stays quick
+    from evolvent_base.progress import on_stderr  # importing the package stays quick
 
     if progress is not None and not callable(progress):
         raise InputError(f"progress is {progress!r}; it must be a function of the time reached")

@@ -178,7 +178,7 @@ def parts_table(names: Iterable[str] | None = None) -> str:
             if name == "kind":
                 continue
             unit = next((f" {found}" for mark in marks(field) if (found := _unit_of(mark))), "")
-            keys.append((f"**`{name}`**" if field.is_required() else f"`{name}`") + _cell(unit))
+            keys.append((f"**`{name}`**" if field.is_required() or name in part.needed else f"`{name}`") + _cell(unit))
         text.append(f"| `{kind}` | {_cell(_first_line(part))} | {', '.join(keys)} |")
     return "\n".join([*text, "", ":::"])
 

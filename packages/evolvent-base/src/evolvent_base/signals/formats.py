@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 
 from evolvent_base import mat_file, packages, safe_open, tables
 from evolvent_base.errors import EvolventError, InputError, visible
@@ -152,11 +153,9 @@ def _uff(name: str, raw: bytes) -> Content:
 
 
 def _wav(name: str, raw: bytes) -> Content:
-    from scipy.io import wavfile
-
     with warnings.catch_warnings():
         warnings.filterwarnings("error", message=".*(EOF|truncat|incomplete).*")
-        rate, data = wavfile.read(io.BytesIO(raw))
+        rate, data = scipy.io.wavfile.read(io.BytesIO(raw))
     data = data.reshape(len(data), -1)
     values = data.astype(float)
     if data.dtype.kind == "u":
@@ -176,9 +175,7 @@ def _mat(name: str, raw: bytes) -> Content:
 
 
 def _mat_4(raw: bytes) -> dict[tuple[str, ...], np.ndarray | tuple[str, ...]]:
-    from scipy.io import loadmat
-
-    found = {(key,): value for key, value in loadmat(io.BytesIO(raw)).items() if key[:2] != "__"}
+    found = {(key,): value for key, value in scipy.io.loadmat(io.BytesIO(raw)).items() if key[:2] != "__"}
     return {key: tuple(map(str, value)) if value.dtype.kind == "U" else value for key, value in found.items()}
 
 

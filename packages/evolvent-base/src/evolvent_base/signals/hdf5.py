@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import lazy_loader as lazy
 import numpy as np
 
 from evolvent_base import safe_open
 from evolvent_base.signals.statements import is_statement
 from evolvent_base.signals.trees import Path, Tree
+
+if TYPE_CHECKING:
+    import h5py
+else:
+    h5py = lazy.load("h5py")
 
 #: Levels of cells and structs that refer to others, at most, and texts of a data set that are read.
 _DEEPEST, _MOST = 32, 10_000
@@ -25,8 +31,6 @@ def read(raw: bytes, name: str, *, of_matlab: bool) -> Tree:
     InputError
         If the file is not whole in itself: see `evolvent_base.safe_open.check_hdf5`.
     """
-    import h5py
-
     safe_open.check_hdf5(io.BytesIO(raw), name)
     with h5py.File(io.BytesIO(raw), "r") as file:
         reader = _Reader(file, of_matlab=of_matlab)
@@ -66,8 +70,6 @@ class _Reader:
 
     def item(self, item: Any, path: Path, deep: int) -> None:
         """Keep a data set; of a group, its data sets are visited themselves."""
-        import h5py
-
         self.count += 1
         if not isinstance(item, h5py.Dataset) or item.shape is None or deep > _DEEPEST or self.count > 10 * _MOST:
             return
@@ -126,8 +128,6 @@ class _Reader:
 
     def _branch(self, item: Any, path: Path, deep: int) -> None:
         """Keep a data set, or all of a group, that is referred to."""
-        import h5py
-
         if isinstance(item, h5py.Group) and deep <= _DEEPEST and self.count <= 10 * _MOST:
             for key, one in item.items():
                 self._branch(one, (*path, key), deep + 1)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from evolvent_base.errors import InputError
 
@@ -263,8 +264,6 @@ def _steps_within(place: Array, t: Array, most: Array) -> tuple[float, float] | 
     -----
     Two linear programs in step and offset, with the constraints of the samples that are worst so far.
     """
-    from scipy.optimize import linprog
-
     line, size = np.polyfit(place, t, 1), float(most.max())
     x, y, most = place / place[-1], (t - np.polyval(line, place)) / size, (1.0 + 1e-9) * most / size
     found = []
@@ -273,7 +272,7 @@ def _steps_within(place: Array, t: Array, most: Array) -> tuple[float, float] | 
         for _ in range(MOST_CUTS):
             A = np.column_stack((x[rows], np.ones(len(rows))))
             limits = np.concatenate((y[rows] + most[rows], most[rows] - y[rows]))
-            best = linprog([sign, 0.0], A_ub=np.vstack((A, -A)), b_ub=limits, bounds=(None, None))
+            best = scipy.optimize.linprog([sign, 0.0], A_ub=np.vstack((A, -A)), b_ub=limits, bounds=(None, None))
             if best.x is None:
                 return None
             excess = y - best.x[0] * x - best.x[1]
@@ -418,14 +417,12 @@ def _smooth(place: Array, off: Array, step: float) -> tuple[Array, float]:
     -----
     A cubic spline with as few intervals as the Bayesian information criterion asks for.
     """
-    from scipy.interpolate import make_lsq_spline
-
     length, best, found = len(off), np.inf, None
     count = 1
     while count <= STRETCHES and length >= STRETCH * count:
         inner = place[np.linspace(0, length - 1, count + 1).astype(int)[1:-1]]
         knots = np.concatenate((np.full(4, place[0]), inner, np.full(4, place[-1]))).astype(float)
-        spline = make_lsq_spline(place.astype(float), off, knots)
+        spline = scipy.interpolate.make_lsq_spline(place.astype(float), off, knots)
         square = float(np.mean((off - spline(place)) ** 2)) + (1e-4 * step) ** 2
         criterion = length * np.log(square) + (count + 3) * np.log(length)
         if criterion < best:

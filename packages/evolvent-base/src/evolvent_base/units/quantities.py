@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import math
 import numbers
@@ -51,8 +50,8 @@ class Quantity(Annotation):
     auto: bool = False
 
     @property
-    def allowed(self) -> str:
-        """What is allowed, as the end of a sentence."""
+    def bounded(self) -> str:
+        """What it is, with its bounds."""
         unit = f" {self.unit}" if self.unit else ""
         bounds = []
         if self.above is not None:
@@ -63,7 +62,12 @@ class Quantity(Annotation):
             bounds.append(f" up to {self.most:g}{unit}")
         if self.below is not None:
             bounds.append(f" below {self.below:g}{unit}")
-        text = f"{self.what}{' and'.join(bounds)}, such as {self.example!r}"
+        return f"{self.what}{' and'.join(bounds)}"
+
+    @property
+    def allowed(self) -> str:
+        """What is allowed, as the end of a sentence."""
+        text = f"{self.bounded}, such as {self.example!r}"
         if self.unit:
             text += f" (a plain number is in {self.unit})"
         return text + (", or 'auto'" if self.auto else "")
@@ -130,25 +134,36 @@ class Either(Annotation):
         """The units, as words."""
         return " or ".join(one.unit for one in self.quantities)
 
+    def meant(self, *, second: bool | None) -> Quantity | Either:
+        """The quantity that is meant, of two; itself where it is not known."""
+        return self if second is None else self.quantities[second]
+
     @property
     def allowed(self) -> str:
         """What is allowed, as the end of a sentence."""
-        whats, examples = ([getattr(one, key) for one in self.quantities] for key in ("what", "example"))
-        shown = " or ".join(map(repr, examples))
-        return f"{' or '.join(whats)}, such as {shown} (a plain number is in {self.unit})"
+        examples = " or ".join(repr(one.example) for one in self.quantities)
+        whats = [*(one.what for one in self.quantities[:-1]), self.quantities[-1].bounded]
+        return f"{' or '.join(whats)}, such as {examples} (a plain number is in {self.unit})"
 
     def read(self, value: Any) -> float | str:
         """`value` in SI units, a `Measured` where it has a unit; a `PydanticCustomError` says what is allowed."""
+        reasons = []
         for quantity in self.quantities:
             if isinstance(value, Measured) and value.unit != quantity.unit:
                 continue
-            with contextlib.suppress(PydanticCustomError):
+            try:
                 found = quantity.read(value)
-                if isinstance(found, Measured):
-                    return found
-                has_unit = isinstance(value, Measured) or unit_of(value)
-                return Measured(found, quantity.unit) if has_unit else found
-        raise PydanticCustomError("quantity", "it must be {allowed}", {"allowed": self.allowed})
+            except PydanticCustomError as error:
+                reasons.append(str((error.context or {}).get("reason", "")))
+                continue
+            if isinstance(found, Measured):
+                return found
+            has_unit = isinstance(value, Measured) or unit_of(value)
+            return Measured(found, quantity.unit) if has_unit else found
+        meant = [reason for reason in reasons if "did you mean" in reason or reasons.count(reason) > 1]
+        raise PydanticCustomError(
+            "quantity", "it must be {allowed}{reason}", {"allowed": self.allowed, "reason": meant[0] if meant else ""}
+        )
 
     def write(self, value: float) -> float | str:
         """`value` as a case file holds it: exact, with its unit where it has been given one."""

@@ -138,7 +138,7 @@ class Instance:
     def stepper(self) -> Any:
         """The model, made when it is first needed."""
         if self._stepper is None:
-            from evolvent.analysis.stepper import Stepper
+            from evolvent.analysis.stepper import Stepper  # loads the engine, after the process has answered
 
             changed = {
                 v["name"]: self._values[k]
@@ -155,7 +155,7 @@ class Instance:
             return self._values[reference]
         if variable["causality"] == "independent":
             return self._start if self._stepper is None else float(self._stepper.time)
-        from evolvent.analysis.stepping import ResultAddress
+        from evolvent.analysis.stepping import ResultAddress  # loads the engine, after the process has answered
 
         return float(self.stepper().value(ResultAddress(*variable["address"])))
 

@@ -120,7 +120,7 @@ def suspended_of(assembly: Assembly) -> Suspended:
 
 def _is_guided(assembly: Assembly) -> bool:
     """Whether guides hold x and z of the body and its yaw; refuses others."""
-    guides = [(int(g["kind"]), tuple(g["direction"]), tuple(g["axis"])) for g in assembly.model.guides]
+    guides = [(int(g["kind"]), tuple(g["direction"]), tuple(np.round(g["axis"], 12))) for g in assembly.model.guides]
     if guides and sorted(guides) != sorted(_GUIDES):
         name = next(name for name, (family, _) in assembly.names.items() if family == "guides")
         _refuse(name, "is not one of three that hold x and z of the centre of mass and the yaw")

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 
 from evolvent.compiled import codecache
 from evolvent_massprops.batch import rates
@@ -77,9 +78,9 @@ def scheme(method: str) -> Scheme:
     if method == "rk4":
         A = np.diag([0.5, 0.5, 1.0], -1)
         return Scheme(4, 4, A, np.array([1.0, 2.0, 2.0, 1.0]) / 6.0)
-    from scipy.integrate import DOP853  # Hairer, Norsett & Wanner (1993), II.5
-
-    return Scheme(8, 12, np.ascontiguousarray(DOP853.A[:12, :12]), np.ascontiguousarray(DOP853.B))
+    return Scheme(
+        8, 12, np.ascontiguousarray(scipy.integrate.DOP853.A[:12, :12]), np.ascontiguousarray(scipy.integrate.DOP853.B)
+    )
 
 
 @functools.cache

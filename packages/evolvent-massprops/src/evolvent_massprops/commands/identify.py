@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import click
+import lazy_loader as lazy
 
 from evolvent_base import files, progress
 from evolvent_base.console import echo, once, showing_progress
@@ -15,6 +16,11 @@ from evolvent_base.overrides import parse_assignments
 
 if TYPE_CHECKING:
     from evolvent_massprops.modal import Modal
+
+description = lazy.load("evolvent_massprops.description", suppress_warning=True)
+measurement = lazy.load("evolvent_massprops.measurement", suppress_warning=True)
+plots = lazy.load("evolvent_base.plots", suppress_warning=True)
+showing = lazy.load("evolvent_base.showing", suppress_warning=True)
 
 
 @click.command()
@@ -45,10 +51,6 @@ def identify(
     evolvent identify slew.nc --variables boom.tip_deflection.y --set signals.start='2 s' --figures modes
     evolvent identify knock.csv --stand stand.yaml -o certificate.html
     """  # noqa: D301
-    from evolvent_base import showing
-    from evolvent_massprops import description
-    from evolvent_massprops.measurement import mass_properties, vibration
-
     overrides = parse_assignments(assignments)
     columns = [name.strip() for name in (variables or "").split(",") if name.strip()]
     if figures is not None:
@@ -59,7 +61,9 @@ def identify(
                 f"-o {output!r} asks for a certificate, which needs a description of the stand: give --stand"
             )
         with showing_progress(quiet=quiet):
-            found_modes = [vibration(path, columns, overrides) for path in progress.track(signals, "finding modes")]
+            found_modes = [
+                measurement.vibration(path, columns, overrides) for path in progress.track(signals, "finding modes")
+            ]
         for found in found_modes if not quiet else ():
             showing.show(found.answer())
         _draw(figures, found_modes)
@@ -71,7 +75,7 @@ def identify(
         overrides = {"signals.sensors": [{"column": name} for name in columns]} | overrides
     given = description.load(stand, overrides)
     with showing_progress(quiet=quiet):
-        measured = mass_properties(signals, given)
+        measured = measurement.mass_properties(signals, given)
         if output is not None:
             progress.report("writing the certificate")
             measured.report(output)
@@ -84,8 +88,6 @@ def identify(
 
 def _draw(folder: str | None, several: Sequence[Modal]) -> None:
     """Draw the modes of every recording; of several, each in its own folder, named as its file."""
-    from evolvent_base import plots
-
     if folder is None:
         return
     for found in several:

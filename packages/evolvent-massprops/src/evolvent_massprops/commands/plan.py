@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 
 import click
+import lazy_loader as lazy
 
 from evolvent_base import options as shared
 from evolvent_base.console import echo, once, showing_progress
 from evolvent_base.errors import InputError
 from evolvent_base.overrides import parse_assignments
+
+planning = lazy.load("evolvent_massprops.planning", suppress_warning=True)
+showing = lazy.load("evolvent_base.showing", suppress_warning=True)
 
 
 @click.command()
@@ -37,9 +41,6 @@ def plan(stand: str, uncertainty: str, runs: int | None, output: str | None, ass
     evolvent plan inertia-stand --uncertainty 0.1% --set body.offset_x='0.3 m'
     evolvent plan stand.yaml --uncertainty 0.2% --check 200 -o plan.png
     """  # noqa: D301
-    from evolvent_base import showing
-    from evolvent_massprops import planning
-
     overrides = parse_assignments(assignments)
     wanted = _share(uncertainty)
     shared.check_files(figure=output)

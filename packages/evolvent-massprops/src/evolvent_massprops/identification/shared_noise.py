@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import scipy
 
 from evolvent_base.errors import InputError
 from evolvent_massprops.identification.signals import Array, Signal
@@ -32,8 +33,6 @@ def correlation(signal: Signal, residual: Array, noise: Array, unknowns: int = 0
     For independent noise, n sum over pairs of correlation^2 is chi squared with a degree of freedom a pair, n the
     samples less the unknowns. Only samples that all sensors have are looked at.
     """
-    from scipy.special import gammaincc
-
     sensors = residual.shape[1]
     if sensors < 2 or np.any(noise <= signal.rounding):
         return None
@@ -47,7 +46,7 @@ def correlation(signal: Signal, residual: Array, noise: Array, unknowns: int = 0
         return None
     found = products / np.outer(size, size)
     statistic = 0.5 * free * (float((found**2).sum()) - sensors)
-    return found if gammaincc(0.25 * sensors * (sensors - 1), 0.5 * statistic) < SHARED else None
+    return found if scipy.special.gammaincc(0.25 * sensors * (sensors - 1), 0.5 * statistic) < SHARED else None
 
 
 def components(residual: Array, noise: Array, shared: Array | None) -> Array:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, TypedDict
 
 import numpy as np
+import scipy
 
 from evolvent_base.errors import InputError, nearest
 from evolvent_base.signals.times import Times, cells, check_rate, read_times
@@ -411,8 +412,6 @@ def noise_and_highest_frequency(signal: Signal) -> tuple[Array, float]:
     noise : (c,) from the median of each sensor's Hann-windowed periodogram
     highest : rad/s; the band's upper end if that is below half the rate
     """
-    from scipy.special import gammainccinv
-
     length, sensors = signal.data.shape
     window = 0.5 - 0.5 * np.cos(2.0 * np.pi * (np.arange(length) + 0.5) / length)
     mean = np.where(signal.present, signal.data, 0.0).sum(axis=0) / signal.counts
@@ -422,7 +421,7 @@ def noise_and_highest_frequency(signal: Signal) -> tuple[Array, float]:
     highest = signal.band[1]
     if highest > 0.999 * nyquist:
         # the sum over sensors of white noise is Gamma(c) distributed; one bin in 10^4 records would pass
-        level = gammainccinv(sensors, 1e-4 / len(spectrum))
+        level = scipy.special.gammainccinv(sensors, 1e-4 / len(spectrum))
         out = np.flatnonzero((spectrum / floor).sum(axis=1) > level)
         last = out[-1] + 2 if out.size else len(spectrum)
         highest = min(nyquist, 2.0 * np.pi * last / (length * signal.step))

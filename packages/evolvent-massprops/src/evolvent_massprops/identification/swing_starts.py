@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from evolvent_massprops import swing as kernel
 from evolvent_massprops.identification import swing_model as model
@@ -94,8 +95,6 @@ def start_of(modes: IdentifiedModes, group: list[int], signal: Signal, kind: Kin
 
 def _envelope_rates(time: Array, b: Array) -> tuple[tuple[float, float, float], float]:
     """d, D, Q of the envelope (n,) nearest to b, which begins at about 1, and the root mean square of what is left."""
-    from scipy.optimize import least_squares
-
     found = np.empty_like(b)
 
     def rest(x: Array) -> Array:
@@ -107,6 +106,8 @@ def _envelope_rates(time: Array, b: Array) -> tuple[tuple[float, float, float], 
     slope = max(float(-np.polyfit(time[:last], np.log(np.maximum(b[:last], 1e-6)), 1)[0]) * time[-1], 1e-2)
     limits = ([0.0, 0.0, 0.0, 0.5], [np.inf, np.inf, np.inf, 2.0])
     starts = ([slope, 1e-3, 1e-3, 1.0], [1e-3, 0.5 * slope, 1e-3, 1.0])
-    best = min((least_squares(rest, x, bounds=limits, max_nfev=50) for x in starts), key=lambda r: r.cost)
+    best = min(
+        (scipy.optimize.least_squares(rest, x, bounds=limits, max_nfev=50) for x in starts), key=lambda r: r.cost
+    )
     rates = best.x[:3] / time[-1]
     return (float(rates[0]), float(rates[1]), float(rates[2])), float(np.sqrt(2.0 * best.cost / len(b)))

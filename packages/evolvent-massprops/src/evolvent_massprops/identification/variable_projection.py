@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple, Unpack
 
 import numpy as np
+import scipy
 
 from evolvent_base.errors import InputError
 from evolvent_massprops.identification.bounds import Factor, covariance, slope_factors
@@ -175,13 +176,11 @@ def whiteness(signal: Signal, residual: Array, noise: Array, unknowns: int = 0) 
     probability 1 - (1 - Q(c, x))^n (Fisher's test, Brockwell & Davis 1991, section 10.2, for known noise). What the
     fit has taken off near its modes makes the test careful rather than keen.
     """
-    from scipy.special import gammaincc
-
     shared = correlation(signal, residual, noise, unknowns)
     parts = components(residual, noise, shared)
     lines = power(parts, signal.cells)[1:-1] / (signal.counts if shared is None else float(signal.counts.mean()))
     total = lines.sum(axis=1)
-    tail = gammaincc(parts.shape[1], total.max())
+    tail = scipy.special.gammaincc(parts.shape[1], total.max())
     return float(-np.expm1(len(total) * np.log1p(-min(float(tail), 1.0 - 1e-16))))
 
 

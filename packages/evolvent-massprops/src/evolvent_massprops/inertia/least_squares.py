@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent_base.errors import InputError
 from evolvent_massprops.inertia.combined import Combined
@@ -66,8 +67,6 @@ def solve(
     p: InertiaProblem | Combined, method: str, begin: Sequence[np.ndarray], *, inputs: Mapping[str, float] | None = None
 ) -> Inertia:
     """Least squares of a problem from the best of several starts."""
-    import scipy.optimize
-
     scale = p.scale
 
     def residual(x: np.ndarray) -> np.ndarray:

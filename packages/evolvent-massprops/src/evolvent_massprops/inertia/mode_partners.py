@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent_massprops.identification import IdentifiedModes
 from evolvent_massprops.inertia.problem import mac
@@ -37,15 +38,13 @@ def partners(
     The assignment of least sum of ``|log(frequency ratio)| + 1 - MAC``. A mode of the model that moves no sensor has no
     partner.
     """
-    from scipy.optimize import linear_sum_assignment
-
     own = modes.at(points, directions)
     agreement = np.nan_to_num(mac(shapes[:, None], own[None]))
     apart = np.abs(np.log(frequency[:, None] / modes.frequency))
     moved = np.abs(own).max(axis=1)
     apart[:, moved < 1e-12 * moved.max()] = np.inf
     cost = np.where(apart < within, apart + 1.0 - agreement, 3.0)  # any true pair costs less than none
-    row, column = linear_sum_assignment(cost)
+    row, column = scipy.optimize.linear_sum_assignment(cost)
     return {int(i): int(j) for i, j in zip(row, column, strict=True) if apart[i, j] < within}
 
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent_base.errors import InputError
 from evolvent_massprops.inertia.stand import G0
@@ -58,8 +59,6 @@ def compound(frequency: Any, *, mass: Any, distance: Any, amplitude: Any = 0.0, 
     -----
     I = M g r / omega_0^2 - M r^2 with omega_0 = omega 2 K(sin^2(A/2)) / pi the frequency of a small swing.
     """
-    import scipy.special
-
     w, mass, r, gravity = positive(frequency=frequency, mass=mass, distance=distance, gravity=gravity)
     small = w * scipy.special.ellipk(np.sin(0.5 * swing(amplitude)) ** 2) * 2.0 / np.pi
     result = mass * gravity * r / small**2 - mass * r**2

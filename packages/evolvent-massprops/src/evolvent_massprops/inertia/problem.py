@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent_base.errors import InputError, nearest
 from evolvent_massprops.inertia import mounted
@@ -339,8 +340,6 @@ class InertiaProblem:
 
 def matching(cost: np.ndarray) -> np.ndarray:
     """(..., m) which of f modes of the model belongs to each of m measured ones, least `cost` (..., m, f) in all."""
-    import scipy.optimize
-
     pick = np.empty(cost.shape[:-1], dtype=int)
     for i in np.ndindex(*cost.shape[:-2]):
         pick[i] = scipy.optimize.linear_sum_assignment(cost[i])[1]

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent_base.errors import InputError
 from evolvent_massprops.inertia.stand import Body, Setup, Stand, array, setup
@@ -67,9 +68,7 @@ def rotation_matrix(theta: np.ndarray) -> np.ndarray:
     rows = np.array(theta, dtype=float).reshape(-1, 3)
     if len(rows) <= FEW:
         return np.array([_rotation(*row) for row in rows.tolist()]).reshape(*np.shape(theta), 3)
-    from scipy.spatial.transform import Rotation  # which takes a third of a second to load
-
-    matrices: np.ndarray = Rotation.from_rotvec(rows).as_matrix()
+    matrices: np.ndarray = scipy.spatial.transform.Rotation.from_rotvec(rows).as_matrix()
     return matrices.reshape(*np.shape(theta), 3)
 
 

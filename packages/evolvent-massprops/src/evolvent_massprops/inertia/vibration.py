@@ -6,6 +6,7 @@ import dataclasses
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent_base.dense import facing
 from evolvent_base.errors import InputError
@@ -149,9 +150,6 @@ def damped(
     M: np.ndarray, D: np.ndarray, K: np.ndarray, shapes: np.ndarray, natural: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Frequency, decay rate and natural frequency of each mode from the poles of M q'' + D q' + K q = 0."""
-    import scipy.linalg
-    import scipy.optimize
-
     f = M.shape[-1]
     batch = np.broadcast_shapes(M.shape[:-2], D.shape[:-2], K.shape[:-2])
     out = np.full((3, *batch, f), np.nan)

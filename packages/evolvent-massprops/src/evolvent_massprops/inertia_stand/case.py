@@ -11,6 +11,7 @@ from evolvent_base import units
 from evolvent_base.errors import InputError
 from evolvent_base.schema import Section
 from evolvent_massprops.excitation_keys import Excitation
+from evolvent_massprops.inertia.stand import inertia_defect
 from evolvent_massprops.mounting_keys import Air
 
 
@@ -53,8 +54,6 @@ class Body(Section):
 
     @model_validator(mode="after")
     def _check(self) -> Body:
-        from evolvent_massprops.inertia.stand import inertia_defect
-
         if reason := inertia_defect(self.tensor):
             raise InputError(f"body.inertia with body.products is no inertia of a body: {reason}")
         return self

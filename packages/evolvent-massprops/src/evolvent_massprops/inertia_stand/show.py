@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases
+from evolvent.results import closing_numbers
+from evolvent.results.motion import Forces, Marks
+from evolvent.results.solids import Solid
 from evolvent.view import balance, show
 from evolvent_base.figures import Figure, Line, Number, Panel, numbers_of
 from evolvent_massprops import mode_figures
@@ -36,8 +39,6 @@ def partner(run: Any, k: int) -> int | None:
 
 def numbers(run: Any) -> list[Number]:
     """Rows of the table on the screen."""
-    from evolvent.results import closing_numbers
-
     found = [_mode(run, int(k)) for k in np.flatnonzero(np.isfinite(run.mode_frequency.values))]
     if np.any(np.isfinite(energies := run.mode_energy.values)):
         total = float(np.nansum(energies))
@@ -172,9 +173,6 @@ def _motion(run: Any) -> Figure:
 
 def motion(run: Any) -> Motion:
     """Springs from ground to body, their forces on it, and the body as a box that reaches to them; y up."""
-    from evolvent.results.motion import Forces, Marks
-    from evolvent.results.solids import Solid
-
     case, found = case_of(run), show.motion(run)
     assert found is not None
     ground, ends = (np.stack([line.points[:, k] for line in found.lines], axis=1) for k in (0, 1))

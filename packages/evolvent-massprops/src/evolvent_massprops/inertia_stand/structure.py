@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from evolvent import parts
+from evolvent.analysis.system import System
 from evolvent.results.motion import quaternions
 from evolvent_massprops.excitation_keys import Excited, excitation_on
 from evolvent_massprops.inertia import Body, NormalModes, Pose, Stand, Start, displaced, excited, linear_model
@@ -85,9 +87,6 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
 
     A guided body has "guide-x", "guide-z" and "guide-yaw"; one with limiters "limiter-1-x", "limiter-1-z" and so on.
     """
-    from evolvent import parts
-    from evolvent.analysis.system import System
-
     setup = setup_of(case)
     stand, start, R = setup.stand, setup.start, setup.start.rotation
     system = System(gravity=(0.0, -float(stand.gravity), 0.0))
@@ -110,16 +109,14 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
         _limit(system, setup, case)
     elif stand.support == "guided":
         along_x, along_z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
-        system.add(parts.Guide(body="body", direction=along_x), "guide-x")
-        system.add(parts.Guide(body="body", direction=along_z), "guide-z")
-        system.add(parts.Guide(body="body", direction=along_z, axis=along_x), "guide-yaw")
+        system.add(parts.Joint(a="ground", b="body", type="guide", axis=along_x), "guide-x")
+        system.add(parts.Joint(a="ground", b="body", type="guide", axis=along_z), "guide-z")
+        system.add(parts.Joint(a="ground", b="body", type="guide", axis=along_z, axis_b=tuple(R[:, 0])), "guide-yaw")
     return system
 
 
 def _limit(system: System, setup: Setup, case: Case) -> None:
     """Add a sphere on the body and a plane on the ground for every pad, apart by the clearance at equilibrium."""
-    from evolvent import parts
-
     given, rest = case.stand.limiters, setup.equilibrium_pose
     assert given is not None
     points = np.array(case.stand.springs if given.points == "springs" else given.points)

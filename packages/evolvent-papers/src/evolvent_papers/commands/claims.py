@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import click
+import lazy_loader as lazy
 
 from evolvent_base import files
 from evolvent_base.console import INTERRUPTED, echo, note, once, showing_progress
@@ -13,6 +14,9 @@ from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     from evolvent_papers.papers.ledger import Claim
+
+ledger = lazy.load("evolvent_papers.papers.ledger", suppress_warning=True)
+papers = lazy.load("evolvent_papers.papers", suppress_warning=True)
 
 
 @click.command()
@@ -29,9 +33,6 @@ def claims(name: str | None, markdown: bool, every: bool, output: str | None) ->
     Without a name it counts the claims of every paper. The exit code is 1 where a number or a verdict no longer agrees
     with the stored one.
     """
-    from evolvent_papers import papers
-    from evolvent_papers.papers import ledger
-
     known = name in papers.CLAIMS_OF
     if markdown and (every or not known):
         what = f", {name!r} is a claim" if name is not None and not known and ledger.claim(name) else ""
@@ -73,8 +74,6 @@ def _show(one: Claim) -> None:
 
 def _measure(found: Iterable[Claim], path: str | None) -> None:
     """Measure claims, print what is found, and keep it where a file is given; leave with 1 where anything differs."""
-    from evolvent_papers.papers import ledger
-
     found = list(found)
     if path is not None:
         ledger.read(files.check_writable(path))

@@ -5,10 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import click
+import lazy_loader as lazy
 
 from evolvent_base import options as shared, progress
 from evolvent_base.console import showing_progress
 from evolvent_base.errors import InputError, RunFailed
+
+cases = lazy.load("evolvent.cases", suppress_warning=True)
+drives = lazy.load("evolvent_papers.drives", suppress_warning=True)
+safe_open = lazy.load("evolvent_base.safe_open", suppress_warning=True)
+showing = lazy.load("evolvent_base.showing", suppress_warning=True)
 
 #: Options that are bounds, with what they bound.
 _BOUNDS = {
@@ -58,10 +64,6 @@ def design_drive(
     evolvent design-drive heliogyro --peak-lag 14deg --time 150s -o drive.yaml
     evolvent run drive.yaml
     """  # noqa: D301
-    from evolvent import cases
-    from evolvent_base import showing
-    from evolvent_papers import drives
-
     bounds = _read(file, options)
     shared.check_files(figure=figure)
     shared.check_output(output, case, "drive.yaml")
@@ -81,12 +83,8 @@ def design_drive(
 
 def _read(file: str | None, options: dict[str, str | None]) -> Any:
     """The bounds of a file and of the options; an option comes before the file."""
-    from evolvent import cases
-    from evolvent_base import safe_open
-    from evolvent_papers.drives import Bounds
-
     content: Any = {} if file is None else cases.parse_yaml(safe_open.text(file), file)
     if not isinstance(content, dict):
         raise InputError(f"{file}: bounds are a mapping of keys to values, such as peak_lag: 14 deg; this is not")
     given = {str(key): value for key, value in content.items()}
-    return shared.section(Bounds, given | {key: value for key, value in options.items() if value is not None})
+    return shared.section(drives.Bounds, given | {key: value for key, value in options.items() if value is not None})

@@ -5,10 +5,14 @@ from __future__ import annotations
 import os
 
 import click
+import lazy_loader as lazy
 
 from evolvent_base import files
 from evolvent_base.console import INTERRUPTED, echo, figure_format, note, once, showing_progress
 from evolvent_base.errors import InputError
+
+papers = lazy.load("evolvent_papers.papers", suppress_warning=True)
+plots = lazy.load("evolvent_base.plots", suppress_warning=True)
 
 #: Endings of the files of each kind.
 ENDINGS = {"table": (".md",), "figure": (".png", ".svg", ".pdf")}
@@ -25,8 +29,6 @@ def figure(name: str, output: str | None, kind: str, quick: bool) -> None:
 
     It prints a Markdown table. A run that fails is a row of it. Ctrl-C ends the runs and keeps what was computed.
     """
-    from evolvent_papers import papers
-
     if name == "list":
         for key, one in papers.ENTRIES.items():
             echo(f"{key}  {one.paper}, {one.title} ({_minutes(one.seconds[0])})")
@@ -61,12 +63,8 @@ def _claimed(path: str | None, kind: str) -> str | None:
 
 def _write(made: object, path: str) -> None:
     """Keep a table or figure in a file."""
-    from evolvent_papers.papers import Made
-
-    assert isinstance(made, Made)
+    assert isinstance(made, papers.Made)
     if made.figure is not None:
-        from evolvent_base import plots
-
         plots.save(made.figure, path)
     else:
         files.write_file(path, f"{made.text}\n")

@@ -5,12 +5,17 @@ from __future__ import annotations
 from typing import Annotated
 
 import click
+import lazy_loader as lazy
 from pydantic import Field
 
 from evolvent_base import options as shared, progress, units
 from evolvent_base.console import showing_progress
 from evolvent_base.errors import RunFailed
 from evolvent_base.schema import Section
+
+cases = lazy.load("evolvent.cases", suppress_warning=True)
+showing = lazy.load("evolvent_base.showing", suppress_warning=True)
+spin_up = lazy.load("evolvent_papers.spin_up", suppress_warning=True)
 
 
 class Options(Section):
@@ -42,10 +47,6 @@ def permissible_torque(
     \b
     evolvent permissible-torque heliogyro --lengths 1m,2m,5m,10m -o spin-up.png
     """  # noqa: D301
-    from evolvent import cases
-    from evolvent_base import showing
-    from evolvent_papers import spin_up
-
     overrides = cases.parse_assignments(assignments)
     asked = None if lengths is None else tuple(one.strip() for one in lengths.split(","))
     options = shared.section(Options, {"lengths": asked, "rate": rate, "ramp": ramp})

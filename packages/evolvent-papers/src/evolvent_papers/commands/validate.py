@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import click
+import lazy_loader as lazy
 
 from evolvent_base import options as shared
 from evolvent_base.console import echo, showing_progress
@@ -12,6 +13,12 @@ from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
     from evolvent_papers.laboratory.book import Set, Verdict
+
+book = lazy.load("evolvent_papers.laboratory.book", suppress_warning=True)
+cases = lazy.load("evolvent.cases", suppress_warning=True)
+laboratory = lazy.load("evolvent_papers.laboratory", suppress_warning=True)
+plots = lazy.load("evolvent_base.plots", suppress_warning=True)
+showing = lazy.load("evolvent_base.showing", suppress_warning=True)
 
 
 @click.command()
@@ -39,11 +46,6 @@ def validate(
     evolvent validate triple-pendulum --figure pendulum.png
     evolvent validate triple-pendulum --data recordings --set fitted=5
     """  # noqa: D301
-    from evolvent import cases
-    from evolvent_base import plots, showing
-    from evolvent_papers import laboratory
-    from evolvent_papers.laboratory import book
-
     if name is None or every:
         if name is not None or data is not None or assignments or figure is not None:
             what = "--all takes no SET and none of --data, --set and --figure" if every else "a SET is missing"
@@ -70,8 +72,6 @@ def validate(
 
 def _list() -> None:
     """Print the names and titles of all sets."""
-    from evolvent_papers import laboratory
-
     width = max(map(len, laboratory.SETS))
     for name in laboratory.SETS:
         one = laboratory.found(name)
@@ -80,8 +80,6 @@ def _list() -> None:
 
 def _one(name: str, data: str | None, overrides: dict[str, Any], *, quiet: bool) -> dict[Set, Verdict | None]:
     """Predict and compare one set."""
-    from evolvent_papers import laboratory
-
     asked = laboratory.found(name)
     with showing_progress(quiet=quiet):
         return {asked: asked.validate(overrides, data)}
@@ -89,8 +87,6 @@ def _one(name: str, data: str | None, overrides: dict[str, Any], *, quiet: bool)
 
 def _every(*, quiet: bool) -> dict[Set, Verdict | None]:
     """Predict and compare all sets whose measurements the package has."""
-    from evolvent_papers import laboratory
-
     sets = [laboratory.found(name) for name in laboratory.SETS]
     with showing_progress(quiet=quiet):
         return {one: None if one.needs else one.validate() for one in sets}

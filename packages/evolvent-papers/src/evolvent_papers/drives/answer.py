@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent import cases
 from evolvent_base import answer as an
@@ -140,10 +141,8 @@ def _corner_lines(found: Design) -> list[Line]:
 
 def rates(found: Design, time: mo.Array) -> mo.Array:
     """Rate of the spools at times, rad/s."""
-    from scipy.interpolate import PchipInterpolator
-
     at, rate = np.array(found.table).T
-    return np.where(time <= at[-1], PchipInterpolator(at, rate)(np.minimum(time, at[-1])), 0.0)
+    return np.where(time <= at[-1], scipy.interpolate.PchipInterpolator(at, rate)(np.minimum(time, at[-1])), 0.0)
 
 
 @dataclasses.dataclass(frozen=True)

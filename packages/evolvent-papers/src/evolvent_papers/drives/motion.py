@@ -8,6 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from evolvent.results.observe import View
+from evolvent.results.observe.lumped import observe_body
+from evolvent.results.observe.threads import observe_thread
 from evolvent_papers import links
 from evolvent_papers.drives.bounds import DriveTask
 
@@ -120,10 +123,6 @@ def run(
     nodes : int, of the blade; those of the case if left out
     springs : bool, segments are the case's springs in place of links of fixed length
     """
-    from evolvent.results.observe import View
-    from evolvent.results.observe.lumped import observe_body
-    from evolvent.results.observe.threads import observe_thread
-
     body, blade, left, count = task.case.body, task.case.blade, after(task), nodes or task.case.blade.nodes
     moments = tuple(inertia * x for x in body.inertia) if isinstance(body.inertia, tuple) else inertia * body.inertia
     given = table_keys(table) | {

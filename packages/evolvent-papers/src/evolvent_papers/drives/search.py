@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent import cases
 from evolvent_base.errors import RunFailed
@@ -118,11 +119,9 @@ class DriveSearch:
 
     def table(self, x: Array) -> list[list[float]]:
         """Rows of the table by the unknowns, rates over the constant rate, scaled to the length that is asked."""
-        from scipy.interpolate import PchipInterpolator
-
         time = np.round(np.append(0.0, self.time), 6)
         rates = np.append(self.first, self.shape @ x)
-        turned = float(PchipInterpolator(time, rates).antiderivative()(time[-1]))
+        turned = float(scipy.interpolate.PchipInterpolator(time, rates).antiderivative()(time[-1]))
         wanted = self.task.angles[1] - self.task.angles[0]
         return [[float(t), float(f"{r * wanted / turned:.9g}")] for t, r in zip(time, rates, strict=True)]
 
@@ -185,10 +184,9 @@ class DriveSearch:
 
     def design(self) -> Design:
         """The drive, and the motions under it with all nodes."""
-        from scipy.optimize import least_squares
 
         def improved(x: Array, evaluations: int) -> Array:
-            found = least_squares(
+            found = scipy.optimize.least_squares(
                 self.residuals, x, bounds=(0.0, 3.0), diff_step=1e-3, max_nfev=evaluations, ftol=1e-4, xtol=1e-4
             )
             return np.asarray(found.x)

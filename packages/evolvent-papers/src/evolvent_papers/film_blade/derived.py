@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent.closed_forms import payout_buckling, payout_buckling_modes, payout_slack
+from evolvent.results.observe import View
+from evolvent.results.observe.lumped import observe_body
+from evolvent.results.observe.rods import observe_rod
 from evolvent_papers.film_blade.case import BUCKLED, Case
 
 if TYPE_CHECKING:
@@ -18,10 +21,6 @@ Array = np.ndarray
 
 def derived(case: Case, solution: Solution) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
     """Variables over time, the length at which the blade buckles, and the closed forms at the last length."""
-    from evolvent.results.observe import View
-    from evolvent.results.observe.lumped import observe_body
-    from evolvent.results.observe.rods import observe_rod
-
     view = View.of(solution)
     rate = observe_body(view, "body").variables["rate"].values[:, 2]
     blade = {name: one.values for name, one in observe_rod(view, "blade").variables.items()}

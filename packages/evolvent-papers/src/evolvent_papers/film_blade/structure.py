@@ -8,7 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from evolvent import parts
+from evolvent.analysis.system import System
 from evolvent.closed_forms import blade_moments, rotor_inertia
+from evolvent.elements.materials import Material
+from evolvent.elements.shapes import Strip
 from evolvent_papers.film_blade.case import Case
 
 if TYPE_CHECKING:
@@ -27,11 +31,6 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
     root is free starts straight at the lag of a thread, with the velocities of its steady pay-out; one whose root is
     held starts radially. The angular momentum is that of the case; film that is not out is a mass at the root.
     """
-    from evolvent import parts
-    from evolvent.analysis.system import System
-    from evolvent.elements.materials import Material
-    from evolvent.elements.shapes import Strip
-
     body, blade, out, rotor = case.body, case.blade, case.payout, case.rotor
     lag = case.steady_lag if blade.root == "free" and out.ramp == 0.0 else 0.0
     speed = out.rate if out.ramp == 0.0 else 0.0

@@ -59,8 +59,9 @@ from typing import Any
 
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.assembly.assembled import Assembly
+from evolvent.families.threads.lengths import all_deployed
 from evolvent_base.errors import InputError
-from evolvent_papers.heliogyro import derived as fields, show
+from evolvent_papers.heliogyro import derived as fields, feedback, show
 from evolvent_papers.heliogyro.case import Case
 from evolvent_papers.heliogyro.chart import study_figures
 from evolvent_papers.heliogyro.structure import build
@@ -105,8 +106,6 @@ class Heliogyro(SystemDefinition):
             raise InputError(
                 "mesh errors are not found of modes of a closed loop; compare them with blade.nodes doubled"
             )
-        from evolvent_papers.heliogyro import feedback
-
         return feedback.modes(case, count)
 
     def settings(self, case: Any) -> dict[str, Any]:
@@ -115,8 +114,6 @@ class Heliogyro(SystemDefinition):
 
     def prepared_settings(self, case: Any, assembly: Assembly, laws: Mapping[str, Any]) -> dict[str, Any]:
         """As `settings`, of parts that are assembled; the end of a run follows from the drives."""
-        from evolvent.families.threads.lengths import all_deployed
-
         solver, end = case.solver, case.solver.duration
         if end == "auto":
             end = None if "drive" in laws or case.spool.feedback is not None else all_deployed(assembly.model)

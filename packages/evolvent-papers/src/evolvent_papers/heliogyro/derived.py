@@ -7,6 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from evolvent import model as mdl
+from evolvent.families.threads.limits import pushing
+from evolvent.results.observe import View
+from evolvent.results.observe.lumped import observe_body
+from evolvent.results.observe.threads import observe_thread
+from evolvent.results.observe.variables import unwrapped
+from evolvent.solvers.common import balance as eb
 from evolvent_papers.heliogyro import free_body
 from evolvent_papers.heliogyro.case import Case
 from evolvent_papers.heliogyro.straight import straight_inertia
@@ -23,12 +30,6 @@ STILL = 1e-9
 
 def derived(case: Case, solution: Solution) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
     """Rate and angle of the body beside both formulas, what blades reach, and parts of the angular momentum."""
-    from evolvent import model as mdl
-    from evolvent.results.observe import View
-    from evolvent.results.observe.lumped import observe_body
-    from evolvent.results.observe.threads import observe_thread
-    from evolvent.results.observe.variables import unwrapped
-
     view, N, time, H = View(solution), case.body.blades, ("time",), "kg m2 s-1"
     names = [name for name in (f"blade-{k + 1}" for k in range(N)) if name in solution.assembly.names]
     blades = [observe_thread(view, name).variables for name in names]
@@ -113,8 +114,6 @@ def findings(case: Case, solution: Solution) -> tuple[dict[str, tuple[tuple[str,
 
     They are on tensions below zero, pay-out or spin-up too fast for a steady lag, and an energy balance that is off.
     """
-    from evolvent.families.threads.limits import pushing
-
     found = derived(case, solution)
     lag = found["hub_lag"][1] if "hub_lag" in found else None
     texts = [*pushing(solution, 0.0), _wraps(case, solution), _winds(lag, solution), _lacks(solution)]
@@ -146,8 +145,6 @@ def _winds(lag: Array | None, solution: Solution) -> str:
 
 
 def _lacks(solution: Solution) -> str:
-    from evolvent.solvers.common import balance as eb
-
     balance = solution.balance
     values = (eb.energy(balance), eb.dissipated(balance), *(balance[name] for name in eb.WORK))
     largest = max(1e-300, *(float(np.abs(v).max()) for v in values))

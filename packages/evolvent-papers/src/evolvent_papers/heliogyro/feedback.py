@@ -5,9 +5,13 @@ from __future__ import annotations
 import dataclasses
 from typing import TYPE_CHECKING, Any, NoReturn
 
+import lazy_loader as lazy
 import numpy as np
 
 from evolvent import cases, results
+from evolvent.analysis.loop_modes import loop_modes
+from evolvent.analysis.stepper import Stepper
+from evolvent.results import netcdf
 from evolvent_base.answer import Answer, Section, Table
 from evolvent_base.errors import InputError
 from evolvent_base.figures import Figure, Line, Panel, stacked
@@ -18,6 +22,11 @@ from evolvent_papers.heliogyro.structure import build
 
 if TYPE_CHECKING:
     from evolvent.analysis.loop_modes import LoopModes
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = lazy.load("xarray")
 
 #: Parts of the blade that are out where modes of the loop are found; each in the middle of a segment.
 PARTS = (0.6, 0.7, 0.8, 0.9, 1.0)
@@ -61,10 +70,6 @@ class LoopTable(Shown):
 
     def _netcdf(self) -> memoryview:
         """Lengths, times and poles as NetCDF."""
-        import xarray as xr
-
-        from evolvent.results import netcdf
-
         poles = np.full((self.length.size, max(of.pole.size for of in self.modes)), np.nan, dtype=complex)
         for row, of in zip(poles, self.modes, strict=True):
             row[: of.pole.size] = of.pole
@@ -95,9 +100,6 @@ def modes(case: Case, count: int | None) -> LoopTable:
     InputError
         If a blade of the case is not out so far in its run.
     """
-    from evolvent.analysis.loop_modes import loop_modes
-    from evolvent.analysis.stepper import Stepper
-
     given, blade = case.spool.feedback, case.blade
     assert given is not None
     quiet = cases.load(case.model_dump(mode="json"), {"spool.feedback.sensor.noise": {}})

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import scipy
 
 from evolvent import closed_forms
 from evolvent_base.errors import InputError
@@ -172,9 +173,7 @@ def largest_difference(case: Case, nutation: float) -> float:
     above = np.flatnonzero([excess(share) >= 0.0 for share in shares])
     if not above.size or above[0] == 0:
         raise InputError(f"nutation is {nutation!r} rad; it must be above 0, and one that a difference of rates causes")
-    from scipy.optimize import brentq  # 0.2 s that a run does not need
-
-    return float(brentq(excess, shares[above[0] - 1], shares[above[0]]))
+    return float(scipy.optimize.brentq(excess, shares[above[0] - 1], shares[above[0]]))
 
 
 def variables(case: Case, view: View, blades: list[dict]) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from evolvent import parts
+from evolvent.analysis.system import System
 from evolvent_base.errors import InputError
 from evolvent_papers.heliogyro.case import WAYS, Case
 
@@ -26,9 +28,6 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
     -----
     Where all blades move alike one thread, "blade-1", stands for all of them.
     """
-    from evolvent import parts
-    from evolvent.analysis.system import System
-
     laws = laws or {}
     body, blade, spool = case.body, case.blade, case.spool
     system = System()
@@ -67,8 +66,6 @@ def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
 
 def _spin_up(case: Case) -> Any:
     """The torque about the spin axis; fixed to the body's axes, with which the blades turn."""
-    from evolvent import parts
-
     given = case.spin_up
     assert given is not None
     when = {"start": given.start, "until": given.until, "ramp": given.ramp, "frame": "body"}
@@ -100,8 +97,6 @@ def law_and_parameters(laws: Mapping[str, Any], name: str) -> tuple[Any, tuple[f
 
 def _drive(case: Case, laws: Mapping[str, Any], blade: int) -> Any:
     """The drive of one blade's spool."""
-    from evolvent import parts
-
     spool = case.spool
     angle = spool.start_angle
     law = law_and_parameters(laws, "drive")

@@ -21,10 +21,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent import cases
 from evolvent.analysis.runs import solve
 from evolvent.analysis.system import System
+from evolvent.design import calibration
 from evolvent_base import progress
 from evolvent_base.errors import InputError, RunFailed
 from evolvent_base.figures import Figure, Line, Panel, stacked
@@ -51,7 +53,7 @@ GAINS = (4000.0, 40.0)
 #: Resolution of the recorded angle, rad.
 STEP = 0.002914
 TOLERANCE, FINE = 1e-5, 1e-7
-FIT = ("parts.arm.mass", "parts.arm.inertia", "parts.bearing.damping", "parts.bearing.friction_torque")
+FIT = ("parts.arm.mass", "parts.arm.inertia", "parts.bearing.damping", "parts.bearing.friction")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -92,8 +94,8 @@ class Arm:
         }  # fmt: skip
         pivot = {"kind": "joint", "a": [0.0, 0.0, 0.0], "b": "arm.joint", "type": "revolute", "axis": [0.0, 0.0, 1.0]}
         bearing = {
-            "kind": "rotational-spring", "joint": "pivot", "angle": angle, "damping": self.viscous,
-            "friction_torque": self.dry,
+            "kind": "joint-spring", "joint": "pivot", "start": angle, "damping": self.viscous,
+            "friction": self.dry,
         }  # fmt: skip
         return {"arm": arm, "pivot": pivot, "bearing": bearing, "motor": {"kind": "motor", "joint": "bearing", **motor}}
 
@@ -172,12 +174,10 @@ class Record:
     @functools.cached_property
     def smooth(self) -> tuple[Array, Array, Array]:
         """Even times, angle and torque below `BELOW`, by a Butterworth filter of order 2, forwards and backwards."""
-        from scipy.signal import butter, filtfilt
-
         time = np.linspace(0.0, self.time[-1], self.time.size)
-        b, a = butter(2, BELOW * 2.0 * time[1])
+        b, a = scipy.signal.butter(2, BELOW * 2.0 * time[1])
         angle, torque = (np.interp(time, self.time, values) for values in (self.angle, self.torque))
-        return time, filtfilt(b, a, angle), filtfilt(b, a, torque)
+        return time, scipy.signal.filtfilt(b, a, angle), scipy.signal.filtfilt(b, a, torque)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
@@ -217,21 +217,18 @@ def motion(arm: Arm, piece: Piece, *, tolerance: float = TOLERANCE, start: Array
 
 def torque(arm: Arm, record: Record, *, tolerance: float = TOLERANCE) -> Array:
     """Torque of a motor that follows the measured motion, below `BELOW`: (nt,) float, N m, at even times."""
-    from scipy.interpolate import CubicSpline
-    from scipy.signal import butter, filtfilt
-
     time, angle, _ = record.smooth
     some = np.unique(np.append(np.arange(0, time.size, 3), time.size - 1))
     motor = {
         "motion": {"table": {"time": time[some].tolist(), "angle": angle[some].tolist()}},
         "position_gain": GAINS[0], "velocity_gain": GAINS[1],
     }  # fmt: skip
-    wanted = CubicSpline(time[some], angle[some])
+    wanted = scipy.interpolate.CubicSpline(time[some], angle[some])
     start = np.array([float(wanted(0.0)), float(wanted(0.0, 1))])
     found, rate = _solved(arm, motor, start, time, tolerance)
     drives = GAINS[0] * (wanted(time) - found) + GAINS[1] * (wanted(time, 1) - rate)
-    b, a = butter(2, BELOW * 2.0 * time[1])
-    return np.asarray(filtfilt(b, a, drives))
+    b, a = scipy.signal.butter(2, BELOW * 2.0 * time[1])
+    return np.asarray(scipy.signal.filtfilt(b, a, drives))
 
 
 # ------------------------------------------------------------------------------------------------ fit
@@ -266,8 +263,6 @@ START = Arm(inertia=0.14, weight=2.8, viscous=0.03, dry=0.25)
 
 def fitted(record: Record) -> Fit:
     """The arm by the motion of a whole record from rest, driven by its measured torque (`evolvent calibrate`)."""
-    from evolvent.design import calibration
-
     motor = {"torque": np.stack([record.time, record.torque], axis=1).tolist()}
     content = {
         "system": "structure", "gravity": [0.0, -GRAVITY, 0.0], "parts": START.parts(motor, float(record.angle[0])),

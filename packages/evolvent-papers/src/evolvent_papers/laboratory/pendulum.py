@@ -18,11 +18,12 @@ from collections.abc import Sequence
 from typing import Annotated, Any
 
 import numpy as np
+import scipy
 from pydantic import Field
 
 from evolvent.analysis.runs import solve
 from evolvent.analysis.system import System
-from evolvent.parts import Joint, RigidBody, RotationalSpring
+from evolvent.parts import Joint, JointSpring, RigidBody
 from evolvent_base import progress, units
 from evolvent_base.errors import InputError, RunFailed
 from evolvent_base.figures import Figure, Line, Panel, stacked
@@ -95,8 +96,8 @@ class Pendulum:
             found.add(arm, f"arm {k + 1}")
             above_it: Any = (0.0, 0.0, 0.0) if k == 0 else f"arm {k}.bottom"
             found.add(Joint(a=above_it, b=f"arm {k + 1}.top", type="revolute", axis=(0.0, 0.0, 1.0)), f"pivot {k + 1}")
-            bearing = RotationalSpring(
-                joint=f"pivot {k + 1}", damping=self.frictions[k], friction_torque=self.dry[k] if self.dry else 0.0
+            bearing = JointSpring(
+                joint=f"pivot {k + 1}", damping=self.frictions[k], friction=self.dry[k] if self.dry else 0.0
             )
             found.add(bearing, f"bearing {k + 1}")
             if k + 1 < self.arms:
@@ -270,8 +271,6 @@ def fitted(model: Pendulum, pieces: Sequence[Piece], *, dry: bool = True) -> Fit
     predictions do, and counts beside the root mean square that the model has at the start: starts have errors, and
     a piece with a large one would govern all others. The covariance counts residuals of a piece as correlated.
     """
-    from scipy.optimize import least_squares
-
     n = model.arms
     viscous = [max(one, 1e-5) for one in model.frictions]
     scale = np.array([*model.centres, *model.inertias, *viscous, *[DRY] * (n * dry)])
@@ -286,7 +285,7 @@ def fitted(model: Pendulum, pieces: Sequence[Piece], *, dry: bool = True) -> Fit
     steps = np.concatenate([np.full(2 * n, 3e-3), np.full(scale.size - 2 * n, 0.1)])
     low = np.concatenate([np.full(2 * n, LEAST), np.zeros(scale.size - 2 * n)])
     high = np.concatenate([np.full(2 * n, MOST), np.full(scale.size - 2 * n, 100.0)])
-    found = least_squares(
+    found = scipy.optimize.least_squares(
         lambda x: np.concatenate([np.ravel(one) for one in weighted(x)]), start, bounds=(low, high), diff_step=steps,
         x_scale=1.0, ftol=1e-5, xtol=1e-5, max_nfev=20,
     )  # fmt: skip

@@ -19,6 +19,7 @@ import numpy as np
 
 from evolvent_base.errors import InputError
 from evolvent_base.figures import Figure, Line, Panel
+from evolvent_massprops import mass_properties
 from evolvent_papers.laboratory.book import Array, Band, Comparison, NoSettings, Set, Verdict
 
 SOURCE = "public repository morloy/trifilar-mass-prop, folder data/Inertia/5s; GPL-2; not shipped"
@@ -77,8 +78,6 @@ def frequency(moment: float, radius: float) -> float:
 
 def run(settings: NoSettings, data: str | None) -> Verdict:
     """The moment of all recordings, and the frequencies of every other one."""
-    from evolvent_massprops import mass_properties
-
     assert data is not None
     radii = radii_of(data)
     names, radius = list(radii), np.array(list(radii.values()))

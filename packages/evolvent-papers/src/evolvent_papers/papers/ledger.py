@@ -18,6 +18,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Any, Literal, get_args
 
+from evolvent import cases
 from evolvent.assembly import expressions
 from evolvent_base import __version__, files
 from evolvent_base.errors import InputError, nearest
@@ -219,8 +220,6 @@ def shared_limits(paper: str) -> dict[str, str]:
 
 @functools.cache
 def _content(paper: str) -> dict[str, Any]:
-    from evolvent import cases
-
     if paper not in papers.CLAIMS_OF:
         raise InputError(f"no paper is called {paper!r}; {nearest(paper, papers.CLAIMS_OF)}")
     found: dict[str, Any] = cases.parse_yaml((FOLDER / f"{paper}.yaml").read_text(encoding="utf-8"), f"{paper}.yaml")

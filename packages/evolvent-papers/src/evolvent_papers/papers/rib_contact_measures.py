@@ -6,6 +6,11 @@ from typing import Any
 
 import numpy as np
 
+import evolvent
+from evolvent.elements import axis_shape
+from evolvent_papers.papers.rib_runs import ALPHAS, winding
+from evolvent_papers.papers.winding import ALPHA, Model, Trial
+
 Array = np.ndarray
 Values = dict[str, float]
 #: Radius of the hub, m; points of an element at which overlaps are looked for beside its contact points.
@@ -16,8 +21,6 @@ BEFORE_THE_WHIP = 66.0
 
 def _gaps(run: Any, xi: Array) -> Array:
     """Distances of places of all elements from the hub, (nt, elements, k), m."""
-    from evolvent.elements import axis_shape
-
     ends = np.concatenate([run.x[:, :-1], run.x[:, 1:]], axis=2)  # (nt, elements, 4, 3)
     x = np.einsum("jk,tnji->tnki", np.array(axis_shape(run.case.rib.element_length, xi)), ends)
     found: Array = np.hypot(x[..., 0], x[..., 1]) - R
@@ -34,8 +37,6 @@ def _unseen(run: Any) -> float:
 
 def detection() -> Values:
     """Gaps of contact points beside |r| - R, m, points wrongly found to touch, and the deepest unseen overlap, mm."""
-    from evolvent_papers.papers.rib_runs import ALPHAS, winding
-
     run = winding(damping__alpha=0.2, solver__duration=ALPHAS[0.2])
     points = run.case.contact.points
     gap = _gaps(run, np.arange(1, points + 1) / points).reshape(run.t.size, -1)
@@ -49,8 +50,6 @@ def detection() -> Values:
 
 def more_points() -> Values:
     """Deepest overlap that no contact point sees, mm, with 1, 2, 4 and 8 points in each element."""
-    from evolvent_papers.papers.rib_runs import winding
-
     found = {}
     for points in (1, 2, 4, 8):
         run = winding(damping__alpha=0.2, solver__duration=BEFORE_THE_WHIP, contact__points=points)
@@ -63,9 +62,6 @@ def stability() -> Values:
 
     `c` and the tenths of alpha: with contact. `free`: without, alpha = 0.2 1/s, where 80 s is the end.
     """
-    from evolvent_papers.papers.rib_runs import ALPHAS, winding
-    from evolvent_papers.papers.winding import ALPHA, Model, Trial
-
     run = winding(damping__alpha=0.2, solver__duration=ALPHAS[0.2])
     whip, touches = run.t[run.peak], run.points > 0.0
     first = float(run.t[np.argmax(touches)])
@@ -91,8 +87,6 @@ def hinge() -> Values:
     `off` is what the drive, the drag and the hinge's force leave of the change of the momentum about the hub's axis,
     over the impulse of the drive; `held` is that of the hinge's force, N m s.
     """
-    import evolvent
-
     run = evolvent.run("wrapped-rib", {"solver.duration": 64, "output.every": 0.05, "output.fine": False})
     t, momentum, alpha = run.time.values, run.angular_momentum.values[:, 2], 0.2
     given, dragged, held = (

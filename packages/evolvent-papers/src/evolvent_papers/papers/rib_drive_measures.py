@@ -7,6 +7,9 @@ from typing import Any
 
 import numpy as np
 
+import evolvent
+from evolvent import cases, closed_forms
+
 Values = dict[str, float]
 #: A rib of carbon fibre, which is wound slowly.
 STIFF: dict[str, Any] = {
@@ -25,9 +28,6 @@ RATES = {"slow": (0.5, 0.2), "fast": (2.0, 0.5)}
 
 
 def _case_and_run(changes: dict[str, Any]) -> tuple[Any, Any]:
-    import evolvent
-    from evolvent import cases
-
     return cases.load("wrapped-rib", changes), evolvent.run("wrapped-rib", changes)
 
 
@@ -41,8 +41,6 @@ def torque() -> Values:
 
     `n_` are the turns by which the rib is wound as if its tail were straight.
     """
-    from evolvent import closed_forms
-
     found: Values = {}
     for name, (given, end) in TORQUES.items():
         case, run = _case_and_run(STIFF | {"drive.torque": given, "solver.duration": end})
@@ -57,8 +55,6 @@ def torque() -> Values:
 
 def hub_speed() -> Values:
     """Turns that touch a hub that turns in drag, those of a string, and mean torque in winding, of alpha m v L R."""
-    from evolvent import closed_forms
-
     found: Values = {}
     for name, (rate, alpha) in RATES.items():
         case, run = _case_and_run(TURNED | {"drive.rate": rate, "damping.alpha": alpha})
@@ -75,8 +71,6 @@ def hub_speed() -> Values:
 
 def reflector() -> Values:
     """Torque of a hinge's spring over that of the cords on its rib, tension at rest and largest in the opening, N."""
-    import evolvent
-
     run = evolvent.run("rib-reflector")
     rib, cord, spring = run["rib 1"], run["cord 1"].force.values, run["spring 1"]
     places = rib.position.values[-1]

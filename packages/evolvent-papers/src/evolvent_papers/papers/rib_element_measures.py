@@ -8,6 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from evolvent import System, cases, parts
+from evolvent.elements import Material, Rectangle, axis_shape, beam_form, bending_stiffness_ratio, coil, straight_beam
+from evolvent.kernels.ancf import beam_shape
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
+from evolvent_papers.papers.rib_schematics import straddling_distances
+
 Array = np.ndarray
 Values = dict[str, float]
 #: Length, height and width of the paper's element, m; E (Pa) and nu; radius of the hub, m.
@@ -17,8 +24,6 @@ STEP = 1e-3
 
 
 def _materials(nu: float = NU) -> tuple[Any, Any]:
-    from evolvent.elements import Material, Rectangle
-
     return Rectangle(thickness=THICKNESS, width=WIDTH), Material(young_modulus=E, poisson_ratio=nu, density=1600.0)
 
 
@@ -27,8 +32,6 @@ def _materials(nu: float = NU) -> tuple[Any, Any]:
 
 def _short_element() -> tuple[float, Any, Any]:
     """An element of comparable sizes, on which no product is lost in round-off: length, section, material."""
-    from evolvent.elements import Material, Rectangle
-
     material = Material(young_modulus=2.0, poisson_ratio=NU, density=1.7)
     return 1.3, Rectangle(thickness=0.4, width=0.7), material
 
@@ -78,8 +81,6 @@ def _table(e: Array, u: Array, length: float, section: Any, material: Any) -> tu
 @functools.cache
 def _formulas() -> Values:
     """Force, Jacobian and damping Jacobian by the paper's formulas beside our form and differences, relative."""
-    from evolvent.elements import beam_form, straight_beam
-
     length, section, material = _short_element()
     rng = np.random.default_rng(5)
     e = straight_beam(length) + rng.uniform(-0.3, 0.3, 24)
@@ -125,16 +126,12 @@ def damping_jacobian() -> Values:
 
 def coordinates() -> Values:
     """Coordinates of an element, and vectors of its nodes."""
-    from evolvent.elements import straight_beam
-
     e = straight_beam(LENGTH)
     return {"coordinates": float(e.size), "vectors": float(e.size // 3)}
 
 
 def shape_functions() -> Values:
     """Largest difference of the paper's S1 to S8 from ours at points of an element, and of S1 + S5 from 1."""
-    from evolvent.kernels.ancf import beam_shape
-
     off, one, S = 0.0, 0.0, np.zeros(8)
     for xi, y, z in np.random.default_rng(3).uniform(0.0, 1.0, (20, 3)):
         eta, zeta, length = y / LENGTH, z / LENGTH, LENGTH
@@ -151,9 +148,6 @@ def spinning() -> Values:
 
     And `drag`, the power that a M e' takes, over a times its moment of inertia.
     """
-    from evolvent.elements import straight_beam
-    from evolvent.kernels.ancf import beam_shape
-
     length, section, material = _short_element()
     t, w = section.thickness, section.width
     e = straight_beam(length)
@@ -175,8 +169,6 @@ def spinning() -> Values:
 
 def ratio(formulation: str, elements: int, nu: float = NU) -> float:
     """Effective over true bending stiffness of a rib's element bent to the hub's radius."""
-    from evolvent.elements import bending_stiffness_ratio
-
     found: float = bending_stiffness_ratio(formulation, 12.0 / elements, *_materials(nu), R)
     return found
 
@@ -243,10 +235,6 @@ def tables() -> Values:
 
 def stiffening() -> Values:
     """Slowest frequencies across and in the plane of a rib spinning at 0.3 rad/s, and of bending alone, by the rate."""
-    from evolvent import System, parts
-    from evolvent.solvers.modal.modes import modes
-    from evolvent.solvers.static.static import solve_static
-
     rate, system = 0.3, System()
     section, material = _materials()
     system.add(parts.RigidBody(motion="driven", rate=rate), "hub")
@@ -262,9 +250,6 @@ def stiffening() -> Values:
 
 def constant_mass() -> Values:
     """Kinetic energies of a straight and a coiled rib of `full` elements with the same rates, relative difference."""
-    from evolvent import System, parts
-    from evolvent.elements import coil
-
     section, material = _materials()
     rates = np.random.default_rng(2).uniform(-1.0, 1.0, (5, 4, 3))
     energies = []
@@ -283,8 +268,6 @@ def constant_mass() -> Values:
 
 def masses() -> Values:
     """Masses of the rib and of the hub (kg), the tip's distance from the axis at the start (m), elements."""
-    from evolvent import cases
-
     case = cases.load("wrapped-rib-paper", {"hub.density": 7810.0, "hub.motion": "free"})
     return {
         "rib": case.strip.line_density * case.rib.length,
@@ -317,15 +300,11 @@ def stowage() -> Values:
 
 def search() -> Values:
     """Distance of the paper's nodes from the hub's surface when the middle of their element touches, m."""
-    from evolvent_papers.papers.rib_schematics import straddling_distances
-
     return {"outside": straddling_distances(LENGTH)[0] - R}
 
 
 def spread() -> Values:
     """Sum of the forces S^T f on the nodes of an element over f, and their moment about the origin over that of f."""
-    from evolvent.elements import axis_shape, coil
-
     section, material = _materials()
     a, b = coil("cable", 1, LENGTH, section, material, radius=R)
     vectors, f = np.stack([a[0], a[1], b[0], b[1]]), np.array([0.3, -0.8, 0.2])

@@ -3,9 +3,19 @@
 from __future__ import annotations
 
 import math
+import tempfile
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+import evolvent
+from evolvent import cases, closed_forms, parts, results
+from evolvent.elements import bending_stiffness_ratio
+from evolvent_papers.papers.rib_figures import departure
+from evolvent_papers.papers.rib_runs import ALPHAS, simulated, winding
+from evolvent_papers.wrapped_rib.initial_state import initial_state
+from evolvent_papers.wrapped_rib.structure import build
 
 Values = dict[str, float]
 #: Radius of the hub, m; the torque, N m; the rib's length, m.
@@ -15,8 +25,6 @@ FIRST = (1, 2, 3, 4)
 
 
 def _of_alpha(alpha: float) -> Any:
-    from evolvent_papers.papers.rib_runs import ALPHAS, winding
-
     return winding(damping__alpha=alpha, solver__duration=ALPHAS[alpha])
 
 
@@ -32,8 +40,6 @@ def tip() -> Values:
 
 def _first_element() -> Any:
     """The winding with damping of the paper's element at the hub alone."""
-    from evolvent_papers.papers.rib_runs import ALPHAS, winding
-
     return winding(damping__alpha=0.5, damping__elements=FIRST, solver__duration=ALPHAS[0.0])
 
 
@@ -48,8 +54,6 @@ def string() -> Values:
 
 def layers() -> Values:
     """Times of the fastest tip where turns lie on one another, and where contact is that with the hub alone, s."""
-    from evolvent_papers.papers.rib_runs import winding
-
     run, hub = winding(damping__alpha=0.2, solver__duration=68.0, contact__self=True), _of_alpha(0.2)
     return {"time": float(run.t[run.peak]), "hub": float(hub.t[hub.peak])}
 
@@ -97,8 +101,6 @@ def points() -> Values:
 
 def points_at_rest() -> Values:
     """Contact points of each element that touch at rest, by position, and what a cubic departs from an arc, um."""
-    from evolvent_papers.papers.rib_figures import departure
-
     run = _of_alpha(0.2)
     places = run.touching[-1].reshape(run.case.rib.elements, -1)
     found = {f"p{k + 1}": float(count) for k, count in enumerate(places.sum(axis=0))}
@@ -112,8 +114,6 @@ def points_at_rest() -> Values:
 
 def finer_points_at_rest() -> Values:
     """The same with 80 elements, of 320 points, and with 40 elements and a contact of 1e4 N/m."""
-    from evolvent_papers.papers.rib_runs import ALPHAS, winding
-
     fine = winding(damping__alpha=0.2, solver__duration=ALPHAS[0.2], rib__elements=80)
     hard = winding(damping__alpha=0.2, solver__duration=ALPHAS[0.2], contact__stiffness=1e4)
     return {"fine": float(fine.points[-1]), "hard": float(hard.points[-1])}
@@ -127,8 +127,6 @@ def at_rest() -> Values:
 
 def root_damping() -> Values:
     """Winding without damping, with it in the paper's first element alone, and with dampers in the hinge."""
-    from evolvent_papers.papers.rib_runs import ALPHAS, winding
-
     dampers = [
         winding(damping__alpha=0.0, solver__duration=ALPHAS[0.0], rib__root_damping=damping) for damping in (0.05, 1.0)
     ]
@@ -142,16 +140,12 @@ def root_damping() -> Values:
 
 def contact_stiffness() -> Values:
     """Time of the fastest tip with contacts of 1e2 and 1e4 N/m, s, alpha = 0.2 1/s."""
-    from evolvent_papers.papers.rib_runs import winding
-
     found = [winding(damping__alpha=0.2, solver__duration=70.0, contact__stiffness=K) for K in (1e2, 1e4)]
     return {name: float(run.t[run.peak]) for name, run in zip(("soft", "hard"), found, strict=True)}
 
 
 def meshes() -> Values:
     """Time and size of the largest tip speed with 20 and 80 elements, alpha = 0.2 1/s."""
-    from evolvent_papers.papers.rib_runs import winding
-
     values: Values = {}
     for n in (20, 80):
         run = winding(damping__alpha=0.2, solver__duration=70.0, rib__elements=n)
@@ -164,8 +158,6 @@ def paper_mesh() -> Values:
 
     And the work to lay it on the hub and that of the torque over the whole rib, J.
     """
-    from evolvent.elements import bending_stiffness_ratio
-
     run = _paper(TORQUE)
     rib, strip = run.case.rib, run.case.strip
     ratio = bending_stiffness_ratio("full", rib.element_length, rib.profile, rib.material, R)
@@ -189,8 +181,6 @@ def greater_torques() -> Values:
 
 
 def _paper(torque: float) -> Any:
-    from evolvent_papers.papers.rib_runs import winding
-
     return winding(
         "wrapped-rib-paper", solver__method="energy-momentum", solver__step="auto", drive__torque=torque,
         damping__alpha=0.5, solver__duration=150.0,
@@ -199,11 +189,6 @@ def _paper(torque: float) -> Any:
 
 def couple() -> Values:
     """A couple of 1e-3 N m on the root in place of the field torque, over 60 s: most turns, angle of the root, rad."""
-    from evolvent import cases, parts
-    from evolvent_papers.papers.rib_runs import simulated
-    from evolvent_papers.wrapped_rib.initial_state import initial_state
-    from evolvent_papers.wrapped_rib.structure import build
-
     case = cases.load("wrapped-rib", {"drive.torque": 1e-9, "solver.duration": 60.0})
     system = build(case, initial_state(case))
     system.add(parts.Load(at="rib-1.root", torque=(0.0, 0.0, 1e-3), ramp=5.0), "couple")
@@ -220,9 +205,6 @@ def couple() -> Values:
 
 def deployment() -> Values:
     """Tip of a released rib at 1000 s over the closed form, and the closed form's speed, m/s, and end, s."""
-    import evolvent
-    from evolvent import cases, closed_forms
-
     case = cases.load("wrapped-rib-deploy")
     run = evolvent.run("wrapped-rib-deploy", {"solver.duration": 1000, "output.every": 100})
     closed = float(closed_forms.deployed_tip_radius(case.strip, np.array(1000.0)))
@@ -239,9 +221,6 @@ def long_tail() -> tuple[list[float], list[float], float]:
     The line is that of the piece farthest from the axis. Means are those of 1000 to 2000, 4000, 6000 and 8000 s; the
     rate is that of the angular momentum from 4000 s on, over 2 EI/R.
     """
-    import evolvent
-    from evolvent import cases
-
     keys = {"rib.elements": 160, "solver.tolerance": 1e-5, "solver.duration": 8000, "output.every": 50}
     run, strip = evolvent.run("wrapped-rib-deploy", keys), cases.load("wrapped-rib-deploy").strip
     t, x = run.time.values, run["rib-1"]["position"].values[:, :, :2]
@@ -299,8 +278,6 @@ def helix() -> Values:
 
     `flat` is the height under a torque about the axis alone, m.
     """
-    from evolvent_papers.papers.rib_runs import winding
-
     run = winding(damping__alpha=0.2, solver__duration=150.0, rib__pitch=0.04)
     height, flat = (float(one.x[-1, -1, 0, 2] - one.x[-1, 0, 0, 2]) for one in (run, _of_alpha(0.2)))
     return {"turns": float(run.turns[-1]), "height": height, "closed": run.case.rise, "flat": flat}
@@ -311,8 +288,6 @@ def torques() -> Values:
 
     `least` is the torque whose work on the hub is that of bending, EI/2R, uN m.
     """
-    from evolvent_papers.papers.rib_runs import winding
-
     found: Values = {}
     for name, torque, end in (("1", 0.1, 130.0), ("2", TORQUE, 70.0), ("4", 0.4, 42.0)):
         run = winding(damping__alpha=0.2, solver__duration=end, drive__torque=torque)
@@ -327,9 +302,6 @@ def modulus() -> Values:
     `mean` is that of an element; with 5 MPa also `point`, the largest at two points of each, and `before`, the mean
     0.1 s before the whip. With 5 GPa round-off decides these.
     """
-    from evolvent import closed_forms
-    from evolvent_papers.papers.rib_runs import winding
-
     found: Values = {}
     for name, E in (("5m", 5e6), ("5g", 5e9)):
         run = winding(damping__alpha=0.2, solver__duration=70.0, rib__young_modulus=E)
@@ -360,12 +332,6 @@ def released_from_wound() -> Values:
     `start`: elastic energy at the start of the deployment over that at the end of the winding; `opened`: turns by which
     the rib has unwound.
     """
-    import tempfile
-    from pathlib import Path
-
-    import evolvent
-    from evolvent import results
-
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "wound.nc"
         wound = evolvent.run("wrapped-rib", {"solver.duration": 90})

@@ -7,6 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from evolvent import cases
+from evolvent_papers.papers.rib import BEFORE_THE_WHIP, END, FREE, USUAL, ChainModel, two_models
+from evolvent_papers.papers.rib_chain import Chain
+from evolvent_papers.papers.winding import ALPHA, CHAIN, ENERGY, Model, Trial
+
 Values = dict[str, float]
 #: Frequencies times the step at which the amplification of the generalized-alpha method is examined.
 STEPS = np.logspace(-3.0, 6.0, 181)
@@ -51,8 +56,6 @@ def gamma() -> Values:
 
 def unconditional() -> Values:
     """Largest spectral radius of a step on an oscillator at any step, and energy gained by steps of 0.02 s, %."""
-    from evolvent_papers.papers.winding import ALPHA, Model, Trial
-
     worst = 0.0
     for radius in (0.0, 0.3, 0.8, 1.0):
         for h in STEPS:
@@ -66,10 +69,6 @@ def unconditional() -> Values:
 
 def explicit_limit() -> Values:
     """Longest stable steps of explicit methods: rk4 on the paper's mesh (us) and on the cable, the chain's (ms)."""
-    from evolvent import cases
-    from evolvent_papers.papers.rib_chain import Chain
-    from evolvent_papers.papers.winding import Model, Trial
-
     full, cable = (
         Model(name, 80.0).settings(Trial("rk4", share=1.0))["step"] for name in ("wrapped-rib-paper", "wrapped-rib")
     )
@@ -85,9 +84,6 @@ def explicit_limit() -> Values:
 
 def contact_law() -> Values:
     """Times at which fixed steps of the paper's set-up fail, s, the end of adaptive steps, and the jump at 1 m/s, N."""
-    from evolvent import cases
-    from evolvent_papers.papers.winding import ALPHA, Model, Trial
-
     model = Model("wrapped-rib-paper", 30.0)
     found = {f"h{k}": model.run(Trial(ALPHA, step=step)) for k, step in enumerate((0.5, 0.1, 0.02, 0.004))}
     values = {name: float(run.t[-1]) for name, run in found.items()}
@@ -104,8 +100,6 @@ def half_second() -> Values:
 
     And the angle by which the tip would turn about the hub in such a step at its largest speed, rad.
     """
-    from evolvent_papers.papers.winding import ALPHA, ENERGY, Model, Trial
-
     model = Model("wrapped-rib", 80.0)
     trials = (Trial(ALPHA, step=0.5), Trial(ENERGY, step=0.5), Trial(ENERGY, step=0.005))
     alpha, energy, fine = (model.run(trial) for trial in trials)
@@ -120,8 +114,6 @@ def two_methods() -> Values:
     with those of the case, which take some; what those and the steps of the cable have taken, and what the chain that
     keeps it gains, J.
     """
-    from evolvent_papers.papers.rib import BEFORE_THE_WHIP, END, two_models
-
     runs = {name: model.run(trial) for name, model, trial in two_models(END)}
     cable, chain, damped = runs["cable"], runs["chain"], runs["damped_cable"]
     before = cable.t < BEFORE_THE_WHIP
@@ -146,9 +138,6 @@ def cpu_times() -> Values:
     `full` on the paper's mesh, `cable` on 40 cable elements, by rk4; `chain` of the chain in NumPy, and `scaled` if a
     link took the time of an element of the cable.
     """
-    from evolvent_papers.papers.rib import BEFORE_THE_WHIP, FREE, USUAL, ChainModel
-    from evolvent_papers.papers.winding import CHAIN, ENERGY, Model, Trial
-
     end = BEFORE_THE_WHIP
     cable, paper = Model("wrapped-rib", end, FREE), Model("wrapped-rib-paper", end, FREE)
     other = ChainModel(end, FREE)

@@ -7,17 +7,24 @@ import functools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import lazy_loader as lazy
 import numpy as np
 
 from evolvent import cases
+from evolvent.design.studies.study import read
 from evolvent_base.figures import Figure, Line, Map, Note, Panel
 from evolvent_massprops.inertia import Body, NormalModes, Stand, vertical_model
-from evolvent_massprops.inertia_stand import chart
+from evolvent_massprops.inertia_stand import SYSTEM, chart
 from evolvent_papers.papers import Made, Options
 from evolvent_papers.papers.winding import markdown
 
 if TYPE_CHECKING:
     import xarray as xr
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = lazy.load("xarray")
 
 CASE, STUDY = "inertia-stand", "inertia-stand-map"
 KEYS = ("body.offset_x", "body.offset_z")
@@ -93,8 +100,6 @@ class Grid(NamedTuple):
 @functools.cache
 def grid() -> Grid:
     """The grid of the built-in map."""
-    from evolvent.design.studies.study import read
-
     study = read(STUDY)
     x, z = (np.array(axis.values, dtype=float) for axis in study.axes)
     return Grid(cases.load(CASE), x, z, study.text)
@@ -102,8 +107,6 @@ def grid() -> Grid:
 
 def simulated(x: Any, z: Any, **changes: Any) -> list[Any]:
     """Runs of the built-in case at offsets, three modes identified; `changes` with "__" for the dots of keys."""
-    from evolvent_massprops.inertia_stand import SYSTEM
-
     fixed = {"identification.order": 3, "identification.way": "none"}
     fixed |= {key.replace("__", "."): value for key, value in changes.items()}
     offsets = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(z, dtype=float))
@@ -309,8 +312,6 @@ def figure_4(options: Options) -> Made:
 
 def map_data(over: Grid) -> xr.Dataset:
     """Least energies over the map by the linear model, as the study of the map names them."""
-    import xarray as xr
-
     least = over.least_energies(over.x[:, None], over.z[None, :])
     data = {"least_energy": (KEYS, least[0]), "least_energy_best": (KEYS, least.max(axis=0))}
     return xr.Dataset(data, coords=dict(zip(KEYS, (over.x, over.z), strict=True)), attrs={"study": over.text})

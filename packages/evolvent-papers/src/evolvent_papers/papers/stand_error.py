@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
+from evolvent_massprops.inertia import Body, Stand, partial_frequencies
+from evolvent_massprops.inertia_stand import SYSTEM
 from evolvent_papers.papers import Made, Options
 from evolvent_papers.papers.winding import markdown
 
@@ -35,8 +37,6 @@ offset: {0:+.3f} and {1:+.3f} %.
 
 def errors(changes: Mapping[str, Any], offsets: Sequence[tuple[float, float]] = OFFSETS) -> np.ndarray:
     """(n, 2) relative errors of Ixx and Izz at offsets, of the paper's case with changes."""
-    from evolvent_massprops.inertia_stand import SYSTEM
-
     keys = ("body.offset_x", "body.offset_z")
     runs = SYSTEM.run_batch([cases.load(CASE, dict(zip(keys, at, strict=True)) | dict(changes)) for at in offsets])
     found = []
@@ -55,8 +55,6 @@ def of_the_step(step: float = 6e-3) -> tuple[float, float]:
     A frequency is lower by (w dt)^2/48 of itself, and the moments go with the squares of w_heave / w_roll and
     w_heave / w_pitch.
     """
-    from evolvent_massprops.inertia import Body, Stand, partial_frequencies
-
     case = cases.load(CASE)
     stand = Stand(points=case.stand.springs, stiffness=case.stand.stiffness, length=case.stand.natural_length)
     body = Body(mass=case.body.mass, centre=case.body.centre, inertia=case.body.tensor)

@@ -10,7 +10,7 @@ import numpy as np
 from evolvent_base.errors import InputError
 from evolvent_massprops.inertia import Body, from_three_frequencies, linear_model
 from evolvent_massprops.inertia_stand import chart
-from evolvent_papers.papers import Options
+from evolvent_papers.papers import Options, stand, stand_schematic
 from evolvent_papers.papers.stand import Grid, grid, simulated
 
 Values = Mapping[str, float]
@@ -26,8 +26,6 @@ def drawing() -> Values:
     `springs` is the number of attachments in the plan, `spacing` that between them along X, `width` along Z, `diameter`
     the height of the outline in the end view; `outside` is how far, m, the attachments lie outside the body's outline.
     """
-    from evolvent_papers.papers import stand_schematic
-
     side, end, plan = stand_schematic.figure_1(Options(quick=True)).figure.panels  # type: ignore[union-attr]
     marked = [line for line in plan.lines if line.marker in ("o", "X") and line.x.size == 1]
     marks = {(float(line.x[0]), float(line.y[0])) for line in marked}
@@ -51,8 +49,6 @@ def surface() -> Values:
     simulated motion by (C/2) times the sum of squares, which are from `low` to `high`; `top` and `middle`, J, are the
     largest of the surface and that without offset.
     """
-    from evolvent_papers.papers import stand
-
     over = grid()
     drawn = stand.map_data(over).least_energy.values
     x, z = (values.ravel() for values in np.meshgrid(over.x, over.z, indexing="ij"))
@@ -72,8 +68,6 @@ def surface() -> Values:
 @functools.cache
 def _box() -> tuple[np.ndarray, np.ndarray]:
     """Offsets, m, of the points of the map in the box of 20 % of the spacing."""
-    from evolvent_papers.papers import stand
-
     over = grid()
     inside = chart.box(stand.map_data(over))[1]
     x, z = np.meshgrid(over.x, over.z, indexing="ij")

@@ -7,10 +7,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import scipy
 
-from evolvent_massprops import batch, inertia
+from evolvent_massprops import batch, inertia, planning
 from evolvent_massprops.inertia import Body, Stand, linear_model, vertical_model
-from evolvent_papers.papers import stand
+from evolvent_massprops.inertia_stand import chart
+from evolvent_papers.papers import stand, stand_error
 from evolvent_papers.papers.stand import Grid
 from evolvent_papers.papers.stand_pendulum_measures import identified
 
@@ -127,8 +129,6 @@ def quadrants() -> Values:
     `towards` and `away`: the centre of mass is moved along both axes towards the loaded spring, or away from it;
     `beside`: towards it along one axis and away along the other, or along one axis alone.
     """
-    from evolvent_massprops.inertia_stand import chart
-
     over = _over()
     data = stand.map_data(over)
     inside, top = chart.box(data)[1], float(over.energies(0.0, 0.0).max())
@@ -154,11 +154,9 @@ def no_pitch() -> Values:
     The x offset, m, at which the axis of pitch passes through the loaded spring; pitch's energy there, of the middle's;
     and the share of the map, %, in which every mode has more than 1 % of the middle's energy.
     """
-    from scipy.optimize import brentq
-
     over = _over()
     reach, top = over.case.stand.half_length, float(over.energies(0.0, 0.0).max())
-    at = float(brentq(lambda x: over.modes(x, 0.0).axes()[0][1, 0] - reach, 0.5, 1.19, xtol=1e-9))
+    at = float(scipy.optimize.brentq(lambda x: over.modes(x, 0.0).axes()[0][1, 0] - reach, 0.5, 1.19, xtol=1e-9))
     least = over.least_energies(over.x[:, None], over.z[None, :])[0]
     left = float(over.energies(at, 0.0)[1]) / top
     return {"at": at, "left": left, "share": 100.0 * float(np.mean(least > 0.01 * top))}
@@ -271,8 +269,6 @@ def signals() -> Values:
 
 def paper_accuracy() -> Values:
     """Largest errors of the moments by the paper's method on its line, z offset 0 and x offset up to 0.8 m, %."""
-    from evolvent_papers.papers import stand_error
-
     found = 100.0 * np.abs(stand_error.errors({}, [(x, 0.0) for x in (0.0, 0.2, 0.4, 0.6, 0.8)]))
     return _three(found.max(axis=0), "Ixx Izz")
 
@@ -282,8 +278,6 @@ def accuracy_off_the_line() -> Values:
 
     `corner_Ixx` and `corner_Izz` are those at the corners of the box of 20 % of the spacing beside the loaded spring.
     """
-    from evolvent_papers.papers import stand_error
-
     found = 100.0 * np.abs(stand_error.errors({}, stand_error.OFFSETS[3:]))
     step = 100.0 * np.array(stand_error.of_the_step())
     corners = 100.0 * np.abs(stand_error.errors({}, ((0.8, -0.348), (-0.8, 0.348))))
@@ -337,8 +331,6 @@ def tilt() -> Values:
 
 def plan() -> Values:
     """A planned measurement of the paper's body with the centre of mass aside: length, s, and what limits it, %."""
-    from evolvent_massprops import planning
-
     description = {
         "signals": {"sensors": [{"column": f"sensor {k}", "point": k} for k in (1, 2, 3, 4)]},
         "stand": {

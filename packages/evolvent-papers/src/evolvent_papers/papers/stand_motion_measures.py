@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent_massprops.inertia import Stand, equilibrium, linear_model
 from evolvent_papers.papers.stand import grid, simulated
@@ -27,8 +28,6 @@ def equations_of_motion() -> Values:
     `apart` is the largest distance, mm, of the heights in 12.24 s; `once` and `twice` are the largest shifts, ppm, of a
     frequency from the linear model's without offset, by the load and by twice the load.
     """
-    from scipy.integrate import solve_ivp
-
     bodies = Bodies((AT,), Steps())
     levers, tensor = bodies.r[0].copy(), bodies.tensor[0].copy()
     run = simulated(*AT, solver__method="dop853", solver__step="auto", sensors__rate=50.0)[0]
@@ -41,7 +40,7 @@ def equations_of_motion() -> Values:
 
     start = np.concatenate([bodies.y[0], np.zeros(6), np.eye(3).ravel()])
     times = run.time.values[run.time.values <= DURATION + 1e-9]
-    found = solve_ivp(rates, (0.0, times[-1]), start, "DOP853", times, rtol=1e-9, atol=1e-11).y.T
+    found = scipy.integrate.solve_ivp(rates, (0.0, times[-1]), start, "DOP853", times, rtol=1e-9, atol=1e-11).y.T
     turns = found[:, 9:].reshape(-1, 3, 3)
     heights = found[:, 1, None] + (levers @ turns.transpose(0, 2, 1))[:, :, 1]
     theirs = run.sensor_true.values[: len(times)]

@@ -6,7 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from evolvent import parts
+from evolvent.analysis.system import System
+from evolvent.solvers import solve
 from evolvent_massprops.inertia import Body, Stand, from_three_frequencies, vertical_model
+from evolvent_massprops.inertia.pendulums import budget, compound
 from evolvent_papers.papers.stand import grid
 
 Values = Mapping[str, float]
@@ -34,10 +38,6 @@ def equation() -> Values:
 
 def _frequency(mass: float, moment: float, distance: float, angle: float) -> float:
     """Frequency, rad/s, of a swing of an amplitude, rad, from the times at which it passes the vertical."""
-    from evolvent import parts
-    from evolvent.analysis.system import System
-    from evolvent.solvers import solve
-
     system = System(gravity=(0.0, -GRAVITY, 0.0))
     start = (distance * np.sin(angle), -distance * np.cos(angle), 0.0)
     system.add(parts.RigidBody(mass=mass, inertia=moment, position=start), "body")
@@ -65,8 +65,6 @@ def distance() -> Values:
 
 def _uncertainty(moment: float, distance: float) -> float:
     """Standard uncertainty, %, of a moment by a pendulum whose centre of mass is at a distance, m, from its pivot."""
-    from evolvent_massprops.inertia.pendulums import budget, compound
-
     mass = grid().case.body.mass
     w = float(np.sqrt(mass * GRAVITY * distance / (moment + mass * distance**2)))
     known = {"frequency": w, "mass": mass, "distance": distance}

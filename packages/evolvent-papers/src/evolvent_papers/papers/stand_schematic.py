@@ -9,6 +9,7 @@ import numpy as np
 from evolvent import cases
 from evolvent_base.figures import Figure, Line, Note, Panel
 from evolvent_massprops.inertia import NormalModes, Stand
+from evolvent_massprops.inertia_stand.structure import setup_of
 from evolvent_papers.papers import Made, Options
 from evolvent_papers.papers.winding import markdown
 
@@ -38,8 +39,6 @@ class _View(NamedTuple):
 
 def figure_1(options: Options) -> Made:
     """The stand in two elevations and in plan, with the axes of rotation of its modes."""
-    from evolvent_massprops.inertia_stand.structure import setup_of
-
     case = cases.load("inertia-stand", dict(OFFSET))
     setup = setup_of(case)
     centre = np.array(case.body.centre)

@@ -14,7 +14,8 @@ import numpy as np
 
 from evolvent import cases
 from evolvent_massprops.identification import varpro
-from evolvent_papers.papers.stand import CASE, KEYS
+from evolvent_massprops.inertia_stand.structure import setup_of
+from evolvent_papers.papers.stand import CASE, KEYS, simulated
 
 Array = np.ndarray
 #: Step and duration, s, steps between the samples from which frequencies are found, and offsets (x, z) of the centre of
@@ -100,8 +101,6 @@ class Bodies:
     """
 
     def __init__(self, offsets: tuple[tuple[float, float], ...], steps: Steps) -> None:
-        from evolvent_massprops.inertia_stand.structure import setup_of
-
         self.steps = steps
         setups = [setup_of(cases.load(CASE, dict(zip(KEYS, at, strict=True)))) for at in offsets]
         stand, body = setups[0].stand, setups[0].body
@@ -234,8 +233,6 @@ OTHERS = {
 @functools.cache
 def _packages() -> Array:
     """(nt, n, 4) m, heights of the attachments by the package's modified Euler, from where they start."""
-    from evolvent_papers.papers.stand import simulated
-
     offsets: Any = np.array(OFFSETS).T
     changes = {"solver__method": "modified-euler", "solver__step": STEP, "sensors__rate": 1.0 / STEP}
     runs = simulated(*offsets, **changes)

@@ -8,6 +8,7 @@ two blades.
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.polynomial import legendre
 
 from evolvent_papers.papers.thread_variants import Data
@@ -105,12 +106,10 @@ class Continuum:
         RuntimeError
             Where SciPy does not reach the last time.
         """
-        from scipy.integrate import solve_ivp
-
         n = self.modes
         z = np.zeros(2 * n + 4)
         z[n + 1], z[n + 2], z[2 * n + 2], z[2 * n + 3] = self.start, W0, W0, V
-        found = solve_ivp(self, (0.0, t[-1]), z, "DOP853", t, rtol=rtol, atol=1e-2 * rtol)
+        found = scipy.integrate.solve_ivp(self, (0.0, t[-1]), z, "DOP853", t, rtol=rtol, atol=1e-2 * rtol)
         if not found.success:
             raise RuntimeError(f"the continuum was not solved: {found.message}")
         lag = []

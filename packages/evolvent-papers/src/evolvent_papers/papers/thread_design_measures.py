@@ -5,6 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from evolvent import cases
+from evolvent_papers import spin_up as design
+from evolvent_papers.drives import motion
+from evolvent_papers.drives.bounds import Bounds, task
+
 Numbers = Mapping[str, float]
 
 
@@ -14,10 +19,6 @@ def drive() -> Numbers:
     Models: 20, 40 and 80 links of fixed length (`links_N`), 20 and 40 springs (`springs_N`); swings of the tip and at
     the spool, over two periods. `worst`: the larger one at the worst corner, of 20 links.
     """
-    from evolvent import cases
-    from evolvent_papers.drives import motion
-    from evolvent_papers.drives.bounds import Bounds, task
-
     asked = task(cases.load("heliogyro"), Bounds())
     table = cases.load("heliogyro-designed").spool.table
     end = float(table[-1][0])
@@ -46,7 +47,5 @@ def drive() -> Numbers:
 
 def spin_up() -> Numbers:
     """Permissible torques of blades of 5 m at the spin that pay-out leaves, 1e-5 N m."""
-    from evolvent_papers import spin_up as design
-
     found = design.permissible_torque("heliogyro", [5.0])
     return {name: 1e5 * float(getattr(found, name)[0]) for name in ("thread", "rigid", "slow")}

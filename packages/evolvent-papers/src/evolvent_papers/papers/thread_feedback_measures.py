@@ -7,6 +7,9 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+import evolvent
+from evolvent import cases
+
 Numbers = Mapping[str, float]
 CASE = "heliogyro-feedback"
 #: Relative errors of inertia and spin at the corners, of which the law does not know.
@@ -16,8 +19,6 @@ CORNERS = tuple(itertools.product((1.0 - ERROR, 1.0 + ERROR), repeat=2))
 
 def _swings(case: str, corners: Any, changes: Mapping[str, Any]) -> tuple[float, float, float]:
     """Largest lags of the tip and at the spool after the drive has ended, deg, and length that is wound then, m."""
-    import evolvent
-
     tip, hub, wound = [], [], []
     for inertia, spin in corners:
         given = {"body.inertia": 0.004 * inertia, "body.rate": 6.0 * spin, **changes}
@@ -30,8 +31,6 @@ def _swings(case: str, corners: Any, changes: Mapping[str, Any]) -> tuple[float,
 
 def drive() -> Numbers:
     """The case `heliogyro-feedback`: swings in degrees, with noise and delay, on two meshes, and without them."""
-    from evolvent import cases
-
     given = cases.load(CASE).spool.feedback
     quiet = {"spool.feedback.sensor.noise": {}, "spool.feedback.sensor.delay": 0.0}
     links = {"blade.segments": "inextensible", "solver.method": "dopri5"}
@@ -58,8 +57,6 @@ def drive() -> Numbers:
 
 def stability() -> Numbers:
     """Modes of its closed loop at 4.875 m and along the pay-out; growth in 1/s."""
-    from evolvent import cases
-
     system = cases.system("heliogyro")
     found = system.modes(cases.load(CASE), count=12)
     late = cases.load(CASE, {"spool.feedback.sensor.delay": 5.0})

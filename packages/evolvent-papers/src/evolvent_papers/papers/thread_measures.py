@@ -11,7 +11,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import scipy
 
+import evolvent
+from evolvent import cases
+from evolvent_papers.papers import thread_strip
+from evolvent_papers.papers.thread_continuum import Continuum
 from evolvent_papers.papers.thread_runs import (
     QUICK_STIFFNESS,
     RIGID,
@@ -25,6 +30,7 @@ from evolvent_papers.papers.thread_runs import (
     tree,
 )
 from evolvent_papers.papers.thread_scheme_measures import paid_out
+from evolvent_papers.papers.thread_variants import Data, deploy
 
 Numbers = Mapping[str, float]
 #: Time after which the lags of runs are compared, s: the start's swing has died out.
@@ -58,8 +64,6 @@ def masses() -> Numbers:
 
 def model_size() -> Numbers:
     """80 nodes beside a continuum that grows, 40 s: lag in degrees after 7 s, rate of the body in percent."""
-    from evolvent_papers.papers.thread_continuum import Continuum
-
     run = tree(RIGID | {"blade.nodes": 80, "spool.start_length": 0.005, "solver.duration": 40.0, "output.fine": False})
     t = run.time.values
     lag, rate, _ = Continuum(modes=4).solve(t, rtol=1e-6)
@@ -111,9 +115,6 @@ def loads() -> Numbers:
     The load per length is rho (a + b t - w^2 (z - r) - d z'): of time, place and velocity. Transverse waves from the
     ends of the taut thread have not come to the inner nodes.
     """
-    from scipy.linalg import expm
-
-    import evolvent
 
     def load(x: Any, v: Any, t: float, parameters: Any) -> Any:
         rho, a, b, square, d = parameters
@@ -126,7 +127,7 @@ def loads() -> Numbers:
     a, b, square, d = values
     # state z, z', 1, t
     rates = np.array([[0.0, 1.0, 0.0, 0.0], [-square, -d, a, b], [0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0]])
-    closed = (expm(rates * end) @ np.array([0.0, 0.0, 1.0, 0.0]))[0]
+    closed = (scipy.linalg.expm(rates * end) @ np.array([0.0, 0.0, 1.0, 0.0]))[0]
     wound = 0.01 * (math.cos(4.6 / 0.01 + 3.5 * end - 19 * 25.0) - 1.0)
     return {
         "seen": 1e6 * float(z[8:12].mean()),
@@ -140,8 +141,6 @@ def unwinding_law() -> Numbers:
 
     A constant rate, one that rises within 5 s, and the law of the case `heliogyro-designed`.
     """
-    from evolvent import cases
-
     found, designed = {}, cases.load("heliogyro-designed").spool.table
     laws: dict[str, dict[str, object]] = {
         "none": {},
@@ -321,9 +320,6 @@ def taut() -> Numbers:
 
     `buckled` and `lag` are those of `thread_strip.buckled`.
     """
-    from evolvent_papers.papers import thread_strip
-    from evolvent_papers.papers.thread_variants import Data, deploy
-
     run = tree(RIGID | {"blade.nodes": 40})
     late = run.time.values >= 1.0
     lag = np.degrees(run["blade-1"].signed_lag.values[late & (run.time.values >= LATE)])

@@ -10,6 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+import evolvent
+from evolvent import cases
+from evolvent.solvers.time.explicit.plan import choose_step
+
 Array = np.ndarray
 CASE = "heliogyro"
 #: The paper's stiffness of a segment, N/m, and the one of the quick forms.
@@ -67,8 +71,6 @@ def tree(overrides: Mapping[str, Any]) -> Any:
 
 @functools.lru_cache(maxsize=24)
 def _tree(overrides: tuple[tuple[str, Any], ...]) -> Any:
-    import evolvent
-
     return evolvent.run(CASE, dict(overrides))
 
 
@@ -92,9 +94,6 @@ def read(run: Any) -> Deployment:
 @functools.cache
 def stability_limit(nodes: int, stiffness: float, damping: float = 1e-3) -> float:
     """Longest stable step of RK4, s."""
-    from evolvent import cases
-    from evolvent.solvers.time.explicit.plan import choose_step
-
     given = {"blade.nodes": nodes, "blade.stiffness": stiffness, "blade.damping": damping}
     case = cases.load(CASE, given)
     return float(choose_step(cases.system(case.system).build(case).assemble(), "rk4", None, 1.0)[1])
@@ -120,8 +119,6 @@ def run_all(trials: Sequence[Trial], report: Callable[[str], None]) -> Iterator[
     KeyboardInterrupt
         Where it ends the first run.
     """
-    import evolvent
-
     left, spent, done = sum(one.seconds for one in trials), 0.0, 0.0
     for k, trial in enumerate(trials):
         scale = spent / done if done > 0.0 else 1.0

@@ -13,7 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from evolvent import cases
 from evolvent_papers.papers.thread_runs import RIGID, tree
+from evolvent_papers.papers.thread_variants import Data, deploy
 
 Array = np.ndarray
 Numbers = Mapping[str, float]
@@ -308,8 +310,6 @@ def velocity_of_q() -> Numbers:
     Also the damper's pull at d = 1 N s/m by (8, 9) on a segment that lags by 13.49 deg and does not stretch, mN, its
     share of the mean tension at the spool from 7 to 30 s, percent, and what d changes in the lag then, deg.
     """
-    from evolvent_papers.papers.thread_variants import Data, deploy
-
     seen = _forces()
     last = seen.nodes - 1
     (e, s, c), (f, u, w) = seen.segment(last, last - 1), seen.boundary()
@@ -328,8 +328,6 @@ def velocity_of_q() -> Numbers:
 
 def data() -> Numbers:
     """Table IV.1 in the built-in case `heliogyro-paper`, SI units."""
-    from evolvent import cases
-
     case = cases.load("heliogyro-paper")
     body, blade, spool = case.body, case.blade, case.spool
     return {

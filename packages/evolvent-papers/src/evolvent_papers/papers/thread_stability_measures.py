@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+import evolvent
+from evolvent import cases
 from evolvent_papers.papers.thread_runs import RIGID, means, read, tree
 from evolvent_papers.papers.thread_variants import Data, hold
 
@@ -111,8 +113,6 @@ def spin() -> Numbers:
 
 
 def _whole(given: dict[str, Any]) -> Any:
-    import evolvent
-
     shared: dict[str, Any] = {"output.every": 1.0, "output.fine": False}
     return evolvent.run("heliogyro", RIGID | shared | given)
 
@@ -155,8 +155,6 @@ def _tilt(
     inertia: tuple[float, float, float], turn: float = 0.0, axis: int = 0, rates: list[float] | float = 3.5
 ) -> float:
     """Largest angle of the body's axis from Z over 140 s, deg, with principal axes turned about the body's x or y."""
-    from evolvent import cases
-
     case = cases.load("heliogyro-unequal", {"spool.rate": rates, "body.inertia": list(inertia)})
     system = cases.system("heliogyro").build(case)
     c, s = math.cos(turn), math.sin(turn)

@@ -11,8 +11,11 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy
 
-from evolvent.closed_forms import payout_buckling, payout_lag, payout_slack
+import evolvent
+from evolvent import cases
+from evolvent.closed_forms import payout_buckling, payout_buckling_modes, payout_lag, payout_slack
 from evolvent_base.figures import Figure, Line, Panel
 from evolvent_papers.papers import Made, Options
 from evolvent_papers.papers.thread_runs import RIGID, tree
@@ -53,8 +56,6 @@ class _Motion(NamedTuple):
 
 def strip(rate: float, changes: Mapping[str, Any] | None = None) -> Any:
     """A run of the strip."""
-    import evolvent
-
     return evolvent.run(CASE, {"payout.rate": rate} | dict(changes or {}))
 
 
@@ -107,11 +108,6 @@ def buckling() -> Mapping[str, float]:
 
     Limits at 5 m are in mm/s; `across` is the part of the Coriolis force across the blade's plane, percent.
     """
-    from scipy.optimize import brentq
-
-    from evolvent import cases
-    from evolvent.closed_forms import payout_buckling_modes
-
     fast, slow = (strip(rate, {"payout.start": 2.5}) for rate in (PAPER, SLOW))
     middle = strip(0.015, {"payout.start": 4.0})
     case = cases.of_run(fast.attrs["case"])
@@ -122,7 +118,7 @@ def buckling() -> Mapping[str, float]:
     return {
         "across": _across(fast),
         "fast": float(fast.buckled_length),
-        "predicted": float(brentq(over, 2.0, 5.0)),
+        "predicted": float(scipy.optimize.brentq(over, 2.0, 5.0)),
         "middle": float(middle.buckled_length),
         "twist": float(np.degrees(slow.twist.values.max())),
         "limit": 1e3 * float(slow.limit_modes),
@@ -167,8 +163,6 @@ def buckled() -> Mapping[str, float]:
 
 def figure(options: Options) -> Made:
     """Largest rate of strips of three widths over the length, their lag beside the thread's, and twists."""
-    from evolvent import cases
-
     case = cases.load(CASE)
     lengths = np.linspace(SHORTEST, LONGEST, POINTS)
     runs, curves, lags, rows = [], [], [], []

@@ -14,6 +14,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+import evolvent
+from evolvent import cases
+from evolvent_papers.heliogyro.free_body import largest_difference
+from evolvent_papers.papers.thread_runs import RIGID, STIFFNESS, deployed, stability_limit, tree
+from evolvent_papers.papers.thread_spool_node import paid_out
+from evolvent_papers.papers.thread_variants import SHARE, Data, deploy
+
 if TYPE_CHECKING:
     from evolvent_papers.papers.thread_variants import Data, Deployment, Start
 
@@ -23,22 +30,16 @@ LINKS = {"blade.segments": "inextensible", "solver.method": "dopri5", "output.ev
 
 
 def _data(nodes: int = 20, stiffness: float = 1e3) -> Data:
-    from evolvent_papers.papers.thread_variants import Data
-
     return Data(nodes=nodes, stiffness=stiffness)
 
 
 @functools.cache
 def _deploy(nodes: int = 20, stiffness: float = 1e3, start: Start = "departure", **options: Any) -> Deployment:
-    from evolvent_papers.papers.thread_variants import deploy
-
     return deploy(_data(nodes, stiffness), start, **options)
 
 
 def scheme() -> Mapping[str, float]:
     """The paper's scheme by its own model, beside the engine."""
-    import evolvent
-
     own = _deploy()
     engine = evolvent.run("heliogyro", {"blade.stiffness": 1e3, "output.every": own.t[20], "output.fine": False})
     lag = np.degrees(engine.tip_lag.values[1:, 0])
@@ -56,8 +57,6 @@ def chord() -> Mapping[str, float]:
 
     Of the film with 6 nodes a turn over its first turns, and of 20 nodes; `departure` is that of the line to Q.
     """
-    from evolvent_papers.papers.thread_spool_node import paid_out
-
     six, twenty = paid_out(6, start="departure"), (_data(20), _deploy())
     found = {name: _to_the_spool(*run) for name, run in (("six", six), ("twenty", twenty))}
     return {name: line for name, (line, _) in found.items()} | {"departure": found["six"][1]}
@@ -157,8 +156,6 @@ def boundary_along() -> Mapping[str, float]:
     Over 36 s, which hold the largest of all, with a quarter of the usual step: RK4 near its stability limit damps the
     overshoot after a release, by 9 % and by 35 % where the segment is stiffer.
     """
-    from evolvent_papers.papers.thread_variants import SHARE
-
     found: dict[str, float] = {}
     for nodes in (20, 40):
         peaks = []
@@ -176,8 +173,6 @@ def boundary_by_length() -> Mapping[str, float]:
 
     Ringing: root mean square of the tension at the spool about its mean over 1 s.
     """
-    import evolvent
-
     found: dict[str, float] = {}
     for nodes in (20, 40):
         runs = []
@@ -204,10 +199,6 @@ def unequal_blades() -> Mapping[str, float]:
     Largest nutation of the run and of rigid blades, deg, offset of the mass centre, mm; and the tilt in closed form at
     that difference of a body whose moments of inertia differ half as much.
     """
-    import evolvent
-    from evolvent import cases
-    from evolvent_papers.heliogyro.free_body import largest_difference
-
     case, half = (
         cases.load("heliogyro-unequal", {"spool.rate": 3.5, "body.inertia": [moment, moment, 0.004]})
         for moment in (0.00328, 0.00364)
@@ -255,8 +246,6 @@ def more_accurate() -> Mapping[str, float]:
     By the paper's model, and by nodes added at the spool without and with the influx of momentum; many nodes are 80 of
     links of fixed length, whose lag is that of 160 to 0.01 deg.
     """
-    from evolvent_papers.papers.thread_runs import RIGID, deployed
-
     fine = deployed(RIGID | {"blade.nodes": 80})
     lag = float(fine.lag[(fine.t >= 20.0) & (fine.t <= 60.0)].mean())
     found = {}
@@ -270,8 +259,6 @@ def more_accurate() -> Mapping[str, float]:
 
 def film_over_nodes() -> Mapping[str, float]:
     """Stiffness of a segment of a film of 1e9 N/m2, 20 um and 26.25 mm, by the case, N/m."""
-    from evolvent import cases
-
     film = {"blade.young_modulus": "1 GPa", "blade.thickness": "20 um", "blade.width": "26.25 mm"}
     loaded = {n: cases.load("heliogyro", film | {"blade.nodes": n}) for n in (20, 40, 80)}
     return {f"c{n}": case.blade.segment_stiffness for n, case in loaded.items()}
@@ -279,9 +266,6 @@ def film_over_nodes() -> Mapping[str, float]:
 
 def paper_case() -> Mapping[str, float]:
     """The case `heliogyro-paper`, whole; stable steps at 1e7 N/m, 1e-6 s, and steps of links of fixed length."""
-    import evolvent
-    from evolvent_papers.papers.thread_runs import RIGID, STIFFNESS, stability_limit, tree
-
     rigid = tree(RIGID)
 
     found = evolvent.run("heliogyro-paper", {"output.fine": False})
@@ -299,8 +283,6 @@ def paper_case() -> Mapping[str, float]:
 
 def spiral() -> Mapping[str, float]:
     """Time that 5 m take on a spool that a film of 0, 5 and 20 um is wound on."""
-    import evolvent
-
     found = {h: evolvent.run("heliogyro", LINKS | {"spool.film_thickness": f"{h} um"}) for h in (0, 5, 20)}
     times = {f"t{h}": float(run.time.values[-1]) for h, run in found.items()}
     return times | {"percent": 100.0 * (times["t20"] / times["t0"] - 1.0)}
@@ -308,8 +290,6 @@ def spiral() -> Mapping[str, float]:
 
 def free_spool() -> Mapping[str, float]:
     """A spool that the thread turns against a viscous brake of 20 uN m s."""
-    import evolvent
-
     free = {"inertia": 1e-6, "viscous_damping": 2e-5, "rate": 3.5}
     changes = LINKS | {"spool.rate": None, "spool.free": free, "spool.start_length": "0.1 m", "solver.duration": 300.0}
     found = evolvent.run("heliogyro", changes)

@@ -25,6 +25,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from evolvent.analysis.definition import SystemDefinition
+from evolvent.results.observe import View
+from evolvent.results.observe.lumped import observe_body
 from evolvent_papers.wire_booms import log, show
 from evolvent_papers.wire_booms.case import Case
 from evolvent_papers.wire_booms.structure import (
@@ -67,9 +69,6 @@ class WireBooms(SystemDefinition):
 
     def derived(self, case: Any, solution: Solution) -> dict[str, tuple[tuple[str, ...], np.ndarray, str, str]]:
         """Spin rate of the run and of straight wires, and lengths of the booms."""
-        from evolvent.results.observe import View
-        from evolvent.results.observe.lumped import observe_body
-
         rate = observe_body(View(solution), "spacecraft").variables["rate"].values[:, 2]
         found = closed_form(case, solution.t)
         in_plane, out_of_plane = pendulum_rates(case, found["boom_length"], rate)

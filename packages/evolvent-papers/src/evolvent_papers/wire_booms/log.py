@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from evolvent import cases
 from evolvent.results.measurements import Measurements, Series
 from evolvent_base import safe_open, tables, units
 from evolvent_base.errors import InputError
@@ -152,8 +153,6 @@ def measurements(path: str, case: Any, observed: Sequence[str]) -> Measurements 
     The rate before the first step of every group and the rates after all steps are compared: within a group the rate
     before a step is that after the step before, to within rounding.
     """
-    from evolvent import cases
-
     if not is_log(path):
         return None
     if tuple(observed) != _OBSERVED:

@@ -8,6 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from evolvent import parts
+from evolvent.analysis.system import System
+from evolvent.elements.materials import Material
+from evolvent.elements.sections import General
 from evolvent_papers.wire_booms.case import PAIRS, Case
 
 if TYPE_CHECKING:
@@ -135,9 +139,6 @@ def _area(s: Array) -> Array:
 
 def build(case: Case, *, laws: Mapping[str, Any] | None = None) -> System:
     """The parts "spacecraft", "reel-1" to "reel-4", "wire-1" to "wire-4" "thrusters-1" and so on."""
-    from evolvent import parts
-    from evolvent.analysis.system import System
-
     system, body, wire, radius = System(title=case.title), case.body, case.wire, case.reel_radius
     line, momenta = timeline(case), angular_momenta(case)
     shape = parts.Cylinder(radius=body.root, length=body.root)
@@ -202,11 +203,6 @@ ELEMENTS, AREA, SECOND_MOMENT = 12, 1e-6, 1e-16
 
 def deployed(case: Case) -> tuple[System, float]:
     """The spacecraft with the booms at their final lengths, as cables on hinges, and its spin rate, rad/s."""
-    from evolvent import parts
-    from evolvent.analysis.system import System
-    from evolvent.elements.materials import Material
-    from evolvent.elements.sections import General
-
     end = np.array([timeline(case).end])
     lengths, spin = lengths_at(case, end)[0], float(straight_rate(case, end)[0])
     wire, root = case.wire, case.body.root

@@ -6,7 +6,7 @@ import functools
 import math
 from collections.abc import Iterator
 
-from evolvent import closed_forms
+from evolvent import closed_forms, elements
 from evolvent_papers.wrapped_rib.case import Case
 from evolvent_papers.wrapped_rib.keys import ALPHA
 
@@ -25,8 +25,6 @@ BEYOND = "beyond the range of linear elasticity and of most materials"
 @functools.lru_cache(maxsize=8)
 def bending_stiffness_ratio(case: Case) -> float:
     """Effective over true stiffness of one element (of a taper, the thinnest) bent to the hub's radius or helix."""
-    from evolvent import elements
-
     rib = case.rib
     bent = (rib.element_length, rib.section(rib.thinnest), rib.material)
     if rib.pitch > 0.0:

@@ -7,6 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent.analysis import closure
+from evolvent.results.observe import View
+from evolvent.results.observe.contact import touching_span
+from evolvent.results.observe.lumped import attitude
+from evolvent.results.observe.variables import turned_back, unwrapped
+from evolvent.view.drawing import smooth
 from evolvent_papers.wrapped_rib import case_checks
 from evolvent_papers.wrapped_rib.case import Case
 from evolvent_papers.wrapped_rib.initial_state import Start
@@ -24,11 +29,6 @@ FOLLOWED = 8
 
 def derived(case: Case, begin: Start, solution: Solution) -> dict[str, tuple[tuple[str, ...], Array, str, str]]:
     """Wound and touching angle, radius and largest speed of the tips, angle and torque of the hub, the end state."""
-    from evolvent.results.observe import View
-    from evolvent.results.observe.lumped import attitude
-    from evolvent.results.observe.variables import turned_back, unwrapped
-    from evolvent.view.drawing import smooth
-
     view, count, length = View.of(solution), case.rib.count, case.rib.element_length
     ribs = [view.nodes(view.index(f"rib-{k + 1}")) for k in range(count)]
     speed = np.stack([np.linalg.norm(rates[:, -1, 0], axis=-1) for _, rates in ribs], axis=1)
@@ -96,8 +96,6 @@ def touching_angle(path: Array, last: Array, length: float) -> Array:
 
 def _touching_angle(view: View, path: Array, case: Case) -> Array:
     """The same of every rib, (nt, ribs), by its contact with the hub."""
-    from evolvent.results.observe.contact import touching_span
-
     points, arc = case.contact.points, case.rib.element_length / case.contact.points
     found = []
     for b in range(case.rib.count):
@@ -110,8 +108,6 @@ def _touching_angle(view: View, path: Array, case: Case) -> Array:
 
 def warning(case: Case, begin: Start, solution: Solution) -> str:
     """Warnings about a case and its run, sentences joined by semicolons."""
-    from evolvent.results.observe import View
-
     view, t = View.of(solution), solution.t
     found = [begin.warning, *case_checks.warnings(case)]
     strain = np.abs(view.fields["elements"]["strain"].mean(axis=2)).max(axis=1)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from evolvent import cases, parts, results
+from evolvent.elements import coil, helix, nodal, resampled
 from evolvent.results.motion import rotation_matrices
 from evolvent_base.dense import product
 from evolvent_base.errors import InputError
@@ -75,8 +77,6 @@ def _rest(case: Case, auto: Array) -> Array:
 
 def _straight(case: Case) -> Array:
     """A straight rib at the hub, or one of its stress-free shape; one whose tip will be carried is taut already."""
-    from evolvent.elements import nodal
-
     drive, rib = case.drive, case.rib
     taut = 1.0 + drive.stretch if drive is not None and drive.kind == "tip" else 1.0
     level = np.array([math.cos(case.first_direction), math.sin(case.first_direction), 0.0])
@@ -91,8 +91,6 @@ def _straight(case: Case) -> Array:
 
 def _curved(case: Case, level: Array) -> Beam:
     """A rib of its stress-free shape, whose tangent at the root has the direction `level` (3,)."""
-    from evolvent import parts
-
     rib = case.rib
     return parts.Beam(
         length=rib.length,
@@ -109,8 +107,6 @@ def _curved(case: Case, level: Array) -> Beam:
 
 def _wound(case: Case) -> Array:
     """A rib wound without stretch, its contact points on the hub or, where turns touch, on the turn below."""
-    from evolvent.elements import coil, helix
-
     rib, contact = case.rib, case.contact
     mesh = (rib.formulation, rib.elements, rib.element_length, rib.section(rib.thinnest), rib.material)
     if rib.pitch > 0.0:
@@ -126,9 +122,6 @@ def _wound(case: Case) -> Array:
 
 def _from_run(case: Case) -> Start:
     """The last sample of a saved run, on the case's elements."""
-    from evolvent import cases, results
-    from evolvent.elements import resampled
-
     run = results.open(case.start)
     if run.attrs["system"] != case.system:
         raise InputError(f"start is {case.start!r}, a run of {run.attrs['system']}; it must be one of {case.system}")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
+from evolvent.elements import Material, Rectangle, Taper
 from evolvent.parts.curve import AnyCurve
 from evolvent_base import units
 from evolvent_base.schema import Section
@@ -200,15 +201,11 @@ class Rib(Section):
     @property
     def material(self) -> Material:
         """What `evolvent.elements` takes."""
-        from evolvent.elements import Material
-
         return Material(young_modulus=self.young_modulus, poisson_ratio=self.poisson, density=self.density)
 
     @property
     def profile(self) -> CrossSection:
         """Section of the whole rib."""
-        from evolvent.elements import Rectangle, Taper
-
         root = Rectangle(thickness=self.thickness, width=self.width)
         if self.tip_thickness is None:
             return root

@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import cases, closed_forms
-from evolvent.results import regular, variables
+from evolvent.elements import axis_shape
+from evolvent.results import closing_numbers, regular, variables
+from evolvent.results.motion import rotation_matrices
 from evolvent.view import balance, show
+from evolvent.view.drawing import motion_of, smooth
 from evolvent_base.figures import Figure, Line, Number, Panel, numbers_of, stacked
 from evolvent_papers.wrapped_rib.case import Case
 from evolvent_papers.wrapped_rib.case_checks import bending_stiffness_ratio
@@ -96,8 +99,6 @@ def _resting_torque(case: Case) -> float | None:
 
 def numbers(run: xr.DataTree) -> list[Number]:
     """Rows of the table; of several ribs, those of the first."""
-    from evolvent.results import closing_numbers
-
     root, case = run.to_dataset(), _case(run)
     time, force, hub = root.time.values, _of(run, "contact-1.normal_force"), case.hub.motion
     rows: list[tuple[Any, ...]] = [
@@ -233,9 +234,6 @@ def curvature_of(run: xr.DataTree, case: Case, rib: int = 1) -> tuple[Array, Arr
     the two points of Gauss's rule, at which its cubic is nearest to the shape that it stands for, at `output.points`
     of it; means where elements meet.
     """
-    from evolvent.elements import axis_shape
-    from evolvent.results.motion import rotation_matrices
-
     length, per = case.rib.element_length, case.output.points
     x, s = _of(run, f"rib-{rib}.position"), _of(run, f"rib-{rib}.slope")
     ends, (at, _) = np.stack([x[:, :-1], s[:, :-1], x[:, 1:], s[:, 1:]], axis=2), np.polynomial.legendre.leggauss(2)
@@ -299,8 +297,6 @@ def _moments(root: xr.Dataset) -> list[int]:
 
 def _shape_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
     """Shapes round the hub at several times (Yi, figure 6): the whole, and what is near the hub."""
-    from evolvent.view.drawing import smooth
-
     time, R, moments = root.time.values, case.hub.radius, _moments(root)
     around, hub = np.linspace(0.0, 2.0 * np.pi, 181), _of(run, "hub.position")[moments]
     whole = [Line(x=R * np.cos(around), y=R * np.sin(around), color="gray", width=1.0, fill="gainsboro")]
@@ -397,8 +393,6 @@ def _along_figure(run: xr.DataTree, root: xr.Dataset, case: Case) -> Figure:
 
 def motion(run: xr.DataTree) -> Motion | None:
     """Ribs, coloured by the force along them or, in phase deploy, by curvature first; contact forces and the hub."""
-    from evolvent.view.drawing import motion_of
-
     case = _case(run)
     found = motion_of(run, title=f"{PHASES[case.phase]} of the rib")
     if found is None:

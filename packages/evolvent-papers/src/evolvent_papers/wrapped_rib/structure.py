@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from evolvent import parts
+from evolvent.analysis.system import System
 from evolvent_base.dense import product
 from evolvent_base.errors import InputError
 from evolvent_papers.wrapped_rib.case import Case
@@ -31,9 +33,6 @@ def build(case: Case, begin: Start) -> System:
     InputError
         If a part is refused, or the drive's ramp is too long.
     """
-    from evolvent import parts
-    from evolvent.analysis.system import System
-
     system, rib, drive, hub, axis = System(), case.rib, case.drive, case.hub, tuple(begin.rotation[:, 2])
     _add_hub(system, case, begin)
     hold: dict[str, Any] = {"type": "clamp" if rib.root == "clamp" else "revolute", "axis": axis}
@@ -53,10 +52,10 @@ def build(case: Case, begin: Start) -> System:
         if max(rib.root_stiffness, rib.root_damping, rib.root_friction) > 0.0 or rib.root_latch is not None:
             outwards = tuple(product(begin.rotation, [math.cos(turn), math.sin(turn), 0.0]))
             spring: dict[str, Any] = {"zero": outwards, "stiffness": rib.root_stiffness, "damping": rib.root_damping}
-            spring |= {"rest": begin.rest[b], "friction_torque": rib.root_friction, "latch": rib.root_latch}
+            spring |= {"rest": begin.rest[b], "friction": rib.root_friction, "latch": rib.root_latch}
             if rib.root_latch is not None:
                 spring |= {"latch_stiffness": rib.root_latch_stiffness, "latch_damping": rib.root_latch_damping}
-            system.add(parts.RotationalSpring(a="hub", b=root, axis=axis, **spring), f"hinge-{k}")
+            system.add(parts.JointSpring(a="hub", b=root, axis=axis, **spring), f"hinge-{k}")
         system.add(parts.Contact(a=f"rib-{k}", b="hub", initial_overlap=sunk, **law), f"contact-{k}")
         if drive is not None and drive.torque is not None:
             ramp = drive.ramp if drive.kind == "torque" else 0.0
@@ -64,23 +63,21 @@ def build(case: Case, begin: Start) -> System:
             system.add(spread, f"drive-{k}")
         if drive is not None and drive.kind == "tip":
             taut = case.strip.length * (1.0 + drive.stretch)
-            path = {"drive": _drive(case, taut / hub.radius), "radius": hub.radius, "length": taut}
-            path["centre"] = (0.0, 0.0, case.root_height + case.rise * (1.0 + drive.stretch))
-            path["zero"] = (math.cos(turn), math.sin(turn), 0.0)
-            system.add(parts.PrescribedMotion(at=f"rib-{k}.tip", **path), f"drive-{k}")
+            path = {"drive": _drive(case, taut / hub.radius), "drum": hub.radius, "length": taut}
+            path["a"] = (0.0, 0.0, case.root_height + case.rise * (1.0 + drive.stretch))
+            path["anchor"] = (math.cos(turn), math.sin(turn), 0.0)
+            system.add(parts.Joint(b=f"rib-{k}.tip", type="involute", **path), f"drive-{k}")
     for k in range(1, rib.count + 1) if case.contact.self else ():
         under = f"rib-{k % rib.count + 1}"  # the next one, or a single rib itself
         layer = {"thickness": [rib.thickness_of(i) for i in range(rib.elements)], "width": rib.width}
         system.add(parts.Contact(a=f"rib-{k}", b=under, around="hub", **layer, **law), f"layer-{k}")
     if hub.motion == "driven":
-        system.add(parts.PrescribedRotation(body="hub", drive=_drive(case, None)), "turn")
+        system.add(parts.Joint(a="ground", b="hub", type="revolute", drive=_drive(case, None)), "turn")
     return system
 
 
 def _add_hub(system: System, case: Case, begin: Start) -> None:
     """The hub as a body; a driven one spins, so that what turns it does work."""
-    from evolvent import parts
-
     hub, at = case.hub, begin.hub
     given: dict[str, Any] = {"motion": "driven", "rate": 0.0, "orientation": at["orientation"]}
     if hub.motion == "free":
@@ -126,8 +123,6 @@ def _law(case: Case, begin: Start) -> dict[str, Any]:
 
 def _drive(case: Case, whole: float | None) -> RampDrive:
     """Angle of the hub, or wound by a carried tip, which ends smoothly at the angle `whole` (rad)."""
-    from evolvent import parts
-
     drive = case.drive
     assert drive is not None
     assert drive.rate is not None

@@ -7,9 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import scipy.linalg
-import scipy.sparse as sparse
-from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, eigsh, splu
+import scipy
 
 from evolvent.algebra.subspaces import all_of, orthonormal, regular_shift
 from evolvent_base.dense import facing
@@ -94,18 +92,18 @@ class Eigenproblem:
         scale, size = abs(K).max(axis=1).toarray().ravel(), G.shape[0]
         norms = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel()) if size else np.zeros(0)
         self.typical = float(np.median(scale[scale > 0.0])) if np.any(scale) else 1.0
-        self.G = sparse.diags(self.typical / norms) @ G if size else G
+        self.G = scipy.sparse.diags(self.typical / norms) @ G if size else G
         self.size = self.n - size
         m = M.diagonal()
         self.fastest = float(np.max(np.abs(K.diagonal()) / m)) or 1.0  # of free bodies alone any shift serves
-        off = sparse.diags(1.0 / np.maximum(scale, 1e-300)) @ abs(K - K.T)
+        off = scipy.sparse.diags(1.0 / np.maximum(scale, 1e-300)) @ abs(K - K.T)
         self.symmetric = C.nnz == 0 and (conservative or float(off.max()) <= SYMMETRIC)
         if self.symmetric:
             self.K = (0.5 * (K + K.T)).tocsc()
         self.weight = weight
         self.rng = np.random.default_rng(1)
         self.symmetric_part = self.K if self.symmetric else (0.5 * (self.K + self.K.T)).tocsc()
-        self.sizes = abs(self.K) if coarse is None else (abs(self.K) + sparse.diags(coarse)).tocsc()
+        self.sizes = abs(self.K) if coarse is None else (abs(self.K) + scipy.sparse.diags(coarse)).tocsc()
         self.still = self.momenta = np.zeros((self.n, 0))
         if rigid is not None:
             self.still = self._without_stiffness(rigid)
@@ -114,12 +112,19 @@ class Eigenproblem:
     def inverse(self, s2: float, s: float = 0.0) -> Any:
         """Function f -> u of (K + s C + s2 M) u + G^T la = f, G u = 0."""
         A, n, W = self.K + s * self.C + s2 * self.M, self.n, self.still
-        borders = [self.G, sparse.csr_matrix(self.typical * (self.momenta / np.linalg.norm(self.momenta, axis=0)).T)]
-        G = sparse.vstack([border for border in borders if border.shape[0]]) if self.G.shape[0] or W.size else None
+        borders = [
+            self.G,
+            scipy.sparse.csr_matrix(self.typical * (self.momenta / np.linalg.norm(self.momenta, axis=0)).T),
+        ]
+        G = (
+            scipy.sparse.vstack([border for border in borders if border.shape[0]])
+            if self.G.shape[0] or W.size
+            else None
+        )
         if G is not None:
-            A = sparse.bmat([[A, G.T], [G, None]])
+            A = scipy.sparse.bmat([[A, G.T], [G, None]])
         A = A.tocsc()
-        lu = splu(A)
+        lu = scipy.sparse.linalg.splu(A)
         across = s * (self.C @ W)
         own = s * (W.T @ (self.C @ W)) + s2 * np.eye(W.shape[1])
 
@@ -235,16 +240,18 @@ class Eigenproblem:
         if self.size <= DENSE or wanted >= self.size - 1:
             mu, V = by_dense_algebra()
         else:
-            operator = LinearOperator((self.n, self.n), matvec=lambda f: inverse(f.ravel()), dtype=float)
+            operator = scipy.sparse.linalg.LinearOperator(
+                (self.n, self.n), matvec=lambda f: inverse(f.ravel()), dtype=float
+            )
 
             def find() -> tuple[Array, Array]:
                 v0 = inverse(self.M @ self.rng.standard_normal(self.n))
-                found, v = eigsh(self.K, k=wanted, M=self.M, sigma=-s2, v0=v0, OPinv=operator)
+                found, v = scipy.sparse.linalg.eigsh(self.K, k=wanted, M=self.M, sigma=-s2, v0=v0, OPinv=operator)
                 return 1.0 / (found + s2), v
 
             try:
                 mu, V = all_of(find, self.M)
-            except ArpackError as error:
+            except scipy.sparse.linalg.ArpackError as error:
                 if self.size > MOST_DENSE:
                     raise InputError(_ROUND_OFF_LEFT.format(size=self.size, most=MOST_DENSE)) from error
                 mu, V = by_dense_algebra()
@@ -481,18 +488,20 @@ class Eigenproblem:
             mu, V = by_dense_algebra()
         else:
             D = np.sqrt(np.tile(self.M.diagonal(), 2))  # light directions are not to dominate
-            operator = LinearOperator((2 * n, 2 * n), matvec=lambda f: D * apply(f.ravel() / D), dtype=float)
+            operator = scipy.sparse.linalg.LinearOperator(
+                (2 * n, 2 * n), matvec=lambda f: D * apply(f.ravel() / D), dtype=float
+            )
 
             def find() -> tuple[Array, Array]:
                 u, v = self.inverse(s2, s)(self.M @ self.rng.standard_normal((n, 2))).T
                 v0 = D * np.concatenate([u / np.linalg.norm(u), v / np.linalg.norm(v)])
-                found: tuple[Array, Array] = eigs(operator, k=2 * count + 8, v0=v0, which="LM")
+                found: tuple[Array, Array] = scipy.sparse.linalg.eigs(operator, k=2 * count + 8, v0=v0, which="LM")
                 return found
 
             try:
                 mu, V = all_of(find)
                 V = V / D[:, None]
-            except ArpackError as error:
+            except scipy.sparse.linalg.ArpackError as error:
                 if 2 * self.size > MOST_DENSE:
                     raise InputError(_ROUND_OFF_LEFT.format(size=self.size, most=MOST_DENSE // 2)) from error
                 mu, V = by_dense_algebra()

@@ -7,9 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import scipy.linalg
-import scipy.sparse as sparse
-from scipy.sparse.linalg import splu
+import scipy
 
 Array = np.ndarray
 
@@ -68,13 +66,13 @@ def constrained(H: Any, A: Any, f: Array, g: Array) -> Array:
     """
     n, m = H.shape[0], A.shape[0]
     if m == 0:
-        found: Array = splu(H.tocsc()).solve(np.ascontiguousarray(f))
+        found: Array = scipy.sparse.linalg.splu(H.tocsc()).solve(np.ascontiguousarray(f))
         return found
     size = abs(H).max(axis=1).toarray().ravel()
     typical = float(np.median(size[size > 0.0])) if np.any(size) else 1.0
     scale = typical / np.sqrt(np.asarray(A.multiply(A).sum(axis=1)).ravel())
-    A = sparse.diags(scale) @ A
-    lu = splu(sparse.bmat([[H, A.T], [A, None]]).tocsc())
+    A = scipy.sparse.diags(scale) @ A
+    lu = scipy.sparse.linalg.splu(scipy.sparse.bmat([[H, A.T], [A, None]]).tocsc())
     whole: Array = lu.solve(np.vstack([f, scale[:, None] * g]))
     return whole[:n]
 

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from evolvent import cases
-from evolvent.results import WELL, display, happened, statistics_of, variables
-from evolvent.view import show
-from evolvent_base import answer as an
+from evolvent import cases, results
+from evolvent.analysis.clearance import clearances
+from evolvent.analysis.clearance_results import marked
+from evolvent.results import WELL, display, happened, statistics_of, unfinished, variables
+from evolvent.view import animation, show
+from evolvent_base import answer as an, plots
 from evolvent_base.errors import InputError, counted
 from evolvent_base.figures import Figure, Line, Number, spectrum
 from evolvent_base.showing import Answered, Page, Sheets
@@ -115,8 +117,6 @@ class RunAccessor(Answered):
         -------
         matplotlib.figure.Figure (a list of them without names), which a notebook shows, or the paths that were written
         """
-        from evolvent_base import plots
-
         drawn: list[Figure] = [show.figure(self._run, names, units=units)] if names else self._system.figures(self._run)
         if path is None:
             sheets = [plots.sheet(figure) for figure in drawn]
@@ -137,9 +137,6 @@ class RunAccessor(Answered):
         -------
         matplotlib.figure.Figure, or the path that was written
         """
-        from evolvent import results
-        from evolvent_base import plots
-
         if not names:
             raise InputError("no variable is named; give names such as 'boom.tip_deflection.y'")
         lines: list[Line] = []
@@ -160,8 +157,6 @@ class RunAccessor(Answered):
 
         Parameters, results and errors are those of `evolvent.analysis.clearance.clearances`. Needs the package coal.
         """
-        from evolvent.analysis.clearance import clearances
-
         return clearances(self._run, pairs)
 
     def animate(
@@ -184,23 +179,16 @@ class RunAccessor(Answered):
         InputError
             If the run holds nothing to draw, or the file cannot be written.
         """
-        from evolvent.results import unfinished
-        from evolvent.view import animation
-
         found = self.motion()
         if found is None:
             raise InputError("the run has nothing to draw, so there is no animation")
         if clearance is not None:
-            from evolvent.analysis.clearance_results import marked
-
             found = marked(found, clearance)
         motion = found.labelled(unfinished(self._run))
         return Page(animation.page(motion)[0]) if path is None else animation.write(motion, path)
 
     def regular(self) -> xr.DataTree:
         """The run at its regular samples alone: without those that were kept where the motion is fast."""
-        from evolvent import results
-
         found: xr.DataTree = results.regular(self._run)
         return found
 
@@ -226,8 +214,6 @@ class RunAccessor(Answered):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the run as NetCDF."""
-        from evolvent import results
-
         results.save(self._run, path)
 
 

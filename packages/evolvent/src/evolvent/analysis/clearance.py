@@ -13,7 +13,7 @@ import xarray as xr
 from evolvent import cases
 from evolvent.assembly.references import split_reference
 from evolvent.parts.beam import Beam
-from evolvent.parts.joint import Joint
+from evolvent.parts.joint import TOUCHING, Joint
 from evolvent.parts.point import Point
 from evolvent.parts.reel import Reel
 from evolvent.parts.rigid_body import RigidBody
@@ -32,8 +32,6 @@ Array = np.ndarray
 _TOUCHING = 1e-6
 #: Steps of the penetration depth of round bodies: leaves at most 3e-4 of their radius.
 _ITERATIONS = 256
-#: Joints that keep a length between points that are apart.
-_ROPES = ("distance", "pulley")
 #: Parts with an extent that are not checked.
 _THIN = {"beam": Beam, "rod": Rod, "thread": Thread, "reel": Reel, "point mass": Point}
 #: Intervals between samples that are written as one.
@@ -120,7 +118,7 @@ def check_package() -> None:
 def _measure() -> Any:
     """The package that finds distances."""
     try:
-        import coal
+        import coal  # an extra
     except ImportError:
         raise InputError("clearances need the package coal; pip install 'evolvent[clearance]' brings it") from None
     return coal
@@ -146,7 +144,9 @@ def _joined(parts: Mapping[str, Any], bodies: Mapping[str, Any]) -> dict[tuple[s
     """Pairs of bodies that a joint holds together to the end of the run, and the joint's name."""
     order, found = list(bodies), {}
     for name, part in parts.items():
-        if not isinstance(part, Joint) or part.type in _ROPES or part.until is not None or part.released_by is not None:
+        if not isinstance(part, Joint) or part.type not in TOUCHING:
+            continue
+        if part.until is not None or part.released_by is not None:
             continue
         a, b = _owner(part.a), _owner(part.b)
         if a in bodies and b in bodies and a != b:

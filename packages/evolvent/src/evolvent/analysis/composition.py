@@ -16,6 +16,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.order import in_order
 from evolvent.assembly.variants import Variants
+from evolvent.parts import registry
 from evolvent.parts.base import Part, check_name
 from evolvent_base import units
 from evolvent_base.errors import InputError, nearest
@@ -187,7 +188,8 @@ class Composition:
         InputError
             If a part holds a law in Python, which no file can hold; the sentence names the part.
         """
-        return cases.dump(self._content(**settings) | {"parts": {name: self._written(name) for name in self._parts}})
+        parts = registry.with_units({name: self._written(name) for name in self._parts})
+        return cases.dump(self._content(**settings) | {"parts": parts})
 
     def _content(self, **settings: Any) -> dict[str, Any]:
         """Content of a case file without the parts."""

@@ -16,10 +16,19 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from evolvent.analysis import closure, runs, trees
+from evolvent import cases
+from evolvent.analysis import accuracy, closure, runs, trees
+from evolvent.analysis.margins.kept_margins import KeptMargins
 from evolvent.analysis.methods import choose_method
 from evolvent.analysis.settings import check_run, sample_times
 from evolvent.cases import CasePlan
+from evolvent.results.fine_samples import Times
+from evolvent.results.kept import is_local, kept_of
+from evolvent.results.tree import root_of
+from evolvent.solvers.common.laws import refusing_laws
+from evolvent.solvers.time.explicit import plan as explicit_plan
+from evolvent.solvers.time.implicit import plan as implicit
+from evolvent.view import show, summary
 from evolvent_base.errors import InputError, RunFailed, in_keys, naming_keys, nearest
 from evolvent_base.schema import Section
 
@@ -112,15 +121,11 @@ class SystemDefinition:
 
     def integration(self, case: Any) -> str:
         """Tolerance or step of the runs of a case, in words."""
-        from evolvent.analysis import accuracy
-
         assembly, times, settings = self.assembled(case, {})
         return accuracy.shown(accuracy.settings_at(self.level, assembly, times, settings))
 
     def system(self, case: Any) -> System:
         """The parts of a case, with its `settings` and `sections`."""
-        from evolvent.analysis import accuracy
-
         found = self.build(case)
         found.settings = {name: value for name, value in self.settings(case).items() if value is not None}
         found.sections = self.sections(case)
@@ -147,13 +152,6 @@ class SystemDefinition:
         InputError
             For whatever can be found before the run.
         """
-        from evolvent.analysis import accuracy
-        from evolvent.analysis.margins.kept_margins import KeptMargins
-        from evolvent.results.fine_samples import Times
-        from evolvent.results.kept import is_local, kept_of
-        from evolvent.results.tree import root_of
-        from evolvent.solvers.time.explicit import plan as explicit_plan
-
         given = self._given(laws)
         keys = self.keys
         with naming_keys(keys):
@@ -229,8 +227,6 @@ class SystemDefinition:
         InputError
             For parts and settings that cannot be used.
         """
-        from evolvent.solvers.common.laws import refusing_laws
-
         assembly = self.build(case, laws=laws).assemble(variants)
         with refusing_laws(assembly):
             settings = self.prepared_settings(case, assembly, laws)
@@ -247,8 +243,6 @@ class SystemDefinition:
         The run has ``run(progress)``, which returns a Solution. What can be found quickly is refused here, what needs
         compiled functions by the function.
         """
-        from evolvent.solvers.time.explicit import plan as explicit_plan
-
         method, _ = choose_method(assembly, settings.get("method", "auto"))
         beams = assembly.model.info.slender > 0
         if method not in explicit_plan.METHODS or (settings.get("step") is None and not beams):
@@ -276,8 +270,6 @@ class SystemDefinition:
         laws : mapping, the laws in Python of the run, by name
         findings : of the solution; found if left out
         """
-        from evolvent import cases
-
         root, warning = self.findings(case, solution) if findings is None else findings
         found = trees.tree(
             solution, case=cases.to_yaml(case), why=why, system=case.system, root=root,
@@ -303,20 +295,14 @@ class SystemDefinition:
 
     def numbers(self, run: Any) -> list[Number]:
         """Rows of the table on the screen."""
-        from evolvent.view import summary
-
         return summary.numbers(run)
 
     def figures(self, run: Any) -> list[Figure]:
         """What is drawn of a run; may be empty."""
-        from evolvent.view import summary
-
         return summary.figures(run)
 
     def motion(self, run: Any) -> Motion | None:
         """Lines, bodies and forces of a run, for animations and files; None where it holds too little."""
-        from evolvent.view import show
-
         return show.motion(run)
 
     def study_figures(self, dataset: xr.Dataset) -> dict[str, Any]:
@@ -353,8 +339,6 @@ class SystemDefinition:
         """
         if not self.steps:
             raise InputError(f"system is {case.system!r}, which is not stepped from outside")
-        from evolvent.solvers.time.implicit import plan as implicit
-
         assembly = self.build(case).assemble()
         settings = self.prepared_settings(case, assembly, {})
         method, _ = choose_method(assembly, settings.get("method", "auto"))

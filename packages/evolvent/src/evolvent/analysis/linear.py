@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from evolvent.elements.reduced_files import write_model
 from evolvent.elements.reduced_models import ReducedModel, check_model

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from evolvent.analysis.variation import Composed
 from evolvent.assembly.references import split_reference
@@ -100,7 +100,7 @@ def of_modes(coarse: VibrationModes, fine: VibrationModes) -> MeshError:
     size = np.outer(np.sum(np.abs(a) ** 2, axis=1), np.sum(np.abs(b) ** 2, axis=1))
     alike = np.abs(a.conj() @ b.T) ** 2 / np.maximum(size, 1e-300)
     apart = np.abs(f[:, None] - g) / np.maximum(np.maximum(f[:, None], g), 1e-300)
-    rows, columns = linear_sum_assignment(1.0 - alike + apart)
+    rows, columns = scipy.optimize.linear_sum_assignment(1.0 - alike + apart)
     partner = np.full(f.size, np.nan)
     partner[rows] = np.where((alike[rows, columns] > ALIKE) | (apart[rows, columns] < 1e-3), g[columns], np.nan)
     size = np.abs(coarse.pole)

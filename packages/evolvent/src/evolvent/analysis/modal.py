@@ -11,9 +11,12 @@ import numpy as np
 from evolvent import results
 from evolvent.analysis.mesh_error import MeshError
 from evolvent.results import netcdf
+from evolvent.results.tree import tree_of
 from evolvent.solvers.common.sampled import empty
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.modal.modal import NOTHING, VibrationModes
+from evolvent.view import animation
+from evolvent.view.drawing import motion_of
 from evolvent_base import __version__, answer as an
 from evolvent_base.showing import Shown
 
@@ -98,9 +101,6 @@ class ModalResults(Shown, VibrationModes):
         ----------
         k, amplitude, frames : as of `states`
         """
-        from evolvent.results.tree import tree_of
-        from evolvent.view.drawing import motion_of
-
         t, y = self.states(k, amplitude, frames)
         s = np.repeat(self.equilibrium.s[-1:], t.size, axis=0)
         kept = empty(self.assembly.model, t.size)
@@ -132,8 +132,6 @@ class ModalResults(Shown, VibrationModes):
         InputError
             If there is no such mode, or the file cannot be written.
         """
-        from evolvent.view import animation
-
         return animation.write(self.motion(k, amplitude=amplitude, frames=frames), path)
 
     def _netcdf(self) -> memoryview:

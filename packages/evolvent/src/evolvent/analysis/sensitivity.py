@@ -6,22 +6,28 @@ it (`evolvent.solvers.sensitivity.neighbours`). A value of the results is the sa
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import lazy_loader as lazy
 import numpy as np
 
 from evolvent import cases
-from evolvent.analysis import runs, trees, variation
+from evolvent.analysis import accuracy, gradient, runs, simulation, trees, variation
 from evolvent.analysis.closure import warning_of
 from evolvent.analysis.composition import Composition
 from evolvent.analysis.methods import choose_method
 from evolvent.analysis.settings import check_run, sample_times
 from evolvent.assembly.families import owner
 from evolvent.model.registry import families
+from evolvent.parts.joint import Joint
+from evolvent.parts.joint_spring import JointSpring
 from evolvent.results.fine_samples import Times
 from evolvent.results.kept import Kept, is_local, kept_of, refusal
+from evolvent.results.tree import root_of
+from evolvent.results.variables import names
 from evolvent.solvers.common.laws import law_failure
 from evolvent.solvers.sensitivity.neighbours import Neighbours, TooFar
 from evolvent.solvers.time.implicit import plan as implicit
@@ -34,6 +40,8 @@ if TYPE_CHECKING:
 
     from evolvent.assembly.assembled import Assembly
     from evolvent.solvers.common.solution import Solution
+else:
+    xr = lazy.load("xarray")
 
 Array = np.ndarray
 #: Changes of a key to both sides, relative to it, or of one that is 0 in its SI unit: the next one where the runs
@@ -75,7 +83,7 @@ def key_of(system: Composition, name: str) -> Key:
     named = variation.parts_of(system, words) if rest else []
     if named:
         part = named[0]
-        place, content = f"parts.{part}.{rest}", {"parts": {part: system._written(part)}}
+        place, content = f"parts.{part}.{rest}", {"parts": {part: system._written(part), **_joints_of(system, part)}}
         values: Any = {"parts": {part: system.parts[part].model_dump()}}
     elif part == "gravity":
         place, content, values = name, {}, {"gravity": system._gravity.tolist()}
@@ -95,6 +103,18 @@ def key_of(system: Composition, name: str) -> Key:
     if quantity is None:
         raise InputError(f"{name!r} is no quantity; a derivative is by a number with a unit")
     return Key(name, float(value), quantity.unit, abs(float(value)) or 1.0)
+
+
+def _joints_of(system: Composition, name: str) -> dict[str, Any]:
+    """What a part acts on, joints and springs of them, as a case file holds it."""
+    found: dict[str, Any] = {}
+    for other in system.parts[name].references():
+        part = system.parts.get(other)
+        if isinstance(part, Joint | JointSpring) and other != name:
+            with contextlib.suppress(InputError):
+                found[other] = system._written(other)
+                found = _joints_of(system, other) | found
+    return found
 
 
 def check(assembly: Assembly, method: str) -> None:
@@ -126,8 +146,6 @@ def sensitivity(
     **settings: Any,
 ) -> xr.Dataset:  # fmt: skip
     """Derivatives of values of a run by keys: see `evolvent.System.sensitivity`."""
-    from evolvent.analysis import accuracy, simulation
-
     values, of = _names("values", values), [key_of(system, name) for name in _names("keys", keys)]
     if mode not in MODES:
         raise InputError(f"mode is {mode!r}; it must be one of {', '.join(MODES)}")
@@ -191,7 +209,6 @@ def _by_adjoint(
     progress: Callable[[float], None] | None, settings: Mapping[str, Any],
 ) -> xr.Dataset:  # fmt: skip
     """Derivatives by the adjoint."""
-    from evolvent.analysis import gradient
 
     def read(solution: Solution) -> tuple[Kept, Array]:
         kept = _kept(solution, values)
@@ -314,9 +331,6 @@ def _changed(system: Composition, key: Key, side: float) -> Assembly:
 
 
 def _kept(solution: Solution, values: Sequence[str]) -> Kept:
-    from evolvent.results.tree import root_of
-    from evolvent.results.variables import names
-
     found = kept_of(
         solution, values, lambda: root_of(solution, {}), fine=np.zeros(solution.t.size, dtype=bool), why=""
     )  # fmt: skip
@@ -363,8 +377,6 @@ def _table(
     attrs: Mapping[str, Any], warning: str,
 ) -> xr.Dataset:  # fmt: skip
     """Values and derivatives with their units."""
-    import xarray as xr
-
     with np.errstate(divide="ignore", invalid="ignore"):
         relative = derivative * np.array([key.value for key in keys]) / value[:, None]
     unit = [own.units(name) for name in names]

@@ -8,7 +8,11 @@ from typing import TYPE_CHECKING, Any
 from evolvent.analysis import runs, trees, variation
 from evolvent.analysis.closure import warning_of
 from evolvent.analysis.composition import Composition
+from evolvent.analysis.margins.kept_margins import KeptMargins
 from evolvent.analysis.methods import choose_method
+from evolvent.results.kept import check_names, is_local, kept_of, refusal
+from evolvent.results.tree import root_of
+from evolvent.results.variables import names
 from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
@@ -26,8 +30,6 @@ def check_kept(assembly: Assembly, keep: Sequence[str], *, method: str = "auto")
     ------
     InputError
     """
-    from evolvent.results.kept import check_names
-
     chosen, _ = choose_method(assembly, method)
     check_names(keep, trees.tree(trees.at_start(assembly, chosen), case="", why=""))
 
@@ -40,8 +42,6 @@ def margins_of(system: Composition, assembly: Assembly, keep: Sequence[str]) -> 
     InputError
         For names that its runs will not have.
     """
-    from evolvent.analysis.margins.kept_margins import KeptMargins
-
     if isinstance(keep, str) or not all(isinstance(name, str) for name in keep):
         raise InputError(f"keep is {keep!r}; it must be a list of variables, such as ['hub.rate.z.last']")
     found = KeptMargins.of(assembly, system.sections.get("margin", {}), keep)
@@ -55,9 +55,6 @@ def kept(
     system: Composition, keep: Sequence[str], progress: Callable[[float], None] | None, settings: Mapping[str, Any]
 ) -> Kept:
     """What is kept of a simulation: see `evolvent.System.simulate`."""
-    from evolvent.results.kept import refusal
-    from evolvent.results.variables import names
-
     assembly = system._assembled()
     margins = margins_of(system, assembly, keep)
     if not margins.need_run:
@@ -90,8 +87,6 @@ def kept_of_variant(
     InputError
         For values that a case would refuse.
     """
-    from evolvent.analysis.margins.kept_margins import KeptMargins
-
     own = variation.with_values(system, values)
     settings = own._run_settings(given)
     assembly = own._assembled()
@@ -108,9 +103,6 @@ def evaluated(
 
     The assembly is of this run alone, which may change its model.
     """
-    from evolvent.results.kept import is_local, kept_of
-    from evolvent.results.tree import root_of
-
     fine = settings.get("fine", True) and (margins.of_run or not is_local(assembly, margins.others))
     own = margins.at_rest is None  # which have been found of the assembly
     solution, why, times = runs.solve(assembly, progress=progress, **{**settings, "fine": fine, "own": own})

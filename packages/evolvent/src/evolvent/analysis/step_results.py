@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.model.registry import constraining
+from evolvent.results import variables
 from evolvent.results.observe import Observed, View, observe_part
 from evolvent.solvers.common.solution import Solution
 from evolvent_base.errors import InputError, nearest
@@ -91,8 +92,6 @@ class StepResults:
         return self._found[name]
 
     def _address_of_name(self, name: Any) -> ResultAddress:
-        from evolvent.results import variables  # whose xarray takes long to load
-
         part = variables.owner(name) if isinstance(name, str) else ""
         if part not in self.assembly.parts or self.assembly.names[part][0] == "events":
             raise InputError(f"no result is called {name!r}; {nearest(str(name), self.names())}")

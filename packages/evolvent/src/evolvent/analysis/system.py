@@ -8,8 +8,15 @@ from typing import TYPE_CHECKING, Any, Self, overload
 
 import numpy as np
 
-from evolvent.analysis import runs, trees, variation
+from evolvent.analysis import mesh_error as mesh, runs, sensitivity, simulation, trees, variation
 from evolvent.analysis.composition import Composition
+from evolvent.analysis.linear import LinearModel
+from evolvent.analysis.loop_modes import loop_modes
+from evolvent.analysis.margins import evaluation
+from evolvent.analysis.modal import ModalResults
+from evolvent.solvers.modal.linear import linearize
+from evolvent.solvers.modal.modes import modes
+from evolvent.solvers.static.static import solve_static
 from evolvent_base.answer import Answer, Section, Table
 from evolvent_base.errors import RunFailed
 from evolvent_base.progress import on_stderr
@@ -36,7 +43,7 @@ class System(Composition, Answered):
     >>> from evolvent import System, parts
     >>> system = System(gravity=(0.0, 0.0, -9.81))
     >>> bob = system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)))
-    >>> rod = system.add(parts.Link(a=(0.0, 0.0, 0.0), b=bob, length=1.0))
+    >>> rod = system.add(parts.Joint(a=(0.0, 0.0, 0.0), b=bob, type="link", length=1.0))
     >>> assembly = system.assemble()
     """
 
@@ -149,8 +156,6 @@ class System(Composition, Answered):
         RunFailed
             If the run did not reach its end; ``.run`` holds what was computed.
         """
-        from evolvent.analysis import simulation
-
         given = {"until": until, "every": every, "fine": fine, "method": method, "step": step}
         given |= {"tolerance": tolerance, "spectral_radius": spectral_radius}
         settings = self._run_settings(given)
@@ -199,8 +204,6 @@ class System(Composition, Answered):
         InputError, RunFailed
             For methods, parts, values and keys that have no derivative, and as of `simulate`.
         """
-        from evolvent.analysis import sensitivity
-
         given = {"until": until, "every": every, "fine": fine, "method": method, "step": step}
         settings = self._run_settings(given | {"tolerance": tolerance, "spectral_radius": spectral_radius})
         with on_stderr(settings["until"]) as shown:
@@ -234,8 +237,6 @@ class System(Composition, Answered):
         RunFailed
             If the run did not reach its end; ``.run`` holds what was computed.
         """
-        from evolvent.analysis.margins import evaluation
-
         asked = evaluation.with_keys(self.sections.get("margin", {}), keys)
         assembly = self.assemble()
 
@@ -279,8 +280,6 @@ class System(Composition, Answered):
         RunFailed
             If there is no equilibrium; ``.run`` holds the last state that was reached.
         """
-        from evolvent.solvers.static.static import solve_static
-
         found = solve_static(
             self.assemble(), load_steps=load_steps, arc_length=arc_length, time=time, rotating=rotating, centre=centre,
             tolerance=tolerance, progress=progress,
@@ -292,8 +291,6 @@ class System(Composition, Answered):
         if run.attrs["status"] == "failed":
             raise RunFailed(run.attrs["message"], run)
         if mesh_error:
-            from evolvent.analysis import mesh_error as mesh
-
             finer = mesh.refined(self).equilibrium(
                 load_steps=load_steps, arc_length=arc_length, time=time, rotating=rotating, centre=centre,
                 tolerance=tolerance, progress=progress,
@@ -327,14 +324,9 @@ class System(Composition, Answered):
         RunFailed
             If there is no equilibrium.
         """
-        from evolvent.analysis.modal import ModalResults
-        from evolvent.solvers.modal.modes import modes
-
         given: Any = {"damped": damped, "time": time, "rotating": rotating, "centre": centre}
         found = ModalResults.of(modes(self.assemble(), count=count, **given))
         if mesh_error:
-            from evolvent.analysis import mesh_error as mesh
-
             finer = modes(mesh.refined(self).assemble(), count=count + mesh.MORE, **given)
             found = dataclasses.replace(found, mesh=mesh.of_modes(found, finer))
         return found
@@ -357,8 +349,6 @@ class System(Composition, Answered):
         InputError
             If no spool reacts, or the start is no steady turn.
         """
-        from evolvent.analysis.loop_modes import loop_modes
-
         return loop_modes(self.assemble(), time=time, values=values, count=count)
 
     def linearize(
@@ -387,9 +377,6 @@ class System(Composition, Answered):
         InputError, RunFailed
             As of `modes`.
         """
-        from evolvent.analysis.linear import LinearModel
-        from evolvent.solvers.modal.linear import linearize
-
         found = linearize(
             self.assemble(), inputs, outputs, modes=modes, method=method, damped=damped, time=time, rotating=rotating,
             centre=centre, boundary=boundary, static_correction=static_correction,

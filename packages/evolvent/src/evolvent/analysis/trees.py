@@ -8,18 +8,32 @@ import json
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
+import lazy_loader as lazy
 import numpy as np
 
+from evolvent import cases, results
+from evolvent.analysis import accessor as accessor  # it registers run.ev
 from evolvent.analysis.closure import check_energy_gain, warning_of
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import axial
 from evolvent.model.registry import motions_of
+from evolvent.results import display
+from evolvent.results.happened import EVENTS, LATCHED, in_order, written_events
+from evolvent.results.kept import is_local
+from evolvent.results.observe import observe
+from evolvent.results.observe.variables import AXES
+from evolvent.results.tree import keep_solution, root_of, tree_of
+from evolvent.results.variables import SHARED, owner
+from evolvent.solvers.common.sampled import empty
+from evolvent.solvers.common.solution import Solution
 from evolvent_base import units
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from evolvent.solvers.common.solution import Solution
+else:
+    xr = lazy.load("xarray")
 
 
 def without(
@@ -43,9 +57,6 @@ def at_start(assembly: Assembly, method: str, t: float = 0.0) -> Solution:
     method : one of `METHODS`
     t : float, s
     """
-    from evolvent.solvers.common.sampled import empty
-    from evolvent.solvers.common.solution import Solution
-
     nothing = Solution(
         assembly=assembly,
         method=method,
@@ -87,11 +98,6 @@ def tree(
     warning : str, what the table and the pages warn of, '' for nothing; None: that of `warning_of`
     keep_states : bool, whether the states stay in memory with the tree, for margins along the run in a report
     """
-    from evolvent import cases
-    from evolvent.analysis import accessor  # noqa: F401  (it registers run.ev)
-    from evolvent.results.happened import EVENTS, written_events
-    from evolvent.results.tree import keep_solution, tree_of
-
     solution, now = check_energy_gain(solution), datetime.datetime.now(datetime.UTC)
     files = cases.files_of_case(solution.assembly.parts) if case else {}
 
@@ -114,9 +120,6 @@ def tree(
 
 def latches_of(solution: Solution) -> str:
     """Sentences on the latches that have locked in a run, in order of time; '' where none has."""
-    from evolvent.results import display
-    from evolvent.results.happened import LATCHED, in_order
-
     rows, found = motions_of(solution.assembly.model), []
     names = {place: name for name, place in solution.assembly.names.items()}
     for time, place, what in in_order(solution):
@@ -129,8 +132,6 @@ def latches_of(solution: Solution) -> str:
 
 
 def _attributes(solution: Solution, *, case: str, system: str, date: datetime.datetime) -> dict[str, Any]:
-    from evolvent import results
-
     laws = {str(k): getattr(law, "__name__", str(k)) for k, law in solution.assembly.laws.items()}
     return results.attributes(
         system=system,
@@ -156,14 +157,6 @@ def observed(
     names : full names of variables; those that are not there are left out
     system, root : as of `tree`
     """
-    import xarray as xr
-
-    from evolvent.results.kept import is_local
-    from evolvent.results.observe import observe
-    from evolvent.results.observe.variables import AXES
-    from evolvent.results.tree import root_of
-    from evolvent.results.variables import SHARED, owner
-
     wanted = list(names)
     of_parts = all(owner(name) in solution.assembly.parts for name in wanted)
     if of_parts and is_local(solution.assembly, wanted):

@@ -83,7 +83,7 @@ def _is_usable(name: Any) -> bool:
 
 def lacks_package(content: Any) -> bool:
     """Whether a case has a system, or parts of a kind, that is not known here: those of a package outside."""
-    from evolvent.parts import registry
+    from evolvent.parts import registry  # loads the engine, which a list of cases does not need
 
     if not isinstance(content, Mapping) or not isinstance(content.get("system"), str):
         return False
@@ -125,7 +125,7 @@ def unusable() -> list[str]:
     """Sentences on systems and parts of other packages that cannot be loaded."""
     found: list[str] = []
     if plugins.outside("evolvent.parts") or plugins.outside("evolvent.families"):  # they take long to load
-        from evolvent.parts import registry
+        from evolvent.parts import registry  # loads the engine, which a list of cases does not need
 
         found += registry.unusable().values()
     for name in (point.name for point in plugins.outside(GROUP)):

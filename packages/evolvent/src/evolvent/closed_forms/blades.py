@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple, TypeVar
 
 import numpy as np
+import scipy
 
 from evolvent_base.errors import InputError
 
@@ -156,8 +157,6 @@ def spin_up_swing(
 
         (J/N + M L0^2) p'' + L0 S (b'' cos d + b'^2 sin d) = Q/N,   I b'' + L0 S (p'' cos d - p'^2 sin d) = 0
     """
-    from scipy.integrate import solve_ivp
-
     M, S, I = blade_moments(rotor, length)  # noqa: E741
     LS, B = rotor.offset * S, rotor.inertia / rotor.blades + M * rotor.offset**2
     if until is None and rate == 0.0:
@@ -178,7 +177,9 @@ def spin_up_swing(
 
     wound.terminal = True  # type: ignore[attr-defined]
     begin = [0.0, 0.0, rate, rate]
-    found = solve_ivp(rates, (0.0, end), begin, "DOP853", events=wound, rtol=1e-8, atol=1e-11, dense_output=True)
+    found = scipy.integrate.solve_ivp(
+        rates, (0.0, end), begin, "DOP853", events=wound, rtol=1e-8, atol=1e-11, dense_output=True
+    )
     time = np.linspace(0.0, float(found.t[-1]), 2001)
     y = found.sol(time)
     return time, y[0] - y[1], y[2]
@@ -197,8 +198,6 @@ def step_torque_limit(rotor: Rotor, length: float, rate: float, *, ramp: float =
         Infinite where no torque up to 64 times the `slow_torque_limit` reaches 90 degrees; 0 without spin, to which
         it tends as the square of the rate: the period of the lag then is long beside any ramp.
     """
-    from scipy.optimize import brentq
-
     if rate == 0.0:
         return 0.0
 
@@ -210,6 +209,6 @@ def step_torque_limit(rotor: Rotor, length: float, rate: float, *, ramp: float =
         low *= 0.5
     for _ in range(MOST_DOUBLINGS):
         if over(high) > 0.0:
-            return float(brentq(over, low, high, rtol=1e-6))
+            return float(scipy.optimize.brentq(over, low, high, rtol=1e-6))
         low, high = high, 2.0 * high
     return math.inf

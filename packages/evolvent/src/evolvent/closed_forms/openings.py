@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from evolvent.closed_forms.strips import Strip, deployment_speed
 
@@ -58,8 +59,6 @@ def opening(rib: Strip, *, alpha: float = 0.0, damping: float = 0.0, turn: float
     rib turns about its root with the inertia I = m L^3/3. Drag takes alpha of its rate in each radian and the damper
     damping/I, for its angular impulse is damping times the angle by which the root turns, whatever the rib's shape.
     """
-    from scipy.integrate import solve_ivp
-
     v, R, L = deployment_speed(rib), rib.radius, rib.length
 
     def rates(length: float, state: np.ndarray) -> list[float]:
@@ -68,7 +67,7 @@ def opening(rib: Strip, *, alpha: float = 0.0, damping: float = 0.0, turn: float
 
     first = FIRST * L
     start = [first * v * v, 0.5 * first**2 / (R * v)]
-    found = solve_ivp(rates, (first, L), start, method="LSODA", rtol=1e-9, atol=1e-12 * L * v * v)
+    found = scipy.integrate.solve_ivp(rates, (first, L), start, method="LSODA", rtol=1e-9, atol=1e-12 * L * v * v)
     unwound, tip_speed = float(found.y[1, -1]), math.sqrt(max(float(found.y[0, -1]) / L, 0.0))
     taken = alpha + damping / (rib.line_density * L**3 / 3.0)  # of the rate, in each radian
     rate, began = tip_speed / L - taken * turn, tip_speed / L

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 Array = np.ndarray
 Rates = Callable[[float, Array], list[float]]
@@ -91,8 +92,6 @@ def string_winding(
     a part bends it, so that this is an estimate then. The tip's speed l ph' grows as l^(-1/2) at the end: the whip of
     the last piece, which no mesh resolves. Strong damping makes the equations stiff: an implicit method is taken.
     """
-    from scipy.integrate import solve_ivp
-
     R, L, m = rib.radius, rib.length, rib.line_density
     quarter = 0.5 * math.pi
 
@@ -102,7 +101,9 @@ def string_winding(
     wound.terminal = True  # type: ignore[attr-defined]
     method = {"method": "DOP853", "rtol": 1e-11} if alpha < STIFF else {"method": "Radau", "rtol": 1e-9}
     rates, begin = _string_rates(rib, torque, alpha, damped), [start_angle, 0.0, 0.0, 0.0]
-    found = solve_ivp(rates, (0.0, longest), begin, events=wound, atol=1e-13, dense_output=True, **method)
+    found = scipy.integrate.solve_ivp(
+        rates, (0.0, longest), begin, events=wound, atol=1e-13, dense_output=True, **method
+    )
     time = np.linspace(0.0, float(found.t[-1]), samples)
     turn, rate, work, drag = found.sol(time)
     wrap = np.maximum(turn - quarter, 0.0)

@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from evolvent.closed_forms.strips import Array, Strip
 from evolvent_base.errors import InputError
@@ -140,8 +141,6 @@ def held_tails(rib: Strip, *, samples: int = 40, curvature: float = 0.0) -> Held
     a boundary-value problem for (x, y, ph, M, F) and g m. Tails are longer until the rib would be pressed along its
     axis where it leaves the hub: what lies on the hub would then lift off, and the rib no longer rests in this shape.
     """
-    from scipy.integrate import solve_bvp
-
     if samples < 2:
         raise InputError(f"samples is {samples}; it must be 2 or more tails")
     if rib.taper != 1.0:
@@ -166,7 +165,7 @@ def held_tails(rib: Strip, *, samples: int = 40, curvature: float = 0.0) -> Held
             """What vanishes: it leaves the hub along the tangent with the curvature 1/R, and is free."""
             return np.array([a[0] - 1.0, a[1], a[2] - 0.5 * math.pi, a[3] + own - 1.0, b[3], b[4], b[5]])
 
-        solution = solve_bvp(rates, ends, nodes, values, p=[field], tol=1e-6, max_nodes=4000)
+        solution = scipy.integrate.solve_bvp(rates, ends, nodes, values, p=[field], tol=1e-6, max_nodes=4000)
         if not solution.success:
             raise ArithmeticError(f"the tail of {tail * rib.radius:.4g} m is not found: {solution.message}")
         nodes, values, field = solution.x, solution.y, float(solution.p[0])
@@ -228,8 +227,6 @@ def spun_tail(rib: Strip, rate: float, alpha: float) -> SpunTail:
     Where alpha << W the moments of a tail that is nearly radial, N R = alpha m W r^3/3 with N = m W^2 r^2/2, give
     3 W R/(2 alpha).
     """
-    from scipy.integrate import solve_ivp
-
     if not (math.isfinite(rate) and rate != 0.0):
         raise InputError(f"rate is {rate:g} rad/s; it must be a finite number other than 0")
     if not (math.isfinite(alpha) and alpha >= 0.0):
@@ -254,7 +251,9 @@ def spun_tail(rib: Strip, rate: float, alpha: float) -> SpunTail:
     tangent.terminal = hinge.terminal = True  # type: ignore[attr-defined]
     z, force = 1.0 - step * k, k * step
     begin = [z.real, z.imag, force.real, force.imag, step]
-    found = solve_ivp(rates, (0.0, 100.0), begin, events=(tangent, hinge), method="DOP853", rtol=1e-10, atol=1e-15)
+    found = scipy.integrate.solve_ivp(
+        rates, (0.0, 100.0), begin, events=(tangent, hinge), method="DOP853", rtol=1e-10, atol=1e-15
+    )
     if found.status != 1:
         raise ArithmeticError(f"the tail at {rate:g} rad/s in a drag of {alpha:g} 1/s is not found: {found.message}")
     x, y, fx, fy, arc = found.y[:, -1]

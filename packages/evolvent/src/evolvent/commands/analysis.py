@@ -6,17 +6,24 @@ import os
 from typing import Any
 
 import click
+import lazy_loader as lazy
 
 from evolvent.commands.run import print_rows
 from evolvent_base import files, options as shared
 from evolvent_base.console import echo, once
 from evolvent_base.errors import RunFailed
 
+animation = lazy.load("evolvent.view.animation", suppress_warning=True)
+cases = lazy.load("evolvent.cases", suppress_warning=True)
+mesh = lazy.load("evolvent.analysis.mesh_error", suppress_warning=True)
+plots = lazy.load("evolvent_base.plots", suppress_warning=True)
+results = lazy.load("evolvent.results", suppress_warning=True)
+show = lazy.load("evolvent.view.show", suppress_warning=True)
+showing = lazy.load("evolvent_base.showing", suppress_warning=True)
+
 
 def _loaded(case: str, assignments: tuple[str, ...]) -> tuple[Any, Any]:
     """The checked case, and the definition of its system."""
-    from evolvent import cases
-
     loaded = cases.load(case, cases.parse_assignments(assignments))
     return loaded, cases.system(loaded.system)
 
@@ -48,8 +55,6 @@ def modes(
 
     Prints frequencies (Hz), damping ratios and effective masses.
     """
-    from evolvent_base import showing
-
     _check_targets(output, figures, case)
     loaded, definition = _loaded(case, assignments)
     found = definition.modes(loaded, count=count, mesh_error=mesh_error)
@@ -76,10 +81,6 @@ def equilibrium(
     case: str, assignments: tuple[str, ...], mesh_error: bool, output: str | None, figures: str | None
 ) -> None:
     """Find the equilibrium of a CASE under its loads, from its start."""
-    from evolvent import results
-    from evolvent.analysis import mesh_error as mesh
-    from evolvent.view import show
-
     _check_targets(output, figures, case)
     loaded, definition = _loaded(case, assignments)
     found = definition.equilibrium(loaded, mesh_error=mesh_error)
@@ -96,10 +97,6 @@ def equilibrium(
 
 def _draw(found: Any, folder: str) -> None:
     """Figures along the parts, and the shape as a page."""
-    from evolvent import results
-    from evolvent.view import animation, show
-    from evolvent_base import plots
-
     paths = plots.draw(show.figures(found), folder, label=results.unfinished(found))
     motion = show.motion(found)
     if motion is not None:

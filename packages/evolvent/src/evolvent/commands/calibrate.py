@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import os
+import pathlib
+
 import click
+import lazy_loader as lazy
 
 from evolvent_base import files, options as shared, progress
 from evolvent_base.console import INTERRUPTED, echo, showing_progress
+
+errors = lazy.load("evolvent_base.errors", suppress_warning=True)
+fitting = lazy.load("evolvent.design.calibration.fit", suppress_warning=True)
+showing = lazy.load("evolvent_base.showing", suppress_warning=True)
 
 
 @click.command()
@@ -37,26 +45,23 @@ def calibrate(
     reads. The folder keeps report.html, calibration.json, the case with the fitted values, a figure, and every
     evaluation: the same command continues where it was stopped.
     """
-    import os
-    import pathlib
-
-    from evolvent.design.calibration import fit as fitting
-    from evolvent_base import showing
-    from evolvent_base.errors import InputError
-
     name = os.path.splitext(os.path.basename(case))[0]
     folder = pathlib.Path(output or f"{name}-calibration")
     files.check_writable_folder(str(folder))
     try:
         deviations = None if std is None else [float(x) for x in std.split(",")]
     except ValueError:
-        raise InputError(f"--std is {std!r}; it must be numbers with commas between them, such as 0.01,0.2") from None
+        raise errors.InputError(
+            f"--std is {std!r}; it must be numbers with commas between them, such as 0.01,0.2"
+        ) from None
 
     limits = {}
     for text in bounds:
         key, equals, ends = (part.strip() for part in text.partition("="))
         if not equals or ends.count(",") != 1:
-            raise InputError(f"--bounds {text!r} is not of the form KEY=LOW,HIGH, such as 'body.inertia=1,3 kg m^2'")
+            raise errors.InputError(
+                f"--bounds {text!r} is not of the form KEY=LOW,HIGH, such as 'body.inertia=1,3 kg m^2'"
+            )
         limits[key] = [end.strip() for end in ends.split(",")]
 
     def show(count: int, rms: float) -> None:

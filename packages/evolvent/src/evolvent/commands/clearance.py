@@ -6,6 +6,7 @@ import os
 from typing import TYPE_CHECKING, Any
 
 import click
+import lazy_loader as lazy
 
 from evolvent_base import options as shared, progress
 from evolvent_base.console import echo, showing_progress
@@ -13,6 +14,14 @@ from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
     import xarray as xr
+
+cases = lazy.load("evolvent.cases", suppress_warning=True)
+distances = lazy.load("evolvent.analysis.clearance", suppress_warning=True)
+export = lazy.load("evolvent.commands.export", suppress_warning=True)
+request = lazy.load("evolvent.exports.request", suppress_warning=True)
+results = lazy.load("evolvent.results", suppress_warning=True)
+showing = lazy.load("evolvent_base.showing", suppress_warning=True)
+shown = lazy.load("evolvent.analysis.clearance_results", suppress_warning=True)
 
 #: Endings of animations.
 _MOVING = (".html", ".gif", ".mp4")
@@ -43,9 +52,6 @@ def clearance(
     evolvent clearance solar-array --figure clearance.png
     evolvent clearance run.nc --pair "panel 1,satellite" --check
     """  # noqa: D301
-    from evolvent.analysis import clearance as distances, clearance_results as shown
-    from evolvent_base import showing
-
     if output is not None:
         showing.check_ending(output, shown.ENDINGS, "clearances")
     if animation is not None and os.path.splitext(animation)[1] not in _MOVING:
@@ -68,11 +74,8 @@ def clearance(
 
 def _write_animation(run: Any, path: str, found: xr.Dataset) -> None:
     """Write the animation in the format that its name has."""
-    from evolvent.commands.export import writer
-    from evolvent.exports.request import Request
-
     with showing_progress():
-        echo(f"animation: {writer(os.path.splitext(path)[1][1:])(run, path, Request(clearance=found))}")
+        echo(f"animation: {export.writer(os.path.splitext(path)[1][1:])(run, path, request.Request(clearance=found))}")
 
 
 def _pair(text: str) -> list[str]:
@@ -85,8 +88,7 @@ def _pair(text: str) -> list[str]:
 
 def _run(source: str, assignments: tuple[str, ...], quiet: bool) -> Any:
     """The run of a results file, or of a case."""
-    from evolvent import cases, results
-    from evolvent.analysis import accessor as accessor
+    from evolvent.analysis import accessor as accessor  # registers run.ev, with the engine
 
     if os.path.splitext(source)[1] == ".nc":
         if assignments:

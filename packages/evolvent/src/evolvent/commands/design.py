@@ -7,10 +7,15 @@ from collections.abc import Iterable
 from typing import Any
 
 import click
+import lazy_loader as lazy
 
 from evolvent_base import options as shared, progress
 from evolvent_base.console import showing_progress
 from evolvent_base.errors import InputError, RunFailed
+
+cases = lazy.load("evolvent.cases", suppress_warning=True)
+search = lazy.load("evolvent.design.optimization.search", suppress_warning=True)
+showing = lazy.load("evolvent_base.showing", suppress_warning=True)
 
 
 @click.command()
@@ -52,10 +57,6 @@ def design(case: str, **options: Any) -> None:
     evolvent design solar-array --vary "parts.hinge 1.stiffness=0.1 to 0.4 N m/rad" \\
         --minimize "hinge 1.latch_work.last" --subject-to "margin >= 0" --subject-to "hinge 1.latch_time <= 15 s"
     """  # noqa: D301
-    from evolvent import cases
-    from evolvent.design.optimization import search
-    from evolvent_base import showing
-
     output, page, picture = options["output"], options["report"], options["figure"]
     shared.check_output(output, case, "design.yaml")
     shared.check_files(figure=picture, report=page)
@@ -91,8 +92,6 @@ def _pairs(option: str, given: Iterable[str], form: str, *, bare: bool = False) 
     ----------
     bare : whether a key may stand alone
     """
-    from evolvent import cases
-
     found: dict[str, Any] = {}
     for text in given:
         keys, equals, value = (part.strip() for part in text.partition("="))

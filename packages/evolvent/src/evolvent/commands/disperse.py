@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
+import lazy_loader as lazy
 
 from evolvent.commands.sweep import Reached
 from evolvent_base import options as shared
@@ -16,6 +17,15 @@ from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
     from evolvent.design.studies import Study
+
+cases = lazy.load("evolvent.cases", suppress_warning=True)
+dispersed = lazy.load("evolvent.design.dispersions.dispersed", suppress_warning=True)
+order = lazy.load("evolvent.design.dispersions.order", suppress_warning=True)
+progress = lazy.load("evolvent_base.progress", suppress_warning=True)
+runner = lazy.load("evolvent.design.studies.runner", suppress_warning=True)
+showing = lazy.load("evolvent_base.showing", suppress_warning=True)
+st = lazy.load("evolvent.design.studies.study", suppress_warning=True)
+store = lazy.load("evolvent.design.studies.store", suppress_warning=True)
 
 #: Names in a key of a case, and several keys that share one draw.
 _KEYS = r"\w+(?:\.\w[\w -]*)*(?:\s*,\s*\w+(?:\.\w[\w -]*)*)*"
@@ -53,10 +63,6 @@ def disperse(case: str, **options: Any) -> None:
     MODE, HIGH), normal(MEAN, STD), truncated-normal(MEAN, STD, LOW, HIGH), table(VALUE, VALUE, ...), table(FILE.csv),
     table(FILE.csv, COLUMN). Run the same command again to continue after Ctrl-C or any other end.
     """  # noqa: D301
-    from evolvent.design.dispersions import dispersed
-    from evolvent.design.studies import runner, store
-    from evolvent_base import progress, showing
-
     runner.check_installed()
     coverage, confidence = (_share(name, options[name]) for name in ("coverage", "confidence"))
     quiet, reached = options["quiet"], Reached()
@@ -93,10 +99,6 @@ def _share(name: str, percent: float) -> float:
 
 def _study(case: str, options: Mapping[str, Any], coverage: float, confidence: float) -> Study:
     """The study of a case with the options, or the study of that name or file, changed by them."""
-    from evolvent import cases
-    from evolvent.design.dispersions import dispersed, order
-    from evolvent.design.studies import study as st
-
     changes: dict[str, Any] = {
         "over": dict(_pairs("--vary", options["vary"], _distribution)),
         "set": cases.parse_assignments(options["assignments"]),

@@ -7,10 +7,21 @@ import os
 from typing import Any
 
 import click
+import lazy_loader as lazy
 
 from evolvent_base import files, progress
 from evolvent_base.console import echo, once, showing_progress
 from evolvent_base.errors import InputError, nearest
+
+gltf = lazy.load("evolvent.exports.gltf", suppress_warning=True)
+matlab = lazy.load("evolvent.exports.matlab", suppress_warning=True)
+moving = lazy.load("evolvent.exports.moving", suppress_warning=True)
+page = lazy.load("evolvent.exports.page", suppress_warning=True)
+report_page = lazy.load("evolvent.exports.report", suppress_warning=True)
+request = lazy.load("evolvent.exports.request", suppress_warning=True)
+results = lazy.load("evolvent.results", suppress_warning=True)
+table = lazy.load("evolvent.exports.table", suppress_warning=True)
+vtk = lazy.load("evolvent.exports.vtk", suppress_warning=True)
 
 #: Formats: ending of what is written unless named.
 ENDINGS = {
@@ -76,18 +87,16 @@ def export(
         raise InputError(f"--decimal is for csv; --to {kind} has none")
     if clearance and kind not in _PICTURES:
         raise InputError(f"--clearance is for {', '.join(_PICTURES)}; --to {kind} has no colours")
-    from evolvent import results
-
     found = results.open(path)
     target = os.path.splitext(path)[0] + ENDINGS[kind] if output is None else output
     _check_target(path, target, folder=kind in _FOLDERS)
-    from evolvent.exports.request import Request
-
     struck = found.ev.clearance() if clearance else None
     with showing_progress():
         progress.report(f"writing {kind}")
-        request = Request(frames=frames, speed=speed, axes=axes, large=large, decimal=decimal or ".", clearance=struck)
-        written = writer(kind)(found, target, request)
+        asked = request.Request(
+            frames=frames, speed=speed, axes=axes, large=large, decimal=decimal or ".", clearance=struck
+        )
+        written = writer(kind)(found, target, asked)
     echo(f"{kind}: {written}")
     _print_label(found)
 
@@ -98,18 +107,13 @@ def export(
 @click.option("--clearance", is_flag=True, help="Add clearances between bodies; needs the package coal.")
 def report(path: str, output: str | None, clearance: bool) -> None:
     """Write a report of a results file as one self-contained HTML page."""
-    from evolvent import results
-
     found = results.open(path)
     target = os.path.splitext(path)[0] + "-report.html" if output is None else output
     _check_target(path, target, folder=False)
-    from evolvent.exports import report as page
-    from evolvent.exports.request import shown_size
-
     with showing_progress():
         progress.report("writing the report")
-        size = page.write(found, target, clearance=clearance)
-    echo(f"report: {target} ({shown_size(size)})")
+        size = report_page.write(found, target, clearance=clearance)
+    echo(f"report: {target} ({request.shown_size(size)})")
     _print_label(found)
 
 
@@ -125,26 +129,13 @@ def _check_target(path: str, target: str, *, folder: bool) -> None:
 
 def _print_label(found: Any) -> None:
     """Print the label of a run that did not reach its end."""
-    from evolvent.results import unfinished
-
-    if label := unfinished(found):
+    if label := results.unfinished(found):
         echo(f"label on the files: {label}")
 
 
 def writer(kind: str) -> Any:
     """What writes a format; its libraries are loaded with it."""
-    if kind == "vtk":
-        from evolvent.exports.vtk import write
-    elif kind == "csv":
-        from evolvent.exports.table import write
-    elif kind == "mat":
-        from evolvent.exports.matlab import write
-    elif kind == "html":
-        from evolvent.exports.page import write
-    elif kind == "glb":
-        from evolvent.exports.gltf import write
-    elif kind == "gif":
-        from evolvent.exports.moving import gif as write
-    else:
-        from evolvent.exports.moving import mp4 as write
-    return write
+    if kind in ("gif", "mp4"):
+        return getattr(moving, kind)
+    modules: dict[str, Any] = {"vtk": vtk, "csv": table, "mat": matlab, "html": page, "glb": gltf}
+    return modules[kind].write

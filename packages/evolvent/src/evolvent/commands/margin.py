@@ -5,10 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import click
+import lazy_loader as lazy
 
 from evolvent_base import options as shared
 from evolvent_base.console import showing_progress
 from evolvent_base.errors import RunFailed
+
+answer = lazy.load("evolvent_base.answer", suppress_warning=True)
+cases = lazy.load("evolvent.cases", suppress_warning=True)
+results = lazy.load("evolvent.analysis.margins.results", suppress_warning=True)
+showing = lazy.load("evolvent_base.showing", suppress_warning=True)
 
 
 @click.command()
@@ -38,12 +44,8 @@ def margin(
     evolvent margin solar-array
     evolvent margin solar-array --factors NASA-STD-5017B --check -o margins.json
     """  # noqa: D301
-    from evolvent import cases
-    from evolvent.analysis.margins.results import MarginResults
-    from evolvent_base import answer, showing
-
     if output is not None:
-        MarginResults.check_ending(output)
+        results.MarginResults.check_ending(output)
     shared.check_files(output=output, figure=figure, report=report)
     loaded, keys = _loaded(case, cases.parse_assignments(assignments))
     if factors is not None:
@@ -59,8 +61,6 @@ def margin(
 
 def _loaded(case: str, given: dict[str, Any]) -> tuple[Any, dict[str, Any]]:
     """A case with the values of its keys, and keys of margins, where the cases of its system have no key `margin`."""
-    from evolvent import cases
-
     own = {key: value for key, value in given.items() if key.startswith("margin.")}
     loaded = cases.load(case, {key: value for key, value in given.items() if key not in own})
     if "margin" in type(loaded).model_fields:

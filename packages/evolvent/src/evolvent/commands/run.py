@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
+import lazy_loader as lazy
 
 from evolvent_base import files, options as shared, progress, startup
 from evolvent_base.console import INTERRUPTED, figure_format, note, once, say, showing_progress
@@ -19,6 +20,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from evolvent_base.schema import Section
+
+animation = lazy.load("evolvent.view.animation", suppress_warning=True)
+cases = lazy.load("evolvent.cases", suppress_warning=True)
+drawings = lazy.load("evolvent.exports.drawings", suppress_warning=True)
+report = lazy.load("evolvent.exports.report", suppress_warning=True)
+results = lazy.load("evolvent.results", suppress_warning=True)
 
 
 @click.command()
@@ -56,8 +63,6 @@ def run(
     Without -o the new folder CASE-run keeps all of it: run.nc, figures, animation.html and report.html. Ctrl-C ends the
     run and keeps what was computed.
     """
-    from evolvent import cases
-
     loaded = cases.load(case, cases.parse_assignments(assignments))
     module = cases.system(loaded.system)
     targets = _targets(case, output, figures, no_figures)
@@ -87,8 +92,6 @@ class _Targets(NamedTuple):
 
 def _targets(case: str, output: str | None, figures: str | None, no_figures: bool) -> _Targets:
     """Where a run is kept; what could not be written is refused."""
-    from evolvent import cases
-
     if no_figures and figures is not None:
         raise InputError(f"--figures {figures!r} and --no-figures are both given; give one of them")
     if output is None:
@@ -151,8 +154,6 @@ def _with_parents(path: str) -> list[str]:
 
 def _store(found: xr.Dataset, targets: _Targets, kind: str, quiet: bool) -> None:
     """Table, results file, figures and report of a run: what is wanted first and is quick comes first."""
-    from evolvent import results
-
     try:
         if not quiet:
             table(found)
@@ -162,8 +163,6 @@ def _store(found: xr.Dataset, targets: _Targets, kind: str, quiet: bool) -> None
         results.save(found, targets.results)
     written = [] if targets.figures is None else draw(found, targets.figures, kind, quiet)
     if targets.report is not None:
-        from evolvent.exports import report
-
         with showing_progress(quiet=quiet):
             progress.report("writing the report")
             report.write(found, targets.report, written=written)
@@ -188,9 +187,6 @@ def list_names(written: Sequence[str], folder: str | None) -> None:
 
 def draw(found: xr.Dataset, folder: str, kind: str, quiet: bool) -> list[str]:
     """Figures and animation of a run; returns the files' paths."""
-    from evolvent import cases
-    from evolvent.view import animation
-
     with showing_progress(quiet=quiet):
         progress.report("drawing figures")
         startup.load_drawing()
@@ -198,15 +194,11 @@ def draw(found: xr.Dataset, folder: str, kind: str, quiet: bool) -> list[str]:
         if not figures and motion is None:
             note("no figures, for the run holds too little to draw")
             return []
-        from evolvent.exports import drawings  # what draws takes longer to load than most runs take
-
         return drawings.write(found, figures, motion, folder, kind=kind)
 
 
 def table(found: xr.Dataset) -> None:
     """Print the results that a user wants to see at once."""
-    from evolvent import cases
-
     status = found.attrs["status"]
     message = found.attrs["message"].removeprefix(status).lstrip()
     rows = [("status", status if status == "success" else f"{status}: {message}")]

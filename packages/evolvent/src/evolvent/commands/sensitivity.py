@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import click
+import lazy_loader as lazy
 
 from evolvent_base import files, options as shared
 from evolvent_base.console import showing_progress
+
+cases = lazy.load("evolvent.cases", suppress_warning=True)
+showing = lazy.load("evolvent_base.showing", suppress_warning=True)
 
 
 @click.command()
@@ -28,9 +32,7 @@ def sensitivity(
     \b
     evolvent sensitivity solar-array --of "hinge 1.latch_time" --by "parts.hinge 1.stiffness" --by "parts.panel 1.mass"
     """  # noqa: D301
-    from evolvent import cases
-    from evolvent.analysis.sensitivity import answer
-    from evolvent_base import showing
+    from evolvent.analysis.sensitivity import answer  # loads the engine
 
     if output is not None:
         showing.check_ending(output, (".csv",), "sensitivities")

@@ -10,22 +10,26 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal, Protocol, get_args, get_origin, runtime_checkable
 
 import click
+import lazy_loader as lazy
 
 from evolvent.commands.run import beside, draw, list_names, print_rows, table
-from evolvent_base import files
+from evolvent_base import files, plugins, schema as base_schema
 from evolvent_base.console import echo, figure_format, once, say
 from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     from evolvent_base.schema import Section
 
+cases = lazy.load("evolvent.cases", suppress_warning=True)
+plots = lazy.load("evolvent_base.plots", suppress_warning=True)
+results = lazy.load("evolvent.results", suppress_warning=True)
+studies = lazy.load("evolvent.design.studies", suppress_warning=True)
+view_show = lazy.load("evolvent.view.show", suppress_warning=True)
+
 
 @click.command("list")
 def list_cases() -> None:
     """List the built-in cases, and the studies for `evolvent sweep`."""
-    from evolvent import cases
-    from evolvent.design import studies
-
     found = cases.built_in() | {name: f"study: {what}" for name, what in studies.built_in().items()}
     width = max(len(name) for name in found)
     for name, what in found.items():
@@ -35,8 +39,6 @@ def list_cases() -> None:
 
 def _say_unusable(sentences: Iterable[str]) -> None:
     """Say why plug-ins cannot be used, unless that was said as they were loaded."""
-    from evolvent_base import plugins
-
     for sentence in sentences:
         if sentence not in plugins.said:
             echo(f"evolvent: {sentence}", err=True)
@@ -46,9 +48,6 @@ def _say_unusable(sentences: Iterable[str]) -> None:
 @click.argument("case", metavar="CASE|FILE")
 def show(case: str) -> None:
     """Print a built-in CASE or study, to be kept in a file and edited; of a case FILE all keys, defaults included."""
-    from evolvent import cases
-    from evolvent.design import studies
-
     if case in studies.built_in():
         echo(studies.text(case), nl=False)
     elif case not in cases.built_in() and re.search(r"[./\\]", case):
@@ -61,8 +60,7 @@ def show(case: str) -> None:
 @click.argument("kind", required=False)
 def list_parts(kind: str | None) -> None:
     """List the kinds of parts of a structure, or the keys of one KIND with units and defaults."""
-    from evolvent.parts import registry
-    from evolvent_base.schema import descriptions, marks
+    from evolvent.parts import registry  # loads the engine
 
     if kind is None:
         _say_unusable(registry.unusable().values())
@@ -74,14 +72,14 @@ def list_parts(kind: str | None) -> None:
     if part is None:
         raise InputError(f"no part is of the kind {kind!r}; {registry.not_known(kind)}")
     rows: list[tuple[str, str]] = []
-    texts = descriptions(part)
+    texts = base_schema.descriptions(part)
     for name, field in part.model_fields.items():
         if name == "kind":
             continue
-        own = list(marks(field))
+        own = list(base_schema.marks(field))
         unit = next((f" [{found}]" for mark in own if (found := _unit_of(mark))), "")
         default = field.get_default(call_default_factory=True)
-        if field.is_required():
+        if field.is_required() or name in part.needed:
             value = ", required"
         else:
             value = "" if default in (None, (), {}, "") else f" = {_written(default)}"
@@ -104,7 +102,7 @@ class _WithKinds(Protocol):
 
 def _choices(annotation: Any, own: Sequence[Any]) -> str:
     """The words, or the sections with their keys, that a key may take, as a sentence; '' of other keys."""
-    from evolvent.parts.profile import KINDS, Profile
+    from evolvent.parts.profile import KINDS, Profile  # loads the engine
 
     if get_origin(annotation) is Literal:
         return f"One of {', '.join(map(str, get_args(annotation)))}."
@@ -136,8 +134,6 @@ def _written(default: Any) -> str:
 @click.argument("system")
 def schema(system: str) -> None:
     """Print the JSON schema of a SYSTEM's cases, for editors."""
-    from evolvent import cases
-
     echo(json.dumps(cases.json_schema(system), indent=2))
 
 
@@ -145,8 +141,6 @@ def schema(system: str) -> None:
 @click.argument("path", metavar="RUN.NC")
 def info(path: str) -> None:
     """Print what a results file holds."""
-    from evolvent import results
-
     found = results.open(path)
     say(f"{found.attrs['title']}, version {found.attrs['version']}")
     table(found)
@@ -186,19 +180,13 @@ def plot(path: str, figures: str | None, variables: str | None, units: str | Non
     evolvent plot slew.nc
     evolvent plot slew.nc --variables hub.rate,boom.tip_deflection.y
     """  # noqa: D301
-    from evolvent import results
-
     found = results.open(path)
     drawn = None
     if variables is not None:
-        from evolvent.view import show
-
         names = [name.strip() for name in variables.split(",") if name.strip()]
-        drawn = show.figure(found, names, units=units)
+        drawn = view_show.figure(found, names, units=units)
     folder = files.check_writable_folder(beside(path) if figures is None else figures)
     if drawn is None:
         list_names(draw(found, folder, kind, quiet=False), folder)
         return
-    from evolvent_base import plots
-
     say(f"figures: {os.path.basename(plots.draw([drawn], folder, kind=kind)[0])} in {folder}")

@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING
 
 import click
+import lazy_loader as lazy
 
 from evolvent_base import files, options as shared, progress
 from evolvent_base.console import INTERRUPTED, echo, figure_format, showing_progress
@@ -13,6 +14,11 @@ from evolvent_base.errors import RunFailed
 
 if TYPE_CHECKING:
     import xarray as xr
+
+draw = lazy.load("evolvent.design.studies.draw", suppress_warning=True)
+runner = lazy.load("evolvent.design.studies.runner", suppress_warning=True)
+store = lazy.load("evolvent.design.studies.store", suppress_warning=True)
+studies = lazy.load("evolvent.design.studies", suppress_warning=True)
 
 
 @click.command()
@@ -36,12 +42,10 @@ def sweep(
 
     Run the same command again to continue after Ctrl-C or any other end; finished cases are not computed again.
     """
-    from evolvent.design.studies import read as read_study, runner, store
-
     runner.check_installed()
     reached = Reached()
     with showing_progress(quiet=quiet) as say:
-        asked = read_study(study)  # the variables of a run are found by observing its start: this compiles
+        asked = studies.read(study)  # the variables of a run are found by observing its start: this compiles
         folder = output or asked.name
         if figures is not None:
             files.check_writable_folder(figures)
@@ -56,8 +60,6 @@ def sweep(
     if not quiet:
         _summary(found, folder, reached)
     if figures is not None:
-        from evolvent.design.studies import draw
-
         with showing_progress(quiet=quiet):
             paths = draw.write(found, figures, kind=kind)
         if not quiet:

@@ -11,6 +11,7 @@ import functools
 import math
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from evolvent.elements.inertia import axis_shape
@@ -48,8 +49,6 @@ def helix(
     -------
     (count + 1, 2 or 4, 3) float, m and 1
     """
-    from scipy.optimize import brentq
-
     element, advance = (formulation, length, section, material), pitch / (2.0 * math.pi)
     shapes = axis_shape(length, np.arange(1, points + 1) / points, order=0)
 
@@ -61,7 +60,7 @@ def helix(
         return float(np.hypot(places[:, 0], places[:, 1]).min())
 
     flat = length / math.hypot(radius, advance)
-    angle = brentq(lambda a: nearest(a) - radius, 0.7 * flat, 1.3 * flat, xtol=1e-14)
+    angle = scipy.optimize.brentq(lambda a: nearest(a) - radius, 0.7 * flat, 1.3 * flat, xtol=1e-14)
     _, sizes = _bent_element(*element, radius, advance, angle)
     return np.stack([_node(k * angle, advance, sizes) for k in range(count + 1)])
 

@@ -124,7 +124,7 @@ def _check_entries(nastran: Any, path: str, raw: bytes) -> None:
 
 def _library() -> Any:
     try:
-        from pyyeti import nastran
+        from pyyeti import nastran  # an extra
     except ImportError:
         raise InputError("files of Nastran need the package pyyeti: pip install 'evolvent[nastran]'") from None
     return nastran

@@ -12,6 +12,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from evolvent_base.errors import InputError, counted
 
@@ -180,8 +181,6 @@ def _round_off(model: ReducedModel, Z: Array) -> Array:
     their size, or of that of the finite-element model: `FLOOR` of the energy that the lowest frequency with the
     interface held would give the motion.
     """
-    import scipy.linalg
-
     inner = np.arange(6 * len(model.positions), model.size)
     floor: Array = np.finfo(float).eps * model.size * np.abs(model.stiffness).max() * (Z**2).sum(axis=0)
     if inner.size:
@@ -205,8 +204,6 @@ def mean_axes(model: ReducedModel, key: str) -> MeanAxes:
     Frequencies of rigid motions by round-off do not enter. Motions without inertia get the share `LEAST` of the mean of
     the body; rigid motions keep theirs.
     """
-    import scipy.linalg
-
     K, M = 0.5 * (model.stiffness + model.stiffness.T), 0.5 * (model.mass + model.mass.T)
     Z, nodes = model.rigid_motions, len(model.positions)
     whole = Z.T @ M @ Z
@@ -258,8 +255,6 @@ def _definite(M: Array, D: Array, Z: Array, key: str) -> Array:
 
 def _held_frequency(K: Array, M: Array, nodes: int) -> float:
     """Lowest frequency (rad/s) with one node held, whichever is the softest."""
-    import scipy.linalg
-
     found = math.inf
     for k in range(nodes):
         rest = np.delete(np.arange(len(K)), np.s_[6 * k : 6 * k + 6])

@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import scipy
 
 from evolvent.elements.inertia import OWN_INERTIA, SectionInertia
 from evolvent.elements.materials import Material
@@ -187,9 +188,7 @@ def strains(x: Array, R: Array, length: Array | float) -> Array:
 
 def rotation(vector: Array) -> Array:
     """Rotation matrix of a rotation vector (3,), rad."""
-    from scipy.spatial.transform import Rotation
-
-    found: Array = Rotation.from_rotvec(np.array(vector, dtype=float)).as_matrix()
+    found: Array = scipy.spatial.transform.Rotation.from_rotvec(np.array(vector, dtype=float)).as_matrix()
     return found
 
 
@@ -209,7 +208,5 @@ def skew(a: Array) -> Array:
 
 def quaternion(R: Array) -> Array:
     """Quaternions (..., 4), scalar part first and not below zero, of rotation matrices (..., 3, 3)."""
-    from scipy.spatial.transform import Rotation
-
-    found: Array = Rotation.from_matrix(np.array(R)).as_quat(canonical=True, scalar_first=True)
+    found: Array = scipy.spatial.transform.Rotation.from_matrix(np.array(R)).as_quat(canonical=True, scalar_first=True)
     return found

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from evolvent.elements.forms import beam_form, cable_form, cable_stretch_energy, cable_stretch_form
@@ -164,7 +165,6 @@ def coil(
     chord, and a node the mean of the slopes and directors of both of its elements, turned as that shape's: where its
     curvature changes, an element's ends do not lie symmetrically about its chord, which counts as shear.
     """
-    from scipy.optimize import brentq
 
     def distances_and_sizes(angle: float, xi: Array) -> tuple[Array, Array]:
         """Distances of points of an element from the axis, and the element's sizes."""
@@ -177,7 +177,9 @@ def coil(
         return np.hypot(x, y + 0.5 * chord / math.tan(half)), sizes
 
     touching, flat = np.arange(1, points + 1) / points, length / radius
-    angle = brentq(lambda a: distances_and_sizes(a, touching)[0].min() - radius, 0.5 * flat, 1.5 * flat, xtol=1e-15)
+    angle = scipy.optimize.brentq(
+        lambda a: distances_and_sizes(a, touching)[0].min() - radius, 0.5 * flat, 1.5 * flat, xtol=1e-15
+    )
     distance, (chord, slope, *directors) = distances_and_sizes(angle, np.linspace(0.0, 1.0, 41))
     rate, growth = 0.0, 0.0  # of the chord with the angle; of the radius with the angle wound
     if thickness > 0.0:
@@ -204,7 +206,7 @@ def coil(
     for k in range(count):
         low, high = angles[-1] + 0.5 * angle, angles[-1] + 1.5 * angle
         if growth:
-            angles.append(brentq(excess, low, high, args=(angles[-1], sizes[k, 0]), xtol=1e-15))
+            angles.append(scipy.optimize.brentq(excess, low, high, args=(angles[-1], sizes[k, 0]), xtol=1e-15))
         else:
             turn = angle if rest is None else 2.0 * math.asin(0.5 * sizes[k, 0] / start)
             angles.append(angles[-1] + turn)

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import scipy
 
 from evolvent import cases, results
 from evolvent.exports import table
@@ -52,8 +53,6 @@ def write(run: Any, path: str, request: Request) -> str:
     InputError
         If the file cannot be written, or would be far too large.
     """
-    from scipy.io import savemat
-
     count = run.sizes["time"]
     samples = request.samples(run)
     motion = motion_of(run).at(samples)
@@ -93,7 +92,7 @@ def write(run: Any, path: str, request: Request) -> str:
         "case": run.attrs["case"],
     }
     with writing(path) as temporary, open(temporary, "wb") as file:
-        savemat(file, {"run": content}, do_compression=True, long_field_names=True, oned_as="column")
+        scipy.io.savemat(file, {"run": content}, do_compression=True, long_field_names=True, oned_as="column")
     return f"{path}: {samples_text(samples, count)}, {shown_size(size_of(path))}"
 
 

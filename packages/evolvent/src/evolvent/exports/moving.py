@@ -7,6 +7,7 @@ import subprocess
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import lazy_loader as lazy
 import numpy as np
 
 from evolvent.exports.pictures import pictures
@@ -19,6 +20,9 @@ from evolvent_base.files import writing
 
 if TYPE_CHECKING:
     from evolvent.results.motion import Motion
+    from evolvent_base import sheets
+else:
+    sheets = lazy.load("evolvent_base.sheets", suppress_warning=True)
 
 
 class _Kind(NamedTuple):
@@ -42,19 +46,17 @@ def gif(run: Any, path: str, request: Request) -> str:
     InputError
         If the run holds too little, or the file cannot be written.
     """
-    from PIL import Image
-
     motion = animation_of(run, request.clearance)
     time, speed, length = _times(motion, request, _GIF)
     request.allow(time.size * _GIF.bytes, f"{time.size} frames")
 
-    def drawn(moments: np.ndarray) -> Iterator[Image.Image]:
-        return (Image.fromarray(p[..., :3]) for p in _drawn(run, motion, moments, _GIF.size, request))
+    def drawn(moments: np.ndarray) -> Iterator[sheets.Image.Image]:
+        return (sheets.Image.fromarray(p[..., :3]) for p in _drawn(run, motion, moments, _GIF.size, request))
 
     # one palette for all frames, so that colours do not flicker
     width, height = _GIF.size
-    sheet = Image.new("RGB", (width, 7 * height))
-    sheet.paste(Image.fromarray(_swatches(width, height)), (0, 6 * height))
+    sheet = sheets.Image.new("RGB", (width, 7 * height))
+    sheet.paste(sheets.Image.fromarray(_swatches(width, height)), (0, 6 * height))
     for k, image in enumerate(drawn(np.linspace(time[0], time[-1], 6))):
         sheet.paste(image, (0, k * height))
     palette = sheet.quantize(colors=200)
@@ -62,7 +64,7 @@ def gif(run: Any, path: str, request: Request) -> str:
     tones[(tones > 248).all(axis=1)] = 255  # white is not a mean of light tones
     palette.putpalette(tones.ravel().tolist())
     images = progress.track(drawn(time), "drawing frames", time.size)
-    frames = (image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
+    frames = (image.quantize(palette=palette, dither=sheets.Image.Dither.NONE) for image in images)
     # times are kept in hundredths of a second; rounding must not add up
     ends = np.round(100.0 * length * np.arange(time.size + 1) / max(time.size - 1, 1))
     with writing(path) as temporary:
@@ -79,12 +81,11 @@ def gif(run: Any, path: str, request: Request) -> str:
 
 def _swatches(width: int, height: int) -> np.ndarray:
     """A picture of the colours of values and forces, so that a palette has them even where they are rare."""
-    import matplotlib as mpl
-
-    ramp = (255.0 * mpl.colormaps["viridis"](np.linspace(0.0, 1.0, width))[:, :3]).astype(np.uint8)
+    ramp = (255.0 * sheets.mpl.colormaps["viridis"](np.linspace(0.0, 1.0, width))[:, :3]).astype(np.uint8)
     found = np.repeat(ramp[None], height, axis=0)
     for k, color in enumerate(("#c5281c", "#b00020", "#c0392b", "#2e8b57", "#2a6fbb", "#e26054", "#ffffff")):
-        found[k * height // 14 : (k + 1) * height // 14] = (255.0 * np.array(mpl.colors.to_rgb(color))).astype(np.uint8)
+        own = 255.0 * np.array(sheets.mpl.colors.to_rgb(color))
+        found[k * height // 14 : (k + 1) * height // 14] = own.astype(np.uint8)
     return found
 
 
@@ -138,7 +139,7 @@ def mp4(run: Any, path: str, request: Request) -> str:
 def ffmpeg() -> str:
     """The program that makes videos."""
     try:
-        from imageio_ffmpeg import get_ffmpeg_exe
+        from imageio_ffmpeg import get_ffmpeg_exe  # an extra
 
         return str(get_ffmpeg_exe())
     except (ImportError, RuntimeError):

@@ -6,12 +6,15 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+import lazy_loader as lazy
 import numpy as np
 
 from evolvent.exports.faces import Camera, Drawer, Faces, arrows, join
 from evolvent.results.motion import Motion, ValueRange, name_and_unit, quantity
 from evolvent.view.animation import grid_step
 from evolvent_base.style import text_width
+
+sheets = lazy.load("evolvent_base.sheets", suppress_warning=True)
 
 
 def pictures(
@@ -48,17 +51,12 @@ class _Stage:
     """
 
     def __init__(self, motion: Motion, seen: Motion, size: tuple[int, int], *, inertial: bool, label: str) -> None:
-        import matplotlib as mpl
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.collections import LineCollection, PolyCollection
-        from matplotlib.figure import Figure
-
         width, height = size
         font = max(7.0, height / 60.0)
         self._pixel = height / 600.0
         value = next(iter(motion.labels), None)
         ends = ValueRange(0.0, 1.0) if value is None else motion.value_range(value)
-        colors = mpl.colormaps["viridis"]
+        colors = sheets.mpl.colormaps["viridis"]
         self._camera = Camera.of(motion if inertial else motion.in_body(), size)
         self._scales = {force.unit: motion.arrow_scale(force.unit) for force in motion.forces}
         self._drawer = Drawer(
@@ -71,9 +69,9 @@ class _Stage:
             pixel=self._pixel,
         )
         self._seen, self._step, self._half = seen, grid_step(motion.reach), (0.5 * width, 0.5 * height)
-        with mpl.rc_context({"font.size": font}):
-            sheet = Figure(figsize=(width / 100.0, height / 100.0), dpi=100)
-            self._canvas = FigureCanvasAgg(sheet)
+        with sheets.mpl.rc_context({"font.size": font}):
+            sheet = sheets.Figure(figsize=(width / 100.0, height / 100.0), dpi=100)
+            self._canvas = sheets.FigureCanvasAgg(sheet)
             axes = sheet.add_axes((0.0, 0.0, 1.0, 1.0))
             axes.set_axis_off()
             axes.set_xlim(-0.5 * width, 0.5 * width)
@@ -81,7 +79,7 @@ class _Stage:
             self._measures(axes, font)
             if value is not None:
                 bar = sheet.add_axes((0.70, 0.82 if label else 0.88, 0.22, 0.02))
-                tints = mpl.cm.ScalarMappable(mpl.colors.Normalize(*ends), colors)
+                tints = sheets.mpl.cm.ScalarMappable(sheets.mpl.colors.Normalize(*ends), colors)
                 sheet.colorbar(tints, cax=bar, orientation="horizontal", ticks=list(ends))
                 name, unit = name_and_unit(value)
                 signs = (sign if beyond else "" for sign, beyond in zip("≤≥", motion.clipped(value), strict=True))
@@ -97,14 +95,14 @@ class _Stage:
                 short = _shortened(label, 1.1 * font, 0.246 * width)
                 sheet.text(0.015, 0.93, short, weight="bold", color="#b00020", va="top", fontsize=1.1 * font)
             still = not self._camera.follows
-            self._floor = LineCollection(
+            self._floor = sheets.LineCollection(
                 self._lattice(0) if still else [],
                 colors="#e6e9ec",
                 linewidths=0.7 * self._pixel,
                 animated=not still,
                 zorder=-1,
             )
-            self._faces: Any = PolyCollection([], animated=True)
+            self._faces: Any = sheets.PolyCollection([], animated=True)
             self._faces.set_joinstyle("round")
             for collection in (self._floor, self._faces):
                 axes.add_collection(collection, autolim=False)
@@ -116,8 +114,6 @@ class _Stage:
 
     def _measures(self, axes: Any, font: float) -> None:
         """Scale bar, scale of the arrows, and directions of the axes."""
-        from matplotlib.collections import PolyCollection
-
         left, row = -self._half[0] + 14.0 * self._pixel, -self._half[1] + 14.0 * self._pixel
         small: dict[str, Any] = {"fontsize": 0.9 * font, "color": "#6a7480", "va": "center"}
         ink = "#6a7480"
@@ -132,7 +128,7 @@ class _Stage:
             size = _nice(110.0 * self._pixel / (scale * self._camera.scale))
             right = left + size * scale * self._camera.scale
             ends = np.array([[left, row]]), np.array([[right, row]])
-            arrow: Any = PolyCollection([])
+            arrow: Any = sheets.PolyCollection([])
             _show(arrow, join(arrows(*ends, np.zeros(1), self._pixel, twice=unit == "N m")))
             axes.add_collection(arrow, autolim=False)
             axes.text(right + 6.0 * self._pixel, row, quantity(size, unit), **small)

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from PIL import Image
 
 from evolvent import cases
 from evolvent.analysis import clearance_results
@@ -204,8 +205,6 @@ def _animation(run: Any, found: xr.Dataset | None) -> list[an.Block]:
     if motion is None:
         return []
     motion = motion if found is None else clearance_results.marked(motion, found)
-    from PIL import Image
-
     stills = []
     plain = dataclasses.replace(motion, title="")
     times = np.linspace(motion.time[0], motion.time[-1], _STILLS + 1)[1:]

@@ -277,17 +277,17 @@ COORDINATES = Family(
     },
     kinds=(
         Kind(
-            "a rotational spring",
+            "a joint spring on an angle",
             which=lambda found: _is_angle(found) & ~np.isfinite(found["latch"]) & (found["friction"] == 0.0),
             symmetric=True,
         ),
         Kind(
-            "a rotational spring with a latch",
+            "a joint spring on an angle with a latch",
             which=lambda found: _is_angle(found) & np.isfinite(found["latch"]) & (found["friction"] == 0.0),
             symmetric=True,
         ),
         Kind(
-            "a translational spring",
+            "a joint spring on a travel",
             which=lambda found: ~_is_angle(found) & (found["friction"] == 0.0),
             symmetric=True,
         ),

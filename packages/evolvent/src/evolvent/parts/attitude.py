@@ -6,6 +6,7 @@ import math
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
+import scipy
 
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import attitude as kernels, drive as drives, rigid
@@ -306,8 +307,6 @@ def _wheel_shares(name: str, rows: list[dict[str, Any]], active: np.ndarray) -> 
 
 def _thruster_shares(name: str, rows: list[dict[str, Any]], active: np.ndarray) -> np.ndarray:
     """Forces of the thrusters for torques of 1 N m about x, y, z, -x, -y, -z: (thrusters, 6)."""
-    from scipy.optimize import nnls  # which most runs do not need
-
     forces = np.array([row["direction"] for row in rows]).T
     torques = np.array([np.cross(row["local"], row["direction"]) for row in rows]).T
     reach = max(float(np.abs(torques).max()), 1e-300)
@@ -317,9 +316,9 @@ def _thruster_shares(name: str, rows: list[dict[str, Any]], active: np.ndarray) 
             continue
         wanted = np.eye(3)[k % 3] * (1.0 if k < 3 else -1.0)
         # without a force where that can be, torques and forces of like size
-        share, left = nnls(np.vstack([torques / reach, forces]), np.concatenate([wanted, np.zeros(3)]))
+        share, left = scipy.optimize.nnls(np.vstack([torques / reach, forces]), np.concatenate([wanted, np.zeros(3)]))
         if left > 1e-9:
-            share, left = nnls(torques / reach, wanted)
+            share, left = scipy.optimize.nnls(torques / reach, wanted)
         if left > 1e-9:
             raise InputError(_no_torque_message(name, ("" if k < 3 else "-") + "xyz"[k % 3], "thrusters"))
         found[:, k] = share / reach

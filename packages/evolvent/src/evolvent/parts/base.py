@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self, get_origin
 
 import numpy as np
@@ -26,11 +26,13 @@ class Part(Section):
     """A part: frozen, checked when it is made, with the same keys in Python and in case files.
 
     A subclass has a field ``kind`` with its name in case files, such as ``kind: Literal["point"] = "point"``, and says
-    in `applies` which keys have a meaning only beside others.
+    in `applies` which keys have a meaning only beside others, in `needed` which of these it needs there.
     """
 
     #: Keys that apply only under conditions on other keys; the rest apply always.
     applies: ClassVar[Applies] = {}
+    #: Keys that may be left out only where they do not apply.
+    needed: ClassVar[tuple[str, ...]] = ()
 
     def write(self, builder: Builder, name: str) -> None:
         """Append rows, coordinates and parameters; register `name`."""
@@ -45,6 +47,23 @@ class Part(Section):
         name : str, of the part
         found : evolvent.results.observe.Observed, results of its family; what it holds may be changed
         """
+
+    @classmethod
+    def acts_on_travel(cls, content: Mapping[str, Any], travels: Callable[[Any], bool]) -> bool | None:
+        """Whether keys of an angle or a travel (`units.Either`) are of a travel, in a part as a case file holds it.
+
+        None of parts that do not act on a coordinate.
+
+        Parameters
+        ----------
+        travels : whether the coordinate of the part of a name, a joint or a spring of one, is a travel
+        """
+        return travels(content.get("joint")) if "joint" in cls.model_fields else None
+
+    @classmethod
+    def has_travel(cls, content: Mapping[str, Any], travels: Callable[[Any], bool]) -> bool:
+        """Whether the coordinate of a part as a case file holds it is a travel, for what acts on it."""
+        return bool(cls.acts_on_travel(content, travels))
 
     def as_keys(self) -> dict[str, Any]:
         """The part as plain values of a case file, with units: its kind, and what differs from the defaults."""

@@ -12,8 +12,9 @@ from evolvent.kernels import axial, sides
 from evolvent.parts.base import CoordinateName, Part, unit
 from evolvent.parts.checks import check_units
 from evolvent.parts.joint import Joint
-from evolvent.parts.joint_coordinate import PRESLIDING, CoordinateSpring, add_coordinate, nearest_joint
+from evolvent.parts.joint_coordinate import PRESLIDING, add_coordinate, nearest_joint
 from evolvent.parts.joint_sides import relative_coordinate
+from evolvent.parts.joint_spring import JointSpring
 from evolvent_base import units
 from evolvent_base.errors import InputError
 
@@ -76,12 +77,12 @@ class Bearing(Part):
     def _joint(self, builder: Builder, name: str) -> tuple[str, Joint]:
         """The joint whose reactions count, by name."""
         spec = builder.specs.get(self.joint)
-        own = spec.joint if isinstance(spec, CoordinateSpring) and spec.joint is not None else self.joint
+        own = spec.joint if isinstance(spec, JointSpring) and spec.joint is not None else self.joint
         joint = builder.specs.get(own)
         if isinstance(joint, Joint) and joint.type in KINDS:
             return own, joint
         key = f"{name}.joint is {self.joint!r}"
-        if isinstance(spec, CoordinateSpring) and spec.joint is None:
+        if isinstance(spec, JointSpring) and spec.joint is None:
             raise InputError(f"{key}, a {type(spec).__name__} without a joint, so without reactions; name a joint")
         if isinstance(joint, Joint):
             where = "a joint" if own == self.joint else "on a joint"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,13 +15,10 @@ from evolvent.parts.contact_shapes import NO_NORMAL, OF_BEAMS, surface_at
 from evolvent_base.dense import dot, product
 from evolvent_base.errors import InputError, counted
 
-if TYPE_CHECKING:
-    from evolvent.parts.contact import Contact
-
 Array = np.ndarray
 
 
-def contact_points(part: Contact, builder: Builder, beam: int) -> Iterator[dict[str, Any]]:
+def contact_points(part: Any, builder: Builder, beam: int) -> Iterator[dict[str, Any]]:
     """Fields of the contact points of a beam, evenly spaced in each element, its second node included."""
     row = builder.rows["beams"][beam]
     k = ancf_beams.NODE_VECTORS[row["kind"]]
@@ -40,7 +37,7 @@ def contact_points(part: Contact, builder: Builder, beam: int) -> Iterator[dict[
             }  # fmt: skip
 
 
-def add_surface(part: Contact, builder: Builder, name: str) -> None:
+def add_surface(part: Any, builder: Builder, name: str) -> None:
     """Write a surface with the contact points of beams; refused where one starts inside."""
     surface = surface_at(part, builder, name, "b", OF_BEAMS)
     radius, half, axis = surface.radius, surface.half, unit(surface.axis)
@@ -74,7 +71,7 @@ def add_surface(part: Contact, builder: Builder, name: str) -> None:
     )  # fmt: skip
 
 
-def add_turns(part: Contact, builder: Builder, name: str) -> None:
+def add_turns(part: Any, builder: Builder, name: str) -> None:
     """Write turns that lie on others, and their contact points."""
     for key in ("around", "thickness"):
         if getattr(part, key) is None:
@@ -96,14 +93,14 @@ def add_turns(part: Contact, builder: Builder, name: str) -> None:
     )  # fmt: skip
 
 
-def _add(part: Contact, builder: Builder, name: str, body: int, first: int, **fields: Any) -> None:
+def _add(part: Any, builder: Builder, name: str, body: int, first: int, **fields: Any) -> None:
     """Write a surface, or turns, on a body, whose contact points are those from `first` on."""
     last = len(builder.rows["contact_points"])
     index = builder.add("contact_surfaces", body=body, first=first, last=last, **fields, **part.law_fields())
     builder.names[name] = ("contact_surfaces", index)
 
 
-def _thicken(part: Contact, builder: Builder, name: str, beam: int, owner: Any) -> None:
+def _thicken(part: Any, builder: Builder, name: str, beam: int, owner: Any) -> None:
     """Write the thickness into a beam's elements."""
     row = builder.rows["beams"][beam]
     found = np.array(part.thickness, dtype=float)
@@ -118,7 +115,7 @@ def _thicken(part: Contact, builder: Builder, name: str, beam: int, owner: Any) 
         builder.rows["elements"][row["first_element"] + c]["thickness"] = found[c]
 
 
-def _shift(part: Contact, builder: Builder, over: int, under: int, centre: Array, axis: Array) -> float:
+def _shift(part: Any, builder: Builder, over: int, under: int, centre: Array, axis: Array) -> float:
     """Angle from the root of `over` to that of `under` in the sense of winding, above 0 to a whole turn."""
     if over == under:
         return 2.0 * math.pi

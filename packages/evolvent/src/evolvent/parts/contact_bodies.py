@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -15,16 +15,13 @@ from evolvent.parts.base import unit
 from evolvent.parts.contact_shapes import NO_NORMAL, OF_A, OF_B, OF_BEAMS, Surface, surface_at
 from evolvent_base.errors import InputError, counted
 
-if TYPE_CHECKING:
-    from evolvent.parts.contact import Contact
-
 #: Share of the corners of a box that can touch at the same time, of the edges along a capsule, and of pairs of edges.
 _CORNERS, _ALONG, _CROSSINGS = 0.5, 0.5, 8.0 / 144.0
 #: Radius of the edges of a box that meet those of another one, if not given, of its smallest side.
 _ROUNDING = 0.1
 
 
-def add_rods(part: Contact, builder: Builder, name: str) -> None:
+def add_rods(part: Any, builder: Builder, name: str) -> None:
     """Write a surface that the nodes of rods touch."""
     surface = surface_at(part, builder, name, "b", OF_BEAMS)
     if surface.kind == surfaces.CYLINDER:
@@ -43,7 +40,7 @@ def add_rods(part: Contact, builder: Builder, name: str) -> None:
     _add(part, builder, name, pairs, 1e-3)
 
 
-def add_bodies(part: Contact, builder: Builder, name: str) -> None:
+def add_bodies(part: Any, builder: Builder, name: str) -> None:
     """Write the points at which two bodies may touch."""
     a, b = surface_at(part, builder, name, "a", OF_A), surface_at(part, builder, name, "b", OF_B)
     if a.body == b.body:
@@ -59,7 +56,7 @@ def add_bodies(part: Contact, builder: Builder, name: str) -> None:
     _add(part, builder, name, _pairs(a, b), 0.1, viscous=0.0)
 
 
-def _rounded(part: Contact, name: str, a: Surface, b: Surface) -> tuple[Surface, Surface]:
+def _rounded(part: Any, name: str, a: Surface, b: Surface) -> tuple[Surface, Surface]:
     """Both shapes, boxes with the radius of their edges."""
     boxes = [side for side in (a, b) if side.kind == body_gaps.BOX]
     if part.rounding is not None and not boxes:
@@ -127,7 +124,7 @@ def _edges(box: Surface) -> list[Surface]:
 
 
 def _add(
-    part: Contact, builder: Builder, name: str, pairs: Sequence[tuple[Surface, Surface]], overlap: float,
+    part: Any, builder: Builder, name: str, pairs: Sequence[tuple[Surface, Surface]], overlap: float,
     viscous: float | None = None,
 ) -> None:  # fmt: skip
     """Write contact points of a part, each between a sphere or capsule and any surface of another body.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -10,9 +10,6 @@ from evolvent.assembly.builder import Builder
 from evolvent.kernels import body_gaps, surfaces
 from evolvent.parts.shapes import Box, Capsule, Cylinder, Plane, Sphere
 from evolvent_base.errors import InputError
-
-if TYPE_CHECKING:
-    from evolvent.parts.contact import Contact
 
 Array = np.ndarray
 #: Distance of two centres beside the radius below which a contact has no normal.
@@ -42,7 +39,7 @@ class Surface(NamedTuple):
     called: str = ""
 
 
-def surface_at(part: Contact, builder: Builder, name: str, key: str, allowed: tuple[type, ...]) -> Surface:
+def surface_at(part: Any, builder: Builder, name: str, key: str, allowed: tuple[type, ...]) -> Surface:
     """The shape at an end of a contact, `a` or `b`; of one that is left out that of its body."""
     where, own = (part.a[0], "shape_a") if key == "a" else (part.b, "shape")
     at, words = builder.location(where, f"{name}.{key}"), [f"a {one.__name__.lower()}" for one in allowed]

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic
 
 import numpy as np
+import scipy
 from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 from typing_extensions import TypeVar
@@ -111,8 +112,6 @@ class TableDrive(DriveKind, Generic[A, R]):
 
     def write(self, builder: Builder, name: str) -> DriveRow:
         """Store the piecewise polynomial."""
-        from scipy.interpolate import CubicSpline, PchipInterpolator  # 0.2 s that most runs do not need
-
         given = self.rate if self.rate is not None else self.angle
         if given is None or (self.rate is not None and self.angle is not None):
             raise InputError(f"{name}: a table needs either rate or angle in addition to time")
@@ -126,11 +125,11 @@ class TableDrive(DriveKind, Generic[A, R]):
             row = int(np.flatnonzero(np.diff(t) <= 0.0)[0]) + 1
             raise InputError(f"{name}: row {row + 1} of the table is at {t[row]} s, not after the row before")
         if self.rate is not None:
-            curve = PchipInterpolator(t, values).antiderivative()
+            curve = scipy.interpolate.PchipInterpolator(t, values).antiderivative()
             coefficients = curve.c.copy()
             coefficients[-1] += self.start
         else:
-            coefficients = CubicSpline(t, values).c
+            coefficients = scipy.interpolate.CubicSpline(t, values).c
         full = np.zeros((5, t.size - 1))
         full[5 - coefficients.shape[0] :] = coefficients
         builder.breaks.update(float(x) for x in t)

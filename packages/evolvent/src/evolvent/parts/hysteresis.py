@@ -6,6 +6,7 @@ import dataclasses
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent.kernels.bristle import DAHL, SLIP, bristle_between
 from evolvent_base.errors import InputError
@@ -66,8 +67,6 @@ def identified(key: str, loop: Array, law: str, misfit: float) -> Hysteresis:
     with bounds; a small weight on the bristles' forces chooses among what the rows do not tell apart. Bristles without
     torque go round the loop twice; the second time counts.
     """
-    from scipy.optimize import lsq_linear  # which most runs do not need
-
     x, torque = loop.T
     span = float(np.ptp(x))
     if span == 0.0 or abs(x[-1] - x[0]) > _CLOSED * span:
@@ -88,7 +87,7 @@ def identified(key: str, loop: Array, law: str, misfit: float) -> Hysteresis:
     least = np.concatenate([np.full(rows.size, -np.inf), np.zeros(DEFLECTIONS.size)])
     small = np.hstack([np.zeros((DEFLECTIONS.size, rows.size)), np.diag(_SMALL * np.sqrt(x.size) * span * DEFLECTIONS)])
     A, b = np.vstack([np.hstack([hats, found]), small]), np.append(torque, np.zeros(DEFLECTIONS.size))
-    solved = lsq_linear(A, b, bounds=(least, np.inf), tol=1e-14).x
+    solved = scipy.optimize.lsq_linear(A, b, bounds=(least, np.inf), tol=1e-14).x
     stiffness = solved[rows.size :]
     kept = stiffness > _LEAST * stiffness.sum()
     off = float(np.sqrt(np.mean((hats @ solved[: rows.size] + found @ stiffness - torque) ** 2)))

@@ -1,34 +1,27 @@
-"""Common base of springs of joints: the coordinate of a joint, an angle or a travel, and its resistance."""
+"""The coordinate of a joint, an angle or a travel, that springs, motors and resistances act on."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location, split_reference
-from evolvent.kernels import axial
-from evolvent.parts.applies import Applies, given, left_out
-from evolvent.parts.base import Part, unit
-from evolvent.parts.joint import Joint
+from evolvent.kernels import ancf_beams, axial
+from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
+from evolvent.parts.base import unit
+from evolvent_base.dense import dot, norm, product
 from evolvent_base.errors import InputError, nearest
 
 #: Deflection at which friction slips by default, rad and m.
 PRESLIDING = {axial.ANGLE: 1e-4, axial.TRAVEL: 1e-5}
-
-#: Keys of springs of joints that apply only beside others.
-COORDINATE_APPLIES: Applies = {
-    "joint": (left_out("a", "b"),),
-    "a": (left_out("joint"),),
-    "b": (left_out("joint"),),
-    "axis": (left_out("joint"),),
-    "stop": (given("low", "high"),),
-    "latch_stiffness": (given("latch"),),
-    "latch_damping": (given("latch"),),
-}
+#: Types of joints that have an angle, and those that have a travel; the first of each has no other coordinate.
+TYPES = {axial.ANGLE: ("revolute", "cylindrical", "screw"), axial.TRAVEL: ("prismatic", "cylindrical", "screw")}
+#: What the angle of a beam's node at the start may be off the one from the direction of angle 0, rad.
+_LEAST_OFF = 1e-6
 
 
 class Ends(NamedTuple):
@@ -44,81 +37,144 @@ class Ends(NamedTuple):
     axis: np.ndarray
 
 
-class CoordinateSpring(Part):
-    """A spring on the coordinate of a joint: its ends, checks and row. Keys are those of the subclasses."""
+class Coordinate(NamedTuple):
+    """A coordinate: its kind, the body that it is measured on, the axis (3,) in axes of that, its value at the start.
 
-    #: Key of the Coulomb friction, a force or a torque.
-    friction_key: ClassVar[str]
+    `fields` are those of the family `coordinates` that say where the second end is.
+    """
 
-    if TYPE_CHECKING:
-        joint: str | None
-        a: str | None
-        b: Any
-        axis: Any
-        stiffness: float
-        damping: float
-        rest: float
-        bristle_stiffness: float | None
-        low: float | None
-        high: float | None
-        stop: float
-        latch: float | None
-        latch_stiffness: float
-        latch_damping: float
+    kind: int
+    body: int
+    axis: np.ndarray
+    start: float
+    fields: dict[str, Any]
 
-    @property
-    def friction(self) -> float:
-        """Coulomb friction, N m or N."""
-        return float(getattr(self, self.friction_key))
+    def write(self, builder: Builder, own: dict[str, Any], **limits: float) -> int:
+        """Write the row of the family `coordinates`, with fields of what acts on it; returns its index."""
+        return add_coordinate(builder, self.kind, self.body, self.axis, self.start, own | self.fields, **limits)
 
-    def check(self, name: str, unit_of: str, stiffness: str) -> None:
-        """Refuse stops, latches and friction without what they need."""
-        if self.low is not None and self.high is not None and self.low > self.high:
-            raise InputError(f"{name}.low is {self.low!r} {unit_of}, above {name}.high, {self.high!r} {unit_of}")
-        if (self.low is not None or self.high is not None) and self.stop == 0.0:
-            raise InputError(f"{name}.stop is {self.stop!r}; stops need a stiffness above 0 {stiffness}")
-        if self.latch is not None and self.latch_stiffness == 0.0:
-            raise InputError(
-                f"{name}.latch_stiffness is {self.latch_stiffness!r}; a latch needs one above 0 {stiffness}"
-            )
-        if self.bristle_stiffness is not None and self.friction == 0.0:
-            raise InputError(
-                f"{name}.bristle_stiffness is given, but {name}.{self.friction_key} is 0.0; give one above 0"
-            )
-        if self.bristle_stiffness == 0.0:
-            raise InputError(f"{name}.bristle_stiffness is 0.0; friction needs one above 0 {stiffness}")
 
-    def ends(self, builder: Builder, name: str, types: Sequence[str]) -> Ends:
-        """Ends and axis, its own or those of the joint that it names, which must be of one of the types."""
-        if self.joint is None:
-            for key in ("a", "b"):
-                if getattr(self, key) is None:
-                    raise InputError(f"{name}.{key} is missing; give {name}.a and {name}.b, or {name}.joint")
-            index = builder.find(str(self.a), "bodies")
-            return Ends(self.a, self.b, index, builder.location(self.b, f"{name}.b"), unit(self.axis))
-        given = [key for key in ("a", "b", "axis") if key in self.model_fields_set and getattr(self, key) is not None]
-        if given:
-            raise InputError(
-                f"{name}.{given[0]} and {name}.joint, {self.joint!r}, are both given; leave one of them out"
-            )
-        return ends_of_joint(builder, f"{name}.joint", self.joint, types)
+def joint_of(builder: Builder, name: str | None) -> Any:
+    """The `Joint` of a name; None of what is none."""
+    spec = builder.specs.get(name) if name is not None else None
+    return spec if getattr(spec, "kind", "") == "joint" else None
 
-    def add_row(
-        self, builder: Builder, name: str, kind: int, body: int, axis: np.ndarray, start: float, fields: dict[str, Any]
-    ) -> None:
-        """Write the row of the family `coordinates`; axis : (3,) float, axes of the body."""
-        latch = math.inf if self.latch is None else self.latch
-        keys = ("stiffness", "damping", "rest", "friction", "stop", "latch_stiffness", "latch_damping")
-        stick = self.bristle_stiffness
-        found = add_coordinate(
-            builder, kind, body, axis, start,
-            {key: getattr(self, key) for key in keys} | fields,
-            low=-math.inf if self.low is None else self.low,
-            high=math.inf if self.high is None else self.high,
-            latch=latch,
-            stick=self.friction / PRESLIDING[kind] if stick is None else stick,
-        )  # fmt: skip
-        builder.names[name] = ("coordinates", found)
+
+def find_coordinate(builder: Builder, key: str, name: str) -> int:
+    """Row of the family `coordinates` of a spring, or a new one of a joint, which counts from 0 at the start.
+
+    Parameters
+    ----------
+    key : str, that holds the name, for messages
+    """
+    family, index = builder.names.get(name, ("", -1))
+    if family == "coordinates":
+        return index
+    spec: Any = builder.specs.get(name)
+    if joint_of(builder, name) is None:
+        known = [n for n, part in builder.specs.items() if getattr(part, "kind", "") in ("joint", "joint-spring")]
+        what = f"a {type(spec).__name__}" if spec is not None else "no part"
+        raise InputError(
+            f"{key} is {name!r}, {what}, which has no coordinate; name a JointSpring, or a revolute or prismatic "
+            f"Joint; {nearest_joint(name, known)}"
+        )
+    kind = next((kind for kind, types in TYPES.items() if types[0] == spec.type), None)
+    if kind is None:
+        raise InputError(
+            f"{key} is {name!r}, a joint of type {spec.type!r}, which has no single coordinate; name a revolute or "
+            f"prismatic joint, or a JointSpring on one of its axes"
+        )
+    own = f"{name} (coordinate)"
+    ends = ends_of_joint(builder, f"{own}.joint", name, TYPES[kind])
+    found = rotation(builder, own, ends) if kind == axial.ANGLE else translation(builder, own, ends)
+    keys = ("stiffness", "damping", "rest", "friction", "stop", "latch_stiffness", "latch_damping")
+    return found.write(builder, dict.fromkeys(keys, 0.0))
+
+
+def rotation(
+    builder: Builder, name: str, ends: Ends, start: float | None = None, zero: Sequence[float] | None = None
+) -> Coordinate:
+    """The angle of the second end about the axis.
+
+    Parameters
+    ----------
+    start : float, rad, optional, at the start
+    zero : (3,) float, optional, direction of angle 0 of a beam's node, inertial axes at the start
+    """
+    place, axis, R = ends.location, ends.axis, builder.poses[ends.body].R
+    if place.family == "points":
+        raise InputError(f"{name}.b is {ends.b!r}, a point mass, which has no angle; give a body or a beam's node")
+    if place.family == "bodies":
+        if place.row == ends.body:
+            raise InputError(f"{name}.a and {name}.b are one body, {ends.a!r}; a hinge needs two parts")
+        if zero is not None:
+            raise InputError(f"{name}.zero is given, but {name}.b is a body; give {name}.start, its angle at the start")
+        angle, e = start or 0.0, _across(axis)
+        u = math.cos(angle) * e + math.sin(angle) * np.cross(axis, e)
+        local = product(builder.poses[place.row].R.T, u)
+        fields = {"on": ON_BODY, "other": place.row, "iq": -1, "iv": -1, "local": local}
+    else:
+        which, e, angle = _slope(builder, name, ends, start, zero)
+        iq, iv = place.iq + 3 * which, place.iv + 3 * which
+        fields = {"on": ON_COORDINATES, "other": -1, "iq": iq, "iv": iv, "local": np.zeros(3)}
+    fields["zero"] = product(R.T, e)
+    return Coordinate(axial.ANGLE, ends.body, product(R.T, axis), angle, fields)
+
+
+def translation(builder: Builder, name: str, ends: Ends, start: float = 0.0) -> Coordinate:
+    """The travel of the second end along the axis, `start` (m) at the start."""
+    place, pose = ends.location, builder.poses[ends.body]
+    on_body = place.family == "bodies"
+    if on_body and place.row == ends.body:
+        raise InputError(f"{name}.a and {name}.b are on one body, {ends.a!r}; a travel needs two parts")
+    fields = {
+        "on": ON_BODY if on_body else ON_COORDINATES,
+        "other": place.row if on_body else -1,
+        "iq": -1 if on_body else place.iq,
+        "iv": -1 if on_body else place.iv,
+        "local": np.asarray(place.local, dtype=float),
+        "zero": product(pose.R.T, place.x - start * ends.axis - pose.x),
+    }
+    return Coordinate(axial.TRAVEL, ends.body, product(pose.R.T, ends.axis), start, fields)
+
+
+def _slope(
+    builder: Builder, name: str, ends: Ends, start: float | None, given: Sequence[float] | None
+) -> tuple[int, np.ndarray, float]:
+    """The slope of a beam's node that shows its angle, along it or across it; its direction of angle 0, its angle."""
+    place, axis = ends.location, ends.axis
+    slope = np.array(builder.q[place.iq + 3 : place.iq + 6])
+    zero = unit(slope if given is None else given)
+    if abs(zero @ axis) > 1e-6:
+        raise InputError(f"{name}.zero is {tuple(zero.tolist())!r}; it must be across the axis")
+    zero = zero - dot(zero, axis) * axis
+    zero /= norm(zero)
+    if given is None and start is not None:
+        zero = math.cos(start) * zero - math.sin(start) * np.cross(axis, zero)
+    which = 1
+    if place.beam == ancf_beams.BEAM:
+        across = np.array(builder.q[place.iq + 6 : place.iq + 12]).reshape(2, 3)
+        which = 2 + int(np.argmin(np.abs(product(across, axis)) / np.linalg.norm(across, axis=1)))
+        quarter = np.cross(axis, zero)
+        zero = quarter if dot(across[which - 2], np.cross(axis, slope)) > 0.0 else -quarter
+        slope = across[which - 2]
+    angle = math.atan2(dot(slope, np.cross(axis, zero)), dot(slope, zero))
+    if start is None:
+        return which, zero, angle
+    off = math.remainder(angle - start, 2.0 * math.pi)
+    if abs(off) > _LEAST_OFF:
+        raise InputError(
+            f"{name}.start is {start:.9g} rad, but {name}.b is at {angle:.9g} rad from {name}.zero "
+            f"(plus or minus whole turns); give that, or leave out one of the two"
+        )
+    return which, zero, start + off
+
+
+def _across(axis: np.ndarray) -> np.ndarray:
+    """A unit vector across another."""
+    e = np.zeros(3)
+    e[int(np.argmin(np.abs(axis)))] = 1.0
+    return unit(np.cross(axis, e))
 
 
 def add_coordinate(
@@ -147,9 +203,9 @@ def ends_of_joint(builder: Builder, key: str, joint: str, types: Sequence[str]) 
     ----------
     key : str, that names the joint, for messages
     """
-    spec = builder.specs.get(joint)
-    if not isinstance(spec, Joint):
-        known = [name for name, part in builder.specs.items() if isinstance(part, Joint)]
+    spec: Any = builder.specs.get(joint)
+    if joint_of(builder, joint) is None:
+        known = [name for name in builder.specs if joint_of(builder, name) is not None]
         what = f"a {type(spec).__name__}" if spec is not None else "no part"
         raise InputError(
             f"{key} is {joint!r}, {what}; it must be a Joint of type {_either(types)}; {nearest_joint(joint, known)}"
@@ -160,6 +216,9 @@ def ends_of_joint(builder: Builder, key: str, joint: str, types: Sequence[str]) 
             f"of type {_either(types)}"
         )
     axis = unit(spec.axis)
+    if spec.drive is not None and "axis" not in spec.model_fields_set:  # that of the spinning body which is driven
+        body = builder.rows["bodies"][builder.location(spec.b, f"{joint}.b").row]
+        axis = product(body["R0"], body["axis"])
     for a, b, along in ((spec.a, spec.b, axis), (spec.b, spec.a, -axis)):
         first = builder.location(a, f"{joint}.a")
         if first.family == "bodies":

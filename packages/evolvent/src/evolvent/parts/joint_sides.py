@@ -67,6 +67,15 @@ def point_side(builder: Builder, where: Any, key: str = "a point") -> Side:
     return side_of(builder.location(where, key))
 
 
+def ground_end(builder: Builder, name: str, joint: Any) -> Location:
+    """Where `a` of a joint is, which must be on the ground."""
+    found = builder.location(joint.a, f"{name}.a")
+    if (found.family, found.row) != builder.names["ground"]:
+        what = "with a drive" if joint.drive is not None else f"of type {joint.type!r}"
+        raise InputError(f"{name}.a is {joint.a!r}; of a joint {what} it must be on the ground")
+    return found
+
+
 def direction_side(builder: Builder, index: int, direction: Array) -> Side:
     """A direction (inertial axes at the start) that is fixed to a body."""
     local = product(builder.poses[index].R.T, direction)

@@ -11,8 +11,7 @@ from evolvent.parts.applies import OF_LAW, Applies, given, left_out
 from evolvent.parts.base import CoordinateName, Part
 from evolvent.parts.checks import check_units
 from evolvent.parts.drive import FreeSpool
-from evolvent.parts.find_coordinate import find_coordinate
-from evolvent.parts.joint_coordinate import PRESLIDING
+from evolvent.parts.joint_coordinate import PRESLIDING, find_coordinate
 from evolvent.parts.law import Constants, MotorLaw, Parameters, PathDrive, write_law
 from evolvent.parts.profile import CurrentProfile, Profile, TorqueOrForceProfile, VoltageProfile, write_profile
 from evolvent.parts.release import ReleaseName, release_fields
@@ -29,7 +28,7 @@ class Motor(Part):
     Parameters
     ----------
     joint : str
-        A `RotationalSpring` or `TranslationalSpring`, whose coordinate is driven, or a revolute or prismatic `Joint`,
+        A `JointSpring`, whose coordinate is driven, or a revolute or prismatic `Joint`,
         whose coordinate is then 0 at the start.
     torque : profile, N m or N
         Function of time: a table of rows [time, value], or one of the keys ramp, sine, pulse, constant, expression.
@@ -82,10 +81,10 @@ class Motor(Part):
     Notes
     -----
     Give one of `torque`, `law`, `motion`, `voltage` and `current`. Inductance is neglected. The inertia of a rotor is
-    not that of a motor: add a spinning body and a `Gear`. Losses and gear take from the torque of any motor; `torque`,
-    `law`, `motion` and `limit` are those before that. The torque acts between the two parts of the joint; a positive
-    torque increases the coordinate. Its work counts as work of drives. A motor that is switched off has no torque: it
-    leaves the coordinate free.
+    not that of a motor: add a spinning body and a joint of type "gear". Losses and gear take from the torque of any
+    motor; `torque`, `law`, `motion` and `limit` are those before that. The torque acts between the two parts of the
+    joint; a positive torque increases the coordinate. Its work counts as work of drives. A motor that is switched off
+    has no torque: it leaves the coordinate free.
     """
 
     applies: ClassVar[Applies] = {

@@ -9,6 +9,9 @@ import numpy as np
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import joint as kernels
 from evolvent.parts.base import Part, PointReference
+from evolvent.parts.joint_rows import add_row
+from evolvent.parts.joint_sides import point_side
+from evolvent.parts.thread_joint import carry_point
 from evolvent_base import units
 from evolvent_base.errors import InputError
 
@@ -35,9 +38,6 @@ class Point(Part):
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the point into the family `points`; fixed to a point, three rows of `joints` as well."""
-        from evolvent.parts.joint import add_row, point_side
-        from evolvent.parts.thread_joint import carry_point
-
         position, velocity, held = self.position, self.velocity, None
         if self.at is not None:
             for key in ("position", "velocity"):

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, Generic, TypeVar
 
 import numpy as np
+import scipy
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
@@ -247,9 +248,7 @@ def _table(name: str, rows: Any, *, smooth: bool) -> tuple[list[float], list[lis
     if times[-1] == times[0]:
         raise InputError(f"{name}.table: all its rows are at {times[0]!r} s; it needs two times")
     if smooth:
-        from scipy.interpolate import PchipInterpolator  # which most runs do not need
-
-        found = PchipInterpolator(times, values).c.T
+        found = scipy.interpolate.PchipInterpolator(times, values).c.T
         return times, [[0.0, 0.0, *row] for row in found.tolist()], values[0], values[-1]
     kept, coefficients = [times[0]], []
     for k in range(1, len(rows)):

@@ -19,7 +19,8 @@ from evolvent.elements.rods import quaternion
 from evolvent.kernels import joint, rigid, sides
 from evolvent.kernels.rotations import rotation_from_quaternion
 from evolvent.parts.base import Part, unit
-from evolvent.parts.joint import Side, add_row
+from evolvent.parts.joint_rows import add_row
+from evolvent.parts.joint_sides import Side
 from evolvent_base import units
 from evolvent_base.dense import product
 from evolvent_base.errors import InputError

@@ -18,7 +18,8 @@ from evolvent.parts import repetition
 from evolvent.parts.base import Part, kind_of
 from evolvent_base import plugins
 from evolvent_base.errors import InputError, nearest
-from evolvent_base.schema import Annotation, error_priority, sentence, shown
+from evolvent_base.schema import Annotation, error_priority, marks, sentence, shown
+from evolvent_base.units import Either
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -251,6 +252,23 @@ class _ByName(Annotation):
             found |= members if one == written else {one: own}
         return found
 
+    def is_second(self, contents: Any, name: str) -> bool | None:
+        """Whether keys of an angle or a travel are of a travel in the part of a name."""
+        seen: set[str] = set()
+
+        def travels(where: Any) -> bool:
+            """Whether the coordinate of a part, which may be repeated, is a travel."""
+            if not isinstance(where, str) or where in seen:
+                return False
+            seen.add(where)
+            content = self.content_of(contents, repetition.NUMBERED.sub("", where))
+            part = self.section_of(content)
+            return part is not None and part.has_travel(content, travels)
+
+        content = self.content_of(contents, name)
+        part = self.section_of(content)
+        return None if part is None else part.acts_on_travel(content, travels)
+
     def members_of(self, content: Any) -> Iterator[Any]:
         """The contents of the parts for which one stands, with their numbers put into texts."""
         if not isinstance(content, Mapping) or repetition.KEY not in content:
@@ -281,6 +299,18 @@ class _ByName(Annotation):
             handler.resolve_ref_schema(found).setdefault("properties", {})[repetition.KEY] = how
             parts.append({**found, "required": ["kind"]})
         return {"type": "object", "additionalProperties": {"oneOf": parts}}
+
+
+def with_units(contents: Mapping[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Parts as a case file holds them, with units at plain numbers of an angle or a travel too: those of its joint."""
+    named, found = _ByName(), {name: dict(content) for name, content in contents.items()}
+    for name, content in contents.items():
+        part = named.section_of(content)
+        for key, field in part.model_fields.items() if part is not None else ():
+            mark = next((one for one in marks(field) if isinstance(one, Either)), None)
+            if mark is not None and isinstance(content.get(key), float):
+                found[name][key] = mark.meant(second=named.is_second(contents, name)).write(content[key])
+    return found
 
 
 #: The key ``parts`` of a case: names, and for each the keys of a part, with its kind.

@@ -26,15 +26,16 @@ KEY = "repeat"
 MOST = 10_000
 #: The number of a part in a text: {n}, {n-1}, {n+1}.
 _NUMBER = re.compile(r"\{n(?:([+-])(\d{1,4}))?\}")
+#: The number at the end of a name.
+NUMBERED = re.compile(rf" {_NUMBER.pattern}$")
 #: Keys in inertial axes by kind: positions, which move and turn; vectors, which turn; and orientations.
 _INERTIAL: dict[str, tuple[str, str, str]] = {
     "rigid-body": ("position", "velocity direction", "orientation"),
     "point": ("position", "velocity", ""),
     "beam": ("position", "direction normal velocity angular_velocity", ""),
     "rod": ("position", "direction normal velocity angular_velocity", ""),
-    "joint": ("position", "axis axis_b", ""),
-    "rotational-spring": ("", "axis zero", ""),
-    "translational-spring": ("", "axis", ""),
+    "joint": ("position", "axis axis_b anchor", ""),
+    "joint-spring": ("", "axis zero", ""),
     "spring": ("", "axis", ""),
 }
 #: Keys in the axes of the part itself or of its body, which stay.
@@ -42,7 +43,6 @@ _OWN: dict[str, str] = {
     "rigid-body": "inertia points angular_velocity axis",
     "beam": "curvature",
     "rod": "curvature",
-    "link": "axis anchor",
     "attitude-controller": "axis",
 }
 #: Keys whose defaults are places and directions too.
@@ -229,8 +229,9 @@ def _moved(
 
 
 def _is_defined(part: Part, name: str) -> bool:
-    """Whether another key says what stands at one that is left out: a joint its axis."""
-    return name == "axis" and getattr(part, "joint", None) is not None
+    """Whether another part says what stands at a key that is left out: a joint or a driven body its axis."""
+    driven = getattr(part, "drive", None) is not None and getattr(part, "type", "") == "revolute"
+    return name == "axis" and (driven or getattr(part, "joint", None) is not None)
 
 
 def _end(value: Any, given: Any, how: Repeat, k: int, key: str, fixed: Mapping[str, Part]) -> Any:

@@ -17,8 +17,7 @@ from evolvent.parts import hysteresis, table_file
 from evolvent.parts.applies import Applies, given, left_out, one_of, refuse_unfit
 from evolvent.parts.base import CoordinateName, Part
 from evolvent.parts.checks import check_units
-from evolvent.parts.find_coordinate import find_coordinate
-from evolvent.parts.joint_coordinate import PRESLIDING
+from evolvent.parts.joint_coordinate import PRESLIDING, find_coordinate
 from evolvent.parts.profile import table_rows
 from evolvent_base import tables, units
 from evolvent_base.errors import InputError
@@ -110,7 +109,7 @@ class Resistance(Part):
     Parameters
     ----------
     joint : str
-        A `RotationalSpring` or `TranslationalSpring`, or a revolute or prismatic `Joint`, whose coordinate is then 0 at
+        A `JointSpring`, or a revolute or prismatic `Joint`, whose coordinate is then 0 at
         the start.
     type : {"harness", "tape-spring", "adhesion"}
         harness (cables, hoses): an elastic curve, hysteresis, and set. tape-spring: a moment-angle curve of the

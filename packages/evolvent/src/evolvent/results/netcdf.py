@@ -9,11 +9,17 @@ from __future__ import annotations
 
 import io
 from collections.abc import Container, Hashable
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
+import lazy_loader as lazy
 import numpy as np
 import xarray as xr
 from xarray import conventions
+
+if TYPE_CHECKING:
+    import h5py
+else:
+    h5py = lazy.load("h5py")
 
 #: The conventions that files follow: UDUNITS units, coordinates without missing values.
 CONVENTIONS = {"Conventions": "CF-1.11"}
@@ -102,8 +108,6 @@ def _unfilled(dataset: xr.Dataset) -> dict[str, dict[str, None]]:
 
 def write(run: xr.DataTree | xr.Dataset, file: BinaryIO) -> None:
     """Write a run that `is_plain`."""
-    import h5py
-
     with h5py.File(file, "w", track_order=True) as opened:
         scales: dict[str, Any] = {}
         count = 0
@@ -122,8 +126,6 @@ def _write(file: Any, dataset: xr.Dataset, inherited: dict[str, Any], *, first: 
     inherited : scales of the root and their numbers, which the root itself adds
     first : number of the next dimension
     """
-    from h5py import h5ds
-
     variables, attributes = conventions.cf_encoder(*conventions.encode_dataset_coordinates(dataset))
     for name in _complete(dataset):
         variables[name].attrs.pop("_FillValue", None)
@@ -143,7 +145,7 @@ def _write(file: Any, dataset: xr.Dataset, inherited: dict[str, Any], *, first: 
         target = made[str(name)]
         if name not in own:
             for k, dimension in enumerate(variable.dims):
-                h5ds.attach_scale(target.id, scales[str(dimension)][0].id, k)
+                h5py.h5ds.attach_scale(target.id, scales[str(dimension)][0].id, k)
         if variable.dims:
             ids = [scales[str(d)][1] for d in variable.dims]
             _set(target, "_Netcdf4Coordinates", np.array(ids, dtype=np.int32))
@@ -158,8 +160,6 @@ def _write(file: Any, dataset: xr.Dataset, inherited: dict[str, Any], *, first: 
 
 def _dataset(file: Any, name: str, variable: xr.Variable) -> Any:
     """The dataset with the values of a variable."""
-    import h5py
-
     values = np.asarray(variable.values)
     if values.dtype.kind in "UO":
         values = values.astype(object)
@@ -176,14 +176,11 @@ def _add_attributes(target: Any, attributes: Any, kinds: Any) -> None:
 
 def _set(target: Any, name: str, value: Any) -> None:
     """Add an attribute that is not there yet, which h5py's own way looks for first."""
-    import h5py
-    from h5py import h5a, h5s, h5t
-
     values = np.asarray(value, order="C")
     if values.dtype.kind in "UO":
         values = np.asarray(value, dtype=h5py.string_dtype())
-    kind = h5t.py_create(values.dtype, logical=True)
-    h5a.create(target.id, name.encode(), kind, h5s.create_simple(values.shape)).write(values)
+    kind = h5py.h5t.py_create(values.dtype, logical=True)
+    h5py.h5a.create(target.id, name.encode(), kind, h5py.h5s.create_simple(values.shape)).write(values)
 
 
 def read(file: BinaryIO) -> xr.DataTree | xr.Dataset:
@@ -212,12 +209,9 @@ def _read(file: BinaryIO) -> xr.DataTree | xr.Dataset:
     NotPlain
         If the file is not as `write` writes it; of a damaged one, any exception.
     """
-    import h5py
-    from h5py import h5g
-
     with h5py.File(file, "r") as opened:
         scales: dict[int, str] = {}
-        root, groups = _read_group(h5g.open(opened.id, b"/"), scales)
+        root, groups = _read_group(h5py.h5g.open(opened.id, b"/"), scales)
         found = {}
         for name, group in groups.items():
             found[name], inside = _read_group(group, dict(scales))
@@ -235,16 +229,14 @@ def _read_group(group: Any, scales: dict[int, str]) -> tuple[xr.Dataset, dict[st
 
     `scales` are names of dimensions by their numbers, to which its own are added.
     """
-    from h5py import h5d, h5ds, h5g, h5o
-
-    items = {name.decode(): h5o.open(group, name) for name in group}
-    groups = {name: item for name, item in items.items() if isinstance(item, h5g.GroupID)}
-    held = {name: (item, _attributes(item)) for name, item in items.items() if isinstance(item, h5d.DatasetID)}
+    items = {name.decode(): h5py.h5o.open(group, name) for name in group}
+    groups = {name: item for name, item in items.items() if isinstance(item, h5py.h5g.GroupID)}
+    held = {name: (item, _attributes(item)) for name, item in items.items() if isinstance(item, h5py.h5d.DatasetID)}
     empty = set()
     for name, (item, (_, of_format)) in held.items():
-        if h5ds.is_scale(item):
+        if h5py.h5ds.is_scale(item):
             scales[int(of_format["_Netcdf4Dimid"])] = name
-            if h5ds.get_scale_name(item).startswith(_NO_VALUES):
+            if h5py.h5ds.get_scale_name(item).startswith(_NO_VALUES):
                 empty.add(name)
     attributes, _ = _attributes(group)
     coordinates = str(attributes.pop("coordinates", "")).split()
@@ -259,13 +251,10 @@ def _read_group(group: Any, scales: dict[int, str]) -> tuple[xr.Dataset, dict[st
 
 def _variable(item: Any, attributes: dict[str, Any], of_format: dict[str, Any], scales: dict[int, str]) -> xr.Variable:
     """A variable with its values."""
-    import h5py
-    from h5py import h5d, h5ds, h5s
-
     shape, kind = item.shape, item.dtype
-    if shape is None or item.get_create_plist().get_layout() == h5d.CHUNKED or not kind.isnative:
+    if shape is None or item.get_create_plist().get_layout() == h5py.h5d.CHUNKED or not kind.isnative:
         raise NotPlain
-    if shape and not h5ds.is_scale(item) and of_format.get("DIMENSION_LIST") != (len(shape),):
+    if shape and not h5py.h5ds.is_scale(item) and of_format.get("DIMENSION_LIST") != (len(shape),):
         raise NotPlain  # other programs find the dimensions by this list
     dimensions = [scales[number] for number in of_format["_Netcdf4Coordinates"].tolist()] if shape else []
     if h5py.check_string_dtype(kind) is not None:
@@ -275,7 +264,7 @@ def _variable(item: Any, attributes: dict[str, Any], of_format: dict[str, Any], 
     else:
         values = np.empty(shape, dtype=kind)
         if values.size:
-            item.read(h5s.ALL, h5s.ALL, values)
+            item.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
         if attributes.get("dtype") == "bool" and kind == np.int8:
             del attributes["dtype"]
             values = values.astype(bool)
@@ -291,19 +280,17 @@ def _attributes(item: Any) -> tuple[dict[str, Any], dict[str, Any]]:
 
     An attribute that is a list of one is its entry, texts are a list.
     """
-    from h5py import h5, h5a, h5t
-
     found: dict[str, Any] = {}
     of_format: dict[str, Any] = {}
     names: list[bytes] = []
-    h5a.iterate(item, lambda name, *_: names.append(name), index_type=h5.INDEX_CRT_ORDER)
+    h5py.h5a.iterate(item, lambda name, *_: names.append(name), index_type=h5py.h5.INDEX_CRT_ORDER)
     for encoded in names:
-        attribute, name = h5a.open(item, encoded), encoded.decode()
+        attribute, name = h5py.h5a.open(item, encoded), encoded.decode()
         if name not in _OF_FORMAT:
             found[name] = _plain(attribute)
         elif name in ("_Netcdf4Coordinates", "_Netcdf4Dimid"):
             of_format[name] = _entries(attribute)
-        elif isinstance(attribute.get_type(), h5t.TypeVlenID):
+        elif isinstance(attribute.get_type(), h5py.h5t.TypeVlenID):
             of_format[name] = attribute.shape
     return found, of_format
 
@@ -319,8 +306,6 @@ def _entries(attribute: Any) -> np.ndarray:
 
 def _plain(attribute: Any) -> Any:
     """An attribute as xarray gives it."""
-    import h5py
-
     values = _entries(attribute)
     text = h5py.check_string_dtype(values.dtype)
     if text is not None and text.length is None:

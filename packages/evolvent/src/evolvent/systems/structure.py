@@ -9,6 +9,7 @@ from pydantic import Field
 
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.analysis.margins.keys import Margin
+from evolvent.analysis.system import System
 from evolvent.parts.registry import PartsByName
 from evolvent.solvers.time.explicit import methods as explicit_methods
 from evolvent.solvers.time.implicit import methods as implicit_method
@@ -81,8 +82,6 @@ class Structure(SystemDefinition):
 
     def build(self, case: StructureCase, *, laws: Mapping[str, Any] | None = None) -> System:
         """The parts of a case."""
-        from evolvent.analysis.system import System
-
         system = System(gravity=case.gravity, title=case.title)
         for name, part in case.parts.items():
             system.add(part, name)

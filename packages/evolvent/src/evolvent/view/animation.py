@@ -16,6 +16,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from markupsafe import Markup
 
 from evolvent import cases
 from evolvent.results import unfinished
@@ -321,8 +322,6 @@ def _page(motion: Motion, frames: int, speed: float | None, playing: bool) -> by
 @functools.cache
 def _viewer() -> Markup:
     """The viewer as one script, in which nothing is imported or exported."""
-    from markupsafe import Markup
-
     script = "".join(path.read_text(encoding="utf-8") for path in VIEWER)
     return Markup(re.sub(r"^import .*\n|^export ", "", script, flags=re.MULTILINE))
 

@@ -14,6 +14,7 @@ from evolvent import results
 from evolvent.results import display, happened, variables
 from evolvent.results.motion import prefixed_unit, quantity
 from evolvent.view import balance
+from evolvent.view.drawing import motion_of
 from evolvent_base.errors import InputError
 from evolvent_base.figures import Figure, Line, Number, Panel, numbers_of, stacked
 from evolvent_base.units import unit_text
@@ -398,8 +399,6 @@ def _at(times: np.ndarray, k: int) -> str:
 
 def motion(run: xr.DataTree) -> Motion | None:
     """Bodies, lines, forces and marks of a run, by its parts; None where it holds too little."""
-    from evolvent.view.drawing import motion_of
-
     title, start = str(run.attrs.get("title", "")), "evolvent run of "
     if title.startswith(start):
         title = title.removeprefix(start).replace("-", " ").capitalize()

@@ -103,7 +103,7 @@ def _angles(run: xr.DataTree) -> _Panels:
     """Angles and travels of what latches, or else of all that springs turn."""
     for variable in ("angle", "travel"):
         parts = _with(run, variable, also="latch_time") or (
-            [part for part in _with(run, variable) if run[part].attrs.get("kind") == "rotational-spring"]
+            [part for part in _with(run, variable) if run[part].attrs.get("kind") == "joint-spring"]
         )
         if not parts:
             continue

@@ -88,7 +88,7 @@ def coordinates_of(mechanism: Mechanism, keys: Margin, at: Position) -> list[Mar
         if travel is None:
             continue
         if not names[k]:
-            raise InputError("a coordinate has no name; give its joint a RotationalSpring or TranslationalSpring")
+            raise InputError("a coordinate has no name; give its joint a JointSpring")
         found.append(
             MarginCoordinate(
                 names[k], k, tuple(same), bool(rows["kind"][k] == axial.ANGLE), *travel,

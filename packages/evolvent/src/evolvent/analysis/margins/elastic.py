@@ -22,9 +22,7 @@ import math
 from typing import Any
 
 import numpy as np
-import scipy.linalg
-from scipy import sparse
-from scipy.sparse.linalg import splu
+import scipy
 
 from evolvent import model as mdl
 from evolvent.algebra.sparse import clear
@@ -84,8 +82,10 @@ class Stiffness:
         norms, n, j = np.linalg.norm(A * D, axis=1), D.size, X.shape[1]
         MX = self.M @ X
         C = np.vstack([A * D / norms[:, None], (MX * D[:, None]).T / np.linalg.norm(MX * D[:, None], axis=0)[:, None]])
-        C = sparse.csc_matrix(C)
-        lu = splu(sparse.bmat([[sparse.csc_matrix(D[:, None] * self.K * D), C.T], [C, None]], format="csc"))
+        C = scipy.sparse.csc_matrix(C)
+        lu = scipy.sparse.linalg.splu(
+            scipy.sparse.bmat([[scipy.sparse.csc_matrix(D[:, None] * self.K * D), C.T], [C, None]], format="csc")
+        )
         bounds = np.zeros((C.shape[0], 1 + j))
         if j:  # the bordered matrix is regular: of all moves across the former free motions these are free
             bounds[: norms.size, 1:] = -(A @ X) / norms[:, None]

@@ -12,6 +12,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from pydantic import Field
 
+from evolvent import cases
 from evolvent.model.shares import ELASTIC, SPRING
 from evolvent_base import safe_open, units
 from evolvent_base.errors import InputError, nearest
@@ -123,8 +124,6 @@ def ratio(available: Any, required: Any) -> Any:
 @functools.cache
 def built_in() -> Mapping[str, Standard]:
     """Tables that come with the package, by name."""
-    from evolvent import cases
-
     text = importlib.resources.files(__package__).joinpath("factors.yaml").read_text(encoding="utf-8")
     return {name: Standard(**one) for name, one in cases.parse_yaml(text, "factors.yaml").items()}
 
@@ -136,8 +135,6 @@ def standard(name: str) -> tuple[str, Standard]:
     ------
     InputError
     """
-    from evolvent import cases
-
     if name in built_in():
         return name, built_in()[name]
     if not name.endswith(ENDINGS):

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
+from evolvent.analysis.margins import evaluation
+from evolvent.analysis.margins.results import least_of
 from evolvent.results.kept import Kept, split
 from evolvent_base.errors import InputError
 
@@ -69,8 +71,6 @@ class KeptMargins:
         asked = [name for name in keep if name not in others]
         if not asked:
             return cls(tuple(keep), others, None)
-        from evolvent.analysis.margins import evaluation
-
         for wanted in asked:
             name, reduction = split(wanted)
             if reduction:
@@ -98,8 +98,6 @@ class KeptMargins:
         InputError
             For a resistance that is neither given nor declared to be zero, and a name that is no coordinate's.
         """
-        from evolvent.analysis.margins.results import least_of
-
         if self.at_rest is None:
             return {}
         results = self.at_rest.results(solution if self.of_run else None)

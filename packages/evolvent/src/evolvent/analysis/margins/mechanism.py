@@ -36,6 +36,7 @@ from evolvent.kernels.blocks import displace
 from evolvent.model.shares import Elastic as ElasticShares, Tie
 from evolvent.solvers.common.standing import at_time
 from evolvent.solvers.static import equilibrium
+from evolvent.solvers.static.work import velocities_of
 from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
@@ -193,8 +194,6 @@ class Mechanism(MechanismModels):
         y[self.n_q : self.n_q + self.n_v] = 0.0
         force = (self.left(at.t, y, model, factor=1.0) - self.left(at.t, y, self.bare, factor=1.0))[: self.n_v]
         if not elastic.alone:  # else it is that of the one with a stiffness, also on what it ends at
-            from evolvent.solvers.static.work import velocities_of
-
             own = velocities_of(whole, share.family, k)
             force, every = np.zeros(self.n_v), force
             force[own] = every[own]

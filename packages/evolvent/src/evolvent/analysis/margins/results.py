@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import lazy_loader as lazy
 import numpy as np
 
 from evolvent.analysis.margins.factors import CATEGORIES, Standard
@@ -21,6 +22,8 @@ from evolvent_base.showing import Shown
 
 if TYPE_CHECKING:
     import xarray as xr
+else:
+    xr = lazy.load("xarray")
 
 #: Colours of the area between what is available and what is required, where that is above 0 and where it is below.
 _ENOUGH, _LACKING = "#cfe8cf", "#f3c9c9"
@@ -292,8 +295,6 @@ class MarginResults(Shown):
 
         A group inherits dimensions, so those of the motion have names of their own.
         """
-        import xarray as xr
-
         root = xr.Dataset(attrs={
             "title": self.title or "margins by evolvent", "source": f"evolvent {__version__}",
             "factors": self.label, "revision": self.standard.revision,
@@ -355,8 +356,6 @@ def least_of(table: MarginTable) -> tuple[str, int, float]:
 
 def dataset_of(table: MarginTable) -> xr.Dataset:
     """One table as a data set: dimension `station`, shares by name."""
-    import xarray as xr
-
     one = table.coordinate
     x, unit = one.units
     shares = [share.label for share in table.shares]

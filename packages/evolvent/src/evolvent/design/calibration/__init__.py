@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+import lazy_loader as lazy
 
 if TYPE_CHECKING:
-    from evolvent.design.calibration.answer import Calibration
-    from evolvent.design.calibration.fit import calibrate
+    from evolvent.design.calibration.answer import Calibration as Calibration
+    from evolvent.design.calibration.fit import calibrate as calibrate
 
-__all__ = ["Calibration", "calibrate"]
-
-
-def __getattr__(name: str) -> Any:
-    """The names of `calibration.fit`, loaded when they are needed: the command line starts without SciPy."""
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from evolvent.design.calibration import fit
-
-    return getattr(fit, name)
+__getattr__, __dir__, __all__ = lazy.attach(__name__, submod_attrs={"answer": ["Calibration"], "fit": ["calibrate"]})

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent import cases
 from evolvent.design.calibration import data, observed, uncertainty
@@ -101,8 +102,6 @@ def _fitted(run: Residuals, is_weighted: bool) -> tuple[Any, Array, Array, Array
     ----------
     is_weighted : bool, whether the standard deviations of the data are given
     """
-    from scipy.optimize import least_squares
-
     parameters, scales, closed_form = run.parameters, run.scales, run.runs.closed_form
     start, low, high = (
         np.array([getattr(p, side) / p.scale for p in parameters]) for side in ("start", "least", "most")
@@ -111,7 +110,7 @@ def _fitted(run: Residuals, is_weighted: bool) -> tuple[Any, Array, Array, Array
     run.at(start, first=True)
 
     def solved(x: Array) -> Any:
-        found = least_squares(
+        found = scipy.optimize.least_squares(
             run.at, x, jac=lambda x: run.derivatives(x, low, high), bounds=(low, high), x_scale="jac",
             xtol=1e-9, ftol=1e-10, gtol=1e-12, max_nfev=100,
         )  # fmt: skip

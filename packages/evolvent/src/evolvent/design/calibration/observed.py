@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent.results import variables
 from evolvent.results.kept import reduce, split, unit_of
@@ -52,10 +53,10 @@ def values(run: Any, one: Series, content: Any) -> Array:
             f"the data go from {at.min():.9g} s to {at.max():.9g} s, the run from {time[0]:g} s to {time[-1]:g} s; let "
             f"the run cover the data{_why(np.ptp(at), time[-1] - time[0])}"
         )
-    from scipy.interpolate import CubicSpline
-
     inside = np.clip(at, time[0], time[-1])
-    return np.asarray(CubicSpline(time, found.values)(inside)) * factor(str(found.attrs.get("units", "1")), one)
+    return np.asarray(scipy.interpolate.CubicSpline(time, found.values)(inside)) * factor(
+        str(found.attrs.get("units", "1")), one
+    )
 
 
 def _why(data: float, run: float) -> str:

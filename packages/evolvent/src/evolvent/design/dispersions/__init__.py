@@ -5,17 +5,14 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+import lazy_loader as lazy
 
 if TYPE_CHECKING:
-    from evolvent.design.dispersions.answer import Dispersion
-    from evolvent.design.dispersions.dispersed import disperse, evaluate
+    from evolvent.design.dispersions.answer import Dispersion as Dispersion
+    from evolvent.design.dispersions.dispersed import disperse as disperse, evaluate as evaluate
 
-__all__ = ["Dispersion", "disperse", "evaluate"]
-
-
-def __getattr__(name: str) -> Any:
-    if name in __all__:
-        return getattr(importlib.import_module("evolvent.design.dispersions.dispersed"), name)
-    raise AttributeError(f"module 'evolvent.design.dispersions' has no attribute {name!r}")
+__getattr__, __dir__, __all__ = lazy.attach(
+    __name__, submod_attrs={"answer": ["Dispersion"], "dispersed": ["disperse", "evaluate"]}
+)

@@ -13,6 +13,7 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
+import scipy
 
 Array = np.ndarray
 
@@ -26,9 +27,7 @@ def confidence(n: int, rank: int, coverage: float) -> float:
     rank : int, 1 for the smallest sample, n for the largest
     coverage : float, probability of the quantile
     """
-    from scipy.special import bdtr
-
-    return float(bdtr(rank - 1, n, coverage)) if rank >= 1 else 0.0
+    return float(scipy.special.bdtr(rank - 1, n, coverage)) if rank >= 1 else 0.0
 
 
 def upper_rank(n: int, coverage: float, wanted: float) -> int | None:
@@ -136,11 +135,9 @@ def quantiles(
 
 def failure_interval(failed: int, n: int, wanted: float) -> tuple[float, float]:
     """Interval of the probability of failure by Clopper and Pearson."""
-    from scipy.special import betaincinv
-
     tail = 0.5 * (1.0 - wanted)
-    low = 0.0 if failed == 0 else float(betaincinv(failed, n - failed + 1, tail))
-    return low, 1.0 if failed == n else float(betaincinv(failed + 1, n - failed, 1.0 - tail))
+    low = 0.0 if failed == 0 else float(scipy.special.betaincinv(failed, n - failed + 1, tail))
+    return low, 1.0 if failed == n else float(scipy.special.betaincinv(failed + 1, n - failed, 1.0 - tail))
 
 
 def moments(values: Array) -> Mapping[str, float]:

@@ -6,6 +6,7 @@ import dataclasses
 import math
 
 import numpy as np
+import scipy
 
 Array = np.ndarray
 #: Resamples of the bootstrap of Sobol indices, and its seed.
@@ -64,9 +65,7 @@ def regression(x: Array, y: Array, wanted: float) -> Regression:
     rest = float(np.sum((ys - xs @ own) ** 2))
     free = n - 1 - own.size
     errors = np.sqrt(np.sum((vt.T / s) ** 2, axis=1) * rest / free)
-    from scipy.special import stdtrit
-
-    half = float(stdtrit(free, 0.5 * (1.0 + wanted))) * errors
+    half = float(scipy.special.stdtrit(free, 0.5 * (1.0 + wanted))) * errors
     coefficients, low, high = np.zeros(d), np.zeros(d), np.zeros(d)
     coefficients[varied], low[varied], high[varied] = own, own - half, own + half
     return Regression(coefficients=coefficients, low=low, high=high, r2=1.0 - rest / n, runs=n)

@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import resource_tracker
 from typing import Any
 
 from evolvent.design.evaluator.task import EvaluationTask, compute
@@ -130,8 +131,6 @@ def _ctrl_c_held() -> Iterator[None]:
     if sys.platform == "win32":
         yield
         return
-    from multiprocessing import resource_tracker
-
     resource_tracker.ensure_running()  # its start would let Ctrl-C through to the thread that starts it
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -150,7 +149,7 @@ class Dask(Pool):
     """
 
     def __init__(self, address: str) -> None:
-        from distributed import Client
+        from distributed import Client  # an extra
 
         try:
             self._client = Client(address, timeout="10s")

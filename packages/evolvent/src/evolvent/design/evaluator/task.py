@@ -131,6 +131,6 @@ def one_thread(is_wanted: bool) -> contextlib.AbstractContextManager[Any]:
     """A context in which linear algebra takes one thread, if that is wanted."""
     if not is_wanted:
         return contextlib.nullcontext()
-    from threadpoolctl import threadpool_limits
+    from threadpoolctl import threadpool_limits  # an extra
 
     return threadpool_limits(limits=1)

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+import lazy_loader as lazy
 
 if TYPE_CHECKING:
-    from evolvent.design.optimization.answer import Design
-    from evolvent.design.optimization.search import optimize
+    from evolvent.design.optimization.answer import Design as Design
+    from evolvent.design.optimization.search import optimize as optimize
 
-__all__ = ["Design", "optimize"]
-
-
-def __getattr__(name: str) -> Any:
-    if name in __all__:
-        return getattr(importlib.import_module("evolvent.design.optimization.search"), name)
-    raise AttributeError(f"module 'evolvent.design.optimization' has no attribute {name!r}")
+__getattr__, __dir__, __all__ = lazy.attach(__name__, submod_attrs={"answer": ["Design"], "search": ["optimize"]})

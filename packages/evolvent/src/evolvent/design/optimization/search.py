@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent import cases
 from evolvent.analysis.system import System
@@ -183,10 +184,8 @@ class _Search:
         own = np.array([one.start for one in self.problem.continuous])
         if own.size == 0:
             return [own]
-        from scipy.stats import qmc
-
         size = 2 ** max(math.ceil(math.log2(max(self._starts - 1, 1))), 0)
-        others = qmc.Sobol(own.size, rng=np.random.default_rng(self._seed)).random(size)
+        others = scipy.stats.qmc.Sobol(own.size, rng=np.random.default_rng(self._seed)).random(size)
         return [own, *others[: self._starts - 1]]
 
     def _found(self, place: Array, chosen: tuple[int, ...], message: str) -> Found:
@@ -243,12 +242,12 @@ class _Scaled:
 
     def minimum(self, place: Array, tight: Array, optimizer: str) -> tuple[Array, str]:
         """The end of a search from a place with requirements that are tighter, and the optimiser's message."""
-        from scipy.optimize import NonlinearConstraint, minimize
-
         bounds = [(0.0, 1.0)] * place.size
         if optimizer == "cobyqa":
-            constraints: Any = [NonlinearConstraint(lambda x: self.slack(x) - tight, 0.0, np.inf)] if tight.size else []
-            found = minimize(
+            constraints: Any = (
+                [scipy.optimize.NonlinearConstraint(lambda x: self.slack(x) - tight, 0.0, np.inf)] if tight.size else []
+            )
+            found = scipy.optimize.minimize(
                 self.objective, place, method="COBYQA", bounds=bounds, constraints=constraints,
                 options={"initial_tr_radius": 0.1, "final_tr_radius": 1e-6},
             )  # fmt: skip
@@ -256,7 +255,7 @@ class _Scaled:
             constraints = [
                 {"type": "ineq", "fun": lambda x: self.slack(x) - tight, "jac": lambda x: self._slack_slopes(x)}
             ]
-            found = minimize(
+            found = scipy.optimize.minimize(
                 self.objective, place, jac=self._objective_slopes, method="SLSQP", bounds=bounds,
                 constraints=constraints if tight.size else [], options={"ftol": ACCURACY, "maxiter": 200},
             )  # fmt: skip

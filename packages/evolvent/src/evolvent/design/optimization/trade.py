@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent import cases
 from evolvent.design.optimization.problem import DesignProblem, Spread, paths
@@ -109,8 +110,6 @@ def _multipliers(
     Karush, Kuhn and Tucker: the derivative of what is minimized is a combination, with factors from 0, of the
     derivatives of the slacks of active requirements and bounds; the factors are found by least squares.
     """
-    from scipy.optimize import nnls
-
     upper = np.array([1.0 if one.upper else -1.0 for one in problem.requirements])
     active = [k for k in range(slacks.size) if slacks[k] <= ACTIVE * sizes[k]]
     columns = [-upper[k] * values[k] / sizes[k] for k in active]
@@ -123,7 +122,7 @@ def _multipliers(
     multipliers = np.zeros(slacks.size)
     if not columns:
         return multipliers, [], float(np.linalg.norm(slopes))
-    factors, left = nnls(np.stack(columns, axis=1), slopes)
+    factors, left = scipy.optimize.nnls(np.stack(columns, axis=1), slopes)
     for k, factor in zip(active, factors, strict=False):
         multipliers[k] = factor / sizes[k]
     sentences = []

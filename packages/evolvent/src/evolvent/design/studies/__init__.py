@@ -67,7 +67,7 @@ def open(folder: str | os.PathLike[str]) -> xr.Dataset:  # noqa: A001  (named as
     InputError
         If the folder holds no study, or one that is not finished.
     """
-    from evolvent.design.studies import runner, store
+    from evolvent.design.studies import runner, store  # cases are listed without xarray
 
     runner.check_installed()
     return store.read(folder)

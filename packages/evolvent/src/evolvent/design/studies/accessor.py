@@ -9,6 +9,7 @@ from collections import Counter
 import numpy as np
 import xarray as xr
 
+from evolvent.design.studies import draw
 from evolvent_base.answer import Answer, Section, Table, failed
 from evolvent_base.errors import InputError, counted
 from evolvent_base.figures import Figure
@@ -82,8 +83,6 @@ class StudyAccessor(Answered):
 
     def _figures(self) -> list[Figure]:
         """The figure of the first result that varies, of a study."""
-        from evolvent.design.studies import draw
-
         keys = json.loads(self._found.attrs.get("keys", "null"))
         if keys is None or self._keys() != keys:  # of variants, and where a key was taken away
             return []

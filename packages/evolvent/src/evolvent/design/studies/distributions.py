@@ -26,6 +26,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent.design.studies import measured
 from evolvent_base import schema, units
@@ -69,8 +70,6 @@ class Distribution:
         return [round(v) for v in found] if self.whole else [float(v) for v in found]
 
     def _quantiles(self, u: Array) -> Array:
-        from scipy.special import ndtri
-
         match self.kind:
             case "uniform":
                 low, high = self.values
@@ -82,12 +81,10 @@ class Distribution:
                 return np.where(u * (high - low) < mode - low, below, above)
             case "normal":
                 mean, std = self.values
-                return np.asarray(mean + std * ndtri(u))
+                return np.asarray(mean + std * scipy.special.ndtri(u))
             case "truncated-normal":
-                from scipy.stats import truncnorm
-
                 mean, std, low, high = self.values
-                found = truncnorm.ppf(u, (low - mean) / std, (high - mean) / std, loc=mean, scale=std)
+                found = scipy.stats.truncnorm.ppf(u, (low - mean) / std, (high - mean) / std, loc=mean, scale=std)
                 return np.clip(found, low, high)
             case _:
                 listed = np.sort(self.values)  # so that a larger probability gives no smaller value

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent_base import schema
 from evolvent_base.errors import InputError, nearest
@@ -69,13 +70,11 @@ def probabilities(sample: str, samples: int, draws: int, seed: int, correlation:
     if sample == "monte-carlo":
         found = rng.random((samples, draws))
     else:
-        from scipy.stats import qmc
-
         if sample == "latin-hypercube":
-            found = qmc.LatinHypercube(draws, rng=rng).random(samples)
+            found = scipy.stats.qmc.LatinHypercube(draws, rng=rng).random(samples)
         else:
             size = 2 * draws if sample == "saltelli" else draws
-            found = qmc.Sobol(size, rng=rng).random_base2(samples.bit_length() - 1)
+            found = scipy.stats.qmc.Sobol(size, rng=rng).random_base2(samples.bit_length() - 1)
     if sample == "saltelli":
         found = saltelli(found[:, :draws], found[:, draws:])
     found = np.clip(found, _LEAST, 1.0 - _LEAST)
@@ -107,14 +106,12 @@ def correlated(u: Array, correlation: Array) -> Array:
     u : (n, d) float, in (0, 1)
     correlation : (d, d) float, positive semi-definite, of the normal scores
     """
-    from scipy.special import ndtr, ndtri
-
-    z, factor = ndtri(u), _factor(correlation)
+    z, factor = scipy.special.ndtri(u), _factor(correlation)
     drawn = np.zeros_like(z)
     for i in range(z.shape[1]):
         for j in range(i + 1):  # sums of one order, the same for any number of threads
             drawn[:, i] += factor[i, j] * z[:, j]
-    return np.asarray(ndtr(drawn))
+    return np.asarray(scipy.special.ndtr(drawn))
 
 
 def _factor(matrix: Array) -> Array:

@@ -18,7 +18,9 @@ import pathlib
 import shutil
 import sys
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import lazy_loader as lazy
 
 from evolvent import results
 from evolvent.design.evaluator.log import Log
@@ -26,6 +28,11 @@ from evolvent.design.evaluator.sources import sources, versions
 from evolvent.design.studies.study import Study
 from evolvent_base import files, locks, safe_open
 from evolvent_base.errors import InputError, reason_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = lazy.load("xarray")
 
 RESULTS = "results.zarr"
 _MANIFEST, _STUDY, _LOG = "study.json", "study.yaml", "cases.sqlite"
@@ -121,8 +128,6 @@ def _compare(place: pathlib.Path, there: dict[str, Any], here: dict[str, Any]) -
 
 def read(folder: str | os.PathLike[str]) -> Any:
     """The results in a study's folder; see `evolvent.design.studies.open`."""
-    import xarray as xr
-
     place = pathlib.Path(folder)
     if not place.is_dir():
         raise InputError(f"cannot read {str(place)!r}: there is no such folder")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent.families.drives import ROUND_OFF, angles_of
 from evolvent.kernels.drive import FREE, LEAST_OUT
@@ -66,9 +67,7 @@ def all_deployed(model: Any) -> float | None:
         k = int(beyond[0])
         if k == 0:
             return None
-        from scipy.optimize import brentq  # 0.2 s that most runs do not need
-
-        return float(brentq(lambda t: left(np.array([t])).min(), times[k - 1], times[k]))
+        return float(scipy.optimize.brentq(lambda t: left(np.array([t])).min(), times[k - 1], times[k]))
     rest = np.inf
     for row, length in zip(model.threads, whole, strict=True):
         if row["drive"] == FREE:

@@ -34,7 +34,11 @@ def solids_of(view: View, name: str, row: Any) -> list[dict[str, Any]]:
         return own
     moments = np.diag(row["inertia"])
     if np.ptp(moments) <= 1e-9 * moments.max() and len(_points(view, name, _turns)) > 1:
-        return _bars(_points(view, name, lambda part: _turns(part) or part.kind in ("spring", "link")))
+        return _bars(
+            _points(
+                view, name, lambda part: _turns(part) or part.kind == "spring" or getattr(part, "type", "") == "link"
+            )
+        )
     if mass > 0.0 and np.any(moments):
         squares = 6.0 * (moments.sum() - 2.0 * moments) / mass
         thin = 0.02 * np.sqrt(max(float(squares.max()), 0.0))

@@ -54,7 +54,7 @@ def seat_of(view: View, name: str) -> Seat | None:
     kind = getattr(part, "kind", "")
     if kind == "joint":
         return _joint_seat(view, name, part, 0)
-    if kind in ("rotational-spring", "translational-spring"):
+    if kind == "joint-spring":
         return _hinge_seat(view, name, part)
     if view.assembly.names.get(name, ("",))[0] == "bodies":
         index = view.index(name)
@@ -96,7 +96,7 @@ def _hinge_seat(view: View, name: str, part: Any) -> Seat | None:
     for joint, candidate in view.assembly.parts.items():
         if getattr(candidate, "kind", "") == "joint" and candidate.type in ("revolute", "cylindrical", "universal"):
             found = _point_row(view, joint)
-            if {(int(found["on"][i]), int(found["index"][i])) for i in (0, 1)} == {
+            if found is not None and {(int(found["on"][i]), int(found["index"][i])) for i in (0, 1)} == {
                 (sides.ON_BODY, body), (sides.ON_BODY, other),
             }:  # fmt: skip
                 return seat_of(view, joint)
@@ -188,8 +188,12 @@ def _basis(axis: Any) -> tuple[Array, Array, Array]:
 def _joint(view: View, name: str, found: Observed) -> None:
     """A joint by its type: pins of rotations, rails of travels, balls, blocks of clamps, and the rod of a distance."""
     part = view.part(name)
+    own = _driven if part.drive is not None else _OF_TYPE.get(part.type)
+    if own is not None:
+        own(view, name, found)
+        return
     row = _point_row(view, name)
-    if row is None:
+    if row is None or view.assembly.names[name][0] == "links":  # which is drawn by its ends
         return
     if row["kind"] in joints.LENGTHS:
         ends = np.stack([view.side(row, which, is_point=True).u for which in joints.LENGTHS[row["kind"]][0]], axis=1)
@@ -221,7 +225,6 @@ _AT_ONE_PLACE: dict[str, Callable[[list[float]], list[dict[str, Any]]]] = {
     "universal": lambda axis: [_pin(0.25, -0.9, 0.9, axis), _ball(0.4)],
     "spherical": lambda _: [_ball(0.55)],
     "clamp": lambda _: [{"box": {"edges": [0.8, 0.8, 0.8]}}],
-    "fixed": lambda _: [{"box": {"edges": [0.8, 0.8, 0.8]}}],
 }
 _RAILS: dict[str, Callable[[list[float]], dict[str, Any]]] = {
     "prismatic": lambda axis: _pin(0.18, -2.5, 2.5, axis),
@@ -231,9 +234,9 @@ _RAILS: dict[str, Callable[[list[float]], dict[str, Any]]] = {
 }
 
 
-def _rotational_spring(view: View, name: str, found: Observed) -> None:
-    """Two flanges at the ends of a hinge's pin."""
-    seat = seat_of(view, name)
+def _joint_spring(view: View, name: str, found: Observed) -> None:
+    """Two flanges at the ends of a hinge's pin; nothing of a travel, whose ends are drawn."""
+    seat = seat_of(view, name) if "angle" in found.variables else None
     if seat is not None:
         axis = _own_axis(view, seat)
         flanges = [_pin(0.7, low, low + 0.25, axis) for low in (-1.25, 1.0)]
@@ -317,19 +320,16 @@ def _wheel_radii(kinds: list[int], ratio: float, axes: list[Array], apart: Array
     return -1.2 / share, -1.2 * share
 
 
-def _rotation(view: View, name: str, found: Observed) -> None:
-    """The drive of a spinning body: a motor on its axis."""
-    seat = seat_of(view, view.part(name).body)
-    if seat is not None:
-        axis = _own_axis(view, seat)
-        found.drawn.append(_entry(view, found, seat, solids=[_pin(0.8, -0.6, 0.6, axis, turned="angle")], lift=True))
-
-
-def _motion(view: View, name: str, found: Observed) -> None:
-    """The drive of a place: a cone along the line, a disc on an involute."""
+def _driven(view: View, name: str, found: Observed) -> None:
+    """A drive: a motor on the axis of a spinning body, a cone along a line, a disc on an involute."""
     part = view.part(name)
-    on_line = part.radius == 0.0
-    axis = np.array(part.direction if on_line else part.axis, dtype=float)
+    if part.type == "revolute":
+        seat = seat_of(view, part.b)
+        if seat is not None:
+            solids = [_pin(0.8, -0.6, 0.6, _own_axis(view, seat), turned="angle")]
+            found.drawn.append(_entry(view, found, seat, solids=solids, lift=True))
+        return
+    on_line, axis = part.type == "point-on-line", np.array(part.axis, dtype=float)
     seat = Seat(-1, found.variables["position"].values, axis / np.linalg.norm(axis))
     profile = [(0.4, 0.6), (1.6, 0.0)] if on_line else [(-0.15, 1.0), (0.15, 1.0)]
     found.drawn.append(_entry(view, found, seat, solids=[_round(profile, list(_Z))]))
@@ -342,6 +342,12 @@ def _guide(view: View, name: str, found: Observed) -> None:
     if np.linalg.norm(along) > 0.0:
         seat = Seat(-1, found.variables["position"].values, np.asarray(along, dtype=float))
         found.drawn.append(_entry(view, found, seat, solids=[_pin(0.9, -0.1, 0.1, list(_Z))]))
+
+
+#: What draws joints that are not points which coincide or slide.
+_OF_TYPE: dict[str, Callable[[View, str, Observed], None]] = {
+    "guide": _guide, "gear": _gear, "synchronization": _synchronization,
+}  # fmt: skip
 
 
 # ------------------------------------------------------------------------------------------------ hardware
@@ -405,13 +411,8 @@ def _contact(view: View, name: str, found: Observed) -> None:
 #: What draws the symbols of a kind of part.
 _SYMBOLS: dict[str, Callable[[View, str, Observed], None]] = {
     "joint": _joint,
-    "rotational-spring": _rotational_spring,
+    "joint-spring": _joint_spring,
     "motor": _motor,
-    "synchronization": _synchronization,
-    "gear": _gear,
-    "prescribed-rotation": _rotation,
-    "prescribed-motion": _motion,
-    "guide": _guide,
     "reaction-wheel": _wheel,
     "thruster": _thruster,
     "radiation": _panel,

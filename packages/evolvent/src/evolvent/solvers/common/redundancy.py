@@ -11,9 +11,10 @@ The rank changes where joints are released, and may change where a latch locks: 
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent import model as mdl
 from evolvent.algebra import ordering, sparse_lu
@@ -24,9 +25,6 @@ from evolvent.equations.implicit import residual, tangent
 from evolvent.model.powers import N_POWERS
 from evolvent.solvers.common.sizes import length_of
 from evolvent_base.errors import InputError
-
-if TYPE_CHECKING:
-    import scipy.sparse as sparse
 
 Array = np.ndarray
 
@@ -226,10 +224,6 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
     InputError
         Where something beside the joints is undetermined, a driven joint is among them, or one holds what cannot move.
     """
-    import scipy.sparse as sparse  # which most runs do not need
-    from scipy.sparse.csgraph import connected_components
-    from scipy.sparse.linalg import splu
-
     model, n_v = assembly.model, int(assembly.model.info.nv)
     unknowns = ordering.redundant_unknowns(matrix)
     if np.any(unknowns < n_v):
@@ -237,13 +231,13 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
     unresolved = unknowns.size + int(matrix.counts[LOST])
     _write_tangent(model.copy(), matrix, t, y, _HUGE, 1.0)
     values, places, columns = ordering.entries(matrix)
-    whole = sparse.coo_matrix((values, (places, columns)), shape=(n_v + model.constraints.size,) * 2).tocsr()
+    whole = scipy.sparse.coo_matrix((values, (places, columns)), shape=(n_v + model.constraints.size,) * 2).tocsr()
     G, M = whole[n_v:, :n_v], whole[:n_v, :n_v] / _HUGE
     held_rows = model.constraints
     length = max(1.0, length_of(model, weight))
     held = np.flatnonzero(is_held(held_rows, t))
     scale = 1.0 / np.where(held_rows["turns"][held], 1.0, length)
-    part = sparse.diags(scale) @ G[held] @ sparse.diags(weight)
+    part = scipy.sparse.diags(scale) @ G[held] @ scipy.sparse.diags(weight)
     size = np.asarray(abs(part).max(axis=1).todense()).ravel() if held.size else np.zeros(0)
     for k in held[size <= 1e-12]:
         raise InputError(
@@ -256,10 +250,10 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
             name = row_owner(assembly, int(k))
             raise InputError(f"{name!r} is redundant: it drives a motion that other joints already constrain or drive")
     names = sorted({row_owner(assembly, int(k)) for k in taking})
-    _, group = connected_components(part @ part.T, directed=False)
+    _, group = scipy.sparse.csgraph.connected_components(part @ part.T, directed=False)
     rows = held[np.isin(group, group[np.isin(held, taking)])]
     size = np.where(held_rows["turns"][rows], 1.0 / length**2, 1.0)
-    yields = np.einsum("ij,ji->i", G[rows].toarray(), splu(M.tocsc()).solve(G[rows].T.toarray()))
+    yields = np.einsum("ij,ji->i", G[rows].toarray(), scipy.sparse.linalg.splu(M.tocsc()).solve(G[rows].T.toarray()))
     compliance = max(_COMPLIANCE, _ROUND_OFF * mass * float(np.max(yields / size)))
     held_rows["slack"][rows] = size * compliance
     info = model.info
@@ -269,23 +263,18 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
 
 def _rank_of(part: Any, size: Array, unresolved: int) -> tuple[int, Array | None]:
     """Rank of the gradients, and the largest part of each row in a dependence; None where there are too many rows."""
-    import scipy.sparse as sparse
-
     n = part.shape[0]
     if n > MOST:
         return n - unresolved, None
-    U, values, _ = np.linalg.svd((sparse.diags(1.0 / size) @ part).toarray(), full_matrices=n > part.shape[1])
+    U, values, _ = np.linalg.svd((scipy.sparse.diags(1.0 / size) @ part).toarray(), full_matrices=n > part.shape[1])
     rank = min(int(np.sum(values > _ZERO * values[0])), n - 1)
     return rank, np.abs(U[:, rank:]).max(axis=1)
 
 
-def independent(G: sparse.csr_matrix, rank: int) -> sparse.csr_matrix:
+def independent(G: scipy.sparse.csr_matrix, rank: int) -> scipy.sparse.csr_matrix:
     """As many rows of gradients as their rank, which span those of all."""
-    import scipy.sparse as sparse
-    from scipy.linalg import qr
-
     norms = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
-    _, order = qr((sparse.diags(1.0 / norms) @ G).toarray().T, mode="r", pivoting=True)
+    _, order = scipy.linalg.qr((scipy.sparse.diags(1.0 / norms) @ G).toarray().T, mode="r", pivoting=True)
     return G[np.sort(order[:rank])]
 
 

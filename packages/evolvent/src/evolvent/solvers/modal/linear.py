@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import scipy
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.model.questions import LinearizedPoint
@@ -25,7 +26,6 @@ from evolvent_base.errors import InputError, nearest
 
 if TYPE_CHECKING:
     import control
-    import scipy.signal
 
 Array = np.ndarray
 
@@ -152,8 +152,6 @@ class StateSpace:
 
     def to_scipy(self) -> scipy.signal.StateSpace:
         """The model as a `scipy.signal.StateSpace`."""
-        import scipy.signal
-
         return scipy.signal.StateSpace(self.A, self.B, self.C, self.D)
 
     def to_control(self) -> control.StateSpace:
@@ -172,7 +170,7 @@ class StateSpace:
             If the package is missing, or holds no model without states, inputs or outputs.
         """
         try:
-            import control
+            import control  # an extra
         except ImportError:
             text = "to_control needs the package control (python-control): pip install 'evolvent[control]'"
             raise InputError(text) from None

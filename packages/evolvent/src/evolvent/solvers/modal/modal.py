@@ -8,8 +8,9 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import lazy_loader as lazy
 import numpy as np
-import scipy.sparse as sparse
+import scipy
 
 from evolvent.algebra.subspaces import constrained
 from evolvent.assembly.assembled import Assembly
@@ -25,6 +26,8 @@ from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
+else:
+    xr = lazy.load("xarray")
 
 Array = np.ndarray
 
@@ -95,8 +98,8 @@ class VibrationModes:
     shape: Array
     equilibrium: Solution
     assembly: Assembly = dataclasses.field(repr=False)
-    M: sparse.csr_matrix = dataclasses.field(repr=False)
-    G: sparse.csr_matrix = dataclasses.field(repr=False)
+    M: scipy.sparse.csr_matrix = dataclasses.field(repr=False)
+    G: scipy.sparse.csr_matrix = dataclasses.field(repr=False)
     point: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @functools.cached_property
@@ -329,8 +332,6 @@ class VibrationModes:
         Dimension `mode`; shapes are "boom.displacement" and "boom.rotation", of complex modes with a dimension
         `component` (real, imaginary). Effective masses are left out of complex modes.
         """
-        import xarray as xr
-
         data: dict[str, Any] = {
             "frequency_hz": ("mode", self.frequency_hz, {"units": "Hz", "long_name": "frequency"}),
             "frequency": ("mode", self.frequency, {"units": "rad/s", "long_name": "angular frequency"}),

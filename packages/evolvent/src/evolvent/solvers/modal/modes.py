@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.sparse as sparse
+import scipy
 
 from evolvent.algebra.eigenproblem import Eigenproblem
 from evolvent.algebra.subspaces import along_axes
@@ -126,7 +126,7 @@ class Where(NamedTuple):
 
 def at_equilibrium(
     assembly: Assembly, where: Where, *, damped: bool
-) -> tuple[Assembly, Solution, Work, tuple[sparse.csr_matrix, ...]]:
+) -> tuple[Assembly, Solution, Work, tuple[scipy.sparse.csr_matrix, ...]]:
     """The equilibrium that is given or found, an assembly with a copy of the model, and `matrices` there."""
     equilibrium, y, time, rotating, centre = where
     families.check(assembly, family.MODES)

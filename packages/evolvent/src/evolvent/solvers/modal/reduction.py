@@ -6,8 +6,7 @@ import dataclasses
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
-import scipy.sparse as sparse
+import scipy
 
 from evolvent.algebra.eigenproblem import Eigenproblem
 from evolvent.algebra.subspaces import constrained
@@ -36,20 +35,20 @@ class Structure:
     naming : names of what moves, for messages
     """
 
-    M: sparse.csr_matrix
-    C: sparse.csr_matrix
-    K: sparse.csr_matrix
-    G: sparse.csr_matrix
+    M: scipy.sparse.csr_matrix
+    C: scipy.sparse.csr_matrix
+    K: scipy.sparse.csr_matrix
+    G: scipy.sparse.csr_matrix
     weight: Array
     naming: Naming
 
     def problem(self, more: Array | None = None) -> Eigenproblem:
         """The eigenproblem of M and the symmetric part of K; `more` (n, nv) are rows that are held too."""
         n = self.M.shape[0]
-        G = self.G if more is None else sparse.vstack([self.G, sparse.csr_matrix(more)]).tocsr()
+        G = self.G if more is None else scipy.sparse.vstack([self.G, scipy.sparse.csr_matrix(more)]).tocsr()
         K = (0.5 * (self.K + self.K.T)).tocsr()
         return Eigenproblem(
-            self.M, sparse.csr_matrix((n, n)), K, G, self.weight, conservative=True,
+            self.M, scipy.sparse.csr_matrix((n, n)), K, G, self.weight, conservative=True,
             where=self.naming.where, strains=self.naming.strains, rigid=self.naming.rigid(self.weight),
         )  # fmt: skip
 
@@ -98,7 +97,9 @@ def craig_bampton_basis(structure: Structure, rows: Array, fixed: int) -> Basis:
     problem = structure.problem(rows)
     square, Phi = problem.slowest(fixed)
     loose = Phi[:, square <= 0.0]
-    A = sparse.vstack([structure.G, sparse.csr_matrix(rows), sparse.csr_matrix((structure.M @ loose).T)]).tocsr()
+    A = scipy.sparse.vstack(
+        [structure.G, scipy.sparse.csr_matrix(rows), scipy.sparse.csr_matrix((structure.M @ loose).T)]
+    ).tocsr()
     n_c, n_b = structure.G.shape[0], len(rows)
     g = np.zeros((A.shape[0], n_b))
     g[n_c : n_c + n_b] = np.eye(n_b)
@@ -120,7 +121,7 @@ def _independent(structure: Structure, rows: Array) -> Array:
     X = constrained(structure.M, structure.G, rows.T, np.zeros((structure.G.shape[0], len(rows))))
     H = rows @ X
     # beside what they would be without constraints
-    free = constrained(structure.M, sparse.csr_matrix((0, n)), rows.T, np.zeros((0, len(rows))))
+    free = constrained(structure.M, scipy.sparse.csr_matrix((0, n)), rows.T, np.zeros((0, len(rows))))
     size = np.sqrt(np.einsum("ij,ji->i", rows, free))
     H = 0.5 * (H + H.T) / np.outer(size, size)
     values, w = np.linalg.eigh(H)
@@ -138,5 +139,5 @@ def residual_flexibility(structure: Structure, basis: Basis, forces: Array) -> A
     K u + G^T la + M V mu = f with G u = 0 and V^T M u = 0: the sum of shape shape^T f / w^2 over the modes that the
     basis leaves out.
     """
-    A = sparse.vstack([structure.G, sparse.csr_matrix((structure.M @ basis.V).T)]).tocsr()
+    A = scipy.sparse.vstack([structure.G, scipy.sparse.csr_matrix((structure.M @ basis.V).T)]).tocsr()
     return constrained(structure.K, A, forces, np.zeros((A.shape[0], forces.shape[1])))

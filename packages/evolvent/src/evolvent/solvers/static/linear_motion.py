@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sparse
+import scipy
 
 from evolvent.algebra.eigenproblem import Eigenproblem
 from evolvent.kernels import rigid
@@ -37,7 +37,7 @@ def has_gyroscopic_forces(work: Work) -> bool:
     return bool(turns) or bool(frames_of(work.model))
 
 
-def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...]:
+def matrices(work: Work, *, damped: bool = True) -> tuple[scipy.sparse.csr_matrix, ...]:
     """M, C with the gyroscopic part, K with the turn's part, and the constraints' gradients G, about `work`'s state."""
     b, n_v = work.balance, work.n_v
     eq.unbalance(work.time, work.step, 1.0, 1.0, work.model, b, b.r)
@@ -53,12 +53,12 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     # impulses are sums over time, not motions, and no force moves thread on its spool
     rates = work.model.blocks["iv"][work.model.blocks["kind"] == RATE] - work.n_q
     idle = np.concatenate([rates, idle_nodes(work.model)])
-    G = sparse.vstack([G, sparse.identity(n_v, format="csr")[idle]])
+    G = scipy.sparse.vstack([G, scipy.sparse.identity(n_v, format="csr")[idle]])
     # the multiplier of a penalty is its stiffness times its gap and its damping times the gap's rate
     g = gradients[penalties]
-    K = K + g.T @ sparse.diags(rows["stiffness"][penalties]) @ g
+    K = K + g.T @ scipy.sparse.diags(rows["stiffness"][penalties]) @ g
     if damped:
-        C = C + g.T @ sparse.diags(rows["damping"][penalties]) @ g
+        C = C + g.T @ scipy.sparse.diags(rows["damping"][penalties]) @ g
     if np.any(b.spin[:3]):
         K = K + work.turning_tangent()
         C = C + gyroscopic(work, M, b.spin[:3])
@@ -67,12 +67,12 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[sparse.csr_matrix, ...
     return M, C.tocsr(), K, G.tocsr()
 
 
-def frame_rates(work: Work, M: sparse.csr_matrix, *, damped: bool) -> sparse.csr_matrix:
+def frame_rates(work: Work, M: scipy.sparse.csr_matrix, *, damped: bool) -> scipy.sparse.csr_matrix:
     """Derivatives of forces on all masses by velocities: Coriolis terms of an orbital frame, and those of a law.
 
     Without `damped` only the gyroscopic (skew-symmetric) part of a law's derivative is taken.
     """
-    found = sparse.csr_matrix((work.n_v, work.n_v))
+    found = scipy.sparse.csr_matrix((work.n_v, work.n_v))
     for _, rate, row in frames_of(work.model):
         if rate is not None:
             found = found + row["scale"] * gyroscopic(work, M, rate)
@@ -85,7 +85,7 @@ def frame_rates(work: Work, M: sparse.csr_matrix, *, damped: bool) -> sparse.csr
     return found
 
 
-def _dampers(work: Work) -> sparse.csr_matrix:
+def _dampers(work: Work) -> scipy.sparse.csr_matrix:
     """Derivative of the forces by velocities at rest, without those on all masses (`frame_rates`)."""
     kept = [(row, float(row["scale"])) for _, _, row in frames_of(work.model)]
     for row, _ in kept:
@@ -96,9 +96,9 @@ def _dampers(work: Work) -> sparse.csr_matrix:
     return found
 
 
-def _spin_of_wheels(work: Work) -> sparse.csr_matrix:
+def _spin_of_wheels(work: Work) -> scipy.sparse.csr_matrix:
     """Derivative of w x h by the rates of bodies, h the momentum of their wheels: gyroscopic, so no damper."""
-    found = sparse.lil_matrix((work.n_v, work.n_v))
+    found = scipy.sparse.lil_matrix((work.n_v, work.n_v))
     for wheel in work.model.wheels:
         body, h = work.model.bodies[wheel["body"]], wheel["inertia"] * work.balance.y[wheel["iv"]] * wheel["axis"]
         if body["motion"] == rigid.FREE:
@@ -107,25 +107,25 @@ def _spin_of_wheels(work: Work) -> sparse.csr_matrix:
     return found.tocsr()
 
 
-def _flow(work: Work) -> sparse.csr_matrix:
+def _flow(work: Work) -> scipy.sparse.csr_matrix:
     """Gyroscopic part of the derivative by velocities of what material flows through."""
-    rows, found = np.zeros(work.n_v), sparse.csr_matrix((work.n_v, work.n_v))
+    rows, found = np.zeros(work.n_v), scipy.sparse.csr_matrix((work.n_v, work.n_v))
     for flows in asked("flows").values():
         rows[flows(work.model) - work.n_q] = 1.0
     if not np.any(rows):
         return found
-    own, only = _dampers(work), sparse.diags(rows)
+    own, only = _dampers(work), scipy.sparse.diags(rows)
     return only @ (0.5 * (own - own.T)) @ only
 
 
-def gyroscopic(work: Work, M: sparse.csr_matrix, rate: Array) -> sparse.csr_matrix:
+def gyroscopic(work: Work, M: scipy.sparse.csr_matrix, rate: Array) -> scipy.sparse.csr_matrix:
     """Forces of velocities in a frame that turns at `rate` (3,).
 
     They are 2 M W x u', of a free body's rotation J w^ - (J w)^ + w^ J, and between it and a wheel S w x n.
     """
     model, n_v = work.model, work.n_v
     W = _skew(rate)
-    turns = sparse.lil_matrix((n_v, n_v))
+    turns = scipy.sparse.lil_matrix((n_v, n_v))
     own = []
     for block in model.blocks:
         at = int(block["iv"]) - work.n_q

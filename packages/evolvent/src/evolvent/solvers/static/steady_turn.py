@@ -22,8 +22,6 @@ from evolvent.model.registry import families
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
-#: Types of joints that hold what they join against any turn.
-_CLAMPS = ("clamp", "fixed")
 
 
 class Turn:
@@ -40,7 +38,7 @@ class Turn:
         self.still = np.array([row["motion"] == rigid.DRIVEN and not self._turns(row) for row in bodies])
         for k, name in enumerate(assembly.row_parts):
             spec = assembly.parts.get(name)
-            if getattr(spec, "kind", "") == "joint" and getattr(spec, "type", "") in _CLAMPS:
+            if getattr(spec, "kind", "") == "joint" and getattr(spec, "type", "") == "clamp":
                 self.still[[i for what, i in ends_of_row(self.model, k) if what == "bodies"]] = False
 
     def _turns(self, row: Any) -> bool:

@@ -6,9 +6,7 @@ import dataclasses
 from typing import Any
 
 import numpy as np
-import scipy.linalg
-import scipy.sparse as sparse
-from scipy.sparse.linalg import splu
+import scipy
 
 from evolvent import model as mdl
 from evolvent.algebra import ordering, sparse_lu
@@ -207,32 +205,32 @@ class Work:
         """Unbalance and factors of the tangent of the state."""
         return int(eq.probe(self.time, self.step, factor, shift, self.model, self.matrix, self.balance))
 
-    def tangent(self, c_mass: float, c_rate: float) -> sparse.csr_matrix:
+    def tangent(self, c_mass: float, c_rate: float) -> scipy.sparse.csr_matrix:
         """Tangent of the last unbalance, constraints included, by velocities and then joints; the turn is left out."""
         b = self.balance
         tangent(self.time, b.y, b.la, c_mass, c_rate, 1.0, self.model, self.matrix)
-        return sparse.csr_matrix(sparse.diags(self.copies) @ sparse_of(self.matrix))
+        return scipy.sparse.csr_matrix(scipy.sparse.diags(self.copies) @ sparse_of(self.matrix))
 
-    def turning_tangent(self) -> sparse.csr_matrix:
+    def turning_tangent(self) -> scipy.sparse.csr_matrix:
         """What the accelerations of the turn add to the tangent, (nv, nv)."""
         clear(self.matrix)
         eq.add_turning_tangent(1.0, self.balance.spin, self.balance.y, self.model, self.matrix)
-        return sparse.csr_matrix(sparse.diags(self.copies) @ sparse_of(self.matrix))[: self.n_v, : self.n_v]
+        return scipy.sparse.csr_matrix(scipy.sparse.diags(self.copies) @ sparse_of(self.matrix))[: self.n_v, : self.n_v]
 
     @property
     def rows(self) -> Array:
         """Unknowns of the multipliers."""
         return self.n_v + np.arange(self.n_j)
 
-    def mass(self) -> sparse.csr_matrix:
+    def mass(self) -> scipy.sparse.csr_matrix:
         """Mass matrix, (nv, nv)."""
         return self._part(_HUGE, 0.0)
 
-    def damping(self) -> sparse.csr_matrix:
+    def damping(self) -> scipy.sparse.csr_matrix:
         """Derivative of the forces by velocities at rest, (nv, nv)."""
         return self._part(0.0, _HUGE)
 
-    def _part(self, c_mass: float, c_rate: float) -> sparse.csr_matrix:
+    def _part(self, c_mass: float, c_rate: float) -> scipy.sparse.csr_matrix:
         found = self.tangent(c_mass, c_rate)[: self.n_v, : self.n_v] / _HUGE
         found.data[np.abs(found.data) < 1e-25 * np.abs(found.data).max(initial=0.0)] = 0.0
         found.data[np.abs(found.data) < 1e-28] = 0.0
@@ -263,9 +261,11 @@ class Work:
         size = abs(A).max(axis=1).toarray().ravel()
         d = 1.0 / np.sqrt(np.where(size > 0.0, size, 1.0))
         A = A.tocoo()
-        A = sparse.csc_matrix((d[A.row] * A.data * d[A.col], (A.row, A.col)), shape=A.shape)
+        A = scipy.sparse.csc_matrix((d[A.row] * A.data * d[A.col], (A.row, A.col)), shape=A.shape)
         try:
-            lu = splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+            lu = scipy.sparse.linalg.splu(
+                A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+            )
         except RuntimeError:  # a pivot is zero
             return -1
         return int(np.sum(lu.U.diagonal() < -PIVOT_ROUND_OFF)) if np.array_equal(lu.perm_r, lu.perm_c) else -1
@@ -304,10 +304,10 @@ class Work:
             return 0, []
         if np.any(self.balance.spin[:3]):
             turning = self.turning_tangent()
-            K = K + sparse.block_diag([turning, sparse.csr_matrix((n - self.n_v, n - self.n_v))])
+            K = K + scipy.sparse.block_diag([turning, scipy.sparse.csr_matrix((n - self.n_v, n - self.n_v))])
         size = np.sqrt(abs(K).max(axis=1).toarray().ravel())
         size[size == 0.0] = 1.0
-        D = sparse.diags(1.0 / size)
+        D = scipy.sparse.diags(1.0 / size)
         _, s, v = np.linalg.svd((D @ K @ D).toarray())
         count = int(np.sum(s <= FREE * s[0]))
         return count, self._moved((v[n - count :] / size).T[: self.n_v]) if count else []
@@ -351,12 +351,12 @@ class Work:
             return found
         return self._null_space()[1].shape[1] or found
 
-    def _null_space(self) -> tuple[sparse.csr_matrix, Array]:
+    def _null_space(self) -> tuple[scipy.sparse.csr_matrix, Array]:
         """Tangent of the last unbalance, and velocities (nv, k) of what it leaves free, by singular values."""
         K = self.tangent(0.0, 0.0)
         size = np.sqrt(abs(K).max(axis=1).toarray().ravel())
         size[size == 0.0] = 1.0
-        D = sparse.diags(1.0 / size)
+        D = scipy.sparse.diags(1.0 / size)
         _, s, v = np.linalg.svd((D @ K @ D).toarray())
         count = int(np.sum(s <= HELD * s[0]))
         return K, (v[v.shape[0] - count :] / size).T[: self.n_v]
@@ -389,7 +389,7 @@ def _allowed_moves(G: Array, size: Array) -> Any:
     i, j = np.nonzero(follow)
     rows, columns = np.concatenate([free, depends[i]]), np.concatenate([free, rest[j]])
     values = np.concatenate([np.ones(free.size), follow[i, j]])
-    return sparse.csr_array((values, (rows, np.searchsorted(free, columns))), shape=(size.size, free.size))
+    return scipy.sparse.csr_array((values, (rows, np.searchsorted(free, columns))), shape=(size.size, free.size))
 
 
 def _spinning() -> list[int]:
@@ -431,15 +431,15 @@ def spare_of(model: mdl.Model) -> int:
     return min(sum(loose), MOST_DEFERRED)
 
 
-def sparse_of(matrix: SparseBlocks) -> sparse.csr_matrix:
+def sparse_of(matrix: SparseBlocks) -> scipy.sparse.csr_matrix:
     """A matrix before it is factored, inner unknowns included; by velocities and then joints."""
     values, rows, columns = ordering.entries(matrix)
     n = matrix.place.size
-    found = sparse.coo_matrix((values, (rows, columns)), shape=(n, n)).tocsr()
+    found = scipy.sparse.coo_matrix((values, (rows, columns)), shape=(n, n)).tocsr()
     found.eliminate_zeros()
     inner = int(matrix.counts[INNER])
     if inner:
-        B, C = (sparse.csr_matrix(part[matrix.place, :inner]) for part in (matrix.B, matrix.C))
+        B, C = (scipy.sparse.csr_matrix(part[matrix.place, :inner]) for part in (matrix.B, matrix.C))
         found = found + B @ C.T
     return found
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import scipy.sparse as sparse
-from scipy.sparse.linalg import ArpackError, LinearOperator, eigs
+import scipy
 
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
@@ -75,10 +74,12 @@ def _largest(product: Callable[[np.ndarray], np.ndarray], n: int) -> tuple[float
         values, vectors = np.linalg.eig(np.array([product(e) for e in np.eye(n)]).T)
     else:
         start = np.random.default_rng(0).standard_normal(n)
-        operator = LinearOperator((n, n), matvec=product, dtype=float)
+        operator = scipy.sparse.linalg.LinearOperator((n, n), matvec=product, dtype=float)
         try:
-            values, vectors = eigs(operator, k=1, which="LM", v0=start, ncv=40, tol=1e-5, maxiter=100)
-        except ArpackError:  # a power iteration never fails, it is only late
+            values, vectors = scipy.sparse.linalg.eigs(
+                operator, k=1, which="LM", v0=start, ncv=40, tol=1e-5, maxiter=100
+            )
+        except scipy.sparse.linalg.ArpackError:  # a power iteration never fails, it is only late
             x = start
             for _ in range(1000):
                 x = product(x / np.linalg.norm(x))
@@ -133,7 +134,7 @@ def _contact_products(assembly: Assembly) -> Callable[[int, np.ndarray], np.ndar
     columns = contacts["iv"][:, None, :] - n_q + np.arange(3)[None, :, None]  # check, component, vector
     S = np.broadcast_to(contacts["S"][:, None, :], columns.shape)
     rows = np.broadcast_to(np.arange(3 * contacts.size).reshape(-1, 3, 1), columns.shape)
-    G = sparse.csr_matrix((S.ravel(), (rows.ravel(), columns.ravel())), shape=(3 * contacts.size, n_v))
+    G = scipy.sparse.csr_matrix((S.ravel(), (rows.ravel(), columns.ravel())), shape=(3 * contacts.size, n_v))
     along = np.array([y[q[1] : q[1] + 3] + y[q[3] : q[3] + 3] for q in contacts["iq"]])
     along /= np.linalg.norm(along, axis=1)[:, None]
     values = np.zeros((2, contacts.size))

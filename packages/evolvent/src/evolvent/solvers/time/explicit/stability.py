@@ -12,6 +12,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.kernels.impulse import prepare
 from evolvent.model.registry import asked
+from evolvent.solvers.time.explicit.fastest_modes import fastest_explicit_mode
 from evolvent.solvers.time.explicit.methods import Method
 
 
@@ -48,8 +49,6 @@ def fastest_mode(assembly: Assembly) -> Mode:
             best.append(_largest(one.answer(model, k, felt[name][:, k]), owner(assembly, name, k)))
     largest = 0.0
     if needs.has_explicit_forces(model):
-        from evolvent.solvers.time.explicit.fastest_modes import fastest_explicit_mode
-
         square, damping, place, largest = fastest_explicit_mode(assembly)
         best.append((square, damping, place))
     squared, damping, where = max(best, key=lambda bound: (bound[0], -bound[1]))
