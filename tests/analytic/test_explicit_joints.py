@@ -61,7 +61,7 @@ def accelerations(assembly: Assembly, t: float, y: Array) -> tuple[Array, Array]
     model, dy = assembly.model, np.zeros_like(y)
     rhs(t, y, assembly.s, model, dy)
     la, rows = np.zeros(model.joints.size), model.rows
-    held = rows["kind"] == constraint_rows.JOINT
+    held = rows["kind"] == constraint_rows.CONSTRAINT
     la[rows["index"][held]] = model.la[held]
     return dy, la
 
@@ -81,7 +81,7 @@ def check_accelerations(assembly: Assembly, t: float, y: Array) -> None:
         rigid.kinematics(t + s, moved, model)
         for k in range(n_j):
             joint.joint_geometry(t + s, moved, k, model)
-        rates.append(model.joints["rate"].copy())
+        rates.append(model.constraints["rate"].copy())
     assert np.abs(rates[0] - rates[1]).max() / (2.0 * h) < 1e-6 * np.abs(dy).max()
 
 
@@ -154,7 +154,7 @@ def test_a_drive_does_its_work() -> None:
     solution = solve(assembly, samples=np.linspace(0.0, 1.0, 11), method="dopri5", rtol=1e-9, atol=1e-11)
     assert solution.success, solution.message
     assert solution.y[6, 0] == pytest.approx(2.0 * 0.35, abs=1e-8)
-    assert np.all(solution.la[solution.t >= 0.6, assembly.joint_parts.index("turn")] == 0.0)
+    assert np.all(solution.la[solution.t >= 0.6, assembly.row_parts.index("turn")] == 0.0)
     lifted = 0.4 * 9.81 * 0.8 * 0.3 * 0.4  # weight of the hand along its path, times the way
     assert np.ptp(solution.balance.drives[6:]) == pytest.approx(lifted, rel=1e-6)
     assert np.abs(solution.energy_defect).max() < 1e-6 * np.ptp(solution.balance.kinetic)

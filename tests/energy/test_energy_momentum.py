@@ -131,7 +131,7 @@ def bouncing(law: str, height: float = 0.05, friction: float = 0.0, damping: str
 def test_an_elastic_bounce_keeps_the_energy(step: float) -> None:
     found = ran(bouncing("conservative"), 0.4, step)
     scale = np.abs(found.balance.loads).max()
-    assert found.contact_surfaces["touching"][:, 0].max() > 0.0
+    assert found.forces["contact_surfaces"]["touching"][:, 0].max() > 0.0
     assert np.abs(found.energy_defect).max() < 1e-8 * scale
 
 

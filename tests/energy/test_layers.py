@@ -50,7 +50,7 @@ def test_pressed_turns_spring_apart_and_keep_energy_and_momenta(count: int, step
     found = ran(assembly, 10.0 * step, step)
     scale, momentum = found.energy[0], found.momentum
     assert found.balance.contact[0] > 1e-3  # of the pressed turns
-    assert found.contact_surfaces["normal"].max() > 0.1
+    assert found.forces["contact_surfaces"]["normal"].max() > 0.1
     assert np.abs(found.energy_defect).max() < 1e-10 * scale
     assert np.diff(found.balance.by_contact).min() > -1e-12 * scale  # of turns that touch newly
     assert found.balance.by_contact[1] < 1e-12 * scale  # those pressed at the start give back all
@@ -155,7 +155,7 @@ def test_points_that_come_over_a_side_bring_no_energy() -> None:
     x = found.y[-1][int(found.assembly.model.beams[0]["iq"]) :][:3]
     assert x == pytest.approx([0.0, 0.01 - depth, 0.05 - speed * 0.1], abs=1e-9)
     assert found.assembly.model.contact_points["rest"].max() == pytest.approx(depth, rel=1e-2)
-    assert np.all(found.contact_surfaces["normal"][:, 0] == 0.0)
+    assert np.all(found.forces["contact_surfaces"]["normal"][:, 0] == 0.0)
     assert np.abs(found.balance.by_contact).max() == 0.0
 
 
@@ -176,8 +176,8 @@ def test_hold_in_steps_of_half_a_second() -> None:
         assert found.success, found.message
         largest = np.abs(found.balance.loads).max()
         assert found.energy_defect.max() < 1e-6 * largest
-        assert np.ptp(found.contact_surfaces["normal"][8:, 0]) < 1e-4
-        forces.append(float(found.contact_surfaces["normal"][-1, 0]))
+        assert np.ptp(found.forces["contact_surfaces"]["normal"][8:, 0]) < 1e-4
+        forces.append(float(found.forces["contact_surfaces"]["normal"][-1, 0]))
     theory = 0.2 * case.rib.length / (2.0 * case.hub.radius**2)
     assert forces[0] == pytest.approx(forces[1], rel=3e-3)
     assert forces[0] == pytest.approx(theory, rel=3e-3)
@@ -192,7 +192,7 @@ def test_winding_never_gains_energy(friction: float) -> None:
     found = solve_energy(assembly, samples=np.arange(0.0, 70.1, 0.1), step=0.05, newton=1e-9)
     assert found.success, found.message
     largest = max(np.abs(found.energy).max(), np.abs(found.balance.loads).max())
-    assert found.contact_surfaces["touching"][-1, 1] > 20.0
+    assert found.forces["contact_surfaces"]["touching"][-1, 1] > 20.0
     assert found.energy_defect.max() < 1e-6 * largest
     for losses in (found.balance.by_contact, found.balance.by_friction):
         assert np.diff(losses).min() > -1e-9 * largest

@@ -216,8 +216,8 @@ def test_a_constraint_on_a_rib_keeps_momentum_and_energy() -> None:
     rigid.kinematics(0.5, y, model)
     for k in range(model.joints.size):
         joint.joint_geometry(0.5, y, k, model)
-    assert np.abs(model.joints["gap"]).max() < 1e-13
-    assert np.abs(model.joints["rate"]).max() < 1e-12
+    assert np.abs(model.constraints["gap"]).max() < 1e-13
+    assert np.abs(model.constraints["rate"]).max() < 1e-12
     implicit = solve_implicit(assembly, samples=found.t, step=2.5e-4, spectral_radius=0.9)
     assert implicit.success, implicit.message
     assert np.abs(place(assembly, implicit.y[-1]) - place(assembly, found.y[-1])).max() < 1e-4

@@ -1,4 +1,4 @@
-"""A family from outside the package needs one file: `tests/outside/rotary_damper.py`, found by its entry point."""
+"""A family from outside the package needs one file, found by its entry point: a force, and a row of constraint."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ import pytest
 OUTSIDE = pathlib.Path(__file__).parents[1] / "outside"
 
 
-def test_it_is_one_short_file() -> None:
-    assert len((OUTSIDE / "rotary_damper.py").read_text().splitlines()) <= 90
+@pytest.mark.parametrize(("name", "most"), [("rotary_damper", 90), ("tie", 140)])
+def test_it_is_one_short_file(name: str, most: int) -> None:
+    assert len((OUTSIDE / f"{name}.py").read_text().splitlines()) <= most
 
 
 @pytest.mark.slow
-def test_every_method_margin_and_sensitivity_takes_it() -> None:
+@pytest.mark.parametrize("checks", ["checks.py", "tie_checks.py"])
+def test_every_method_margin_and_sensitivity_takes_it(checks: str) -> None:
     paths = [str(OUTSIDE), *sys.path]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths), "EVOLVENT_TEST_PLUGINS": "all"}
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(OUTSIDE / "checks.py")]
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(OUTSIDE / checks)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=900, check=False)
     assert done.returncode == 0, done.stdout[-4000:]

@@ -128,13 +128,13 @@ def of_step(assembly: Assembly, rng: np.random.Generator) -> tuple[Array, Array]
     def residual(d: Array) -> Array:
         work.dq[:], work.la[:] = dq + d[:n], la + 0.5 * d[n:]
         flow.residual(model, work)
-        return np.concatenate([2.0 * work.r[:n], work.r[n:] * np.where(model.joints["stiffness"] > 0.0, 2.0, 1.0)])
+        return np.concatenate([2.0 * work.r[:n], work.r[n:] * np.where(model.constraints["stiffness"] > 0.0, 2.0, 1.0)])
 
     exact = differences(residual, n + m)
     residual(np.zeros(n + m))
     matrix = matrix_of(model)
     flow.tangent(1.0, model, work, matrix)
-    found, open_ = sparse_of(matrix).toarray(), n + np.flatnonzero(model.joints["until"] < STEP)
+    found, open_ = sparse_of(matrix).toarray(), n + np.flatnonzero(model.constraints["until"] < STEP)
     found[open_, open_] = 0.0  # of joints that do not hold
     return exact, found
 

@@ -98,8 +98,8 @@ def test_momenta_with_contact(options: dict[str, float], rng: np.random.Generato
     """Ribs wind onto the hub that they spin."""
     assembly = craft(ribs=3, touching=True, kind="spherical", spin=-0.5, inward=2.0, rng=rng)
     solution = run(assembly, np.linspace(0.0, 2.0, 201), **options)
-    assert solution.contact_surfaces["touching"][:, 0].max() >= 3
-    assert np.abs(solution.contact_surfaces["normal"][:, 0]).max() > 1.0
+    assert solution.forces["contact_surfaces"]["touching"][:, 0].max() >= 3
+    assert np.abs(solution.forces["contact_surfaces"]["normal"][:, 0]).max() > 1.0
     found = momenta(assembly, solution)
     for part in (found[:, :3], found[:, 3:]):
         assert np.abs(part[-1] - part[0]).max() < 1e-9 * np.linalg.norm(part[0])
@@ -156,7 +156,7 @@ def test_mirrored_ribs_stay_mirrored(rng: np.random.Generator) -> None:
     """Two ribs that half a turn about the axis brings onto each other, contact and friction included."""
     assembly = craft(touching=True, kind="spherical", spin=-0.5, inward=2.0, wobble=0.0, rng=rng, mirrored=True)
     solution = run(assembly, np.linspace(0.0, 1.5, 16), step=1e-3)
-    assert solution.contact_surfaces["touching"][:, 0].max() >= 2
+    assert solution.forces["contact_surfaces"]["touching"][:, 0].max() >= 2
     one, other = (coordinates(assembly, solution.y, name) for name in ("rib0", "rib1"))
     assert np.abs(one * np.array([-1.0, -1.0, 1.0]) - other).max() < 1e-9
 

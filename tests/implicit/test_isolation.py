@@ -210,14 +210,16 @@ def imbalance(assembly: Assembly, rng: np.random.Generator) -> float:
     needs.load(model, flow.residual, flow.momenta, flow.add_rigid_motion)
     model.switches[:] = assembly.s
     y, a, la = assembly.y.copy(), rng.standard_normal(n_v), rng.standard_normal(model.joints.size)
-    if not np.any(model.joints["stiffness"] == 0.0):  # whose forces on both sides have one line where the sides meet
+    if not np.any(
+        model.constraints["stiffness"] == 0.0
+    ):  # whose forces on both sides have one line where the sides meet
         blocks.displace(assembly.y, 0.02 * rng.standard_normal(n_v), False, model, y)
     y[n_q : n_q + n_v] += 0.5 * rng.standard_normal(n_v)
     r, powers = np.zeros(n_v + la.size), np.zeros(N_POWERS)
-    soft = model.joints["stiffness"] > 0.0
+    soft = model.constraints["stiffness"] > 0.0
     la[soft] = 0.0
     flow.residual(t, y, a, la, 0.0, 1.0, model, r, powers)
-    la[soft] = (model.joints["stiffness"] * r[n_v:])[soft]
+    la[soft] = (model.constraints["stiffness"] * r[n_v:])[soft]
     flow.residual(t, y, a, la, 0.0, 1.0, model, r, powers)
     torque = np.array(flow.load_torque(y, model.P, model))
     turned = []

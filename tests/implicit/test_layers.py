@@ -202,8 +202,8 @@ def test_a_pressed_coil_springs_apart_without_gaining() -> None:
     for step in (5e-4, 2.5e-4):
         assembly = wound(0.0015)
         solution = run(assembly, np.linspace(0.0, 0.5, 11), spectral_radius=1.0, step=step)
-        assert solution.contact_surfaces["touching"][0, 0] > 60.0
-        assert solution.contact_surfaces["touching"][-1, 0] == 0.0
+        assert solution.forces["contact_surfaces"]["touching"][0, 0] > 60.0
+        assert solution.forces["contact_surfaces"]["touching"][-1, 0] == 0.0
         gained.append(np.abs(solution.energy_defect).max() / layer_forces(assembly, assembly.y)[1])
     assert gained[0] < 0.01
     assert gained[1] < 0.3 * gained[0]

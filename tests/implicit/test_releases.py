@@ -288,7 +288,7 @@ def test_a_beam_goes_on_without_its_clamp(at: str, method: str) -> None:
     tip = slice(found.assembly.model.info.nq - 6, found.assembly.model.info.nq - 3)
     assert np.abs(found.y[:5, tip] - found.y[0, tip]).max() > (1e-3 if at == "root" else -1.0)
     assert found.y[4:, tip] == pytest.approx(alone.y[:, tip], abs=2e-3)
-    rows = found.assembly.model.joints["until"] < 1.0
+    rows = found.assembly.model.constraints["until"] < 1.0
     assert np.all(found.la[5:, rows] == 0.0)
     assert np.abs(found.energy_defect).max() < 2e-2 * np.abs(found.energy).max()  # numerical damping of what rings
 
@@ -324,7 +324,7 @@ def test_a_release_together_with_a_latch(method: str) -> None:
     n = int(found.assembly.model.info.nq + found.assembly.model.info.nv)
     alone = solved(array(True), found.y[1, :n], later - when, method, 1e-3)
     assert found.y[1:, :14] == pytest.approx(alone.y[:, :14], abs=1e-3)
-    hold = np.isfinite(found.assembly.model.joints["until"])
+    hold = np.isfinite(found.assembly.model.constraints["until"])
     assert hold.sum() == 6
     assert np.all(found.la[2:, hold] == 0.0)
     assert np.abs(found.energy_defect).max() < 2e-4 * np.abs(found.energy).max()

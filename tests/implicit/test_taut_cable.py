@@ -77,11 +77,11 @@ def test_a_taut_cable_lies_still_under_any_fixed_step(law: str, strain: float, s
     """The drum carries 2 T of two parallel legs; nothing moves, from the first step on."""
     assembly, tension = cable(law, strain=strain, held=False)
     assembly, start = at_rest(assembly)
-    assert start.contact_surfaces["force"][-1, 0, 1] == pytest.approx(2.0 * tension, rel=1e-6)
+    assert start.forces["contact_surfaces"]["force"][-1, 0, 1] == pytest.approx(2.0 * tension, rel=1e-6)
     run = solve_energy(assembly, samples=step * np.arange(11), step=step)
     assert run.success, run.message
     n_q = int(assembly.model.info.nq)
-    np.testing.assert_allclose(run.contact_surfaces["force"][:, 0, 1], 2.0 * tension, rtol=1e-5)
+    np.testing.assert_allclose(run.forces["contact_surfaces"]["force"][:, 0, 1], 2.0 * tension, rtol=1e-5)
     assert np.abs(run.y[:, :n_q] - assembly.y[:n_q]).max() < 1e-6
     assert np.abs(run.wrenches[:, 0, 1] + 2.0 * tension).max() < 1e-5 * tension  # of the start, too
 
@@ -94,7 +94,10 @@ def test_the_pressure_of_a_wrapped_cable_is_its_tension_by_its_radius(law: str) 
         assembly, _ = at_rest(assembly)
         run = solve_energy(assembly, samples=[0.0, 1e-3, 2e-3], step=1e-3)
         assert run.success, run.message
-        normal, force = run.contact_surfaces["normal"][-1, 0], run.contact_surfaces["force"][-1, 0, 1]
+        normal, force = (
+            run.forces["contact_surfaces"]["normal"][-1, 0],
+            run.forces["contact_surfaces"]["force"][-1, 0, 1],
+        )
         assert force == pytest.approx(2.0 * tension * math.sin(0.5 * wrap), rel=1e-5)
         # the legs' bending stiffness lifts the cable off a little where it leaves the drum
         assert normal == pytest.approx(tension * wrap, rel=0.02)
@@ -116,7 +119,7 @@ def test_a_conservative_cable_that_rubs_lies_still() -> None:
         run = solve_energy(assembly, samples=step * np.arange(11), step=step)
         assert run.success, run.message
         np.testing.assert_allclose(
-            run.contact_surfaces["normal"][:, 0], start.contact_surfaces["normal"][-1, 0], rtol=0.05
+            run.forces["contact_surfaces"]["normal"][:, 0], start.forces["contact_surfaces"]["normal"][-1, 0], rtol=0.05
         )
         assert tension > 0.0
 
@@ -126,7 +129,7 @@ def test_a_conservative_cable_that_rubs_lies_still() -> None:
 def test_a_cable_that_begins_to_press_is_carried(law: str, depth: float) -> None:
     """Laid on the drum without the depth that carries it: it sinks in, rings, and the mean force is that of rest."""
     assembly, _ = cable(law, depth=depth)
-    rest = at_rest(assembly)[1].contact_surfaces["force"][-1, 0, 1]
+    rest = at_rest(assembly)[1].forces["contact_surfaces"]["force"][-1, 0, 1]
     run = solve_energy(assembly, samples=np.linspace(0.0, 0.04, 401), step=1e-4)
     assert run.success, run.message
-    assert run.contact_surfaces["force"][100:, 0, 1].mean() == pytest.approx(rest, rel=0.05)
+    assert run.forces["contact_surfaces"]["force"][100:, 0, 1].mean() == pytest.approx(rest, rel=0.05)

@@ -154,7 +154,7 @@ def test_contact_forces_and_reactions_are_those_of_rest() -> None:
     system.add(parts.Load(at="bar[4]", force=(0.0, -5.0, 0.0), ramp=0.5))
     assembly = system.assemble()
     solution = bounced(assembly, [0.0, 0.8, 1.2], tolerance=1e-5)
-    assert solution.contact_surfaces["normal"][-1, 0] == pytest.approx(2.5, rel=5e-3)
+    assert solution.forces["contact_surfaces"]["normal"][-1, 0] == pytest.approx(2.5, rel=5e-3)
     assert abs(solution.la[-1, 1]) == pytest.approx(2.5, rel=5e-3)
     assert solution.wrenches[-1, 0, 1] == pytest.approx(-5.0, rel=5e-3)
 

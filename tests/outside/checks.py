@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tie_case  # noqa: F401  (each family outside has a case)
 from damper_case import DAMPING, case, wheels
 from rotary_damper import RotaryDamper
 

@@ -154,10 +154,10 @@ def test_the_tangent_is_that_of_the_residual(name: str, rates: float, rng: np.ra
     y[first : first + count] += 0.02 * np.sin(1.0 + np.arange(count))
     y[n_q:] = 0.0
     y[n_q : n_q + n_v] = rates * rng.standard_normal(n_v)
-    la = np.where(model.joints["until"] > 0.0, 1.3 + np.arange(model.joints.size), 0.0)
+    la = np.where(model.constraints["until"] > 0.0, 1.3 + np.arange(model.constraints.size), 0.0)
     equations = Equations(assembly, 0.0, y, rates * rng.standard_normal(n_v), 1e2, 10.0 * rates)
     found, exact = equations.tangent(la), equations.differences(la, np.full(n_v, 0.1))
-    assert np.count_nonzero(model.joints["until"] > 0.0) == assembly.s[0]
+    assert np.count_nonzero(model.constraints["until"] > 0.0) == assembly.s[0]
     assert np.abs(found - exact).max() < 1e-9 * np.abs(exact).max()
 
 
@@ -266,10 +266,10 @@ def test_segments_stand_behind_the_joints_of_parts() -> None:
     system.add(parts.Joint(a="hub", b=(0.0, 0.0, 2.0), type="link", length=2.0), "link")
     assembly = system.assemble()
     found = with_positions(assembly)
-    assert found.joint_parts == [*assembly.joint_parts, *["thread"] * 4]
+    assert found.row_parts == [*assembly.row_parts, *["thread"] * 4]
     own = found.model.joints["kind"] == joint.SEGMENT
     assert own.tolist() == [False, True, True, True, True]
-    assert (found.model.joints["until"][own] > 0.0).tolist() == [True, False, False, False]
+    assert (found.model.constraints["until"][own] > 0.0).tolist() == [True, False, False, False]
     assert with_positions(found) is found
 
 

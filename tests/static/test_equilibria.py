@@ -270,12 +270,13 @@ def test_a_cantilever_leans_on_a_cylinder(book):
     r = solved(solve_static(a))
     weight = 1000.0 * 2e-4 * 9.81
     # 3/8 of a propped cantilever's load
-    assert_allclose(r.contact_surfaces["normal"][-1, 0], 0.375 * weight, rtol=3e-3)
+    assert_allclose(r.forces["contact_surfaces"]["normal"][-1, 0], 0.375 * weight, rtol=3e-3)
     assert_allclose(r.la[-1][rows_of_part(a, "root")][2], -0.625 * weight, rtol=3e-3)
-    assert r.contact_surfaces["touching"][-1, 0] == 1.0
+    assert r.forces["contact_surfaces"]["touching"][-1, 0] == 1.0
     book(
         "Contact", "Propped cantilever under its weight, by contact", reference="3/8 of the weight",
-        source="closed form", error=abs(r.contact_surfaces["normal"][-1, 0] / (0.375 * weight) - 1.0), allowed=3e-3,
+        source="closed form", error=abs(r.forces["contact_surfaces"]["normal"][-1, 0] / (0.375 * weight) - 1.0),
+        allowed=3e-3,
     )  # fmt: skip
 
 

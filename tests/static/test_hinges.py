@@ -119,9 +119,9 @@ def resting(friction: float = 0.0, offset: float = 0.0, law: str = "hunt-crossle
 def test_statics_are_the_same_after_a_run() -> None:
     """Which leaves nothing of its steps in the assembly."""
     assembly = resting()
-    before = solved(solve_static(assembly)).contact_surfaces["normal"][-1, 0]
+    before = solved(solve_static(assembly)).forces["contact_surfaces"]["normal"][-1, 0]
     first = solve_implicit(assembly, samples=[0.0, 0.1], step=5e-3, spectral_radius=0.3)
-    assert solved(solve_static(assembly)).contact_surfaces["normal"][-1, 0] == before
+    assert solved(solve_static(assembly)).forces["contact_surfaces"]["normal"][-1, 0] == before
     again = solve_implicit(assembly, samples=[0.0, 0.1], step=5e-3, spectral_radius=0.3)
     assert np.array_equal(first.y, again.y)
 
@@ -129,7 +129,8 @@ def test_statics_are_the_same_after_a_run() -> None:
 def test_friction_in_statics_is_that_of_what_has_moved_from_the_start() -> None:
     """Nothing moves along the cylinder, wherever on it the bar lies."""
     found = [
-        solved(solve_static(resting(0.3, z, "hunt-crossley"))).contact_surfaces["force"][-1, 0] for z in (0.0, 0.3)
+        solved(solve_static(resting(0.3, z, "hunt-crossley"))).forces["contact_surfaces"]["force"][-1, 0]
+        for z in (0.0, 0.3)
     ]
     assert np.abs(found[1][2]) < 1e-9
     assert found[1] == pytest.approx(found[0], abs=1e-9)

@@ -10,7 +10,7 @@ from evolvent.kernels.ends import of_bodies
 from evolvent.model import registry
 from evolvent.model.family import Family, record
 from evolvent.model.fields import ModelFields
-from evolvent.model.layout import Events
+from evolvent.model.layout import Events, Rows
 
 
 @calls.force
@@ -28,7 +28,8 @@ def family(name: str = "pulls", **given: object) -> Family:
         (family("springs"), "'springs' has the name of a field of the model"),
         (family("F"), "'F' has the name of a field of the model"),
         (family(force=pull), "a force without its tangent"),
-        (family(events=(Events(lambda found: found.size, lambda found, k: (k, "gone")),)), "states events or rows"),
+        (family(events=(Events(lambda found: found.size, lambda found, k: (k, "gone")),)), "events without `values`"),
+        (family(rows=Rows()), "rows of constraint without `row_measure`"),
     ],
 )
 def test_what_cannot_be_used_is_named(one: Family, words: str) -> None:

@@ -97,9 +97,9 @@ def test_explicit_and_implicit_solutions_agree(build: Any) -> None:
     assert_allclose(one.la, two.la, atol=0.05 * max(np.abs(two.la).max(initial=0.0), 1e-300))
     assert_allclose(one.wrenches, two.wrenches, atol=0.05 * max(np.abs(two.wrenches).max(initial=0.0), 1e-300))
     assert_allclose(
-        one.contact_surfaces["normal"],
-        two.contact_surfaces["normal"],
-        atol=0.1 + 0.05 * two.contact_surfaces["normal"].max(initial=0.0),
+        one.forces["contact_surfaces"]["normal"],
+        two.forces["contact_surfaces"]["normal"],
+        atol=0.1 + 0.05 * two.forces["contact_surfaces"]["normal"].max(initial=0.0),
     )
 
 

@@ -58,7 +58,7 @@ def test_a_tip_moment_lays_a_strip_on_a_circle(book: Book) -> None:
         system.add(parts.Contact(a="strip", b="ground", shape=parts.Cylinder(radius=radius), stiffness=1e4, points=4))
         r = solve_static(system.assemble())
         assert r.success, r.message
-        force.append(r.contact_surfaces["normal"][-1, 0] / (moment / radius))
+        force.append(r.forces["contact_surfaces"]["normal"][-1, 0] / (moment / radius))
     assert force[1] > 50.0 * force[0]  # what is more than that presses
     book(
         CHAPTER, "Strip laid on a circle by a tip moment (cable, 24 elements)", reference="no force at M = EI/R",

@@ -9,8 +9,10 @@ import numpy as np
 from evolvent.analysis import feedback
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
-from evolvent.kernels import joint, rigid, sides
+from evolvent.assembly.constraints import ends_of_row
+from evolvent.kernels import rigid
 from evolvent.model import family, registry as family_registry
+from evolvent.model.registry import asked
 from evolvent.solvers.time.explicit import plan as explicit_plan
 from evolvent.solvers.time.implicit import energy_momentum, plan as implicit
 from evolvent_base.errors import InputError, nearest
@@ -101,16 +103,13 @@ def _better_implicit(assembly: Any) -> str:
 
 def has_loops(model: Any) -> bool:
     """Whether joints close a loop of three parts or more, what does not move being one part."""
-    joints, bodies = model.joints, model.bodies
     edges = set()
-    for row in joints[~np.isin(joints["kind"], (joint.ANGLE, joint.GEAR))]:
+    for k in np.flatnonzero(model.constraints["turns"] == 0):
         ends = set()
-        for side in range(joint.side_count(row["kind"])):
-            on, index = int(row["on"][side]), int(row["index"][side])
-            if on in (sides.ON_COORDINATES, sides.ON_NODE):
-                ends.add(f"coordinates {int(row['iv'][side])}")
-            elif on == sides.ON_BODY and bodies["motion"][index] != rigid.DRIVEN:
-                ends.add(f"body {index}")
+        for what, index in ends_of_row(model, int(k)):
+            moves = what == "bodies" and model.bodies["motion"][index] != rigid.DRIVEN
+            if moves or what not in asked("consists"):
+                ends.add(f"{what} {index}")
         edges.add(tuple(sorted(ends)) if len(ends) == 2 else ("", *ends))
     group: dict[str, str] = {}
 

@@ -8,13 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.assembly.assembled import Assembly
+from evolvent.model.registry import constraining
 from evolvent.results import variables
 from evolvent.results.observe import Observed, View, observe_part
 from evolvent.solvers.common.solution import Solution
 from evolvent_base.errors import InputError, nearest
 
-#: Families whose angle, and variables that, add up over all samples of a run; a stepper keeps the first and the last.
-_COUNTS_TURNS, _ADDS_UP = "joints", ("work",)
+#: Variables that add up over all samples of a run, as does the angle of a constraint; a stepper keeps the first and the
+#: last.
+_ADDS_UP = ("work",)
 
 
 class ResultAddress(NamedTuple):
@@ -74,7 +76,7 @@ class StepResults:
 
     def _adds_up(self, part: str, variable: str) -> bool:
         """Whether a variable of a run follows from all of its samples, not from the first and the last."""
-        turns = variable == "angle" and self.assembly.names[part][0] == _COUNTS_TURNS
+        turns = variable == "angle" and self.assembly.names[part][0] in constraining()
         return variable in _ADDS_UP or turns
 
     def address(self, name: Any) -> ResultAddress:

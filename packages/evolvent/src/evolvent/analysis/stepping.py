@@ -248,8 +248,8 @@ class SteppedAssembly:
 
     def _load_slices(self, body: str) -> list[slice]:
         """Where the input force and torque on a body stand among the model's parameters."""
-        rows = [self.assembly.index(f"{body}-input-{kind}", "loads") for kind in ("force", "torque")]
-        firsts = [int(self.assembly.model.loads["first"][row]) for row in rows]
+        rows = [self.assembly.names[f"{body}-input-{kind}"] for kind in ("force", "torque")]
+        firsts = [int(getattr(self.assembly.model, family)["first"][row]) for family, row in rows]
         return [slice(first, first + 3) for first in firsts]
 
     def _input(self, body: str) -> np.ndarray:

@@ -16,6 +16,7 @@ from evolvent.analysis import accessor as accessor  # it registers run.ev
 from evolvent.analysis.closure import check_energy_gain, warning_of
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import axial
+from evolvent.model.registry import motions_of
 from evolvent.results import display
 from evolvent.results.happened import EVENTS, LATCHED, in_order, written_events
 from evolvent.results.kept import is_local
@@ -119,11 +120,11 @@ def tree(
 
 def latches_of(solution: Solution) -> str:
     """Sentences on the latches that have locked in a run, in order of time; '' where none has."""
-    coordinates, found = solution.assembly.model.coordinates, []
+    rows, found = motions_of(solution.assembly.model), []
     names = {place: name for name, place in solution.assembly.names.items()}
     for time, place, what in in_order(solution):
         if what == LATCHED and place in names:
-            row = coordinates[place[1]]
+            row = rows[place[1]]
             factor, unit = display.shown_unit("rad s-1" if row["kind"] == axial.ANGLE else "m s-1")
             rate = abs(factor * row["caught"])
             found.append(f"{names[place]!r} at t = {time:.6g} s, at {rate:.4g} {units.unit_text(unit)}")

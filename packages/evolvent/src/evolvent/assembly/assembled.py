@@ -33,7 +33,7 @@ class Assembly:
     s : (ns,) int, initial switches
     names : dict, name -> (family, index)
     laws : dict, address -> user's law, kept alive as long as the model uses it
-    joint_parts : list of str, the part that wrote each row of the family `joints`
+    row_parts : list of str, the part that wrote each row of the constraints
     parts : dict, name -> part, as the user wrote them
     expressions : dict, first index of its parameters -> the compiled function that runs it, and the text
     directions : Model, optional, that of explicit methods, where the model has positions as coordinates of threads with
@@ -49,7 +49,7 @@ class Assembly:
     s: Array
     names: dict[str, tuple[str, int]]
     laws: dict[int, Any]
-    joint_parts: list[str]
+    row_parts: list[str]
     parts: dict[str, Any] = dataclasses.field(default_factory=dict)
     expressions: dict[int, tuple[Any, str]] = dataclasses.field(default_factory=dict)
     directions: mdl.Model | None = None

@@ -12,7 +12,7 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Array, Assembly, Pose
 from evolvent.assembly.blocks import blocks_of
 from evolvent.assembly.checks import check_constraints
-from evolvent.assembly.constraints import constraint_families
+from evolvent.assembly.constraints import constraint_families, constraints_of
 from evolvent.assembly.ends import mark_outside
 from evolvent.assembly.references import Location, Named, split_reference
 from evolvent.assembly.state import has_causes, number_accounts, number_switches, stops, totals
@@ -20,14 +20,14 @@ from evolvent.compiled import laws
 from evolvent.compiled.pointer import zeros_record
 from evolvent.equations.implicit import add_weight
 from evolvent.kernels import ancf, rigid, rod_strains, springs
-from evolvent.model.registry import asked, families
+from evolvent.model.registry import asked, constraining, families, watched
 from evolvent_base.dense import product
 from evolvent_base.errors import InputError, nearest
 
 #: Pools of constants of elements in `Model`, with the dimensions of one entry.
 _POOLS = {"H": 2, "h": 1, "U0": 0, "B": 2, "M": 2}
 #: Families that follow from the others.
-_DERIVED = ("info", "blocks", "rows", "row_sides", "row_pairs")
+_DERIVED = ("info", "blocks", "constraints", "watches", "rows", "row_sides", "row_pairs")
 
 
 class Builder:
@@ -39,7 +39,7 @@ class Builder:
         self.names: dict[str, tuple[str, int]] = {}
         self.specs: dict[str, Any] = {}
         self.part = ""
-        self.joint_parts: list[str] = []
+        self.row_parts: list[tuple[str, str]] = []  # family and writer of each record that is a row of constraint
         self.poses: list[Pose] = []
         self.body_points: dict[str, dict[str, Any]] = {}
         self.q: list[float] = []
@@ -85,9 +85,13 @@ class Builder:
     def add(self, family: str, **fields: Any) -> int:
         """Append one row to `family`; returns its index."""
         self.rows[family].append(fields)
-        if family == "joints":
-            self.joint_parts.append(self.part)
+        if family in constraining():
+            self.row_parts.append((family, self.part))
         return len(self.rows[family]) - 1
+
+    def writers(self, family: str) -> list[str]:
+        """Part that wrote each record so far of a family whose records are rows of constraint."""
+        return [part for name, part in self.row_parts if name == family]
 
     def coordinates(self, q: Sequence[float], v: Sequence[float]) -> tuple[int, int]:
         """Reserve coordinates with their initial values; returns their offsets (velocities relative to theirs)."""
@@ -255,6 +259,10 @@ class Builder:
         s = number_switches(found, self)
         accounts, rubbed = number_accounts(found, n_q + n_v)
         scratch = self._scratch(found, s)
+        found["constraints"] = constraints_of(found)
+        stopping = np.concatenate(watched(found))
+        found["watches"] = mdl.zeros("watches", stopping.size)
+        found["watches"]["stops"] = stopping
         found |= constraint_families(found, scratch["masses"], n_q)
         of = found["row_sides"]["row"]
         bandwidth = int((of[found["row_pairs"]["a"]] - of[found["row_pairs"]["b"]]).max(initial=0))
@@ -262,6 +270,7 @@ class Builder:
         info = zeros_record(
             mdl.RECORDS["info"], nq=n_q, nv=n_v, ny=y.size, ns=s.size, bandwidth=bandwidth, gravity=self.gravity,
             rubbed=rubbed, causes=has_causes(found), **totals(found),
+            penalties=np.sum(found["constraints"]["stiffness"] > 0.0),
         )  # fmt: skip
         mark_outside(found, info)
         values = np.array(self.values, dtype=float)
@@ -273,6 +282,7 @@ class Builder:
             blocks=blocks_of(found, self.pools),
             A=np.zeros((found["rows"].size, bandwidth + 1)),
             la=np.zeros(found["rows"].size),
+            watched=np.zeros(stopping.size),
             scratch=np.zeros((3, 3)),
             pose=np.zeros(12),
             dy=np.zeros((2, y.size)),
@@ -285,7 +295,8 @@ class Builder:
             needs.load(model, add_weight)
             add_weight(self.gravity, n_q, model, model.G)
         assembly = Assembly(
-            model, y, s, dict(self.names), dict(self.laws), list(self.joint_parts), dict(self.specs),
+            model, y, s, dict(self.names), dict(self.laws),
+            [part for name in constraining() for part in self.writers(name)], dict(self.specs),
             dict(self.expressions),
         )  # fmt: skip
         check_constraints(assembly)

@@ -6,9 +6,11 @@ import numpy as np
 
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.families import owner
+from evolvent.assembly.constraints import family_of
+from evolvent.assembly.families import owner, row_owner
 from evolvent.kernels import constraint_rows
 from evolvent.kernels.impulse import prepare
+from evolvent.model.layout import CONSTRAINT
 from evolvent.model.registry import asked
 from evolvent_base.errors import InputError
 
@@ -16,22 +18,23 @@ from evolvent_base.errors import InputError
 def check_constraints(assembly: Assembly) -> None:
     """Refuse redundant constraints of parts that are nothing else, and those that the start does not meet, by name."""
     model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
-    joints, kinds, unmet = model.joints, {name: own for name, (own, _) in assembly.names.items()}, asked("unmet")
-    held = [(k, name) for k, name in enumerate(assembly.joint_parts) if kinds.get(name) in unmet]
+    rows, kinds, unmet = model.constraints, {name: own for name, (own, _) in assembly.names.items()}, asked("unmet")
+    held = [(k, name) for k, name in enumerate(assembly.row_parts) if kinds.get(name) in unmet]
     if not held:
         return
     needs.load(model, prepare)
     prepare(0.0, y, s, model)
     for k, name in sorted(held, key=lambda one: kinds[one[1]]):
-        gap, rate, value = (float(joints[field][k]) for field in ("gap", "rate", "value"))
+        family, index = family_of(model, k)
+        gap, rate, value = float(rows["gap"][k]), float(rows["rate"][k]), float(getattr(model, family)["value"][index])
         why = unmet[kinds[name]](name, gap, rate, value, abs(rate) > 1e-6 * max(1.0, np.abs(y).max()))
         if why:
             raise InputError(why)
-    until, own = joints["until"].copy(), [k for k, _ in held]
-    joints["until"] = -np.inf  # other joints may be released, and implicit methods support what is redundant
-    joints["until"][own] = until[own]
+    until, own = rows["until"].copy(), [k for k, _ in held]
+    rows["until"] = -np.inf  # others may be released, and implicit methods support what is redundant
+    rows["until"][own] = until[own]
     bad = redundant_part(assembly)
-    joints["until"] = until
+    rows["until"] = until
     if bad:
         raise InputError(f"{kinds[bad].removesuffix('s')} {bad!r} is redundant: the other constraints already imply it")
 
@@ -44,6 +47,8 @@ def redundant_part(assembly: Assembly, t: float = 0.0) -> str:
     bad = constraint_rows.build_rows(t, y, s, model)
     if bad < 0:
         return ""
-    index = int(model.rows["index"][bad])
+    index, kind = int(model.rows["index"][bad]), model.rows["kind"][bad]
+    if kind == CONSTRAINT:
+        return row_owner(assembly, index)
     rows = asked("rows").items()
-    return owner(assembly, next(name for name, own in rows if own.kind == model.rows["kind"][bad]), index)
+    return owner(assembly, next(name for name, own in rows if own.kind == kind), index)

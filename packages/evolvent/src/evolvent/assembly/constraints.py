@@ -1,26 +1,82 @@
-"""Rows of constraint of explicit methods (`kernels.constraint_rows`): what they act on, their order and couplings."""
+"""Rows of constraint, and those that explicit methods solve for: what they act on, their order and couplings."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Array
+from evolvent.assembly.ends import ends_of
 from evolvent.assembly.order import reverse_cuthill_mckee
-from evolvent.kernels import ancf_beams, constraint_rows, rigid
-from evolvent.model.registry import asked
+from evolvent.kernels import ancf_beams, rigid
+from evolvent.model.family import End
+from evolvent.model.layout import CONSTRAINT
+from evolvent.model.registry import asked, constraining, families as every, first_row
+
+#: What rows are without fields of their records.
+_ALWAYS = {"stiffness": 0.0, "damping": 0.0, "until": np.inf, "latest": np.inf, "event": -1, "switch": -1}
+
+
+def constraints_of(found: Mapping[str, Array]) -> Array:
+    """Records `constraints` of all families, whose records have their switches."""
+    names = constraining()
+    table, first = mdl.zeros("constraints", sum(found[name].size for name in names)), 0
+    for number, name in enumerate(name for name in names if found[name].size):
+        records, rows = found[name], every()[name].rows
+        own = table[first : first + records.size]
+        own["family"], own["record"] = number, np.arange(records.size)
+        for field, value in _ALWAYS.items():
+            own[field] = records[field] if field in (records.dtype.names or ()) else value
+        for field in ("turns", "drives", "couples", "ends", "alone"):
+            mask = getattr(rows, field)
+            own[field] = (field == "couples") if mask is None else mask(records)
+        first += records.size
+    return table
+
+
+def family_of(model: mdl.Model, k: int) -> tuple[str, int]:
+    """Family and record of row k of the constraints."""
+    names = [name for name in constraining() if getattr(model, name).size]
+    return names[model.constraints["family"][k]], int(model.constraints["record"][k])
+
+
+def ends_of_row(model: mdl.Model, k: int) -> Iterator[End]:
+    """What row k of the constraints acts on."""
+    family, index = family_of(model, k)
+    return ends_of(family, getattr(model, family)[index], lambda name: getattr(model, name))
+
+
+def row_of(model: mdl.Model, family: str, index: int) -> int:
+    """Row of the constraints of a record of a family."""
+    return first_row(family, lambda name: getattr(model, name)) + index
+
+
+def _held(name: str, found: Mapping[str, Array]) -> Iterator[tuple[int, list[tuple[str, int]]]]:
+    """Rows of all records that are no penalties, and their ends."""
+    ends, first = every()[name].ends, first_row(name, found.__getitem__)
+    for k, row in enumerate(found[name]):
+        if ends is not None and found["constraints"]["stiffness"][first + k] == 0.0:
+            yield k, list(dict.fromkeys(ends(row, found.__getitem__)))
+
+
+def _entries(found: Mapping[str, Array]) -> Iterator[tuple[int, int, list[tuple[str, int]], str, int]]:
+    """Kind, index and ends of each row that explicit methods solve for, and its family and record."""
+    for name, rows in sorted(asked("rows").items(), key=lambda own: own[1].kind):
+        first = first_row(name, found.__getitem__) if rows.kind == CONSTRAINT else 0
+        for k, ends in _held(name, found) if rows.of is None else rows.of(found[name], found.__getitem__):
+            yield rows.kind, first + k, ends, name, k
 
 
 def constraint_families(families: dict[str, Array], masses: Array, n_q: int) -> dict[str, Array]:
-    """The families `rows`, in reverse Cuthill-McKee order, `row_sides` and `row_pairs`; beams and joints are marked."""
-    joints = families["joints"]
-    entries = [
-        (rows.kind, index, ends)
-        for name, rows in sorted(asked("rows").items(), key=lambda own: own[1].kind)
-        for index, ends in rows.of(families[name], families.__getitem__)
-    ]
+    """The families `rows`, in reverse Cuthill-McKee order, `row_sides` and `row_pairs`.
+
+    Beams of which vectors are held are marked, and records with a field `nodes` that hold them.
+    """
+    entries = list(_entries(families))
     inverse = _Masses(families, masses, n_q)
-    found = [(r, *inverse.side(*end)) for r, (_, _, ends) in enumerate(entries) for end in ends]
+    found = [(r, *inverse.side(*end)) for r, (_, _, ends, *_) in enumerate(entries) for end in ends]
     shared: dict[tuple[str, int], list[int]] = {}
     for i, (_, family, index, _) in enumerate(found):
         if family != "bodies" or families["bodies"]["motion"][index] != rigid.DRIVEN:
@@ -54,8 +110,9 @@ def constraint_families(families: dict[str, Array], masses: Array, n_q: int) -> 
         own["mass"][k] = inverse.of(family, index, at, at)
         if family == "beams":
             families["beams"]["held"][index] = 1
-            if entries[found[i][0]][0] == constraint_rows.JOINT:
-                joints["nodes"][entries[found[i][0]][1]] = 1
+            holder, k = entries[found[i][0]][3:]
+            if "nodes" in (families[holder].dtype.names or ()) and entries[found[i][0]][0] == CONSTRAINT:
+                families[holder]["nodes"][k] = 1
     for i, (a, b) in enumerate(coupled):
         couplings["a"][i], couplings["b"][i] = new[a], new[b]
         couplings["mass"][i] = inverse.of(*found[a][1:3], found[a][3], found[b][3])

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.kernels import rigid
 from evolvent.model.family import End, Family, Records
-from evolvent.model.registry import acting, families
+from evolvent.model.registry import acting, constraining, families, first_row
 
 Array = np.ndarray
 
@@ -42,7 +42,10 @@ def mark_outside(found: Mapping[str, Array], info: Any) -> None:
         if family.within:
             continue
         tied = ties(family)
-        if "outside" in (family.record.names or ()):
+        if family.name in constraining():
+            first = first_row(family.name, records)
+            found["constraints"]["outside"][first : first + tied.size] = tied
+        elif "outside" in (family.record.names or ()):
             found[family.name]["outside"] = tied
         if not family.at_times:
             info["outside"] |= np.any(tied)

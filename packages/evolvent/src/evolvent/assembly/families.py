@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.assembly.constraints import row_of
 from evolvent.model import Model
 from evolvent.model.family import ENERGY, EXPLICIT, IMPLICIT, SOLVERS, STATIC, Kind
-from evolvent.model.registry import asked, families
+from evolvent.model.registry import asked, constraining, families
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
@@ -118,8 +119,8 @@ def _unsupported(assembly: Any, solver: str) -> Iterator[tuple[str, str, str]]:
 
 def owner(assembly: Any, family: str, index: int) -> str:
     """Name of the part that wrote a record."""
-    if family == "joints":
-        return assembly.joint_parts[index]
+    if family in constraining():
+        return row_owner(assembly, row_of(assembly.model, family, index))
     own = families()[family].owner
     if own is not None:
         family, index = own(lambda name: records(assembly.model, name), index)
@@ -131,6 +132,12 @@ def owner(assembly: Any, family: str, index: int) -> str:
                 if index in bodies_of(assembly.model, name, k):
                     return owner(assembly, name, k)
     return next((name for name, found in assembly.names.items() if found == (family, index)), family)
+
+
+def row_owner(assembly: Any, k: int) -> str:
+    """Name of the part that wrote row k of the constraints."""
+    name: str = assembly.row_parts[k]
+    return name
 
 
 def bodies_of(model: Model, family: str, index: int) -> range:

@@ -15,7 +15,7 @@ from evolvent.compiled import jit, lookups
 from evolvent.compiled.codecache import Linked, names_in
 from evolvent.model import Model, has
 from evolvent.model.having import Condition
-from evolvent.model.registry import QUESTIONS, asked, families
+from evolvent.model.registry import TABLES, asked, families
 
 
 def has_explicit_forces(model: Model) -> bool:
@@ -51,7 +51,7 @@ def absent(model: Model) -> frozenset[str]:
 
 
 #: Tables of calls, which functions name that walk over the families of a model.
-_TABLES = frozenset(f"{question}_calls" for question in QUESTIONS)
+_TABLES = frozenset(f"{question}_calls" for question in TABLES)
 
 
 @functools.cache

@@ -87,9 +87,10 @@ def number_switches(found: Mapping[str, Array], builder: Any) -> Array:
     for _, family, switches in sorted(own, key=lambda one: one[0]):
         records = found[family.name]
         if switches is None:
+            latches = np.concatenate([one.switches(found[of.name]) for of, one in events() if one.switches is not None])
             by_event, by_latch = records["event"] >= 0, records["event"] <= -2
             records["switch"][by_event] = len(values) + np.arange(np.sum(by_event))
-            records["switch"][by_latch] = found["coordinates"]["switch"][-2 - records["event"][by_latch]] + 1
+            records["switch"][by_latch] = latches[-2 - records["event"][by_latch]]
             values += [0] * int(np.sum(by_event))
             continue
         counts = counted(switches.counts, records)

@@ -23,11 +23,11 @@ from evolvent.assembly.order import in_order
 from evolvent.equations.implicit import add_weight
 from evolvent.model.family import Family
 from evolvent.model.records import OWN_RECORDS
-from evolvent.model.registry import families
+from evolvent.model.registry import constraining, families
 from evolvent_base.errors import InputError
 
 #: Lists of a builder that parts append to, beside its rows.
-_LISTS = ("q", "v", "released", "values", "velocity_parameters", "poses", "joint_parts", "at_end")
+_LISTS = ("q", "v", "released", "values", "velocity_parameters", "poses", "row_parts", "at_end")
 #: Mappings and sets that parts add to.
 _TABLES = ("names", "specs", "body_points", "laws", "expressions", "breaks")
 
@@ -300,6 +300,8 @@ def _changed(base: _Base, changes: list[Change], values: Mapping[int, float], pa
     if inert and any(family == "reels" for family, _ in old.names.values()):  # which have no records of their own
         return None
     if inert and np.any(old.model.row_sides["point"] >= 0):
+        return None
+    if any(change.family in constraining() for change in changes):  # from which rows of constraint follow
         return None
     if any(index in base.builder.velocity_parameters for index in values):
         return None

@@ -1,10 +1,12 @@
 """Frictions between the steps of explicit methods, and what they release."""
 
-from numba import types, void
+import math
+
+from numba import void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import constraint_rows, contact, coordinate, joint, rigid, turning
-from evolvent.kernels.calls import end_friction_at
+from evolvent.kernels import constraints, contact, rigid, turning
+from evolvent.kernels.calls import end_friction_at, excess_at, note_stage_at, note_state_at, power_at, take_step_at
 from evolvent.model import DISSIPATED, KEPT, MODEL, RELEASE
 
 
@@ -27,9 +29,9 @@ def measure_frictions(t, y0, y, s, h, step, model):
     rigid.kinematics(t, y, model)
     if contact.any_contact(model):
         contact.add_contacts(y, y, KEPT, step, 1.0, 0.0, 0.0, model, model.F)
-    if model.coordinates.size > 0:
-        for k in range(model.coordinates.size):
-            coordinate.measure_coordinate(y, s, model.coordinates, model.bodies, k)
+    calls = model.measure_state_calls
+    for k in range(calls.size):
+        note_state_at(model, calls[k])(t, y, s, model)
     turning.measure_rates(y, model)
     return turning.until_turn(y0, y, h, model)
 
@@ -64,39 +66,54 @@ def end_frictions(y, step, model):
     y[model.info.nq + model.info.nv + DISSIPATED] += taken
 
 
-@inlined
-def may_release(model):
-    """Whether a model has records that a trigger releases or switches off."""
-    return model.joints.size > 0 or model.motors.size > 0
-
-
-@indirect(void(REAL, VECTOR, INTEGERS, MODEL, types.int64), used_for=("motors", constraint_rows.HELD, _has_penalties))
-def release_by(t, y, s, model, trigger):
-    """Release the joints and switch off the motors that wait for a trigger (`user_events.release`).
-
-    The strain energy of the penalties is taken out of the energy balance.
-    """
-    joints, motors = model.joints, model.motors
-    account = model.info.nq + model.info.nv + RELEASE
-    for k in range(joints.size):
-        if joints[k].event != trigger or not joint.acts(t, s, joints, k):
-            continue
-        if joints[k].stiffness > 0.0:
-            rigid.kinematics(t, y, model)
-            joint.joint_geometry(t, y, k, model)
-            y[account] -= joint.penalty_energy(joints, k)
-        s[joints[k].switch] = 1
-    for k in range(motors.size):
-        if motors[k].event == trigger:
-            s[motors[k].switch] = 1
-
-
 @indirect(void(REAL, VECTOR, MODEL), used_for=_has_penalties)
 def release_penalties(t, y, model):
     """Take the strain energy of penalties that are released at t out of the energy balance."""
-    joints, account = model.joints, model.info.nq + model.info.nv + RELEASE
-    for k in range(joints.size):
-        if t == joints[k].until:
+    rows, account = model.constraints, model.info.nq + model.info.nv + RELEASE
+    for k in range(rows.size):
+        if t == rows[k].until:
             rigid.kinematics(t, y, model)
-            joint.joint_geometry(t, y, k, model)
-            y[account] -= joint.penalty_energy(joints, k)
+            constraints.measure(constraints.STATE, t, y, k, model)
+            y[account] -= constraints.penalty_energy(rows, k)
+
+
+@inlined
+def longest_turn(model):
+    """Longest step that the records of a model allow at their last rates, s."""
+    calls, found = model.longest_turn_calls, math.inf
+    for k in range(calls.size):
+        found = min(found, power_at(model, calls[k])(model))
+    return found
+
+
+@inlined
+def excess(t, h, y, s, model):
+    """Step of length h to the state y at t, beside the longest that the records of a model allow."""
+    calls, found = model.excess_calls, 0.0
+    for k in range(calls.size):
+        found = max(found, excess_at(model, calls[k])(t, h, y, s, model))
+    return found
+
+
+@inlined
+def take_step(s, model):
+    """Make the last evaluation the start of the next step: into the switches s, and what records keep."""
+    calls = model.take_step_calls
+    for k in range(calls.size):
+        take_step_at(model, calls[k])(s, model)
+
+
+@inlined
+def note_state(t, y, s, model):
+    """Make a state the start of the next step, as `take_step`, whose forces have not been evaluated."""
+    calls = model.note_state_calls
+    for k in range(calls.size):
+        note_state_at(model, calls[k])(t, y, s, model)
+
+
+@inlined
+def note_stage(t, starts, model):
+    """Note what is to be known of the last evaluation, in a step to t or (starts 1) at the start of a run."""
+    calls = model.note_stage_calls
+    for k in range(calls.size):
+        note_stage_at(model, calls[k])(t, starts, model)

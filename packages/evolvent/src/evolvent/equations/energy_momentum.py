@@ -40,7 +40,7 @@ from numba import types, void
 from evolvent.algebra import sparse
 from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.kernels import body_step, joint, joint_tangent, points, rigid
+from evolvent.kernels import body_step, constraints, points, rigid
 from evolvent.kernels.blocks import displace
 from evolvent.kernels.calls import force_at, measure_at, tangent_at
 from evolvent.kernels.rotations import turn
@@ -108,7 +108,7 @@ def move(model, work):
 def residual(model, work):
     """Residual r of the increments dq and multipliers la; powers are means over the step.
 
-    The constraints of joints stand last; that of a penalty is (gap0 + gap1)/2 + (damping rate - la)/stiffness.
+    Constraints stand last; that of a penalty is (gap0 + gap1)/2 + (damping rate - la)/stiffness.
     """
     n_v, step, powers, F, P, r = model.info.nv, work.step, work.powers, model.F, model.P, work.r
     move(model, work)
@@ -162,20 +162,17 @@ def tangent(scale, model, work, matrix):
     for k in range(calls.size):
         tangent_at(model, calls[k])(work, model, matrix)
     model.info.over = 0.0
-    if model.joints.size > 0:
+    if model.constraints.size > 0:
         _add_end_rows(scale, step.c_rate, model, work, matrix)
 
 
 @inlined
 def _add_end_rows(scale, c_rate, model, work, matrix):
-    """Derivatives of what joints hold at the end of the step. Bodies and geometry of joints stay at the end."""
-    joints, bodies, t = model.joints, model.bodies, work.step.t + work.step.h
+    """Derivatives of the constraints at the end of the step. Bodies and gaps stay at the end."""
+    bodies = model.bodies
     for b in range(bodies.size):
         for i in range(3):
             bodies[b].x[i] = work.x1[b, i]
             for j in range(3):
                 bodies[b].R[i, j] = work.R1[b, i, j]
-    for k in range(joints.size):
-        if joints[k].kind != joint.GEAR and joint.holds(t, joints, k):
-            row = model.info.nv + k
-            joint_tangent.add_end_row(t, work.y1, work.dq, k, row, scale, c_rate, model, matrix)
+    constraints.add_end_rows(work.step.t + work.step.h, work.y1, work.dq, scale, c_rate, model, matrix)

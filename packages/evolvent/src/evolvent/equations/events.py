@@ -3,10 +3,8 @@
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
-from evolvent.compiled.lookups import event_law_at
-from evolvent.equations.between_steps import may_release, release_by
-from evolvent.kernels import coordinate, coordinate_laws
-from evolvent.kernels.calls import apply_change_at, state_at
+from evolvent.kernels.calls import apply_change_at, event_values_at, state_at
+from evolvent.kernels.watches import STOPS, fire_event
 from evolvent.model import MODEL
 
 
@@ -24,12 +22,9 @@ def event_values(t, y, s, model, g):
     g : (ne,) float, output: those that change the number of moving nodes, the user's events, the latch of every
         coordinate, the changes of what friction holds
     """
-    first = model.info.releases
-    for k in range(model.events.size):
-        parameters = model.parameters[model.events[k].first : model.events[k].last]
-        g[first + k] = event_law_at(model.events[k].law)(t, y, parameters)
-    if g.size - model.info.brakes > first + model.events.size:
-        coordinate.latch_values(t, y, s, model, first + model.events.size, g)
+    calls, firsts = model.event_values_calls, model.event_firsts
+    for i in range(calls.size):
+        event_values_at(model, calls[i])(t, y, s, model, firsts[i], g)
     calls = model.change_values_calls
     for k in range(calls.size):
         state_at(model, calls[k])(t, y, s, model, g)
@@ -46,13 +41,4 @@ def apply_event(t, y, s, model, k, g):
         answer = apply_change_at(model, calls[i])(t, y, s, model, k, g)
         if answer <= 1:
             return answer
-    k -= model.info.releases
-    latch = k - model.events.size
-    if latch >= 0:
-        if may_release(model):
-            release_by(t, y, s, model, -2 - latch)
-        coordinate_laws.lock(s, model.coordinates, latch)
-        return 0
-    if may_release(model):
-        release_by(t, y, s, model, k)
-    return model.events[k].stops
+    return fire_event(t, k, 0, y, s, model) & STOPS

@@ -1,6 +1,6 @@
 """The equations of motion as implicit solvers need them: M a + F(t, y, la) = 0 with constraints, and their tangent.
 
-Unknowns are the velocities in the order of the state, then one multiplier for each row of the family joints. A penalty
+Unknowns are the velocities in the order of the state, then one multiplier for each row of constraint. A penalty
 is a constraint with a compliance, gap + (damping rate - la)/stiffness = 0.
 """
 
@@ -11,9 +11,9 @@ from numba import types, void
 from evolvent.algebra import sparse
 from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.kernels import ancf_beams, joint, points, rigid
+from evolvent.kernels import ancf_beams, constraints, points, rigid
 from evolvent.kernels.blocks import POSITION, ROTATION, SLOPE
-from evolvent.kernels.calls import energy_at, force_at, momentum_at, tangent_at
+from evolvent.kernels.calls import energy_at, force_at, momentum_at, tangent_at, ties_at
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.model import MODEL
 from evolvent.model.interval import state_interval
@@ -55,11 +55,11 @@ def residual(t, y, a, la, step, factor, model, r, powers):
 
 @indirect(void(REAL, VECTOR, MODEL))
 def measure_constraints(t, y, model):
-    """Gap and rate of every joint that holds as a constraint at time t, in its record."""
+    """Gap and rate of every constraint that holds at time t and is no penalty."""
     rigid.kinematics(t, y, model)
-    for k in range(model.joints.size):
-        if model.joints[k].stiffness <= 0.0 and joint.holds(t, model.joints, k):
-            joint.joint_geometry(t, y, k, model)
+    for k in range(model.constraints.size):
+        if model.constraints[k].stiffness <= 0.0 and constraints.holds(t, model.constraints, k):
+            constraints.measure(constraints.STATE, t, y, k, model)
 
 
 @indirect(void(VECTOR, types.int64, MODEL, VECTOR))
@@ -121,22 +121,10 @@ def momenta(y, model, out):
 @kernel
 def is_isolated(t, model):
     """Whether nothing but gravity and loads on beams acts from outside, whose torque is known (`assembly.ends`)."""
-    joints, surfaces, contacts = model.joints, model.contact_surfaces, model.body_contacts
-    if model.info.outside != 0 or model.info.open != 0:
-        return False
-    for k in range(joints.size):
-        if joints[k].outside != 0 and joint.holds(t, joints, k):
-            return False
-    for k in range(model.custom_forces.size):
-        if model.custom_forces[k].balanced == 0.0:
-            return False
-    for k in range(surfaces.size):
-        if surfaces[k].outside != 0 and surfaces[k].touching > 0.0:
-            return False
-    touching = False
-    for k in range(contacts.size):
-        touching = touching or (contacts[k].outside != 0 and contacts[k].gap1 < 0.0)
-    return not touching
+    calls, tied = model.ties_calls, model.info.outside != 0 or model.info.open != 0
+    for k in range(calls.size):
+        tied = tied or ties_at(model, calls[k])(t, model) != 0
+    return not tied
 
 
 @kernel

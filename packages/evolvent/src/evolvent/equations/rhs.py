@@ -5,8 +5,9 @@ import math
 from numba import void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import constraint_rows, loads, points, rigid
+from evolvent.kernels import constraint_rows, points, rigid
 from evolvent.kernels.calls import force_at
+from evolvent.kernels.loads import weight
 from evolvent.model import (
     BY_CONTACT,
     BY_JOINTS,
@@ -54,7 +55,7 @@ def rhs(t, y, s, model, dy):
     points.clear_forces(model.points)
     gravity = info.gravity
     if gravity[0] != 0.0 or gravity[1] != 0.0 or gravity[2] != 0.0:
-        powers[MARKER_LOADS] += loads.weight(y, model.bodies, model.points, gravity)
+        powers[MARKER_LOADS] += weight(y, model.bodies, model.points, gravity)
     at = model.interval
     set_state(t, math.inf if info.stepping != 0 else -1.0, at)
     interval = state_interval(at, y, dy[n_q : n_q + n_v], model.la, dy, powers, s, dy)

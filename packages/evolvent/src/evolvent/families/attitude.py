@@ -198,6 +198,13 @@ def _not_at_rest(model: Any) -> Iterator[tuple[int, str]]:
             yield k, why
 
 
+@calls.momentum
+def own_rates(y, model, rates):
+    """Thrusts, which are the rates of the impulses; these are noted at the end of a step."""
+    for k in range(model.thrusters.size):
+        rates[model.thrusters[k].iv - model.info.nq] = y[model.thrusters[k].iv]
+
+
 # rate and angle of a wheel relative to its body, impulse of a thruster at iv; profile: index among the parameters,
 # or -1; actuators of a controller: their kind, and `count` numbers from `place` on, then how they share its torque
 WHEELS = Family(
@@ -245,7 +252,7 @@ WHEELS = Family(
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("its torque follows from the state and time, with all derivatives"),
-    coordinates=(Coordinates(_angles, 60, len, spins=True),),
+    unknowns=(Coordinates(_angles, 60, len, spins=True),),
     bound=_wheels_bound,
     evaluate=evaluate,
     end_step=end_step,
@@ -261,6 +268,7 @@ THRUSTERS = Family(
         "body iv profile", "local direction force limit", "command push push0 impulse place vector",
         local=_3, direction=_3, place=_3, vector=_3,
     ),
+    own_rates=own_rates,
     order=400,
     results={
         "push": ("thrust", "N", "force of the thruster"),
@@ -288,7 +296,7 @@ THRUSTERS = Family(
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("its force follows from the attitude and time"),
-    coordinates=(Coordinates(_impulses, 90, lambda found: 0),),
+    unknowns=(Coordinates(_impulses, 90, lambda found: 0),),
     uneven=never,
     evaluate=evaluate,
     end_step=end_step,

@@ -227,7 +227,7 @@ BEAMS = Family(
     adjoint=AdjointSupport(
         "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False, cubic=True,
     ),
-    coordinates=(Coordinates(_vectors, 10, lambda found: 6 * found.size, first=2.0),),
+    unknowns=(Coordinates(_vectors, 10, lambda found: 6 * found.size, first=2.0),),
     uneven=never,
     evaluate=evaluate,
     bending=_bending,

@@ -194,6 +194,7 @@ BEARINGS = Family(
     tangent=tangent,
     by_rates=False,
     smooth=True,
+    totals={"reactive": lambda found: found.size},
     evaluate=evaluate,
     end_step=end_step,
     coupled_energy=coupled_energy,

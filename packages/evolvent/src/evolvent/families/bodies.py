@@ -253,7 +253,7 @@ BODIES = Family(
         "its inertia follows from the state, and so do the derivatives of it",
         timed=lambda found: (found["path"] != 0) | (found["rate"] != 0.0),
     ),
-    coordinates=(Coordinates(_motions, 50, lambda found: 6 * int(np.sum(found["motion"] != rigid.DRIVEN))),),
+    unknowns=(Coordinates(_motions, 50, lambda found: 6 * int(np.sum(found["motion"] != rigid.DRIVEN))),),
     felt=Felt(
         6, lambda found: found["motion"] != rigid.DRIVEN,
         lambda model, k, blocks: rigid.body_bound(model.bodies, k, blocks),

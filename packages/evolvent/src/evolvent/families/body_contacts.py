@@ -23,6 +23,16 @@ def _is_of_box(found: Array) -> Array:
     return np.asarray((found["surface"] == body_gaps.BOX) | (found["surface"] == body_gaps.EDGES))
 
 
+@calls.ties
+def ties(t, model):
+    """Whether a contact with what is not part of the system touches."""
+    found = 0
+    for k in range(model.body_contacts.size):
+        if model.body_contacts[k].outside != 0 and model.body_contacts[k].gap1 < 0.0:
+            found = 1
+    return found
+
+
 @calls.force
 def force(interval, model):
     """Forces of all contacts between bodies; what they take in a step, J."""
@@ -197,6 +207,7 @@ BODY_CONTACTS = Family(
     kinds=kinds("a contact between bodies", Kind("a contact of a box", which=_is_of_box, symmetric=slides_freely)),
     ends=of_bodies("a", "b"),
     force=force,
+    ties=ties,
     tangent=tangent,
     measure=measure,
     energy=energy,

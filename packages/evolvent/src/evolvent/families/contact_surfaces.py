@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent.compiled.jit import inlined
 from evolvent.kernels import calls, contact, contact_laws, contact_tangent, surfaces, turning
+from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.model import IMPULSE, N_ACCOUNTS
 from evolvent.model.family import BETWEEN, NEARER, SUMMED, End, Family, Kind, Records, has_friction, record, where
 from evolvent.model.layout import Accounts
@@ -26,6 +27,27 @@ SAME: Mapping[str, Any] = {"static_friction": has_friction, "rubs": has_friction
 def is_conservative(found: Array) -> Array:
     """Which contacts have the law conservative: (n,) bool."""
     return np.asarray(found["law"] == contact_laws.CONSERVATIVE)
+
+
+#: Share of an element's length from which on one that lies on it is coupled with it.
+_NEAR = 0.1
+
+
+def _touches(model: Any) -> Iterator[list[End]]:
+    """Nodes of elements that lie on one another."""
+    for cylinder in model.contact_surfaces[is_layered(model.contact_surfaces)]:
+        half = NODE_VECTORS[model.beams["kind"][cylinder["under"]]]
+        for point in model.contact_points[int(cylinder["first"]) : int(cylinder["last"])]:
+            if point["carrier1"] < 0 or not point["gap1"] < _NEAR * model.elements["length"][point["carrier1"]]:
+                continue
+            below = int(model.elements["iv"][point["carrier1"]])
+            nodes = [*point["iv"][::2].tolist(), below, below + 3 * half]
+            yield [("vectors", int(iv)) for iv in nodes]
+
+
+def is_layered(found: Array) -> Array:
+    """Which contacts are those with the layers of another beam: (n,) bool."""
+    return np.asarray(found["under"] >= 0)
 
 
 def slides_freely(_: Any, found: Array) -> bool:
@@ -84,6 +106,16 @@ def _coupled(row: Any, records: Records) -> Iterator[list[End]]:
     if row["under"] < 0:
         for point in records("contact_points")[int(row["first"]) : int(row["last"])]:
             yield [*(("vectors", int(iv)) for iv in point["iv"]), ("bodies", int(row["body"]))]
+
+
+@calls.ties
+def ties(t, model):
+    """Whether a contact with what is not part of the system touches."""
+    found = 0
+    for k in range(model.contact_surfaces.size):
+        if model.contact_surfaces[k].outside != 0 and model.contact_surfaces[k].touching > 0.0:
+            found = 1
+    return found
 
 
 @calls.force
@@ -271,6 +303,9 @@ CONTACT_SURFACES = Family(
     ends=_of_surface,
     couples=_coupled,
     force=force,
+    ties=ties,
+    touches=_touches,
+    is_layered=is_layered,
     tangent=tangent,
     measure=measure,
     energy=energy,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent, turning
+from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent, turning, watches
 from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate
 from evolvent.kernels.joint_friction import RELAX
@@ -199,6 +199,49 @@ def _stiffen(model: Any) -> None:
     model.coordinates["stiffness"], model.coordinates["damping"] = coordinate.coordinate_bound(model)
 
 
+@calls.power
+def longest_turn(model):
+    """Until a coordinate turns so far that its turns could not be counted."""
+    return coordinate.longest_step(model.coordinates)
+
+
+@calls.note_state
+def measure_state(t, y, s, model):
+    """Angles and travels of all coordinates, and their rates."""
+    for k in range(model.coordinates.size):
+        coordinate.measure_coordinate(y, s, model.coordinates, model.bodies, k)
+
+
+@calls.take_step
+def take_step(s, model):
+    """Angles and rates of all coordinates, and their quarter turns."""
+    coordinate.count_quarter_turns(s, model.coordinates)
+
+
+@calls.until_event
+def until_latch(h, last, means, model):
+    """Until the first latch or stop is passed, or a curve of a resistance ends."""
+    coordinate.measure_travels(h, last, means != 0, model.coordinates)
+    return coordinate.until_latch(model.switches, model)
+
+
+@calls.reached
+def reached(first, model):
+    """First open latch, from one on, that the angle of the last step has reached; -1 for none."""
+    for k in range(first, model.coordinates.size):
+        if coordinate.latch_reached(model.switches, model.coordinates, k):
+            return k
+    return -1
+
+
+@calls.fire
+def fire(t, k, ends, y, s, model):
+    """The latch of coordinate k locks, and releases what waits for it."""
+    released = watches.release(t, -2 - k, ends, y, s, model)
+    coordinate_laws.lock(s, model.coordinates, k)
+    return watches.CHANGES if released else 0
+
+
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
 # beam's slope (on 1, at iq, iv) or `local` of the body `other` (on 0); kind 1: travel along the body's `axis` from
 # its point `zero` to a second point. switch: the first of two switches, the angle in quarter turns, rounded, and 1
@@ -260,6 +303,8 @@ COORDINATES = Family(
     measure=measure,
     explicit_force=explicit_force,
     explicit_energy=explicit_energy,
+    is_motion=True,
+    resists=("angle", "torque", "applied"),
     local=True,
     changes="stiffness damping rest friction stick low high stop latch_stiffness latch_damping",
     reads_inertia=False,
@@ -274,6 +319,13 @@ COORDINATES = Family(
     uneven=_uneven,
     evaluate=evaluate,
     end_step=end_step,
+    until_event=until_latch,
+    reached=reached,
+    longest_turn=longest_turn,
+    excess=coordinate.turned_beside,
+    measure_state=measure_state,
+    take_step=take_step,
+    note_state=coordinate.note_turns,
     end_friction=end_friction,
     coupled_energy=coupled_energy,
     contact_set=contact_set,
@@ -282,13 +334,17 @@ COORDINATES = Family(
     until_turn=until_turn,
     friction_power=friction_power,
     rubbed=lambda found: iter([found["account"] + BY_FRICTION]),
-    accounts=(Accounts(COORDINATE_ACCOUNTS, order=1),),
+    accounts=(Accounts(COORDINATE_ACCOUNTS, states=(FRICTION_FORCE,), order=1),),
     switches=(Switches(2, _turns_and_latch, order=1),),
     events=(
         Events(
             lambda found: found.size if np.any(np.isfinite(found["latch"])) else 0,
             lambda _, k: (k, LATCHED),
             order=2,
+            values=coordinate.latch_values,
+            fire=fire,
+            is_watched=False,
+            switches=lambda found: found["switch"] + 1,
         ),
     ),
     rubs=has_friction,

@@ -26,6 +26,16 @@ def _is_reciprocal(_: Any, found: Array) -> bool:
     return bool(np.all(found["symmetric"] != 0.0))
 
 
+@calls.ties
+def ties(t, model):
+    """Whether the last forces had a sum or a torque."""
+    found = 0
+    for k in range(model.custom_forces.size):
+        if model.custom_forces[k].balanced == 0.0:
+            found = 1
+    return found
+
+
 @calls.force
 def force(interval, model):
     """Forces of all laws between points."""
@@ -66,6 +76,7 @@ CUSTOM_FORCES = Family(
     ends=_of_custom,
     outside=lambda found: found["points"] == 1,
     force=force,
+    ties=ties,
     tangent=tangent,
     energy=energy,
     reads_inertia=False,

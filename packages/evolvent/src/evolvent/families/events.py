@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.compiled.lookups import event_law_at
+from evolvent.kernels import calls, watches
 from evolvent.model.family import Family, Kind, record, where
 from evolvent.model.layout import Events
 from evolvent.model.questions import EVENT, AdjointSupport, Law, Moment, calls_law, never
@@ -19,10 +21,24 @@ def _of_state(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any
     yield moment[0], moment[1]
 
 
-# value, middle, now: at the start, middle and end of a step of an implicit method; armed: see `kernels.user_events`
+@calls.event_values
+def values(t, y, s, model, first, g):
+    """Values of all laws."""
+    for k in range(model.events.size):
+        parameters = model.parameters[model.events[k].first : model.events[k].last]
+        g[first + k] = event_law_at(model.events[k].law)(t, y, parameters)
+
+
+@calls.fire
+def fire(t, k, ends, y, s, model):
+    """Release what waits for it."""
+    released = watches.release(t, k, ends, y, s, model)
+    return (watches.STOPS if model.events[k].stops != 0 else 0) + (watches.CHANGES if released else 0)
+
+
 EVENTS = Family(
     "events",
-    record("law first last stops", "", "value middle now armed"),
+    record("law first last stops"),
     order=340,
     kinds=(
         Kind("an event that stops a run", which=lambda found: found["stops"] != 0, symmetric=True),
@@ -37,5 +53,10 @@ EVENTS = Family(
     stiff=False,
     adjoint=AdjointSupport("it is no force; its time is found by neighbours", timed=False),
     uneven=never,
-    events=(Events(lambda found: found.size, lambda _, k: (k, "event"), order=1),),
+    events=(
+        Events(
+            lambda found: found.size, lambda _, k: (k, "event"), 1, values, fire,
+            stops=lambda found: found["stops"] != 0,
+        ),
+    ),
 )  # fmt: skip

@@ -49,6 +49,13 @@ def _at_masses(model: Any, k: int, moment: Moment, everywhere: bool) -> Iterator
             return
 
 
+@calls.scale
+def scale(factor, parameters, model):
+    """The load factor of all fields."""
+    for k in range(model.fields.size):
+        model.fields[k].scale = factor
+
+
 @calls.force
 def prepare_sample(interval, model):
     """Load factor of all fields."""
@@ -109,6 +116,8 @@ FIELDS = Family(
         Kind("an acceleration field", which=where("kind", fields.LAW)),
     ),
     force=force,
+    frame=lambda row: row["w"] if row["kind"] == fields.ORBIT else None,
+    scale=scale,
     tangent=tangent,
     by_rates=False,
     reads_inertia=False,

@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, constraint_rows, joint, joint_tangent, sides
+from evolvent.kernels import constraints, joint, joint_tangent, sides
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_joint
 from evolvent.model.family import End, Family, Kind, Records, record
 from evolvent.model.layout import Rows
-from evolvent.model.powers import COUPLED_ENERGY, JOINTS as DISSIPATED
 from evolvent.model.questions import DRIVE, AdjointSupport, Law
 from evolvent.model.shares import Shares
 
@@ -36,84 +35,14 @@ def _is_unbalanced(found: Array) -> Array:
     return np.asarray((found["kind"] == joint.POINT) & (found["stiffness"] > 0.0) & (found["damping"] > 0.0))
 
 
+def _turns(found: Array) -> Array:
+    """Joints that hold directions: (n,) bool."""
+    directions = np.isin(found["kind"], (joint.DIRECTION, joint.ANGLE, joint.GEAR))
+    return np.asarray(directions | ((found["kind"] == joint.ALONG) & (found["on"][:, 0] == sides.ON_NODE)))
+
+
 def _is_held(found: Array) -> Array:
     return np.asarray((found["stiffness"] == 0.0) & ~_is_driven(found) & ~_is_gear(found))
-
-
-@calls.force
-def force(interval, model):
-    """Forces by multipliers, and the rows of constraints; 0 over a step at whose end a joint does not hold."""
-    step, n_v = interval.step, model.info.nv
-    for k in range(model.joints.size):
-        if step.h > 0.0 and not joint.holds(step.t + step.h, model.joints, k):
-            interval.la[k] = 0.0
-        stored, lost = joint.add_joint_residual(
-            step.t, step.h, interval.ym, interval.la[k], k, n_v + k, model, model.F, interval.r
-        )
-        interval.powers[COUPLED_ENERGY] += stored
-        interval.powers[DISSIPATED] += lost
-
-
-@calls.tangent
-def tangent(interval, model, matrix):
-    """Derivatives of `force` in a state."""
-    step, n_v = interval.step, model.info.nv
-    for k in range(model.joints.size):
-        joint_tangent.add_joint_tangent(step.t, interval.la[k], k, n_v + k, step.scale, step.c_rate, 1.0, model, matrix)
-        if model.joints[k].stiffness > 0.0 and model.joints[k].damping > 0.0 and joint.holds(step.t, model.joints, k):
-            joint_tangent.add_rate_row(interval.ym, k, n_v + k, step.scale, model, matrix)
-
-
-@calls.tangent
-def step_tangent(interval, model, matrix):
-    """Derivatives of `force` over a step; the rows are those of the end (`joint_tangent.add_end_row`), but of gears."""
-    step, n_v = interval.step, model.info.nv
-    for k in range(model.joints.size):
-        rows = 1.0 if model.joints[k].kind == joint.GEAR else 0.0
-        joint_tangent.add_joint_tangent(
-            step.t + step.h, interval.la[k], k, n_v + k, step.scale, step.c_rate, rows, model, matrix
-        )
-
-
-@calls.measure
-def measure(end, t, y, model):
-    """Distances, angles and travels between the sides of all joints."""
-    joint.measure_joints(end, t, y, model)
-
-
-@calls.force
-def explicit_force(interval, model):
-    """Forces of penalties; constraints are rows of `kernels.constraint_rows`."""
-    for k in range(model.joints.size):
-        if joint.is_penalty(interval.step.t, interval.s, model.joints, k):
-            interval.powers[DISSIPATED] += joint.add_penalty(interval.step.t, interval.ym, k, model, model.F)
-
-
-@calls.energy
-def explicit_energy(interval, model, out):
-    """Elastic energy of penalties."""
-    for k in range(model.joints.size):
-        if joint.is_penalty(interval.step.t, interval.s, model.joints, k):
-            joint.joint_geometry(interval.step.t, interval.ym, k, model)
-            out[1] += joint.penalty_energy(model.joints, k)
-
-
-@calls.force
-def evaluate(interval, model):
-    """Sides and forces of the joints whose multipliers are at hand."""
-    for k in range(interval.la.size):
-        joint.joint_geometry(interval.step.t, interval.ym, k, model)
-        joint.note_reaction(k, interval.la[k], model)
-
-
-@calls.stored
-def coupled_energy(t, model):
-    """Energy of all penalties."""
-    joints, found = model.joints, 0.0
-    for k in range(joints.size):
-        if joints[k].stiffness > 0.0 and joint.holds(t, joints, k):
-            found += 0.5 * joints[k].stiffness * joints[k].gap1 * joints[k].gap1
-    return found
 
 
 def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
@@ -144,7 +73,7 @@ def _group(turn: Any, k: int) -> tuple[Any, ...]:
         if row["on"][side] != sides.ON_NOTHING and not still:
             turned = tuple(np.round(row["local"][side], 12)) if row["kind"] == joint.DIRECTION or side == 2 else ()
             moving.append((side, *(int(row[key][side]) for key in ("on", "index", "iq")), turned))
-    return (turn.assembly.joint_parts[k], int(row["kind"]), *moving)
+    return (turn.assembly.row_parts[k], int(row["kind"]), *moving)
 
 
 def _are_even(turn: Any, rows: list[int]) -> bool:
@@ -180,8 +109,8 @@ def _are_even(turn: Any, rows: list[int]) -> bool:
 
 
 def _rows(found: Array, records: Records) -> Iterator[tuple[int, list[End]]]:
-    """Rows of the joints that are no penalties, lengths first."""
-    held = np.flatnonzero(found["stiffness"] == 0.0).tolist()
+    """Rows of the joints that are no penalties, lengths first; explicit methods have no segments of fixed length."""
+    held = np.flatnonzero((found["stiffness"] == 0.0) & (found["kind"] != joint.SEGMENT)).tolist()
     for k in sorted(held, key=lambda k: found["kind"][k] not in (joint.DISTANCE, joint.CORD)):
         yield k, list(dict.fromkeys(of_joint(found[k], records)))
 
@@ -198,9 +127,9 @@ def _rows(found: Array, records: Records) -> Iterator[tuple[int, list[End]]]:
 JOINTS = Family(
     "joints",
     record(
-        "kind on index iq iv path drive law first last event switch nodes reduced mode_shape outside",
-        "local along centre axis zero radius value stiffness damping until latest slack",
-        "u g u0 u1 measured gap rate driven bends gap0 gap1 stored force moment",
+        "kind on index iq iv path drive law first last event switch nodes reduced mode_shape",
+        "local along centre axis zero radius value stiffness damping until latest",
+        "u g u0 u1 measured gap bends stored force moment",
         on=(3,), index=(3,), iq=(3,), iv=(3,), local=(3, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(3, 3), g=(3, 3),
         u0=(3, 3), u1=(3, 3), force=_3, moment=_3,
     ),
@@ -250,14 +179,15 @@ JOINTS = Family(
     ),
     ends=of_joint,
     isolated=lambda found, _: not np.any(_is_unbalanced(found)),
-    couples=lambda row, _: iter(()),  # by its multiplier
-    force=force,
-    tangent=tangent,
-    step_tangent=step_tangent,
-    measure=measure,
-    explicit_force=explicit_force,
-    explicit_energy=explicit_energy,
-    by_rates=lambda model: bool(model.info.penalties > 0),
+    **constraints.WALKS | {
+        "row_measure": joint.measure_row,
+        "row_bend": joint.bend_row,
+        "row_force": joint.add_row_force,
+        "row_tangent": joint_tangent.add_held_joint,
+        "row_end": joint_tangent.add_end_row,
+        "row_rates": joint_tangent.add_rate_row,
+        "row_note": joint.note_reaction,
+    },
     changes="",
     reads_inertia=False,
     smooth=True,
@@ -266,17 +196,19 @@ JOINTS = Family(
         lambda found: found["stiffness"] == 0.0, "is a constraint, which implicit methods keep without drift",
     ),
     laws=(Law(DRIVE, lambda found: (found["law"] != 0) & (found["drive"] == LAW)),),
-    of_step=False,
     stiff=lambda found: found["stiffness"] > 0.0,
     adjoint=AdjointSupport(
         "its gap follows from the state and time, with all derivatives",
         timed=lambda found: (found["path"] != 0) | (found["law"] != 0),
     ),
     uneven=_uneven,
-    evaluate=evaluate,
-    coupled_energy=coupled_energy,
     times=("until",),
-    rows=Rows(constraint_rows.JOINT, _rows),
-    totals={"penalties": lambda found: int(np.sum(found["stiffness"] > 0.0))},
-    at_times=True,
+    rows=Rows(
+        _rows,
+        turns=_turns,
+        drives=_is_driven,
+        couples=lambda found: ~np.isin(found["kind"], (joint.POINT, joint.ANGLE, joint.GEAR)),
+        ends=lambda found: found["kind"] != joint.GEAR,
+        alone=lambda found: found["kind"] == joint.SEGMENT,
+    ),
 )  # fmt: skip

@@ -52,6 +52,16 @@ def tangent(interval, model, matrix):
     loads.add_load_tangents(interval.step.tm, interval.ym, interval.step.c_rate, model, matrix)
 
 
+@calls.scale
+def scale(factor, parameters, model):
+    """Vectors of all loads at a load factor, and the factor of laws."""
+    for k in range(model.loads.size):
+        first = model.loads[k].first
+        for c in range(loads.vector_size(model.loads[k].kind)):
+            model.parameters[first + c] = factor * parameters[first + c]
+        model.loads[k].scale = factor
+
+
 @calls.force
 def evaluate(interval, model):
     """Loads at markers."""
@@ -150,6 +160,7 @@ LOADS = Family(
         Kind("a force or torque by a law", which=lambda found: _at_markers(found) & (found["law"] != 0)),
     ),
     force=force,
+    scale=scale,
     tangent=tangent,
     by_rates=False,
     several=True,

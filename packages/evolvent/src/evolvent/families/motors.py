@@ -27,6 +27,20 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 
 
+@calls.release
+def release(t, trigger, ends, y, s, model):
+    """Switch off the motors that wait for a trigger."""
+    motors, found = model.motors, 0
+    for k in range(motors.size):
+        if motors[k].event != trigger or (ends != 0 and not motors[k].until > t):
+            continue
+        if ends != 0:
+            motors[k].until = t
+        s[motors[k].switch] = 1
+        found = 1
+    return found
+
+
 @calls.apply
 def apply(t, share, kept, y, s, model):
     """Torques of all motors; their power is given."""
@@ -142,6 +156,7 @@ MOTORS = Family(
     ends=OfCoordinates("coordinate"),
     through=True,
     apply=apply,
+    release=release,
     apply_tangent=apply_tangent,
     explicit_force=explicit_force,
     end_step=end_step,
@@ -279,7 +294,7 @@ DRIVETRAINS = Family(
     friction_power=friction_power,
     evaluate=False,
     rubbed=lambda found: iter([found["account"] + BY_HYSTERESIS, found["account"] + BY_GEAR]),
-    accounts=(Accounts(DRIVETRAIN_ACCOUNTS, order=6),),
+    accounts=(Accounts(DRIVETRAIN_ACCOUNTS, states=(0,), order=6),),
     rubs=lambda found: np.ones(found.size, dtype=bool),
     start=start,
     isolated=True,

@@ -105,7 +105,7 @@ POINTS = Family(
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("its mass is constant", timed=False),
-    coordinates=(Coordinates(_positions, 40, lambda found: 3 * int(np.sum(found["mass"] > 0.0))),),
+    unknowns=(Coordinates(_positions, 40, lambda found: 3 * int(np.sum(found["mass"] > 0.0))),),
     felt=Felt(
         3, lambda found: found["mass"] > 0.0, lambda model, k, blocks: points.point_bound(model.points, k, blocks)
     ),

@@ -176,7 +176,7 @@ REDUCED_BODIES = Family(
     adjoint=AdjointSupport(
         "its stiffness is constant in its modes", filtered="strains of reduced bodies", timed=False,
     ),
-    coordinates=(Coordinates(_modal, 70, lambda found: 0),),
+    unknowns=(Coordinates(_modal, 70, lambda found: 0),),
     uneven=never,
     bound=_bound,
     evaluate=evaluate,

@@ -207,6 +207,7 @@ RESISTANCES = Family(
     accounts=(Accounts(1, order=4),),
     switches=(Switches(1, lambda found, _: found["start"], order=3),),
     start=start,
+    change=resistance.change_curves,
     isolated=True,
 )  # fmt: skip
 
@@ -236,7 +237,7 @@ BRISTLES = Family(
     order=250,
     of="resistances",
     contact_set=contact_set,
-    accounts=(Accounts(1, start="force0", order=5),),
+    accounts=(Accounts(1, start="force0", states=(0,), order=5),),
     rubs=lambda found: np.ones(found.size, dtype=bool),
     until_turn=until_turn,
 )  # fmt: skip

@@ -263,7 +263,7 @@ RODS = Family(
         timed=lambda found: found["payout"] != 0,
         refused={"rods have a section that is a tape": lambda found: found["tape"] > 0},
     ),
-    coordinates=(Coordinates(_transverse, 80, lambda found: 0),),
+    unknowns=(Coordinates(_transverse, 80, lambda found: 0),),
     uneven=never,
     evaluate=evaluate,
     kept={"drive_force": BETWEEN},

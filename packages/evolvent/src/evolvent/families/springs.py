@@ -160,5 +160,7 @@ SPRINGS = Family(
     evaluate=evaluate,
     no_balance=_no_balance,
     passages=_passages,
+    note_stage=springs.note_lines,
+    resists=("extension", "tension"),
     isolated=True,
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Rows of constraint of explicit methods: joints, and boundary segments of threads.
+"""Rows of constraint of explicit methods: those of `kernels.constraints`, and boundary segments of threads.
 
 Each row has one multiplier la, of a thread the tension of its boundary segment, and sides, each a body, a point mass or
 a vector of a beam's node, on which it acts with forces la J = -la g. Rows that share a body, a point mass or a beam are
@@ -10,16 +10,16 @@ from numba import types, void
 
 from evolvent.algebra.linalg import banded_ldl, banded_ldl_solve
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
-from evolvent.kernels import ancf_beams, joint, reduced, thread as chain
-from evolvent.kernels.rigid import SPIN, add_wrench, centripetal, respond, shift_body
+from evolvent.kernels import ancf_beams, constraints, reduced, thread as chain
+from evolvent.kernels.rigid import SPIN, add_wrench, respond, shift_body
 from evolvent.kernels.rotations import turn
-from evolvent.kernels.sides import ON_BODY
 from evolvent.model import MODEL, having
+from evolvent.model.layout import CONSTRAINT
 
 USED_FOR = "rows"
-THREAD, JOINT = 0, 1
-#: That joints are among the rows.
-HELD = having("rows", kind=JOINT)
+THREAD = 0
+#: That constraints are among the rows.
+HELD = having("rows", kind=CONSTRAINT)
 #: Kinds of guides.
 CENTRE, AXIS = 0, 1
 #: Share of 1 that the square of a direction may be off by round-off.
@@ -27,19 +27,19 @@ ROUND_OFF = 1e-14
 
 
 @inlined
-def has_joints(model):
-    """Whether a joint is among the rows."""
+def has_constraints(model):
+    """Whether a constraint is among the rows."""
     found = False
     for r in range(model.rows.size):
-        found = found or model.rows[r].kind == JOINT
+        found = found or model.rows[r].kind == CONSTRAINT
     return found
 
 
 @indirect(void(REAL, VECTOR, types.int64, MODEL), used_for=HELD)
-def _measure_joint_row(t, y, r, model):
-    """Forces J of a unit multiplier of the joint of row r on its sides; `Model.F` is scratch."""
+def _measure_row(t, y, r, model):
+    """Forces J of a unit multiplier of the constraint of row r on its sides; `Model.F` is scratch."""
     rows, sides, bodies, k, F = model.rows, model.row_sides, model.bodies, model.rows[r].index, model.F
-    joint.joint_geometry(t, y, k, model)
+    constraints.measure(constraints.STATE, t, y, k, model)
     for i in range(rows[r].first, rows[r].last):
         b, at = sides[i].body, sides[i].at
         if b >= 0:
@@ -47,7 +47,7 @@ def _measure_joint_row(t, y, r, model):
                 sides[i].Z[c], bodies[b].F[c] = bodies[b].F[c], 0.0
         for j in range(at, at + (0 if sides[i].reduced >= 0 else _numbers(bodies, b))):
             F[j] = 0.0
-    joint.add_joint_force(y, 0.0, k, 1.0, model, F)
+    constraints.add_force(t, 0.0, y, k, 1.0, model, F)
     for i in range(rows[r].first, rows[r].last):
         b, at, J = sides[i].body, sides[i].at, sides[i].J
         if sides[i].reduced >= 0:
@@ -73,26 +73,12 @@ def _numbers(bodies, b):
     return 1 if bodies[b].motion == SPIN else 0
 
 
-@inlined
-def _second_rate(k, model):
-    """Second derivative of the gap of joint k without accelerations, after `joint.joint_geometry`."""
-    joints, bodies, value = model.joints, model.bodies, model.joints[k].bends
-    for side in range(joint.side_count(joints[k].kind)):
-        if joints[k].on[side] != ON_BODY:
-            continue
-        b, g, local = joints[k].index[side], joints[k].g[side], joints[k].local[side]
-        dx, dy, dz = turn(bodies[b].R, local[0], local[1], local[2])
-        cx, cy, cz = centripetal(bodies, b, dx, dy, dz)
-        value += g[0] * cx + g[1] * cy + g[2] * cz
-    return value
-
-
 @indirect(types.int64(REAL, VECTOR, INTEGERS, MODEL))
 def build_rows(t, y, s, model):
     """Forces J of unit multipliers, responses Z and the factored matrix A of all rows.
 
-    Returns -1, or the first row that the rows before it already imply. A joint that does not hold has no
-    forces.
+    Returns -1, or the first row that the rows before it already imply. A constraint that does not hold has
+    no forces.
     """
     rows, sides, pairs, threads, bodies = model.rows, model.row_sides, model.row_pairs, model.threads, model.bodies
     width = model.info.bandwidth
@@ -122,13 +108,13 @@ def build_rows(t, y, s, model):
             copies = float(threads[k].copies)
             d = threads[k].d
             add_wrench(J, d[0], d[1], d[2], copies * y[q], copies * y[q + 1], copies * y[q + 2])
-        elif joint.acts(t, s, model.joints, k):
-            _measure_joint_row(t, y, r, model)
+        elif constraints.acts(t, s, model.constraints, k):
+            _measure_row(t, y, r, model)
         else:
             A[r, 0] = 1.0
         for i in range(rows[r].first, rows[r].last):
             if sides[i].reduced >= 0:
-                if rows[r].kind == JOINT and joint.acts(t, s, model.joints, k):
+                if rows[r].kind == CONSTRAINT and constraints.acts(t, s, model.constraints, k):
                     A[r, 0] += reduced.shape_product(k, k, model)
             elif sides[i].body < 0:
                 square = sides[i].J[0] ** 2 + sides[i].J[1] ** 2 + sides[i].J[2] ** 2
@@ -164,17 +150,17 @@ def row_velocity_terms(t, y, s, model):
         if rows[r].kind == THREAD:
             rows[r].rx = chain.chain_rhs(y, s, model, k, loaded) * model.threads[k].copies
         else:
-            rows[r].rx = _second_rate(k, model) if joint.acts(t, s, model.joints, k) else 0.0
+            rows[r].rx = constraints.bend(k, model) if constraints.acts(t, s, model.constraints, k) else 0.0
 
 
 @inlined
 def driven_power(t, s, model):
-    """Power of what drives joints, by the last multipliers, W."""
-    rows, joints, power = model.rows, model.joints, 0.0
+    """Power of what drives constraints, by the last multipliers, W."""
+    rows, held, power = model.rows, model.constraints, 0.0
     for r in range(rows.size):
         k = rows[r].index
-        if rows[r].kind == JOINT and joints[k].path != joint.STILL and joint.acts(t, s, joints, k):
-            power += model.la[r] * joints[k].driven
+        if rows[r].kind == CONSTRAINT and held[k].drives != 0 and constraints.acts(t, s, held, k):
+            power += model.la[r] * held[k].driven
     return power
 
 
@@ -229,7 +215,7 @@ def solve_rows(s, model, dy):
 
 @inlined
 def move_sides(model, y):
-    """Move all sides of joints by the displacements that the multipliers la stand for, weighted by the masses."""
+    """Move all sides of constraints by the displacements that the multipliers la stand for, weighted by the masses."""
     rows, sides, bodies, points, F = model.rows, model.row_sides, model.bodies, model.points, model.F
     ancf_beams.clear_held(model)
     for k in range(sides.size):

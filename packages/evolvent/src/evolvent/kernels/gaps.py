@@ -48,7 +48,7 @@ def is_place(kind, side):
 
 
 @inlined
-def measure_gap(joints, k, a, b, d):
+def measure_gap(joints, rows, k, a, b, d):
     """Gap, rate and gradients of joint k, but of the kinds of `joint`; `bends`: second derivative by rates.
 
     Parameters
@@ -57,12 +57,12 @@ def measure_gap(joints, k, a, b, d):
     """
     kind, u, g = joints[k].kind, joints[k].u, joints[k].g
     if kind == PULLEY:
-        _measure_pulley(joints, k, a, b, d)
+        _measure_pulley(joints, rows, k, a, b, d)
         return
     if kind == DIRECTION:
         joints[k].measured = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-        joints[k].gap = joints[k].measured - joints[k].value
-        joints[k].rate = a[0] * b[3] + a[1] * b[4] + a[2] * b[5] + a[3] * b[0] + a[4] * b[1] + a[5] * b[2]
+        rows[k].gap = joints[k].measured - joints[k].value
+        rows[k].rate = a[0] * b[3] + a[1] * b[4] + a[2] * b[5] + a[3] * b[0] + a[4] * b[1] + a[5] * b[2]
         joints[k].bends = 2.0 * (a[3] * b[3] + a[4] * b[4] + a[5] * b[5])
         for c in range(3):
             g[0, c], g[1, c] = b[c], a[c]
@@ -72,8 +72,8 @@ def measure_gap(joints, k, a, b, d):
     if kind == ALONG:
         nx, ny, nz = d[0], d[1], d[2]
         joints[k].measured = nx * dx + ny * dy + nz * dz
-        joints[k].gap = joints[k].measured - joints[k].value
-        joints[k].rate = nx * vx + ny * vy + nz * vz + d[3] * dx + d[4] * dy + d[5] * dz
+        rows[k].gap = joints[k].measured - joints[k].value
+        rows[k].rate = nx * vx + ny * vy + nz * vz + d[3] * dx + d[4] * dy + d[5] * dz
         joints[k].bends = 2.0 * (d[3] * vx + d[4] * vy + d[5] * vz)
         u[2, 0], u[2, 1], u[2, 2] = nx, ny, nz
         g[2, 0], g[2, 1], g[2, 2] = dx, dy, dz
@@ -83,8 +83,8 @@ def measure_gap(joints, k, a, b, d):
             nx, ny, nz = joints[k].along[0], joints[k].along[1], joints[k].along[2]
         else:
             nx, ny, nz = dx / distance, dy / distance, dz / distance
-        joints[k].measured, joints[k].gap = distance, distance - joints[k].value
-        joints[k].rate = rate = nx * vx + ny * vy + nz * vz
+        joints[k].measured, rows[k].gap = distance, distance - joints[k].value
+        rows[k].rate = rate = nx * vx + ny * vy + nz * vz
         joints[k].bends = 0.0
         if kind == DISTANCE or distance > TINY:
             joints[k].bends = (vx * vx + vy * vy + vz * vz - rate * rate) / distance
@@ -93,10 +93,10 @@ def measure_gap(joints, k, a, b, d):
 
 
 @inlined
-def _measure_pulley(joints, k, a, b, d):
+def _measure_pulley(joints, rows, k, a, b, d):
     """Gap |a - d| + ratio |b - d| - value of joint k, as `measure_gap`."""
     u, g = joints[k].u, joints[k].g
-    joints[k].measured = joints[k].rate = joints[k].bends = 0.0
+    joints[k].measured = rows[k].rate = joints[k].bends = 0.0
     for c in range(3):
         u[2, c], g[2, c] = d[c], 0.0
     for side in range(2):
@@ -106,12 +106,12 @@ def _measure_pulley(joints, k, a, b, d):
         length = math.sqrt(x * x + y * y + z * z)
         rate = (x * vx + y * vy + z * vz) / length
         joints[k].measured += ratio * length
-        joints[k].rate += ratio * rate
+        rows[k].rate += ratio * rate
         joints[k].bends += ratio * (vx * vx + vy * vy + vz * vz - rate * rate) / length
         g[side, 0], g[side, 1], g[side, 2] = ratio * x / length, ratio * y / length, ratio * z / length
         for c in range(3):
             g[2, c] -= g[side, c]
-    joints[k].gap = joints[k].measured - joints[k].value
+    rows[k].gap = joints[k].measured - joints[k].value
 
 
 @inlined
@@ -145,7 +145,7 @@ def _apart(u, i, j):
 
 
 @inlined
-def gap_rate_slopes(joints, k, side, a, b, d):
+def gap_rate_slopes(joints, rows, k, side, a, b, d):
     """Second derivative of the gap of joint k by the vector of a side and by all, times their rates: three floats.
 
     Parameters
@@ -159,7 +159,7 @@ def gap_rate_slopes(joints, k, side, a, b, d):
     if kind == ALONG:
         return (vx, vy, vz) if side == 2 else (sign * d[3], sign * d[4], sign * d[5])
     if kind == DISTANCE:
-        n, rate, s = joints[k].g[1], joints[k].rate, sign / joints[k].measured
+        n, rate, s = joints[k].g[1], rows[k].rate, sign / joints[k].measured
         return s * (vx - rate * n[0]), s * (vy - rate * n[1]), s * (vz - rate * n[2])
     if kind == PULLEY:
         first, second = _part_slopes(joints, k, 0, a, d), _part_slopes(joints, k, 1, b, d)

@@ -41,7 +41,7 @@ def gear_geometry(k, h, y, model):
     ----------
     y, h : as of `axial.measure_between`; with h > 0 after `measure_gear` of both ends
     """
-    joints, rows = model.joints, model.gear_coordinates
+    joints, rows, held = model.joints, model.gear_coordinates, model.constraints
     total, rate, bends = 0.0, 0.0, 0.0
     for i in range(joints[k].first, joints[k].last):
         measure_between(rows, model.bodies, i, y, h, 0.0)
@@ -49,8 +49,8 @@ def gear_geometry(k, h, y, model):
         rate += rows[i].factor * rows[i].rate
         if h == 0.0:
             bends += rows[i].factor * second_rate(rows, model.bodies, i, y)
-    joints[k].measured, joints[k].rate, joints[k].bends = total, rate, bends
-    joints[k].gap = wrapped(total - joints[k].value, joints[k].radius)
+    joints[k].measured, held[k].rate, joints[k].bends = total, rate, bends
+    held[k].gap = wrapped(total - joints[k].value, joints[k].radius)
 
 
 @indirect(void(_I, _I, VECTOR, MODEL))

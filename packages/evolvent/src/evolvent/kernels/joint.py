@@ -2,11 +2,12 @@
 
 import math
 
-import numpy as np
 from numba import types, void
 
-from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined
+from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import reduced
+from evolvent.kernels.calls import row_bend, row_force, row_measure, row_note
+from evolvent.kernels.constraints import STATE, penalty_energy
 from evolvent.kernels.cord import drum_cord, mean_direction
 from evolvent.kernels.drive import drive
 from evolvent.kernels.gaps import (
@@ -26,6 +27,7 @@ from evolvent.kernels.gaps import (
     side_count,
 )
 from evolvent.kernels.gear import add_gear_force, gear_geometry, measure_gear, note_gear_reaction
+from evolvent.kernels.rigid import centripetal
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import (
     ON_BODY,
@@ -35,26 +37,18 @@ from evolvent.kernels.sides import (
     side_vector,
 )
 from evolvent.kernels.thread.joined import length_at_spool
-from evolvent.model import MODEL, family_type, having
+from evolvent.model import MODEL, having
 
 __all__ = [
     "ALONG", "ANGLE", "CORD", "DIRECTION", "DISTANCE", "GEAR", "INVOLUTE", "LENGTHS", "LINEAR", "POINT", "SEGMENT",
-    "STILL", "acts", "add_joint_force", "add_joint_residual", "add_penalty", "holds", "is_penalty", "is_place",
-    "joint_geometry", "measure_joints", "note_reaction", "penalty_energy", "penalty_loss", "penalty_values",
-    "side_count",
+    "STILL", "add_joint_force", "add_row_force", "bend_row", "is_place", "joint_geometry", "measure_row",
+    "note_reaction", "side_count",
 ]  # fmt: skip
 
 USED_FOR, _CORDS = "joints", having("joints", kind=CORD)
 _I = types.int64
 # how a drive moves a joint: not; along its direction; round an involute
 STILL, LINEAR, INVOLUTE = 0, 1, 2
-
-
-@entry(REAL, family_type("joints"), types.int64)
-@inlined
-def holds(t, joints, k):
-    """Whether joint k holds at time t."""
-    return t <= joints[k].until
 
 
 @inlined
@@ -68,10 +62,11 @@ def side_rates(y, joints, bodies, k, side, is_place):
 
 @indirect(void(REAL, VECTOR, types.int64, MODEL))
 def joint_geometry(t, y, k, model):
-    """Fill the vectors u, gradients g, what is measured, gap and rate of joint k at time t.
+    """Fill the vectors u, gradients g and what is measured of joint k at time t, and gap and rate of its row.
 
     `driven` is the part of the rate that its drive makes, `bends` the part of the second derivative of the gap that
-    rates make, but for what turns sides with their bodies.
+    rates make, but for what turns sides with their bodies. Rows of joints are the first of `Model.constraints`, in the
+    order of the joints.
 
     Notes
     -----
@@ -81,18 +76,18 @@ def joint_geometry(t, y, k, model):
     drive, or for an INVOLUTE the point of the end of a taut thread of length `value` that has been wound by phi onto a
     circle, from the direction `zero` on.
     """
-    joints, bodies, parameters = model.joints, model.bodies, model.parameters
+    joints, rows, bodies, parameters = model.joints, model.constraints, model.bodies, model.parameters
     kind = joints[k].kind
     u, g = joints[k].u, joints[k].g
     phi = phi_rate = phi_second = 0.0
-    joints[k].driven = joints[k].bends = 0.0
+    rows[k].driven = joints[k].bends = 0.0
     if joints[k].path != STILL:
         p = parameters[joints[k].first : joints[k].last]
         phi, phi_rate, phi_second = drive(joints[k].drive, p, joints[k].law, t)
     if kind == ANGLE:
         iq, iv = joints[k].iq[1], joints[k].iv[1]
-        joints[k].measured, joints[k].gap = y[iq], y[iq] - joints[k].value - phi
-        joints[k].rate, joints[k].driven, joints[k].bends = y[iv] - phi_rate, -phi_rate, -phi_second
+        joints[k].measured, rows[k].gap = y[iq], y[iq] - joints[k].value - phi
+        rows[k].rate, rows[k].driven, joints[k].bends = y[iv] - phi_rate, -phi_rate, -phi_second
         return
     if kind == CORD:
         _cord_geometry(y, k, model)
@@ -109,8 +104,8 @@ def joint_geometry(t, y, k, model):
         u[0, c], u[1, c] = a[c], b[c]
     if kind != POINT:
         d = side_rates(y, joints, bodies, k, 2, is_place(kind, 2)) if side_count(kind) == 3 else a
-        measure_gap(joints, k, a, b, d)
-        joints[k].rate -= paid
+        measure_gap(joints, rows, k, a, b, d)
+        rows[k].rate -= paid
         if joints[k].reduced > 0:
             reduced.take_shape(y, k, model)
         return
@@ -131,15 +126,15 @@ def joint_geometry(t, y, k, model):
         # d/dphi (r n + tail n') = -tail n
         along_n = nx * (o * e[0] + s * fx) + ny * (o * e[1] + s * fy) + nz * (o * e[2] + s * fz)
         across_n = nx * (o * fx - s * e[0]) + ny * (o * fy - s * e[1]) + nz * (o * fz - s * e[2])
-        joints[k].driven = tail * phi_rate * along_n
+        rows[k].driven = tail * phi_rate * along_n
         joints[k].bends = (tail * phi_second - r * phi_rate * phi_rate) * along_n
         joints[k].bends += tail * phi_rate * phi_rate * across_n
     else:
         gap -= joints[k].value + joints[k].radius * phi
-        joints[k].driven, joints[k].bends = -joints[k].radius * phi_rate, -joints[k].radius * phi_second
-    rate += joints[k].driven
-    joints[k].gap = gap
-    joints[k].rate = rate
+        rows[k].driven, joints[k].bends = -joints[k].radius * phi_rate, -joints[k].radius * phi_second
+    rate += rows[k].driven
+    rows[k].gap = gap
+    rows[k].rate = rate
     g[0, 0], g[0, 1], g[0, 2] = -nx, -ny, -nz
     g[1, 0], g[1, 1], g[1, 2] = nx, ny, nz
 
@@ -153,7 +148,7 @@ def _cord_geometry(y, k, model):
     The force on the drum acts where the cord leaves it, which is entered as the point of side a. Instead of a third
     side, g[2] and u[2, 0] are the direction q and `bend` of `drum_cord`.
     """
-    joints, bodies = model.joints, model.bodies
+    joints, rows, bodies = model.joints, model.constraints, model.bodies
     body, centre, n0, z0 = joints[k].index[0], joints[k].centre, joints[k].axis, joints[k].zero
     a = side_vector(y, bodies, ON_BODY, body, -1, -1, centre, True)
     b = side_vector(
@@ -171,7 +166,7 @@ def _cord_geometry(y, k, model):
     vx, vy, vz = b[3] - a[3] - px, b[4] - a[4] - py, b[5] - a[5] - pz
     rate = e[0] * vx + e[1] * vy + e[2] * vz
     across = q[0] * (b[3] - a[3] - rx) + q[1] * (b[4] - a[4] - ry) + q[2] * (b[5] - a[5] - rz)
-    joints[k].measured, joints[k].gap, joints[k].rate = length, length - joints[k].value, rate
+    joints[k].measured, rows[k].gap, rows[k].rate = length, length - joints[k].value, rate
     joints[k].bends = (vx * vx + vy * vy + vz * vz - rate * rate) / free + bend * across * across
     lx, ly, lz = turn_back(R, p[0], p[1], p[2])
     local = joints[k].local[0]
@@ -182,22 +177,43 @@ def _cord_geometry(y, k, model):
         g[0, c], g[1, c], g[2, c] = -e[c], e[c], q[c]
 
 
-@inlined
-def measure_joints(end, t, y, model):
-    """Gaps of all joints at the start (end 0) or the end (1) of an interval, t and y the time and state there."""
+@row_measure
+def measure_row(end, t, y, k, model):
+    """`joint_geometry`, and what is kept of both ends of an interval."""
     joints = model.joints
-    for k in range(joints.size):
-        joint_geometry(t, y, k, model)
-        if joints[k].kind == GEAR:
-            measure_gear(k, end, y, model)
-        if end == 0:
-            joints[k].gap0 = joints[k].gap
-        else:
-            joints[k].gap1 = joints[k].gap
-        u, kept = joints[k].u, joints[k].u0 if end == 0 else joints[k].u1
-        for side in range(3):
-            for c in range(3):
-                kept[side, c] = u[side, c]
+    joint_geometry(t, y, k, model)
+    if end == STATE:
+        return
+    if joints[k].kind == GEAR:
+        measure_gear(k, end, y, model)
+    u, kept = joints[k].u, joints[k].u0 if end == 0 else joints[k].u1
+    for side in range(3):
+        for c in range(3):
+            kept[side, c] = u[side, c]
+
+
+@row_bend
+def bend_row(k, model):
+    """Second derivative of the gap of joint k without accelerations, after `joint_geometry`."""
+    joints, bodies, value = model.joints, model.bodies, model.joints[k].bends
+    for side in range(side_count(joints[k].kind)):
+        if joints[k].on[side] != ON_BODY:
+            continue
+        b, g, local = joints[k].index[side], joints[k].g[side], joints[k].local[side]
+        dx, dy, dz = turn(bodies[b].R, local[0], local[1], local[2])
+        cx, cy, cz = centripetal(bodies, b, dx, dy, dz)
+        value += g[0] * cx + g[1] * cy + g[2] * cz
+    return value
+
+
+@row_force
+def add_row_force(t, h, y, k, la, model, F):
+    """`add_joint_force`, with the gradients of the mean state over an interval."""
+    if h > 0.0:
+        if model.joints[k].kind != GEAR:  # whose records keep the angles of the end
+            joint_geometry(t + 0.5 * h, y, k, model)
+        _secant(y, h, k, model)
+    add_joint_force(y, h, k, la, model, F)
 
 
 @inlined
@@ -213,12 +229,12 @@ def _secant(y, h, k, model):
 @indirect(void(VECTOR, REAL, _I, REAL, MODEL, VECTOR), used_for=_CORDS)
 def _add_cord_force(y, h, k, la, model, F):
     """Generalised forces of the cord of joint k with tension -la over an interval of length h."""
-    joints, bodies, n_q = model.joints, model.bodies, model.info.nq
+    joints, rows, bodies, n_q = model.joints, model.constraints, model.bodies, model.info.nq
     on, index, iv, g = joints[k].on, joints[k].index, joints[k].iv, joints[k].g
     a = side_vector(y, bodies, ON_BODY, index[0], -1, -1, joints[k].centre, True)
     b = side_vector(y, bodies, on[1], index[1], joints[k].iq[1], iv[1], joints[k].local[1], True)
     d, v, w = (b[0] - a[0], b[1] - a[1], b[2] - a[2]), (b[3] - a[3], b[4] - a[4], b[5] - a[5]), bodies[index[0]].w
-    m = mean_direction((g[1, 0], g[1, 1], g[1, 2]), d, v, w, joints[k].gap1 - joints[k].gap0, h)
+    m = mean_direction((g[1, 0], g[1, 1], g[1, 2]), d, v, w, rows[k].gap1 - rows[k].gap0, h)
     fx, fy, fz = la * m[0], la * m[1], la * m[2]
     pull(F, bodies, n_q, ON_BODY, index[0], iv[0], b, True, -fx, -fy, -fz)
     pull(F, bodies, n_q, on[1], index[1], iv[1], b, True, fx, fy, fz)
@@ -263,14 +279,14 @@ def add_joint_force(y, h, k, la, model, F):
         )  # fmt: skip
 
 
-@inlined
+@row_note
 def note_reaction(k, la, model):
     """Force and moment of joint k with the multiplier la on its second side, inertial axes, into its record."""
     joints, bodies, kind = model.joints, model.bodies, model.joints[k].kind
     u, g, force, moment = joints[k].u, joints[k].g, joints[k].force, joints[k].moment
     for c in range(3):
         force[c] = moment[c] = 0.0
-    joints[k].stored = penalty_energy(joints, k)
+    joints[k].stored, joints[k].gap = penalty_energy(model.constraints, k), model.constraints[k].gap
     if kind == ANGLE:
         n, b = bodies[joints[k].index[1]].axis, joints[k].index[1]
         nx, ny, nz = turn(bodies[b].R, n[0], n[1], n[2])
@@ -286,95 +302,3 @@ def note_reaction(k, la, model):
     else:
         for c in range(3):
             force[c] = -la * g[1, c]
-
-
-@inlined
-def acts(t, s, joints, k):
-    """Whether joint k acts under explicit methods, s : (ns,) int, switches.
-
-    A step that starts when it is released does without it.
-    """
-    if joints[k].switch >= 0 and s[joints[k].switch] != 0:
-        return False
-    return t < joints[k].until
-
-
-@inlined
-def is_penalty(t, s, joints, k):
-    """Whether joint k is a penalty that acts under explicit methods."""
-    return joints[k].stiffness > 0.0 and acts(t, s, joints, k)
-
-
-@inlined
-def penalty_energy(joints, k):
-    """stiffness gap^2 / 2, J, of the last `joint_geometry`; the force is its derivative, stiffness gap."""
-    gap = joints[k].gap
-    return 0.5 * joints[k].stiffness * gap * gap
-
-
-@inlined
-def penalty_loss(joints, k):
-    """damping rate^2, W, the power that the penalty takes."""
-    rate = joints[k].rate
-    return joints[k].damping * rate * rate
-
-
-@inlined
-def add_penalty(t, y, k, model, F):
-    """Add penalty k to the generalised forces of an explicit method; returns the power that it dissipates, W."""
-    joints = model.joints
-    joint_geometry(t, y, k, model)
-    force = joints[k].stiffness * joints[k].gap + joints[k].damping * joints[k].rate
-    add_joint_force(y, 0.0, k, force, model, F)
-    return penalty_loss(joints, k)
-
-
-def penalty_values(t, s, joints):
-    """Multipliers (not a number of constraints) and the energy (J) of all penalties at a state, after `rhs`.
-
-    Not compiled.
-    """
-    penalty = joints["stiffness"] > 0.0
-    held = penalty & (t < joints["until"])
-    switched = joints["switch"] >= 0
-    held[switched] &= s[joints["switch"][switched]] == 0
-    gap, rate = np.where(held, joints["gap"], 0.0), np.where(held, joints["rate"], 0.0)
-    la = np.where(penalty, joints["stiffness"] * gap + joints["damping"] * rate, np.nan)
-    return la, float(0.5 * joints["stiffness"] @ gap**2)
-
-
-@inlined
-def add_joint_residual(t, h, y, la, k, row, model, F, r):
-    """Add joint k with the multiplier la to the forces F over an interval, and its constraint at the end as r[row].
-
-    A penalty is a constraint with a compliance, gap + (damping rate - la)/stiffness = 0, by the mean gap.
-
-    Parameters
-    ----------
-    t, h : float, s, start and length of the interval, after `measure_joints` of both ends; h = 0: y is a state
-    y : (ny,) float, mean state
-
-    Returns
-    -------
-    energy, dissipated : float, of a penalty, J and W
-    """
-    joints = model.joints
-    if h == 0.0 or joints[k].kind != GEAR:  # whose records keep the angles of the end
-        joint_geometry(t + 0.5 * h, y, k, model)
-    if not holds(t + h, joints, k):
-        r[row] = la
-        return 0.0, 0.0
-    if h > 0.0:
-        _secant(y, h, k, model)
-    else:
-        joints[k].gap0 = joints[k].gap1 = joints[k].gap
-    add_joint_force(y, h, k, la, model, F)
-    gap0, gap1, stiffness, damping = joints[k].gap0, joints[k].gap1, joints[k].stiffness, joints[k].damping
-    r[row] = gap1
-    if h == 0.0 and model.info.exact == 0:
-        r[row] -= joints[k].slack * model.info.compliance * la
-    if stiffness <= 0.0:
-        return 0.0, 0.0
-    rate = (gap1 - gap0) / h if h > 0.0 else joints[k].rate
-    r[row] = 0.5 * (gap0 + gap1) + (damping * rate - la) / stiffness
-    return 0.5 * stiffness * gap1 * gap1, damping * rate * rate

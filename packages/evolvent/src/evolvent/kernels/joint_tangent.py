@@ -1,10 +1,9 @@
 """Tangents of joints: of their forces, and of what they hold at the end of a step."""
 
-from numba import types, void
-
-from evolvent.algebra.sparse import SPARSE, add_entry, first_entry
-from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
+from evolvent.algebra.sparse import add_entry, first_entry
+from evolvent.compiled.jit import inlined, kernel
 from evolvent.kernels import reduced, rigid
+from evolvent.kernels.calls import row_end, row_rates, row_tangent
 from evolvent.kernels.gaps import (
     ANGLE,
     CORD,
@@ -17,11 +16,10 @@ from evolvent.kernels.gaps import (
     side_count,
 )
 from evolvent.kernels.gear import add_gear, add_gear_rates
-from evolvent.kernels.joint import holds, joint_geometry, side_rates
+from evolvent.kernels.joint import side_rates
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.kernels.sides import ON_BODY, add_turning, side_columns
 from evolvent.kernels.thread.joined import couple_spool, turn_spool
-from evolvent.model import MODEL
 
 USED_FOR = "joints"
 
@@ -42,7 +40,7 @@ def _add_gradient(matrix, row, at, n, g, J, scale, damped, times):
         values[of + c * down] += value * times
 
 
-@indirect(void(types.int64, REAL, types.int64, REAL, REAL, MODEL, SPARSE))
+@row_tangent
 def add_held_joint(k, la, row, scale, damped, model, matrix):
     """Add joint k: gradient as row and column `row`, times `scale`, the row times `damped` as well, and la g'."""
     n_q = model.info.nq
@@ -97,32 +95,9 @@ def _drum_at_end(k, model, J):
     return side_columns(model, ON_BODY, body, joints[k].iv[0], own, True, J)
 
 
-@inlined
-def _damper_factor(k, c_rate, joints):
-    """Factor of the constraint of joint k: the damper of a penalty adds to its gap."""
-    return 1.0 + c_rate * joints[k].damping / joints[k].stiffness if joints[k].stiffness > 0.0 else 1.0
-
-
-@inlined
-def add_joint_tangent(t, la, k, row, scale, c_rate, with_row, model, matrix):
-    """Add joint k with the multiplier la to a tangent; its constraint, in row and column `row`, times `scale`.
-
-    The row is `with_row` times that of the column: 1, or 0 where `add_end_row` adds it.
-    """
-    joints = model.joints
-    if not holds(t, joints, k):
-        add_entry(matrix, row, row, scale * scale)
-        return
-    if joints[k].stiffness > 0.0:
-        add_entry(matrix, row, row, -scale * scale / joints[k].stiffness)
-    elif joints[k].slack > 0.0:
-        add_entry(matrix, row, row, -scale * scale * joints[k].slack * model.info.compliance)
-    add_held_joint(k, la, row, scale, with_row * _damper_factor(k, c_rate, joints), model, matrix)
-
-
-@indirect(void(VECTOR, types.int64, types.int64, REAL, MODEL, SPARSE))
-def add_rate_row(y, k, row, scale, model, matrix):
-    """Add what a change of place alone changes in the damper of penalty k to row `row`, times `scale`.
+@row_rates
+def add_rate_row(y, k, row, factor, model, matrix):
+    """Add what a change of place alone changes in the rate of the gap of joint k to row `row`, times `factor`.
 
     Notes
     -----
@@ -130,7 +105,7 @@ def add_rate_row(y, k, row, scale, model, matrix):
     second derivatives of the gap times the rates, and by g . dv where v turns with a body.
     """
     joints, bodies, J, own = model.joints, model.bodies, model.J[0], model.e[2]
-    kind, factor = joints[k].kind, scale * joints[k].damping / joints[k].stiffness
+    kind = joints[k].kind
     if kind == GEAR:
         add_gear_rates(y, k, row, factor, model, matrix)
         return
@@ -165,21 +140,17 @@ def rate_slopes(y, k, side, model):
     """Second derivative of the gap of joint k by the vector of a side and by all, times their rates: three floats."""
     a, b = side_of(y, k, 0, model), side_of(y, k, 1, model)
     d = side_of(y, k, 2, model) if side_count(model.joints[k].kind) == 3 else a
-    return gap_rate_slopes(model.joints, k, side, a, b, d)
+    return gap_rate_slopes(model.joints, model.constraints, k, side, a, b, d)
 
 
-@inlined
-def add_end_row(t, y, dq, k, row, scale, c_rate, model, matrix):
-    """Add the derivative of the gap at the end of a step by its increments dq as row `row`, times `scale`.
+@row_end
+def add_end_row(y, dq, k, row, factor, model, matrix):
+    """Add the derivative of the gap at the end of a step by its increments dq as row `row`, times `factor`.
 
-    Parameters
-    ----------
-    t, y, dq : s, state at the end, where the bodies are, and increments; that of a rotation is 2 p = 2 tan(angle/2)
-        about its axis, and a change of it turns the end by (1 - p x)/(1 + p.p) of the change, body axes of the end
+    As `constraints.add_end_rows`.
     """
     joints, bodies, n_q = model.joints, model.bodies, model.info.nq
-    joint_geometry(t, y, k, model)
-    factor, kind = scale * _damper_factor(k, c_rate, joints), joints[k].kind
+    kind = joints[k].kind
     if kind == ANGLE:
         at = joints[k].iv[1] - n_q
         add_entry(matrix, row, at, factor / (1.0 + 0.25 * dq[at] * dq[at]))

@@ -39,8 +39,8 @@ def take_shape(y, k, model):
     for i in range(first, last):
         moved += model.parameters[i] * y[q + i - first]
         rate += model.parameters[i] * y[v + i - first]
-    model.joints[k].gap -= moved
-    model.joints[k].rate -= rate
+    model.constraints[k].gap -= moved
+    model.constraints[k].rate -= rate
 
 
 @indirect(void(_I, REAL, MODEL, VECTOR))

@@ -14,6 +14,7 @@ from numba import types, void
 from evolvent.algebra.sparse import SPARSE, add_block
 from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined
 from evolvent.compiled.lookups import spring_law_at
+from evolvent.kernels.calls import note_stage
 from evolvent.kernels.law_means import SPRING, scalar_mean, scalar_slope
 from evolvent.kernels.law_slopes import spring_law_slope
 from evolvent.kernels.rigid import DRIVEN, add_wrench, point_kinematics
@@ -270,7 +271,7 @@ def force_without_line(t, k, model):
     return spring_law_at(springs[k].law)(-springs[k].length, 0.0, t, p)
 
 
-@indirect(void(REAL, types.boolean, MODEL))
+@note_stage
 def note_lines(t, starts, model):
     """Note at the state that was evaluated last, of a start or the end of a step, which springs have no line by now.
 
@@ -282,7 +283,7 @@ def note_lines(t, starts, model):
     springs = model.springs
     for k in range(springs.size):
         e, e0 = springs[k].line, springs[k].line0
-        if starts:
+        if starts != 0:
             springs[k].passed = math.inf
             e0[0] = e0[1] = e0[2] = 0.0
         small = NO_LINE * springs[k].length

@@ -24,7 +24,7 @@ from evolvent.model.interval import NUMBERS
 from evolvent.model.powers import N_POWERS
 from evolvent.model.records import *  # noqa: F403  (the names of the model are those of this package)
 from evolvent.model.records import OWN_RECORDS
-from evolvent.model.registry import QUESTIONS, calls_of, families, kept_of
+from evolvent.model.registry import TABLES, calls_of, families, kept_of
 
 Array = np.ndarray
 
@@ -70,6 +70,7 @@ class Model(ModelFields):
 
     Attributes
     ----------
+    event_firsts : (n,) int, number of the first event of each group in the tables of events
     *_calls : (n,) int, the functions of the families that it has, by question (`evolvent.kernels.calls`)
     and those of `ModelFields`
     """
@@ -78,8 +79,8 @@ class Model(ModelFields):
     def _further(cls) -> dict[str, Any]:
         """Fields of every model, records of all families, and the tables of calls."""
         found = {family.name: array(1, family.record) for family in families().values()}
-        found |= {f"{name}_calls": array(1, np.int64, constant=True) for name in QUESTIONS}
-        return ModelFields._declared | found
+        tables = (*(f"{name}_calls" for name in TABLES), "event_firsts")
+        return ModelFields._declared | found | {name: array(1, np.int64, constant=True) for name in tables}
 
     def __init__(self, **values: Any) -> None:
         scratch = {"interval": zeros_record(NUMBERS), "powers": np.zeros(N_POWERS), "energies": np.zeros(3)}

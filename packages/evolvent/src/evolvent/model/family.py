@@ -151,6 +151,10 @@ class Family:
     owner : function of `Records` and the index of a record to the family and the index of that whose part wrote it
     several : whether a part writes several records, named by the first of them
     consists : function of a record and its index to the bodies that it consists of, which have its name
+    frame : of forces on all masses, with a field `scale` each: function of a record to the rate of the frame that turns
+        with it, (3,) float, rad/s, inertial axes; None of a law
+    resists : fields with the length or angle of a record, and with its forces; None of what does not resist by these
+    is_motion : whether its records are motions between parts, with an `angle` each, which have margins and latches
     local : whether results of its records at a sample follow from the states at it and at the first one, without
         reactions
     changes : str, fields that a part writes and solvers alone read: a variant with other values of them and of
@@ -173,9 +177,9 @@ class Family:
     place : function of the builder and a reference (`assembly.references.Named`) to the point of a part that it names
         (`assembly.references.Location`), for families on whose parts there are points
     accounts, switches, events : what its records have in the state, and what solvers find of them (`model.layout`)
-    rows : rows of constraint under explicit methods; None for none
-    unmet : function of the name of a part, and of gap, rate and value of its row of the family `joints` and whether it
-        moves at the start, to a sentence on why the start does not meet the constraint; '' where it does. None of
+    rows : rows of constraint (`model.layout.Rows`); None for none
+    unmet : function of the name of a part, and of gap, rate and value of its row of constraint and whether it moves at
+        the start, to a sentence on why the start does not meet the constraint; '' where it does. None of
         parts that are no constraints of their own
     by_causes : whether the accounts of explicit methods tell apart what dissipates energy in a model with its records
     rubs : function of its records to those with friction that slips under explicit methods; None for none
@@ -195,7 +199,7 @@ class Family:
     of_step : whether forces belong to a step, and follow from what the step before has left, not from a state alone
     stiff : whether a record resists a change of shape, but by a law
     adjoint : why the adjoint supports it; None of one that it does not support
-    coordinates : of its records
+    unknowns : coordinates of its records
     felt : how its records answer the stiffness and damping that they feel, for the bound of explicit steps
     bound : function of the model after `kinematics`, the state, and blocks of stiffness and damping that are felt, by
         family (2, n, size, size), to bounds of the fastest modes of its own; it adds to the blocks what its records
@@ -207,6 +211,29 @@ class Family:
     end_step : of a step that has been taken: what the next one needs of it, and into `Interval.powers` the work and the
         losses that the family books itself (J, `evolvent.model.powers`)
     note_step : of records alone, what the next step of energy-momentum needs of the last one
+    longest_turn : longest step that its records allow at their last rates, s
+    own_rates : (y, model, rates): rates of its coordinates that are part of the state y, after its step
+    excess : (t, h, y, s, model): of a step of an explicit method to t, beside the longest that its records allow
+    measure_state : (t, y, s, model): what its frictions move by, in a state, after `kinematics`
+    take_step : (s, model): the last evaluation becomes the start of the next step; note_state : (t, y, s, model): a
+        state does, whose forces have not been evaluated; note_stage : (t, starts, model): what is noted of the last
+        evaluation in a step, or at the start of a run
+    scale : (factor, parameters, model): loads at a load factor of statics, by their parameters at factor 1
+    touches : function of the model to groups of ends that are coupled by what touches at present; is_layered : mask of
+        the records by which that changes in a run
+    ties : whether a record that acts at times now ties the system to what is not part of it, or acts from outside
+    until_event : part of a step of a length, after one of another (s, 0 for none), whose rates are means over steps or
+        not, at which its next event that is not watched falls, by its last evaluation; 1 for none
+    reached : number of its first such event, from one on, that the last evaluation has reached; -1 for none
+    change : (t, y, s, model): goes over to other laws where the last evaluation has ended some; returns what energy is
+        lost, J, not a number where none has ended
+    release : ends its records that wait for a trigger: (t, trigger, ends, y, s, model) as of `kernels.watches.release`;
+        returns 1 where there are some
+    row_measure, row_bend, row_force, row_tangent : of records with `rows`, one row each: its gap; second derivative of
+        that without accelerations; generalised forces of its multiplier; gradient as row and column of the matrix, and
+        the multiplier times the second derivatives by coordinates (`kernels.constraints`). row_end gives the row of the
+        end of a step, row_rates what a change of place alone changes in the rate of the gap,
+        row_note results at a sample, by the multiplier
     coupled_energy : at the end of a step of energy-momentum, of penalties and of what acts on coordinates, J
     contact_set : goes on with a number that encodes which records touch or slip, and in which sense
     change_values : values of its events by which records change, into those of all, in the order of `Events.order`; one
@@ -321,6 +348,9 @@ class Family:
     owner: Callable[[Records, int], tuple[str, int]] | None = None
     several: bool = False
     consists: Callable[[Any, int], range] | None = None
+    frame: Callable[[Any], Array | None] | None = None
+    resists: tuple[str, ...] | None = None
+    is_motion: bool = False
     local: bool = False
     changes: str | None = None
     reads_inertia: bool | None = None
@@ -369,7 +399,7 @@ class Family:
     of_step: Some = True
     stiff: Some = True
     adjoint: AdjointSupport | None = None
-    coordinates: tuple[Coordinates, ...] = ()
+    unknowns: tuple[Coordinates, ...] = ()
     felt: Felt | None = None
     bound: Callable[[Any, Array, Mapping[str, Array]], Iterator[Bound]] | None = None
     uneven: Callable[[Any, list[int]], Iterable[int]] | None = None
@@ -377,6 +407,26 @@ class Family:
     end_step: Call = None
     note_step: Call = None
     coupled_energy: Call = None
+    release: Call = None
+    longest_turn: Call = None
+    excess: Call = None
+    own_rates: Call = None
+    take_step: Call = None
+    measure_state: Call = None
+    note_state: Call = None
+    note_stage: Call = None
+    scale: Call = None
+    ties: Call = None
+    until_event: Call = None
+    reached: Call = None
+    change: Call = None
+    row_measure: Call = None
+    row_bend: Call = None
+    row_force: Call = None
+    row_tangent: Call = None
+    row_end: Call = None
+    row_rates: Call = None
+    row_note: Call = None
     contact_set: Call = None
     apply: Call = None
     apply_tangent: Call = None
@@ -444,6 +494,8 @@ class Family:
     strained: Callable[[Any], float] | None = None
     round_off: Callable[[Any], float] | None = None
     inner: Callable[[Array], int] | None = None
+    touches: Callable[[Any], Iterator[Iterable[End]]] | None = None
+    is_layered: Callable[[Array], Array] | None = None
     presses: Callable[[Any], Array] | None = None
     no_balance: Callable[[Any, float, Array], Iterator[tuple[int, str]]] | None = None
     not_at_rest: Callable[[Any], Iterator[tuple[int, str]]] | None = None

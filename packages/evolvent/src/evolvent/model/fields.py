@@ -22,6 +22,7 @@ class ModelFields(Struct):
     breaks : (nb,) float, s, times on which a solver lands
     parameters : (k,) float, of drives, laws and loads; families hold the indices of theirs
     A, la : (nr, 1 + bandwidth), (nr,) float, scratch, matrix and multipliers of the rows
+    watched : (n,) float, scratch, values of the events that are watched
     scratch, dy, sums : (3, 3), (2, ny), (2, N_INVENTORY) float, scratch
     pose : (12,) float, scratch, what the law of a torque is called with: position and attitude of its body
     H, h, U0 : (k, m, m), (k, m), (k,) float, forms of elements (`evolvent.elements`), m of the kind that has most: 28
@@ -51,6 +52,9 @@ class ModelFields(Struct):
     parameters: Array = array(1)
     blocks: Array = array(1, OWN_RECORDS["blocks"])
     markers: Array = array(1, OWN_RECORDS["markers"])
+    constraints: Array = array(1, OWN_RECORDS["constraints"])
+    watches: Array = array(1, OWN_RECORDS["watches"])
+    watched: Array = array(1)
     rows: Array = array(1, OWN_RECORDS["rows"])
     row_sides: Array = array(1, OWN_RECORDS["row_sides"])
     row_pairs: Array = array(1, OWN_RECORDS["row_pairs"])

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 Array = np.ndarray
+#: Kind of rows of constraint that have a multiplier under all methods.
+CONSTRAINT = 1
 #: An event that is always due (`Events.due`) fires from this value on: of a node on its spool, the part of a segment.
 DUE = -1e-10
 #: What happens where a latch locks.
@@ -31,12 +33,14 @@ class Accounts:
     counts : Counts
     field : str, of the record, that gets the index of its first one in the state, -1 without any; '' for none
     start : str, field of the record with the value at the start, of one account each; '' for 0
+    states : offsets of those that are states of records with accounts, such as frictions and bristles
     order : float, place among the accounts; left out, before those of frictions of contacts, which are states
     """
 
     counts: Counts
     field: str = "account"
     start: str = ""
+    states: tuple[int, ...] = ()
     order: float = 7.5
 
 
@@ -61,29 +65,54 @@ class Switches:
 
 @dataclasses.dataclass(frozen=True)
 class Events:
-    """Events of a family's records that solvers find.
+    """Events of a family's records that solvers find: an event fires where its value rises through zero.
 
     Attributes
     ----------
     count : function of the records to their number
     what : function of the records and the number of an event to its record and what happens
-    order : float, place among the events
+    order : float, place among the events; those that are watched stand together
+    values, fire : functions of `evolvent.kernels.calls`: values of all of them in a state, and what one does there
+        (`kernels.watches`); None of threads, whose events change what moves (`equations.events`)
+    is_watched : whether implicit methods find them as explicit ones do; else the family finds them in a step itself
+    stops : mask of those that stop a run; None for none
+    switches : function of the records to the switches that the events set; None where there are none
     """
 
     count: Callable[[Array], int]
     what: Callable[[Array, int], tuple[int, str]]
-    order: float = 3.0
+    order: float = 1.5
+    values: Any = None
+    fire: Any = None
+    is_watched: bool = True
+    stops: Callable[[Array], Array] | None = None
+    switches: Callable[[Array], Array] | None = None
 
 
 @dataclasses.dataclass(frozen=True)
 class Rows:
-    """Rows of constraint of a family's records under explicit methods (`kernels.constraint_rows`).
+    """Rows of constraint of a family's records.
+
+    Of the kind `CONSTRAINT` each record has one, in `Model.constraints`. It takes over the fields `stiffness`,
+    `damping`, `until`, `latest`, `event` and `switch` that the record has; where there are none, the row is a
+    constraint at all times.
 
     Attributes
     ----------
+    of : function of the records and of those of a family by its name to the record of each row that explicit methods
+        solve for (`kernels.constraint_rows`), and its ends; left out, all that are no penalties and `Family.ends`
     kind : int, of the rows
-    of : function of the records and of those of a family by its name to the record of each row, and its ends
+    turns : mask of the records whose gap is of directions, without a unit
+    drives : those that a drive moves
+    couples : those whose force turns with another end, so that ends are coupled with one another
+    ends : those to which `Family.row_end` gives the rows of a step
+    alone : those that no other constraint can repeat
     """
 
-    kind: int
-    of: Callable[[Array, Callable[[str], Any]], Iterator[tuple[int, list[tuple[str, int]]]]]
+    of: Callable[[Array, Callable[[str], Any]], Iterator[tuple[int, list[tuple[str, int]]]]] | None = None
+    kind: int = CONSTRAINT
+    turns: Callable[[Array], Array] | None = None
+    drives: Callable[[Array], Array] | None = None
+    couples: Callable[[Array], Array] | None = None
+    ends: Callable[[Array], Array] | None = None
+    alone: Callable[[Array], Array] | None = None

@@ -37,10 +37,10 @@ OWN_RECORDS: dict[str, np.dtype] = {
     # to bodies that are not free, open: where forces act from outside (`assembly.ends`). So has a record of joints,
     # contact_surfaces and body_contacts that does so when it acts. generalized: 1 where under explicit methods forces
     # act on coordinates (`F`, `P`), not on bodies and points alone; causes: 1 where losses by their causes are among
-    # the accounts, as with beams or rods
+    # the accounts, as with beams or rods; reactive: records whose friction depends on multipliers
     "info": _record(
         "nq nv ny ns ne bandwidth penalties brakes releases abrupt slender redundant exact rubbed stepping outside "
-        "open checks causes generalized",
+        "open checks causes generalized reactive",
         "gravity",
         "step compliance over",
         gravity=_3,
@@ -49,6 +49,20 @@ OWN_RECORDS: dict[str, np.dtype] = {
     # of velocities; family: code of the owner's (`model.blocks`)
     "blocks": _record("kind iq iv count family owner node switch", "inertia", inertia=_3),
     "markers": _record("kind index", "local", local=_3),
+    # scalar constraints, or penalties (stiffness > 0), one multiplier each, of the families with `layout.Rows`, in
+    # their order. family: number among those families that the model has records of, as in the tables `row_*_calls`;
+    # record: of that family; until: when it ceases to hold, latest: as it was given, which an event may bring forward;
+    # event, switch: what releases it, event k or the latch of coordinate -2 - k, and its switch, 1 once released, or
+    # -1; turns, drives, couples, ends, alone: see `layout.Rows`; outside: as in `info`; slack: factor of
+    # `info.compliance`; driven: part of the rate that a drive makes; gap0, gap1: gaps at both ends of an interval
+    "constraints": _record(
+        "family record event switch turns drives couples ends alone outside",
+        "stiffness damping until latest slack",
+        "gap rate driven gap0 gap1",
+    ),
+    # events that implicit methods watch as explicit ones do. stops: 1 of those that stop a run; value, middle, now: at
+    # the start, middle and end of a step; armed: see `kernels.watches`
+    "watches": _record("stops", "", "value middle now armed"),
     # sides of a row: first, last; each is a body, or a vector of a point mass or of a beam's node, at the index `at`
     # among the velocities (of a spinning body as well), with the mass that a force on it alone moves; -1 for none. Of a
     # reduced body it is all modal coordinates, from `at` on, along the shape of the row's joint.

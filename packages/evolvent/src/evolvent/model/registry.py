@@ -20,7 +20,7 @@ import numpy as np
 from evolvent.compiled import lookups
 from evolvent.model.family import Family
 from evolvent.model.fields import ModelFields
-from evolvent.model.layout import Events
+from evolvent.model.layout import CONSTRAINT, Events
 from evolvent_base import plugins
 from evolvent_base.errors import InputError
 
@@ -62,11 +62,21 @@ def _refused(family: Family, taken: Collection[str]) -> str:
     """Why a family of another distribution cannot be used; '' where it can."""
     if family.name in taken:
         return f"the family {family.name!r} has the name of a field of the model; it needs one of its own"
-    if family.events or family.rows is not None:
-        return f"the family {family.name!r} states events or rows of constraint, which only families of evolvent have"
+    if any(one.values is None or one.fire is None for one in family.events):
+        return f"the family {family.name!r} has events without `values` or `fire`, which all methods need"
+    if any(one.is_watched and not _WATCHED[0] < one.order < _WATCHED[1] for one in family.events):
+        return f"the events of the family {family.name!r} have an order outside {_WATCHED[0]} to {_WATCHED[1]}"
+    if family.rows is not None and family.rows.kind != CONSTRAINT:
+        return f"the family {family.name!r} has rows of the kind {family.rows.kind}; `CONSTRAINT` alone serves all"
+    if family.rows is not None and (missing := [name for name in QUESTIONS if _lacks_row(family, name)]):
+        return f"the family {family.name!r} states rows of constraint without `{missing[0]}`, which all methods need"
     if family.force and not family.tangent:
         return f"the family {family.name!r} has a force without its tangent, which statics and modes need"
     return ""
+
+
+def _lacks_row(family: Family, question: str) -> bool:
+    return question.startswith("row_") and getattr(family, question) is None
 
 
 def _declared(wrong: dict[str, str]) -> Iterator[Family]:
@@ -96,6 +106,40 @@ def families() -> dict[str, Family]:
 def whole() -> Iterator[Family]:
     """Families of records that belong to no other family's."""
     return (family for family in families().values() if not family.of)
+
+
+@functools.cache
+def motions() -> str:
+    """The family whose records are motions between parts (`Family.is_motion`)."""
+    return next(name for name, family in families().items() if family.is_motion)
+
+
+def motions_of(model: Any) -> Any:
+    """Records of motions between parts of a model."""
+    return getattr(model, motions())
+
+
+def frames_of(model: Any) -> list[tuple[str, Any, Any]]:
+    """Family, rate of the frame (`Family.frame`) and record of each force on all masses of a model."""
+    own = ((name, frame, getattr(model, name)) for name, frame in asked("frame").items())
+    return [(name, frame(row), row) for name, frame, rows in own for row in rows]
+
+
+@functools.cache
+def constraining() -> tuple[str, ...]:
+    """Families whose records have rows in `Model.constraints`, in the order of these."""
+    return tuple(f.name for f in families().values() if f.rows is not None and f.rows.kind == CONSTRAINT)
+
+
+def first_row(family: str, records: Any) -> int:
+    """Row of `Model.constraints` of the first record of a family.
+
+    Parameters
+    ----------
+    records : function of the name of a family to its records
+    """
+    every = constraining()
+    return sum(records(name).size for name in every[: every.index(family)])
 
 
 @functools.cache
@@ -130,6 +174,23 @@ def events() -> tuple[tuple[Family, Events], ...]:
     return tuple(sorted(own, key=lambda found: found[1].order))
 
 
+def event_of(records: Any, number: int) -> tuple[Family, int, str]:
+    """Family and record of an event of a model, and what happens.
+
+    Parameters
+    ----------
+    records : function of the name of a family to its records
+    number : of the event, among all of the model
+    """
+    for family, own in events():
+        found = records(family.name)
+        count = int(own.count(found))
+        if number < count:
+            return (family, *own.what(found, number))
+        number -= count
+    raise IndexError(number)
+
+
 @functools.cache
 def asked(question: str) -> Mapping[str, Any]:
     """Answers of the families that have one to a question, by name.
@@ -142,10 +203,17 @@ def asked(question: str) -> Mapping[str, Any]:
     return MappingProxyType({name: answer for name, answer in found if answer is not None})
 
 
+#: Orders between which events of other distributions lie: those of users before, latches behind.
+_WATCHED = 1.0, 2.0
 #: Functions that families call of the equations, which stand above them, by their modules.
 _EQUATIONS = {"rhs": "evolvent.equations.rhs", "inventory": "evolvent.equations.inventory"}
 #: Questions whose answers are compiled functions, and what families call of the equations.
 QUESTIONS = (*(field.name for field in dataclasses.fields(Family) if field.type == "Call"), *_EQUATIONS)
+
+
+#: Tables of calls: of questions, and of the groups of events.
+_OF_EVENTS = "values", "fire"
+TABLES = (*QUESTIONS, *(f"event_{name}" for name in _OF_EVENTS))
 
 
 def _slots(question: str, present: Collection[str]) -> Array:
@@ -160,7 +228,8 @@ def _slots(question: str, present: Collection[str]) -> Array:
             answer = family.force
         if answer and family.name in present:
             found.append(lookups.slot(answer))
-    return np.array([*dict.fromkeys(found)], dtype=np.int64)
+    one_each = question.startswith("row_")  # by the number of the family in `Model.constraints`
+    return np.array(found if one_each else [*dict.fromkeys(found)], dtype=np.int64)
 
 
 @functools.cache
@@ -177,7 +246,25 @@ def calls_of(model: Mapping[str, Any]) -> dict[str, Array]:
     """Tables of calls of a model, of the families of which it has records; they are those of all models alike."""
     present = tuple(name for name in families() if model[name].size)
     masks = ((name, families()[name].rubs) for name in present)
-    return _tables(present, tuple(name for name, mask in masks if mask is None or np.any(mask(model[name]))))
+    found = _tables(present, tuple(name for name, mask in masks if mask is None or np.any(mask(model[name]))))
+    groups, first = list[tuple[Events, int]](), 0
+    for family, own in events():
+        count = own.count(model[family.name])
+        groups += [(own, first)] if own.values is not None and count else []
+        first += count
+    own_of = [(f"event_{name}_calls", [lookups.slot(getattr(own, name)) for own, _ in groups]) for name in _OF_EVENTS]
+    firsts = [("event_firsts", [number for _, number in groups])]
+    return found | {name: np.array(values, dtype=np.int64) for name, values in (*own_of, *firsts)}
+
+
+def watched(records: Mapping[str, Any]) -> list[Array]:
+    """Which events that implicit methods watch stop a run, (n,) bool of each group."""
+    found = []
+    for family, own in events():
+        if own.is_watched and own.values is not None:
+            rows = records[family.name]
+            found.append(np.zeros(own.count(rows), dtype=bool) if own.stops is None else np.asarray(own.stops(rows)))
+    return found
 
 
 def kept_of(model: Mapping[str, Any], places: Mapping[str, int]) -> Array:

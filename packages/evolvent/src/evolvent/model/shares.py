@@ -84,7 +84,7 @@ class Pressing(NamedTuple):
 class Tie(NamedTuple):
     """Coordinates that keep a sum: of their values times `ratios`, rad or m."""
 
-    coordinates: tuple[int, ...]
+    motions: tuple[int, ...]
     ratios: tuple[float, ...]
     value: float
 

@@ -128,7 +128,7 @@ class Bearing(Part):
         own, joint = self._joint(builder, name)
         self._check(builder, name, own, joint.type)
         first = builder.names[own][1]
-        rows = [k for k, part in enumerate(builder.joint_parts) if part == own]
+        rows = [k for k, part in enumerate(builder.writers("joints")) if part == own]
         row, kind = builder.rows["joints"][first], KINDS[joint.type]
         if any(on != sides.ON_BODY for on in row["on"][:2]):
             raise InputError(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import bisect
+import functools
 import itertools
 import json
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from evolvent.model.layout import LATCHED as LATCHED
-from evolvent.model.registry import events
+from evolvent.model.registry import event_of
 from evolvent.results import variables
 from evolvent.solvers.common.solution import Solution
 from evolvent_base.units import unit_text
@@ -27,12 +27,9 @@ MOST = 1000
 
 def in_order(solution: Solution) -> Iterator[tuple[float, tuple[str, int], str]]:
     """Time (s), family and row, and what happened, of every event of a solution in order of time."""
-    found = [(family, own, family.records(solution.assembly.model)) for family, own in events()]
-    ends = list(itertools.accumulate(int(own.count(records)) for _, own, records in found))
+    known = functools.cache(functools.partial(event_of, lambda name: getattr(solution.assembly.model, name)))
     for time, kind in sorted(zip(solution.event_times.tolist(), solution.event_kinds.tolist(), strict=True)):
-        k = bisect.bisect_right(ends, kind)
-        family, own, records = found[k]
-        index, what = own.what(records, kind - (ends[k - 1] if k else 0))
+        family, index, what = known(kind)
         yield time, (family.name, index), what
 
 

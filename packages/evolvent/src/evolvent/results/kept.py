@@ -259,7 +259,7 @@ def _is_balance(assembly: Assembly, name: str) -> bool:
 
 
 def _is_local(assembly: Assembly, part: str) -> bool:
-    if not _is_of_family(assembly, part) or part in assembly.joint_parts:
+    if not _is_of_family(assembly, part) or part in assembly.row_parts:
         return False
     family = families().get(assembly.names[part][0])
     return family is not None and family.local
@@ -274,7 +274,7 @@ def _is_of_family(assembly: Assembly, part: str) -> bool:
 def _follows_from_reactions(assembly: Assembly, name: str) -> bool:
     """Whether a variable at a sample depends on the reactions and the state there alone."""
     part, match = variables.owner(name), variables.matched(name)
-    if match is None or not _is_of_family(assembly, part) or part not in assembly.joint_parts:
+    if match is None or not _is_of_family(assembly, part) or part not in assembly.row_parts:
         return False
     return match["variable"] in _REACTIONS
 

@@ -14,6 +14,7 @@ from evolvent.analysis.margins.keys import Margin, MarginLine
 from evolvent.analysis.margins.mechanism import Mechanism
 from evolvent.analysis.margins.positions import Position
 from evolvent.kernels import axial
+from evolvent.model.registry import motions_of
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
@@ -65,7 +66,7 @@ def coordinates_of(mechanism: Mechanism, keys: Margin, at: Position) -> list[Mar
     InputError
         For a coordinate whose travel has no end, or one that the case names and that is none.
     """
-    names, rows = mechanism.names, mechanism.whole.coordinates
+    names, rows = mechanism.names, motions_of(mechanism.whole)
     found = []
     for same in ([k for k in group if k not in mechanism.measured] for group in _alike(at.J)):
         if not same:

@@ -30,7 +30,7 @@ from evolvent.analysis.margins.positions import MechanismModels, Position
 from evolvent.analysis.margins.shares import is_held, of_family
 from evolvent.equations.implicit import energies, tangent
 from evolvent.kernels.blocks import displace
-from evolvent.model.registry import families
+from evolvent.model.registry import families, motions, motions_of
 from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.common.sizes import sizes
 from evolvent.solvers.static import equilibrium
@@ -107,9 +107,9 @@ class Elastic:
 
     def __init__(self, mechanism: MechanismModels) -> None:
         whole, self._mechanism = mechanism.whole, mechanism
-        still = mechanism.bare.coordinates.copy()
+        still = motions_of(mechanism.bare).copy()
         still["stiffness"] = 1.0
-        changes, pushing = {"coordinates": still}, dict[str, Array]()
+        changes, pushing = {motions(): still}, dict[str, Array]()
         for family in families().values():
             own = of_family(family.name)
             if is_held(family):
@@ -140,7 +140,7 @@ class Elastic:
         if np.any(one.spin[:3]):
             a = np.zeros(n_v)
             equilibrium.turning(1.0, one.spin, at.y, model, a)
-        model.coordinates["rest"] = at.x
+        motions_of(model)["rest"] = at.x
         F = one.left(at.t, at.y, model, a=a, factor=1.0)[:n_v]
         # those of the motion from rest: in equilibrium what is out of balance accelerates free motions alone
         L = np.linalg.cholesky(at.mass)
@@ -152,10 +152,10 @@ class Elastic:
         # the torques that hold the coordinates, since their gradients turn as well
         torques = np.zeros(at.x.size)
         for tie, mu in zip(one.ties, la[one.n_j :], strict=False):
-            for k, ratio in zip(tie.coordinates, tie.ratios, strict=True):
+            for k, ratio in zip(tie.motions, tie.ratios, strict=True):
                 torques[k] += ratio * mu
         torques[rows] += la[one.n_j + len(one.ties) :]
-        model.coordinates["rest"] = at.x - torques
+        motions_of(model)["rest"] = at.x - torques
         multipliers = np.ascontiguousarray(la[: one.n_j])
         one.left(at.t, at.y, model, a=a, la=multipliers, factor=1.0)
         tangent(at.t, at.y, multipliers, 0.0, 0.0, 1.0, model, self._matrix)

@@ -163,7 +163,7 @@ def _opened(mechanism: Mechanism, keys: Margin) -> Mechanism:
     start = mechanism.at_rest(keys.time)
     held = mechanism.holds(start.t)
     if "time" in keys.model_fields_set:
-        held = held[mechanism.whole.joints["event"][held] != -1]
+        held = held[mechanism.whole.constraints["event"][held] != -1]
     if not held.size:
         return mechanism
     asked = lines.coordinates_of(mechanism, keys, start)

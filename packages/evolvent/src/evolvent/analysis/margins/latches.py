@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,9 @@ import numpy as np
 from evolvent.analysis.margins.mechanism import Mechanism
 from evolvent.analysis.margins.tables import MarginTable
 from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.constraints import ends_of_row, family_of
 from evolvent.kernels import sides
+from evolvent.model.registry import motions_of
 from evolvent.results.observe import observe
 
 if TYPE_CHECKING:
@@ -86,7 +89,7 @@ def latch_of(
     coordinate = table.coordinate
     found: dict[str, Any] = {"time": arrival[0], "rate": arrival[1], "peak_load": np.nan}
     found |= {"joint": "", "root_force": np.nan, "root_moment": np.nan}
-    if math.isfinite(assembly.model.coordinates["latch"][coordinate.k]):
+    if math.isfinite(motions_of(assembly.model)["latch"][coordinate.k]):
         own, peak = variables(coordinate.name), "latch_torque_peak" if coordinate.angle else "latch_force_peak"
         time, rate, load = (_last(own, name) for name in ("latch_time", "latch_rate", peak))
         if math.isfinite(time):
@@ -109,13 +112,13 @@ def _last(variables: Mapping[str, Array], name: str) -> float:
 
 def _joint_of(assembly: Assembly, k: int) -> str:
     """The joint between the two bodies of a coordinate, '' for none."""
-    row = assembly.model.coordinates[k]
+    row = motions_of(assembly.model)[k]
     if row["on"] != sides.ON_BODY:
         return ""
-    pair = {int(row["body"]), int(row["other"])}
-    for index, name in enumerate(assembly.joint_parts):
-        one = assembly.model.joints[index]
-        both = one["on"][0] == sides.ON_BODY and one["on"][1] == sides.ON_BODY
-        if both and {int(one["index"][0]), int(one["index"][1])} == pair and assembly.names[name][0] == "joints":
+    pair = {("bodies", int(row["body"])), ("bodies", int(row["other"]))}
+    for index, name in enumerate(assembly.row_parts):
+        ends = {*itertools.islice(ends_of_row(assembly.model, index), 2)}
+        is_own = family_of(assembly.model, index)[0] == assembly.names[name][0]
+        if is_own and ends == pair and not assembly.model.constraints["turns"][index]:
             return name
     return ""

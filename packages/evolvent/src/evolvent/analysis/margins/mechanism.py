@@ -62,7 +62,7 @@ class Mechanism(MechanismModels):
     ----------
     assembly : Assembly
     spin : (6,) float, rad/s and m, rate and centre of a steady turn of everything
-    opened : rows of joints that are released already
+    opened : rows of constraint that are released already
     """
 
     def __init__(self, assembly: Assembly, spin: Array, opened: Sequence[int] = ()) -> None:
@@ -97,21 +97,21 @@ class Mechanism(MechanismModels):
         return self.at(float(solution.t[n]), solution.y[n])
 
     def _switch(self, s: Array) -> None:
-        """Let switches be s, among them those of the joints that events and latches release."""
+        """Let switches be s, among them those of what events and latches release."""
         self.bare.switches[:] = s
-        joints = self.whole.joints
-        rows = np.flatnonzero(joints["switch"] >= 0)
-        joints["until"][rows] = np.where(s[joints["switch"][rows]] != 0, -np.inf, joints["latest"][rows])
+        held = self.whole.constraints
+        rows = np.flatnonzero(held["switch"] >= 0)
+        held["until"][rows] = np.where(s[held["switch"][rows]] != 0, -np.inf, held["latest"][rows])
 
     def holds(self, t: float) -> Array:
-        """Rows of joints that hold at a time (s) and are to be released later."""
-        joints = self.whole.joints
-        later = np.isfinite(joints["latest"]) | (joints["event"] != -1)
-        return np.flatnonzero(later & (t <= joints["until"]))
+        """Rows of constraint that hold at a time (s) and are to be released later."""
+        rows = self.whole.constraints
+        later = np.isfinite(rows["latest"]) | (rows["event"] != -1)
+        return np.flatnonzero(later & (t <= rows["until"]))
 
     def closed(self, t: float) -> str:
         """Names of the parts of `holds`, '' for none."""
-        parts = self.assembly.joint_parts
+        parts = self.assembly.row_parts
         return ", ".join(repr(name) for name in dict.fromkeys(parts[k] for k in self.holds(t)))
 
     def rate(self, k: int, solution: Solution, n: int) -> float:

@@ -16,7 +16,7 @@ from evolvent.equations.implicit import residual
 from evolvent.kernels import axial
 from evolvent.kernels.axial import QUARTER
 from evolvent.model.powers import N_POWERS
-from evolvent.model.registry import forget_steps
+from evolvent.model.registry import forget_steps, motions, motions_of
 from evolvent.model.shares import Tie
 
 Array = np.ndarray
@@ -55,12 +55,12 @@ class Position:
         bare, n_v = mechanism.bare, mechanism.n_v
         r = mechanism.left(t, y, bare)
         self.zero, self.gaps = r[:n_v], r[n_v:]
-        self.x = bare.coordinates["angle"].copy()
+        self.x = motions_of(bare)["angle"].copy()
         G = [mechanism.left(t, y, bare, la=e)[:n_v] - self.zero for e in np.eye(mechanism.n_j)]
         self.G = np.array(G).reshape(mechanism.n_j, n_v)
         self.J = np.zeros((self.x.size, n_v))
         for k, one in enumerate(mechanism.with_torque):
-            one.coordinates["rest"] = self.x[k] - 1.0
+            motions_of(one)["rest"] = self.x[k] - 1.0
             self.J[k] = mechanism.left(t, y, one)[:n_v] - self.zero
 
     @functools.cached_property
@@ -85,10 +85,10 @@ class MechanismModels(abc.ABC):
 
     def __init__(self, assembly: Assembly, spin: Array, opened: Sequence[int] = ()) -> None:
         model = assembly.model.copy()
-        model.joints["until"] = model.joints["latest"]
-        model.joints["until"][list(opened)] = model.joints["latest"][list(opened)] = -np.inf
+        model.constraints["until"] = model.constraints["latest"]
+        model.constraints["until"][list(opened)] = model.constraints["latest"][list(opened)] = -np.inf
         self.assembly, self.spin = assembly, spin
-        self.n_v, self.n_j, self.n_q = int(model.info.nv), int(model.joints.size), int(model.info.nq)
+        self.n_v, self.n_j, self.n_q = int(model.info.nv), int(model.constraints.size), int(model.info.nq)
         model.info.exact = 1
         model.switches[:] = assembly.s
         forget_steps(model)
@@ -100,11 +100,11 @@ class MechanismModels(abc.ABC):
         weightless["gravity"] = 0.0
         #: The model without any force but those of constraints.
         self.bare = model._replace(info=weightless, **unforced(model))
-        still = self.bare.coordinates
+        still = motions_of(self.bare)
         #: The same with one coordinate, whose spring has a torque or force of 1 where `rest` is the value less 1.
-        self.with_torque = [self.bare._replace(coordinates=still[k : k + 1].copy()) for k in range(still.size)]
+        self.with_torque = [self.bare._replace(**{motions(): still[k : k + 1].copy()}) for k in range(still.size)]
         for one in self.with_torque:
-            one.coordinates["stiffness"] = 1.0
+            motions_of(one)["stiffness"] = 1.0
         self._models: dict[str, Any] = {}
         self.powers = np.zeros(N_POWERS)
         self.none = np.zeros(self.n_v), np.zeros(self.n_j)
@@ -142,15 +142,15 @@ class MechanismModels(abc.ABC):
 
     @staticmethod
     def _sum(tie: Tie, values: Array) -> Any:
-        return sum(ratio * values[k] for k, ratio in zip(tie.coordinates, tie.ratios, strict=True))
+        return sum(ratio * values[k] for k, ratio in zip(tie.motions, tie.ratios, strict=True))
 
     def count_turns(self) -> None:
         """Keep the last angles as those from which whole turns are counted."""
-        rows = self.bare.coordinates
+        rows = motions_of(self.bare)
         angles = rows["kind"] == axial.ANGLE
         quarters = np.floor(rows["angle"] / QUARTER + 0.5).astype(np.int64)
         self.bare.switches[rows["switch"][angles]] = quarters[angles]
 
     def unit(self, k: int) -> str:
         """Unit of coordinate k."""
-        return "rad" if self.whole.coordinates["kind"][k] == axial.ANGLE else "m"
+        return "rad" if motions_of(self.whole)["kind"][k] == axial.ANGLE else "m"

@@ -12,7 +12,7 @@ from evolvent.assembly.families import owner, records
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model import zeros
 from evolvent.model.family import Family
-from evolvent.model.registry import families
+from evolvent.model.registry import families, motions, motions_of
 from evolvent.model.shares import INERTIA, Rule, Shares, Tie
 from evolvent_base.errors import InputError
 
@@ -141,10 +141,10 @@ def refuse_unsupported(assembly: Assembly, *, spins: bool) -> None:
 
 
 def coordinate_names(assembly: Assembly) -> list[str]:
-    """Name of each row of the family `coordinates`: its spring's, or the joint's that a part on it names."""
-    found = [""] * assembly.model.coordinates.size
+    """Name of each motion between parts: its spring's, or the joint's that a part on it names."""
+    found = [""] * motions_of(assembly.model).size
     for name, (kind, index) in assembly.names.items():
-        if kind == "coordinates":
+        if kind == motions():
             found[index] = name
     for name, (kind, index) in assembly.names.items():
         part, family = assembly.parts.get(name), families().get(kind)

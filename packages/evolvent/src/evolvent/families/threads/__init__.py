@@ -332,7 +332,7 @@ THREADS = Family(
         Law(DRIVE, _is_by_law("take_drive", "take_law"), field="take_law", before="take_"),
         Law("spring", lambda found: found["motor_law"] != 0, _at_spool, field="motor_law", before="motor_"),
     ),
-    coordinates=(
+    unknowns=(
         Coordinates(_nodes_of_threads, 20, lambda found: 3 * int(np.sum(found["n"]))),
         Coordinates(_spools, 30, lambda found: 0),
     ),
@@ -363,7 +363,7 @@ THREADS = Family(
     },
     offsets=("iv", "spool_v"),
     place=_tip,
-    rows=Rows(constraint_rows.THREAD, _rows),
+    rows=Rows(_rows, constraint_rows.THREAD),
     check=_check_copies,
     turning=forces.turning,
     paid_out=_paid_out,

@@ -1,7 +1,7 @@
 """Threads with segments of fixed length under implicit methods and statics.
 
 Explicit methods have the directions of their segments as coordinates. Here positions of the nodes take their place, and
-each segment that is out is a constraint, a row of the family joints behind those of the parts: a node keeps the length
+each segment that is out is a constraint, a joint behind those of the parts: a node keeps the length
 l0 from the next one, or at the spool the length b that is paid out from Q. Rows of wound nodes do not hold.
 """
 
@@ -55,9 +55,8 @@ def evaluate_tensions(rhs: Callable[..., None], assembly: Any, t: Array, y: Arra
     """
     if assembly.directions is None:
         return
-    model, joints = assembly.directions.copy(), assembly.model.joints
-    own = np.flatnonzero(joints["kind"] == joint.SEGMENT)
-    nodes = model.threads["node"][joints["first"][own]] + joints["last"][own]
+    model = assembly.directions.copy()
+    own, nodes = np.flatnonzero(assembly.model.constraints["alone"]), segment_nodes(assembly.model)
     dy = np.zeros_like(assembly.y)
     for k in range(t.size):
         state = y[k].copy()
@@ -67,16 +66,23 @@ def evaluate_tensions(rhs: Callable[..., None], assembly: Any, t: Array, y: Arra
         la[k, own] = model.nodes["tension"][nodes]
 
 
+def segment_nodes(model: Any) -> Array:
+    """Nodes at which the rows of segments of fixed length note their tensions, in the order of the rows."""
+    own = model.joints[model.joints["kind"] == joint.SEGMENT]
+    found: Array = model.threads["node"][own["first"]] + own["last"]
+    return found
+
+
 def hold_segments(t: float, y: Array, s: Array, model: Any) -> None:
     """Let the segments hold that are out in a state with positions, and give them their ends (`Family.hold`)."""
-    joints, threads = model.joints, model.threads
+    joints, threads, rows = model.joints, model.threads, model.constraints
     rigid.kinematics(t, y, model)
     for k in np.flatnonzero(joints["kind"] == joint.SEGMENT):
         p, i = int(joints["first"][k]), int(joints["last"][k])
         row, count, gone = threads[p], int(s[p]), bool(s[threads.size + p])
         q, v, body = int(row["iq"]) + 3 * i, int(row["iv"]) + 3 * i, int(row["body"])
         held = i < count - gone
-        joints["until"][k] = joints["latest"][k] = np.inf if held else -np.inf
+        rows["until"][k] = rows["latest"][k] = np.inf if held else -np.inf
         inner, outer = ((sides.ON_COORDINATES, at) for at in (1, 0))
         for side, (on, step) in enumerate((inner, outer)):
             joints["on"][k, side], joints["index"][k, side] = on, -1

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.families.threads.positions import hold_segments
-from evolvent.kernels import joint, rigid, thread
+from evolvent.families.threads.positions import hold_segments, segment_nodes
+from evolvent.kernels import rigid, thread
 from evolvent.kernels.drive import FREE, drive
 from evolvent.kernels.thread.directions import write_directions, write_positions
 from evolvent.kernels.thread.events import OVERRUN
@@ -111,7 +111,7 @@ class Releases:
             return self._fire(t, y, self.model)
         s, by = self.model.switches, self.directions
         before, state = s.copy(), y.copy()
-        by.joints["until"] = self.model.joints["until"][: by.joints.size]
+        by.constraints["until"] = self.model.constraints["until"][self.model.constraints["alone"] == 0]
         by.motors["until"] = self.model.motors["until"]
         write_directions(t, state, s, by)
         excess = self._turn_back(state, by)
@@ -203,7 +203,7 @@ class Releases:
 
         Beside threads with segments of springs, whose accelerations are not those of a step, only the nodes'.
         """
-        model, A, joints = self.model, self.acceleration, self.model.joints
+        model, A = self.model, self.acceleration
         own = np.full(A.size, not self._has_springs)
         for row in model.threads[model.threads["kind"] == thread.JOINED]:
             first = int(row["iv"] - model.info.nq)
@@ -215,6 +215,5 @@ class Releases:
         else:
             work.a1[own] += A[own] - work.dv1[own]
             work.dv1[own] = A[own]
-        for k in np.flatnonzero(joints["kind"] == joint.SEGMENT):
-            p, i = int(joints["first"][k]), int(joints["last"][k])
-            work.la[k] = work.la0[k] = self.tension[int(model.threads["node"][p]) + i]
+        own = np.flatnonzero(model.constraints["alone"])
+        work.la[own] = work.la0[own] = self.tension[segment_nodes(model)]

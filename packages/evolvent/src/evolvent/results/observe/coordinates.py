@@ -20,7 +20,7 @@ from evolvent.model import (
 )
 from evolvent.results.observe.variables import Observed, observer
 from evolvent.results.observe.view import View
-from evolvent.solvers.common.solution import first_latch
+from evolvent.solvers.common.solution import event_numbers
 
 Array = np.ndarray
 #: What the words of an angle are for a travel, in the order of replacement.
@@ -102,7 +102,7 @@ def _observe_latch(view: View, index: int, caught: bool, found: Observed) -> Non
 def latch_time(view: View, index: int) -> float:
     """Time at which a hinge has locked, s: that of the run's event, or of its start; NaN where it has not."""
     solution = view.solution
-    events = solution.event_times[solution.event_kinds == first_latch(view.model) + index]
+    events = solution.event_times[solution.event_kinds == event_numbers(view.model, np.array(index))]
     if events.size:
         return float(events[0])
     locked = view.t.size > 0 and view.s[0, int(view.model.coordinates["switch"][index]) + 1] != 0

@@ -140,7 +140,7 @@ class View:
         self.t, self.y, self.s = solution.t, np.ascontiguousarray(solution.y), solution.s
         self.explicit = solution.method in METHODS
         own = solution.assembly.model
-        self._joints = own.joints.size if joints or own.threads.size or own.bearings.size else 0
+        self._joints = own.constraints.size if joints or own.threads.size or own.bearings.size else 0
         self._poses: dict[int, Pose] = {}
         self._sides: dict[Any, Side] = {}
 
@@ -164,7 +164,7 @@ class View:
     def joint_rows(self) -> dict[str, list[int]]:
         """Rows of the family `joints` by the part that has written them."""
         found: dict[str, list[int]] = {}
-        for k, owner in enumerate(self.assembly.joint_parts):
+        for k, owner in enumerate(self.assembly.row_parts[: self.model.joints.size]):
             found.setdefault(owner, []).append(k)
         return found
 

@@ -11,7 +11,7 @@ from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.checks import redundant_part
-from evolvent.assembly.constraints import constraint_families
+from evolvent.assembly.constraints import constraint_families, constraints_of
 from evolvent.equations.rhs import rhs
 from evolvent.model.questions import Positions
 from evolvent.model.registry import asked
@@ -41,25 +41,36 @@ def with_positions(assembly: Assembly, t: float = 0.0) -> Assembly:
     """
     for family, own in _positions(assembly):
         model, of = assembly.model, {index: name for name, (kind, index) in assembly.names.items() if kind == family}
-        if assembly.joint_parts and (redundant := redundant_part(assembly, t)):
+        if assembly.row_parts and (redundant := redundant_part(assembly, t)):
             why = own.refused.format(name=repr(of[own.owners[0]]))
             raise InputError(f"{redundant!r} is redundant: the other constraints already imply it, which {why}")
         y = assembly.y.copy()
         needs.load(model, own.write)
         own.write(t, y, assembly.s, model)
         families: dict[str, Any] = {name: getattr(model, name) for name in mdl.RECORDS} | dict(own.records)
-        rows = constraint_families(families, model.masses, int(model.info.nq))
-        sides, pairs, info, n = rows["row_sides"]["row"], rows["row_pairs"], model.info.copy(), rows["rows"].size
-        info.bandwidth = int((sides[pairs["a"]] - sides[pairs["b"]]).max(initial=0))
         added = {
             name: np.concatenate([families[name], one]).view(type(families[name])) for name, one in own.added.items()
         }
+        families |= added
+        families["constraints"] = constraints = constraints_of(families)
+        others = constraints["alone"] == 0
+        constraints["outside"][others] = model.constraints["outside"]
+        rows = constraint_families(families, model.masses, int(model.info.nq))
+        sides, pairs, info, n = rows["row_sides"]["row"], rows["row_pairs"], model.info.copy(), rows["rows"].size
+        info.bandwidth = int((sides[pairs["a"]] - sides[pairs["b"]]).max(initial=0))
         found = model._replace(
-            **rows, **own.records, **added, info=info, la=np.zeros(n), A=np.zeros((n, int(info.bandwidth) + 1))
+            **rows,
+            **own.records,
+            **added,
+            constraints=constraints,
+            info=info,
+            la=np.zeros(n),
+            A=np.zeros((n, int(info.bandwidth) + 1)),
         )
         hold(t, y, assembly.s, found)
-        parts = [*assembly.joint_parts, *(of[k] for k in own.owners)]
-        assembly = dataclasses.replace(assembly, model=found, y=y, joint_parts=parts, directions=model)
+        parts = np.empty(others.size, dtype=object)
+        parts[others], parts[~others] = assembly.row_parts, [of[k] for k in own.owners]
+        assembly = dataclasses.replace(assembly, model=found, y=y, row_parts=parts.tolist(), directions=model)
     return assembly
 
 

@@ -14,12 +14,11 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.algebra.ordering import Pattern
 from evolvent.assembly.blocks import owner_of
+from evolvent.assembly.constraints import family_of
 from evolvent.assembly.ends import ends_of
-from evolvent.kernels import joint
-from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.blocks import ANGLE
 from evolvent.kernels.drive import FREE
-from evolvent.model.registry import families
+from evolvent.model.registry import asked, families
 
 Array = np.ndarray
 
@@ -72,10 +71,6 @@ class _Graph:
         return int(self.block[iv - self.n_q])
 
 
-#: Gap below which turns on one another are coupled, of the length of an element.
-_NEAR = 0.1
-
-
 def pattern_of(model: mdl.Model, *, layers: bool = False) -> Pattern:
     """Blocks of a model's unknowns and their couplings.
 
@@ -88,7 +83,9 @@ def pattern_of(model: mdl.Model, *, layers: bool = False) -> Pattern:
     _add_coordinates(graph)
     _couple_forces(graph)
     if layers:
-        _couple_layers(graph)
+        for touches in asked("touches").values():
+            for ends in touches(graph.model):
+                graph.couple(*(graph.end(*end) for end in ends))
     size = len(graph.blocks)
     owner = _add_multipliers(graph)
     return Pattern(
@@ -136,19 +133,6 @@ def _couple_forces(graph: _Graph) -> None:
                 graph.couple(*(graph.end(*end) for end in ends))
 
 
-def _couple_layers(graph: _Graph) -> None:
-    """Couple the nodes of elements that lie on one another."""
-    model = graph.model
-    for cylinder in model.contact_surfaces[model.contact_surfaces["under"] >= 0]:
-        half = NODE_VECTORS[model.beams["kind"][cylinder["under"]]]
-        for point in model.contact_points[int(cylinder["first"]) : int(cylinder["last"])]:
-            if point["carrier1"] < 0 or not point["gap1"] < _NEAR * model.elements["length"][point["carrier1"]]:
-                continue
-            below = int(model.elements["iv"][point["carrier1"]])
-            upper = [graph.of(int(iv)) for iv in point["iv"][::2]]
-            graph.couple(*upper, graph.of(below), graph.of(below + 3 * half))
-
-
 def _segment_ends(graph: _Graph, row: np.record) -> list[int]:
     """Blocks that a segment of fixed length acts on, its own node first, at the spool and when it has left it."""
     i = int(row["last"])
@@ -172,14 +156,16 @@ def _add_multipliers(graph: _Graph) -> dict[int, int]:
             graph.couple(group, block)
         return group
 
-    for k, row in enumerate(graph.model.joints):
-        if row["kind"] == joint.SEGMENT:
+    for k, held in enumerate(graph.model.constraints):
+        family, index = family_of(graph.model, k)
+        row = getattr(graph.model, family)[index]
+        if held["alone"]:
             ends = _segment_ends(graph, row)
             owner[add([k], ends)] = ends[0]
         else:
-            ends = [graph.end(*end) for end in graph.ends("joints", row)]
+            ends = [graph.end(*end) for end in graph.ends(family, row)]
             groups.setdefault(tuple(sorted({b for b in ends if b >= 0})), []).append(k)
-        if row["kind"] not in (joint.POINT, joint.ANGLE, joint.GEAR):  # the force turns with the other side
+        if held["couples"]:  # the force turns with the other side
             graph.couple(*ends)
     for blocks, rows in groups.items():
         add(rows, blocks)

@@ -21,7 +21,7 @@ def matrix_of(model: mdl.Model, *, spare: int | None = None, layers: bool = Fals
     """
     inner = sum(own(getattr(model, name)) for name, own in asked("inner").items())
     if spare is None:
-        spare = min(model.joints.size, MOST_REDUNDANT)
+        spare = min(model.constraints.size, MOST_REDUNDANT)
     return ordering.matrix_of(graph.pattern_of(model, layers=layers), spare=spare, inner=inner)
 
 

@@ -67,7 +67,7 @@ def observe(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray, la: np.nd
     """
     out = empty_observations(model, t.size)
     needs.load(model, fill_observations)
-    la = np.zeros((t.size, model.joints.size)) if la is None else np.ascontiguousarray(la)
+    la = np.zeros((t.size, model.constraints.size)) if la is None else np.ascontiguousarray(la)
     fill_observations(t, np.ascontiguousarray(y), np.ascontiguousarray(s), la, model, *out)
     return out
 

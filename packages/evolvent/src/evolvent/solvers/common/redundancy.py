@@ -20,9 +20,8 @@ from evolvent import model as mdl
 from evolvent.algebra import ordering, sparse_lu
 from evolvent.algebra.sparse import LOST, SparseBlocks
 from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.families import owner
+from evolvent.assembly.families import row_owner
 from evolvent.equations.implicit import residual, tangent
-from evolvent.kernels import joint, sides
 from evolvent.model.powers import N_POWERS
 from evolvent.solvers.common.sizes import length_of
 from evolvent_base.errors import InputError
@@ -52,7 +51,7 @@ class Redundancy:
     ----------
     constraints, rank : int, number of scalar constraints, and of independent ones
     names : list of str, parts whose constraints depend on one another
-    rows : (n,) int, rows of the family joints that take part, with what they are connected to
+    rows : (n,) int, rows that take part, with what they are connected to
     length : float, m, size of the system
     compliance : float, beside that of a typical mass
     """
@@ -73,7 +72,7 @@ class Redundancy:
         )
 
     def contradiction(self, gaps: Array, t: float) -> str:
-        """Why a run must end at t, by the gaps of all joints; '' where the constraints still agree."""
+        """Why a run must end at t, by the gaps of all rows; '' where the constraints still agree."""
         off = float(np.abs(gaps[self.rows]).max(initial=0.0))
         if off <= _CONTRADICTS * self.length:
             return ""
@@ -102,7 +101,7 @@ def undetermined(model: mdl.Model, matrix: SparseBlocks, t: float, y: Array, ine
 
 def _write_tangent(model: mdl.Model, matrix: SparseBlocks, t: float, y: Array, c_mass: float, scale: float) -> None:
     """Evaluate a model at a state, and write its tangent with masses, without multipliers."""
-    n_v, n_j = int(model.info.nv), model.joints.size
+    n_v, n_j = int(model.info.nv), model.constraints.size
     la = np.zeros(n_j)
     residual(t, y, np.zeros(n_v), la, 0.0, 1.0, model, np.zeros(n_v + n_j), np.zeros(N_POWERS))
     tangent(t, y, la, c_mass, 0.0, scale, model, matrix)
@@ -115,8 +114,8 @@ class Rank:
     Attributes
     ----------
     since : float, s, from when on
-    held : (nj,) bool, joints that hold as constraints; latches : int, number of latches and events until then
-    slack : (nj,) float, compliance of the joints
+    held : (nj,) bool, rows that hold as constraints; latches : int, number of latches and events until then
+    slack : (nj,) float, compliance of the rows
     redundancy : Redundancy, None where the constraints are independent
     """
 
@@ -146,13 +145,13 @@ class Ranks:
         return self.found[-1].redundancy if self.found else None
 
     def is_due(self, t: float, latches: int) -> bool:
-        """Whether joints have been released or latches have locked since the rank was found."""
-        joints = self.model.joints
-        if not joints.size:
+        """Whether constraints have been released or latches have locked since the rank was found."""
+        rows = self.model.constraints
+        if not rows.size:
             return False
         last = self.found[-1] if self.found else None
-        own = joints["kind"] != joint.SEGMENT  # those of threads are independent of the others
-        return last is None or last.latches != latches or not np.array_equal(last.held[own], is_held(joints, t)[own])
+        own = rows["alone"] == 0
+        return last is None or last.latches != latches or not np.array_equal(last.held[own], is_held(rows, t)[own])
 
     def find(
         self, t: float, y: Array, matrix: SparseBlocks, weight: Array, inertia: tuple[float, float], latches: int = 0
@@ -168,12 +167,12 @@ class Ranks:
         InputError
             As `allow` does.
         """
-        joints, info = self.model.joints, self.model.info
-        joints["slack"], info.redundant, info.exact = 0.0, 0, 1
-        held, found = is_held(joints, t), None
+        rows, info = self.model.constraints, self.model.info
+        rows["slack"], info.redundant, info.exact = 0.0, 0, 1
+        held, found = is_held(rows, t), None
         if np.any(held) and undetermined(self._model_apart(), matrix, t, y, inertia) > 0:
             found = allow(self.assembly, matrix, weight, inertia[1], t, y)
-        self.found.append(Rank(t, held, latches, joints["slack"].copy(), found))
+        self.found.append(Rank(t, held, latches, rows["slack"].copy(), found))
 
     def _model_apart(self) -> mdl.Model:
         """A model with the values of the run's at present, which may be evaluated."""
@@ -189,9 +188,9 @@ class Ranks:
         return np.asarray(np.maximum(np.searchsorted(since, times, side="right") - 1, 0))
 
     def use(self, number: int) -> None:
-        """Give the model the compliance that its joints had with a rank."""
+        """Give the model the compliance that its constraints had with a rank."""
         if self.found:
-            self.model.joints["slack"] = self.found[number].slack
+            self.model.constraints["slack"] = self.found[number].slack
 
     @property
     def text(self) -> str:
@@ -232,31 +231,31 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
     unresolved = unknowns.size + int(matrix.counts[LOST])
     _write_tangent(model.copy(), matrix, t, y, _HUGE, 1.0)
     values, places, columns = ordering.entries(matrix)
-    whole = scipy.sparse.coo_matrix((values, (places, columns)), shape=(n_v + model.joints.size,) * 2).tocsr()
+    whole = scipy.sparse.coo_matrix((values, (places, columns)), shape=(n_v + model.constraints.size,) * 2).tocsr()
     G, M = whole[n_v:, :n_v], whole[:n_v, :n_v] / _HUGE
-    joints = model.joints
+    held_rows = model.constraints
     length = max(1.0, length_of(model, weight))
-    held = np.flatnonzero(is_held(joints, t))
-    scale = 1.0 / np.where(_turns(joints[held]), 1.0, length)
+    held = np.flatnonzero(is_held(held_rows, t))
+    scale = 1.0 / np.where(held_rows["turns"][held], 1.0, length)
     part = scipy.sparse.diags(scale) @ G[held] @ scipy.sparse.diags(weight)
     size = np.asarray(abs(part).max(axis=1).todense()).ravel() if held.size else np.zeros(0)
     for k in held[size <= 1e-12]:
         raise InputError(
-            f"{owner(assembly, 'joints', int(k))!r} is redundant: its ends cannot move in the constrained direction"
+            f"{row_owner(assembly, int(k))!r} is redundant: its ends cannot move in the constrained direction"
         )
     rank, share = _rank_of(part, size, unresolved)
     taking = held[share > _PART] if share is not None else held
     for k in taking:
-        if joints["path"][k] != joint.STILL or joints["kind"][k] == joint.ANGLE:
-            name = owner(assembly, "joints", int(k))
+        if held_rows["drives"][k]:
+            name = row_owner(assembly, int(k))
             raise InputError(f"{name!r} is redundant: it drives a motion that other joints already constrain or drive")
-    names = sorted({owner(assembly, "joints", int(k)) for k in taking})
+    names = sorted({row_owner(assembly, int(k)) for k in taking})
     _, group = scipy.sparse.csgraph.connected_components(part @ part.T, directed=False)
     rows = held[np.isin(group, group[np.isin(held, taking)])]
-    size = np.where(_turns(joints[rows]), 1.0 / length**2, 1.0)
+    size = np.where(held_rows["turns"][rows], 1.0 / length**2, 1.0)
     yields = np.einsum("ij,ji->i", G[rows].toarray(), scipy.sparse.linalg.splu(M.tocsc()).solve(G[rows].T.toarray()))
     compliance = max(_COMPLIANCE, _ROUND_OFF * mass * float(np.max(yields / size)))
-    joints["slack"][rows] = size * compliance
+    held_rows["slack"][rows] = size * compliance
     info = model.info
     info.redundant = 1
     return Redundancy(held.size, rank, names, rows, length, compliance)
@@ -279,22 +278,16 @@ def independent(G: scipy.sparse.csr_matrix, rank: int) -> scipy.sparse.csr_matri
     return G[np.sort(order[:rank])]
 
 
-def is_held(joints: Array, t: float) -> Array:
-    """Which joints are constraints that hold at t: (nj,) bool."""
-    found: Array = (joints["stiffness"] == 0.0) & (t <= joints["until"])
+def is_held(rows: Array, t: float) -> Array:
+    """Which rows are constraints that hold at t, no penalties: (nj,) bool."""
+    found: Array = (rows["stiffness"] == 0.0) & (t <= rows["until"])
     return found
-
-
-def _turns(joints: Array) -> Array:
-    """Which joints hold directions, whose gaps have no unit: (n,) bool."""
-    directions = np.isin(joints["kind"], (joint.DIRECTION, joint.ANGLE, joint.GEAR))
-    return np.asarray(directions | ((joints["kind"] == joint.ALONG) & (joints["on"][:, 0] == sides.ON_NODE)))
 
 
 def redundant(assembly: Assembly, matrix: SparseBlocks) -> str:
     """Which joints repeat what others say."""
     rows = ordering.redundant_unknowns(matrix) - int(assembly.model.info.nv)
-    names = sorted({owner(assembly, "joints", int(k)) for k in rows if k >= 0})
+    names = sorted({row_owner(assembly, int(k)) for k in rows if k >= 0})
     return (
         f"{' and '.join(repr(n) for n in names) or 'a joint'} is redundant: the other joints already impose "
         f"{len(rows)} of its constraints"

@@ -12,7 +12,8 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations.kept_fields import write_forces
 from evolvent.equations.rhs import rhs
-from evolvent.kernels import constraint_rows, coordinate, joint
+from evolvent.kernels import constraints, coordinate
+from evolvent.model.layout import CONSTRAINT
 from evolvent.model.registry import asked, families
 from evolvent.solvers.common import balance as eb
 
@@ -77,7 +78,7 @@ def empty(model: mdl.Model, size: int) -> Sampled:
     """Room for `size` samples."""
     return Sampled(
         np.zeros((size, int(model.info.nv))),
-        np.zeros((size, model.joints.size)),
+        np.zeros((size, model.constraints.size)),
         eb.records(size),
         np.zeros((size, int(model.kept[:, 2] @ model.kept[:, 4]))),
     )
@@ -151,15 +152,17 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
     found = empty(model, t.size)
     found.balance[:] = balances(model, y, sums)
     needs.load(model, rhs, write_forces)
-    model.body_contacts["impulse"] = np.nan
+    contacts = [getattr(model, name) for name in asked("presses")]
+    for records in contacts:
+        records["impulse"] = np.nan
     dy, scratch = np.zeros_like(assembly.y), np.zeros(n_v)
-    rows = np.flatnonzero(model.rows["kind"] == constraint_rows.JOINT)
+    rows = np.flatnonzero(model.rows["kind"] == CONSTRAINT)
     for k in range(t.size):
         rhs(t[k], y[k], s[k], model, dy)
         found.acceleration[k] = dy[n_q : n_q + n_v]
         write_forces(model, found.forces[k])
-        found.balance.contact[k] = model.contact_surfaces["energy"].sum() + model.body_contacts["energy"].sum()
-        found.la[k], coupled = joint.penalty_values(t[k], s[k], model.joints)
+        found.balance.contact[k] = sum(records["energy"].sum() for records in contacts)
+        found.la[k], coupled = constraints.penalty_values(t[k], s[k], model.constraints)
         found.la[k, model.rows["index"][rows]] = model.la[rows]
         for name, bending in asked("bending").items():
             if getattr(model, name).size:
@@ -177,10 +180,11 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
 
 
 def bristles(model: mdl.Model) -> Array:
-    """Indices of the accounts that are states: frictions and bristles of coordinates, and deflections of contacts'."""
+    """Indices of the accounts that are states (`layout.Accounts.states`), and those of deflections of contacts."""
     last = int(model.info.ny)
     first = int(model.info.rubbed) + 1 if model.info.rubbed >= 0 else last
-    own = model.coordinates["account"] + mdl.FRICTION_FORCE, model.bristles["account"], model.drivetrains["account"]
+    every = ((f.records(model), accounts) for f in families().values() for accounts in f.accounts if accounts.states)
+    own = [found[accounts.field] + offset for found, accounts in every for offset in accounts.states]
     return np.concatenate([*own, np.arange(first, last)]).astype(int)
 
 

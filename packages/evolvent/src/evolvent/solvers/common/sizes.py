@@ -52,7 +52,7 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
 @functools.cache
 def _first_masses() -> np.ndarray:
     """What the first coordinate of an owner has of the typical mass, by the codes of owners: (n,)."""
-    return np.array([max(one.first for one in families()[name].coordinates) for name in owners()])
+    return np.array([max(one.first for one in families()[name].unknowns) for name in owners()])
 
 
 def _extent(places: np.ndarray) -> float:

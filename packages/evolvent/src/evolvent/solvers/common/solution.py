@@ -33,9 +33,15 @@ if TYPE_CHECKING:
 Array = np.ndarray
 
 
-def first_latch(model: Any) -> int:
-    """Kind of the event by which the first coordinate of a model latches (`Solution.event_kinds`); then the others."""
-    return int(model.info.releases + model.events.size)
+def event_numbers(model: Any, logged: Array) -> Array:
+    """Numbers among all events of a model (`Solution.event_kinds`) of those that the loop of an implicit run logs.
+
+    Parameters
+    ----------
+    logged : (n,) int, k of those that a family finds itself, -1 - k of those that are watched, which stand before
+    """
+    first = int(model.event_firsts[0]) if model.event_firsts.size else 0
+    return np.asarray(np.where(logged >= 0, first + model.watches.size + logged, first - 1 - logged))
 
 
 #: Rows of `Path.newton`.
@@ -105,8 +111,8 @@ class Solution:
     statistics : dict of steps, rejected_steps, events, step (s), energy_moved (J), energy_defect (beside that; see
         `evolvent.solvers.common.balance`) and what else a method counts
     event_times, event_kinds : (ne,) float and int, s, and what each is: 2 p, a node or the whole of thread p is
-        released; 2 p + 1, a node is taken up; then the events that the user has added, in their order; then, from
-        `first_latch` on, the latch of each joint coordinate
+        released; 2 p + 1, a node is taken up; then the events that the user has added, in their order; then those of
+        other families, as `model.registry.event_of` reads them
     wall_time, compile_time : float, s
     kept : Sampled, what the method has kept at its samples; None of explicit methods
     path : Path, of a static solution; None of a motion
@@ -201,11 +207,6 @@ class Solution:
     def forces(self) -> dict[str, dict[str, Array]]:
         """Fields of records that are kept at the samples: see `sampled.by_field`."""
         return by_field(self.assembly.model, self.sampled.forces)
-
-    @property
-    def contact_surfaces(self) -> dict[str, Array]:
-        """Forces of contact surfaces."""
-        return self.forces["contact_surfaces"]
 
     @property
     def wrenches(self) -> Array:

@@ -11,9 +11,8 @@ from evolvent import model as mdl
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.checks import redundant_part
-from evolvent.assembly.families import owner
+from evolvent.assembly.families import row_owner
 from evolvent.equations.implicit import measure_constraints
-from evolvent.kernels import joint
 from evolvent.model.family import EXPLICIT, SOLVERS
 from evolvent.model.registry import families
 from evolvent_base.errors import InputError
@@ -23,27 +22,27 @@ _FITS = 1e-6
 
 
 def check_start(assembly: Assembly, t: float) -> None:
-    """Refuse joints that the start does not meet, by name: positions or velocities that contradict them."""
+    """Refuse constraints that the start does not meet, by name: positions or velocities that contradict them."""
     model, y = assembly.model, assembly.y.copy()
-    joints = model.joints
+    rows = model.constraints
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     length = max(1.0, float(np.abs(y[:n_q]).max(initial=0.0)))
     speed = max(1.0, float(np.abs(y[n_q : n_q + n_v]).max(initial=0.0)))
     needs.load(model, measure_constraints)
     measure_constraints(t, y, model)
-    held = (joints["stiffness"] == 0.0) & (t <= joints["until"])
-    off = ~(np.abs(joints["gap"]) <= _FITS * length) | ~(np.abs(joints["rate"]) <= _FITS * speed)
+    held = (rows["stiffness"] == 0.0) & (t <= rows["until"])
+    off = ~(np.abs(rows["gap"]) <= _FITS * length) | ~(np.abs(rows["rate"]) <= _FITS * speed)
     for k in np.flatnonzero(held & off).tolist():
-        gap, rate = float(joints["gap"][k]), float(joints["rate"][k])
-        unit = "" if joints["kind"][k] in (joint.DIRECTION, joint.ANGLE, joint.GEAR) else " m"
+        gap, rate = float(rows["gap"][k]), float(rows["rate"][k])
+        unit = "" if rows["turns"][k] else " m"
         if not abs(gap) <= _FITS * length:
             raise InputError(
-                f"{owner(assembly, 'joints', k)!r} does not fit the start at t = {t:g} s: it is {gap:.6g}{unit} off; "
+                f"{row_owner(assembly, k)!r} does not fit the start at t = {t:g} s: it is {gap:.6g}{unit} off; "
                 f"move the parts that it joins, or its drive"
             )
         if not abs(rate) <= _FITS * speed:
             raise InputError(
-                f"{owner(assembly, 'joints', k)!r} does not fit the velocities at the start: its two points separate "
+                f"{row_owner(assembly, k)!r} does not fit the velocities at the start: its two points separate "
                 f"at {rate:.6g}{unit}/s; give velocities that keep it"
             )
 
@@ -51,6 +50,9 @@ def check_start(assembly: Assembly, t: float) -> None:
 def acts_from_outside(model: mdl.Model, t: float = -math.inf) -> bool:
     """Whether something joins, pushes or pulls on the system from outside at t, beside gravity and loads."""
     if model.info.outside:
+        return True
+    rows = model.constraints
+    if np.any((rows["outside"] != 0) & (t <= rows["until"])):
         return True
     for family in families().values():
         names, found = family.record.names or (), family.records(model)

@@ -13,9 +13,9 @@ from evolvent.algebra.eigenproblem import Eigenproblem
 from evolvent.algebra.subspaces import along_axes
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
-from evolvent.kernels import fields
 from evolvent.kernels.blocks import ROTATION, indices
 from evolvent.model import family
+from evolvent.model.registry import frames_of
 from evolvent.solvers.common.coordinates import with_positions
 from evolvent.solvers.common.laws import law_failure
 from evolvent.solvers.common.solution import Solution
@@ -130,7 +130,7 @@ def at_equilibrium(
     """The equilibrium that is given or found, an assembly with a copy of the model, and `matrices` there."""
     equilibrium, y, time, rotating, centre = where
     families.check(assembly, family.MODES)
-    if np.any(assembly.model.fields["kind"] == fields.ORBIT):
+    if any(rate is not None for _, rate, _ in frames_of(assembly.model)):
         refuse_unsteady(assembly, orbits=True)
     assembly = with_positions(dataclasses.replace(assembly, model=assembly.model.copy()))
     if equilibrium is None:

@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.assembly.blocks import owner_of
 from evolvent.assembly.families import owner
 from evolvent.kernels.blocks import block_at, displace
-from evolvent.model.registry import families
+from evolvent.model.registry import asked, families
 from evolvent.solvers.modal.positions import moving, rigid_motions
 from evolvent.solvers.static import equilibrium as eq
 from evolvent.solvers.static.work import Work
@@ -26,8 +26,6 @@ MOST = 600
 #: Part of the size of each coordinate by which states are displaced to see whether a spring resists; change of its
 #: length beside that, below which it is round-off and curvature.
 STEP, STRETCHED = 1e-3, 1e-5
-#: Length, and forces whose sum changes it, of what resists by a force of its own, in the records.
-SPRINGS = {"springs": ("extension", "tension"), "coordinates": ("angle", "torque", "applied")}
 
 
 class Naming:
@@ -107,14 +105,14 @@ class Naming:
         step = STEP / float(np.max(np.abs(v) / weight))
         ends = [self._springs(sign * step * v) for sign in (1.0, -1.0)]
         self._springs(np.zeros(v.size))
-        for family, (x, force), (x_back, force_back) in zip(SPRINGS, *ends, strict=True):
+        for (name, (length, *_)), (x, force), (x_back, force_back) in zip(asked("resists").items(), *ends, strict=True):
             dx, change = x - x_back, force - force_back
-            size = STEP * (np.max(weight) if family == "springs" else 1.0)
+            size = STEP * (np.max(weight) if families()[name].results[length][1] == "m" else 1.0)
             square = np.abs(dx * change) / (4.0 * step**2 * float(v @ (self.M @ v)))
             moved = (np.abs(dx) > STRETCHED * size) & (np.abs(change) > 1e-9 * np.abs(force))
             found = np.flatnonzero(moved & (square <= noise))
             if found.size:
-                return owner(self.assembly, family, int(found[0]))
+                return owner(self.assembly, name, int(found[0]))
         return ""
 
     def _springs(self, d: Array) -> list[tuple[Array, Array]]:
@@ -122,5 +120,5 @@ class Naming:
         work, b = self.work, self.work.balance
         displace(self.y, d, False, work.model, b.y)
         eq.unbalance(work.time, work.step, 1.0, 1.0, work.model, b, b.r)
-        rows = ((getattr(work.model, name), fields) for name, fields in SPRINGS.items())
+        rows = ((getattr(work.model, name), fields) for name, fields in asked("resists").items())
         return [(row[x].copy(), sum(row[name] for name in forces)) for row, (x, *forces) in rows]

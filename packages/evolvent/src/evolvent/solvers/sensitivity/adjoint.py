@@ -136,7 +136,7 @@ class Adjoint:
         check(plans[0])
         self.lead, self.middle = (ImplicitRun(one) for one in plans)
         self.room, self.transposed, model, times = matrix_for(base), matrix_for(base), base.model, plans[0].times
-        self.n_v, self.n_u = int(model.info.nv), int(model.info.nv) + model.joints.size
+        self.n_v, self.n_u = int(model.info.nv), int(model.info.nv) + model.constraints.size
         self.parameters = [
             Parameter(
                 name, change, sides, (_stops(base, sides.patches[0], times), _stops(base, sides.patches[1], times)),

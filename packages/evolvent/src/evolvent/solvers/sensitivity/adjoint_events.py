@@ -183,7 +183,7 @@ class Jumps:
     @property
     def n_u(self) -> int:
         """Unknowns: velocities and multipliers."""
-        return self.n_v + int(self.lead.model.joints.size)
+        return self.n_v + int(self.lead.model.constraints.size)
 
     def take(self, searched: tuple[int, int, int] | None) -> tuple[int, str, Jump | None]:
         """Have the run take the steps to an event or a given time, with neighbours.
@@ -298,11 +298,11 @@ class Jumps:
         return found, np.concatenate([sizes, [one.change for one in self.parameters]])
 
     def _gaps(self, model: Any, work: Any, y: Array) -> Array:
-        """What joints leave of their constraints in a state, (nj,); 0 of those that do not hold."""
+        """What constraints leave in a state, (nj,); 0 of those that do not hold."""
         r = np.zeros(self.n_u)
         residual(float(work.loop.time), y, work.dv1, work.la, 0.0, 1.0, model, r, np.zeros(work.powers.shape[1]))
-        joints, t = model.joints, float(work.loop.time)
-        held = (joints["stiffness"] <= 0.0) & (t <= joints["until"])
+        rows, t = model.constraints, float(work.loop.time)
+        held = (rows["stiffness"] <= 0.0) & (t <= rows["until"])
         return np.where(held, r[self.n_v :], 0.0)
 
     def _constraints(self, base: Any, work: Any) -> Array:

@@ -11,6 +11,8 @@ from numba import config
 
 from evolvent.assembly import needs
 from evolvent.assembly.families import owner
+from evolvent.model.registry import asked, event_of
+from evolvent.solvers.common.solution import event_numbers
 from evolvent.solvers.sensitivity.steps_beside import (
     ELSEWHERE,
     FAILED,
@@ -141,7 +143,8 @@ class Neighbours:
         for k, steps in enumerate(self.pace[:, UNLIKE].astype(int)):
             if steps:
                 model = self.lead.model
-                what = "contacts touch" if model.contact_surfaces.size or model.body_contacts.size else "joints slip"
+                touches = any(getattr(model, name).size for name in asked("presses"))
+                what = "contacts touch" if touches else "joints slip"
                 raise TooFar(k - 1, f"other {what} in steps to t = {self.lead.reached:.6g} s")
 
     def _left(self) -> TooFar:
@@ -157,8 +160,9 @@ class Neighbours:
         """Why a run with several latches or events at the end of a step, or one at its given end, has no derivative."""
         work = self.lead.work
         last = work.log_k[: int(work.loop.latches)][work.log_t[: int(work.loop.latches)] == self.lead.reached]
-        kinds = [("coordinates", int(k)) if k >= 0 else ("events", -1 - int(k)) for k in last]
-        names = " and ".join(repr(owner(self.lead.assembly, *one)) for one in kinds)
+        model = self.lead.model
+        found = [event_of(lambda name: getattr(model, name), int(number)) for number in event_numbers(model, last)]
+        names = " and ".join(repr(owner(self.lead.assembly, family.name, index)) for family, index, _ in found)
         happen = "latch" if np.all(last >= 0) else "happen"
         return InputError(
             f"{names} {happen} at t = {self.lead.reached:.6g} s in one step, together or with the end or a change of "

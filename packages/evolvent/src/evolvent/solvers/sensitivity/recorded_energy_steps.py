@@ -190,7 +190,7 @@ def _row_scale(i, scale, model):
     n_v = model.info.nv
     if i < n_v:
         return 2.0
-    return scale if model.joints[i - n_v].stiffness <= 0.0 else 2.0 * scale
+    return scale if model.constraints[i - n_v].stiffness <= 0.0 else 2.0 * scale
 
 
 @inlined
@@ -300,7 +300,7 @@ def _pull_back_coordinates(t, h, n, recorded, model, work, linear, colours, deri
 def colours_of(model, matrix):
     """Colours of the coordinates of a model by the pattern of its matrix: `Colours`; not compiled."""
     n_v, table, later, unknown = int(model.info.nv), matrix.table, matrix.later, matrix.unknown
-    n_u = n_v + model.joints.size
+    n_u = n_v + model.constraints.size
     own = [unknown[row[sparse.START] : row[sparse.START] + row[sparse.SIZE]] for row in table]
     beside = [{b} for b in range(len(own))]
     for b, row in enumerate(table):

@@ -29,8 +29,9 @@ from evolvent.algebra import sparse, sparse_lu
 from evolvent.algebra.sparse import AT, BLOCK, COLUMN, COUNT, FIRST, SIZE, SPARSE, START, WIDTH
 from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, at_address
+from evolvent.equations.between_steps import note_state
 from evolvent.equations.implicit import residual, tangent
-from evolvent.kernels import coordinate, user_events
+from evolvent.kernels import watches
 from evolvent.kernels.blocks import RATE, ROTATION, displace
 from evolvent.model import MODEL
 from evolvent.solvers.sensitivity.steps_beside import NONE, TOGETHER, TRIED, take_step
@@ -111,12 +112,11 @@ RECORDED_STEPS, LINEAR = RecordedSteps._numba_type_, Linear._numba_type_
 def note_start(model, work):
     """What records keep of the start of a step, of a state that has been changed."""
     t = work.loop.time
-    if model.coordinates.size > 0:
-        coordinate.note_turns(t, work.y, model.switches, model)
-    if model.events.size > 0:
-        user_events.note_values(t, work.y, model)
-        for k in range(model.events.size):
-            model.events[k].value = model.events[k].now
+    note_state(t, work.y, model.switches, model)
+    if model.watches.size > 0:
+        watches.note_values(t, work.y, model)
+        for k in range(model.watches.size):
+            model.watches[k].value = model.watches[k].now
 
 
 @inlined

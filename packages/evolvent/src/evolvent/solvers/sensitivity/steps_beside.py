@@ -26,7 +26,8 @@ from numba import types
 from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import INTEGERS, MATRIX, VECTOR, indirect, inlined
 from evolvent.compiled.pointer import at_address
-from evolvent.kernels import coordinate, user_events
+from evolvent.equations import between_steps
+from evolvent.kernels import watches
 from evolvent.model import MODEL
 from evolvent.solvers.common.balance import energy_of
 from evolvent.solvers.time.implicit import events as implicit_events, loop as implicit_loop, methods as method
@@ -175,19 +176,19 @@ def step_beside(kind, latch, leads, run_model, run, leader, model, matrix, work,
     found = solve_beside(t_end, h, leads, leader, model, matrix, work, pace, factored)
     if found <= 0:
         return found
-    user_events.note_values(t_end, work.y, model)
-    if model.events.size > 0:
+    watches.note_values(t_end, work.y, model)
+    if model.watches.size > 0:
         implicit_events.note_middle(t_end, h, model, work)
     fired = FIRST_EVENT - latch if latch <= FIRST_EVENT else NONE
     if latch == TRIED:
         part = implicit_loop.until_coordinate(h, model, work)
-        if model.events.size > 0:
-            due = user_events.until_event_beside(run.loop.event_step / run.loop.tried, run_model.events, model)
+        if model.watches.size > 0:
+            due = watches.until_event_beside(run.loop.event_step / run.loop.tried, run_model.watches, model)
             part = due if part == 1.0 else min(part, due)
         implicit_loop.restore_start(model, work)
         loop.event_step = h * part if part != 1.0 else run.loop.event_step
         return found
-    if fired >= 0 and kind != EVENT and user_events.differs(fired, run_model.events, model):
+    if fired >= 0 and kind != EVENT and watches.differs(fired, run_model.watches, model):
         return ELSEWHERE
     if work.options.tolerance > 0.0:
         loop.step = run.loop.step
@@ -196,17 +197,17 @@ def step_beside(kind, latch, leads, run_model, run, leader, model, matrix, work,
     implicit_loop.accept_step(t1, t_end, h, model, work)
     has_gained(False, model, work)
     keep_samples(t, h if midpoint else t1 - t, model, work)
-    if fired >= 0 and model.events[fired].stops != 0 and loop.sample < run.loop.sample:
+    if fired >= 0 and model.watches[fired].stops != 0 and loop.sample < run.loop.sample:
         keep_sample(loop.sample, 1.0, t, h if midpoint else t1 - t, model, work)
         work.samples[loop.sample] = t1
         loop.sample += 1
     start_next(work)
     if latch >= 0:
         if midpoint:
-            coordinate.note_turns(t1, work.y, s, model)
+            between_steps.note_state(t1, work.y, s, model)
         implicit_loop.lock(t1, latch, model, work)
-    coordinate.count_quarter_turns(s, model.coordinates)
-    released = user_events.fire_beside(t1, fired, run_model.events, model, work)
+    between_steps.take_step(s, model)
+    released = watches.fire_beside(t1, fired, run_model.watches, model, work)
     if kind == STOP:
         loop.stop += 1
     if (latch >= 0 or released or kind == STOP) and method.restart(model, work):
@@ -268,7 +269,7 @@ def take_step(model, matrix, run):
         if loop.latches > latches and latch < 0:
             latch += 1 + FIRST_EVENT
         short = loop.tried * loop.steps < LEAST_TO_RELEASE * (loop.time - run.samples[0])
-        if (latch != NONE or kind == STOP) and short and user_events.has_released(loop.time, loop.tried, model):
+        if (latch != NONE or kind == STOP) and short and watches.has_released(loop.time, loop.tried, model):
             return HASTY, kind, latch
     return code, kind, latch
 

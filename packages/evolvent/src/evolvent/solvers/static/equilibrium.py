@@ -21,11 +21,12 @@ from evolvent.algebra.sparse import SPARSE, add_entry, diagonal
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, record
 from evolvent.equations import step_end
+from evolvent.equations.between_steps import take_step
 from evolvent.equations.implicit import energies, residual, tangent
-from evolvent.kernels import contact, coordinate, loads, rigid
+from evolvent.kernels import contact, rigid
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import POSITION, SLOPE, displace, is_idle
-from evolvent.kernels.calls import turning_at, turning_tangent_at
+from evolvent.kernels.calls import scale_at, turning_at, turning_tangent_at
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 from evolvent.model.powers import COUPLED_ENERGY
@@ -151,13 +152,9 @@ def unbalance(t, step, factor, share, model, b, r):
     info = model.info
     for c in range(3):
         info.gravity[c] = factor * b.gravity[c]
-    for k in range(model.loads.size):
-        first = model.loads[k].first
-        for c in range(loads.vector_size(model.loads[k].kind)):
-            model.parameters[first + c] = factor * b.parameters[first + c]
-        model.loads[k].scale = factor
-    for k in range(model.fields.size):
-        model.fields[k].scale = factor
+    calls = model.scale_calls
+    for k in range(calls.size):
+        scale_at(model, calls[k])(factor, b.parameters, model)
     rigid.kinematics(t, b.y, model)
     turning(factor, b.spin, b.y, model, b.a)
     residual(t, b.y, b.a, b.la, step, factor, model, r, b.powers)
@@ -222,7 +219,7 @@ def _move(cut, model, b):
     for k in range(b.la.size):
         b.la[k] += cut * b.x[b.d.size + k]
     displace(b.y, b.d, False, model, b.y)
-    coordinate.count_quarter_turns(model.switches, model.coordinates)  # whose angles are those before the move
+    take_step(model.switches, model)  # whose angles are those before the move
     return norm
 
 
@@ -407,6 +404,6 @@ def probe(t, step, factor, shift, model, matrix, b):
 def accept(t, model, b, out):
     """Make the state the start of what follows; out : (5,) energies (3), of contacts, of coordinates and penalties."""
     step_end.end_step(t, 0.0, 1.0, 0.0, b.y, b.total, model, b.booked)
-    coordinate.count_quarter_turns(model.switches, model.coordinates)
+    take_step(model.switches, model)
     energies(t, b.y, model, out[:3])
     out[3], out[4] = contact.energy_of(model), b.powers[COUPLED_ENERGY]

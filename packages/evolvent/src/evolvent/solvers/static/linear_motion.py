@@ -8,10 +8,10 @@ import numpy as np
 import scipy
 
 from evolvent.algebra.eigenproblem import Eigenproblem
-from evolvent.kernels import fields, joint, rigid
+from evolvent.kernels import rigid
 from evolvent.kernels.blocks import POSITION, RATE, ROTATION, SLOPE
-from evolvent.model.registry import asked
-from evolvent.solvers.common.redundancy import independent
+from evolvent.model.registry import asked, frames_of
+from evolvent.solvers.common.redundancy import independent, is_held
 from evolvent.solvers.common.standing import idle_nodes
 from evolvent.solvers.static import equilibrium as eq
 from evolvent.solvers.static.work import Work, rubs
@@ -34,7 +34,7 @@ def has_gyroscopic_forces(work: Work) -> bool:
     """Whether a steady turn, an orbital frame or wheels bring in forces that can stabilize where the energy rises."""
     turns: Any = np.any(work.balance.spin[:3]) or np.any(work.balance.y[work.model.wheels["iv"]])
     turns = turns or any(flows(work.model).size for flows in asked("flows").values())
-    return bool(turns) or work.model.fields.size > 0
+    return bool(turns) or bool(frames_of(work.model))
 
 
 def matrices(work: Work, *, damped: bool = True) -> tuple[scipy.sparse.csr_matrix, ...]:
@@ -45,10 +45,9 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[scipy.sparse.csr_matri
     K = whole[:n_v, :n_v]
     M = work.mass()
     C = _dampers(work) if damped else _spin_of_wheels(work) + _flow(work)
-    joints, gradients = work.model.joints, whole[n_v:, :n_v]
-    held = np.array([joint.holds(work.time, joints, k) for k in range(work.n_j)], dtype=bool)
-    penalties = np.flatnonzero(held & (joints["stiffness"] > 0.0))
-    G = gradients[np.flatnonzero(held & (joints["stiffness"] == 0.0))]
+    rows, gradients = work.model.constraints, whole[n_v:, :n_v]
+    penalties = np.flatnonzero((work.time <= rows["until"]) & (rows["stiffness"] > 0.0))
+    G = gradients[np.flatnonzero(is_held(rows, work.time))]
     if work.redundancy is not None:
         G = independent(G, work.redundancy.rank)
     # impulses are sums over time, not motions, and no force moves thread on its spool
@@ -57,26 +56,26 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[scipy.sparse.csr_matri
     G = scipy.sparse.vstack([G, scipy.sparse.identity(n_v, format="csr")[idle]])
     # the multiplier of a penalty is its stiffness times its gap and its damping times the gap's rate
     g = gradients[penalties]
-    K = K + g.T @ scipy.sparse.diags(joints["stiffness"][penalties]) @ g
+    K = K + g.T @ scipy.sparse.diags(rows["stiffness"][penalties]) @ g
     if damped:
-        C = C + g.T @ scipy.sparse.diags(joints["damping"][penalties]) @ g
+        C = C + g.T @ scipy.sparse.diags(rows["damping"][penalties]) @ g
     if np.any(b.spin[:3]):
         K = K + work.turning_tangent()
         C = C + gyroscopic(work, M, b.spin[:3])
-    if work.model.fields.size:
-        C = C + field_rates(work, M, damped=damped)
+    if frames_of(work.model):
+        C = C + frame_rates(work, M, damped=damped)
     return M, C.tocsr(), K, G.tocsr()
 
 
-def field_rates(work: Work, M: scipy.sparse.csr_matrix, *, damped: bool) -> scipy.sparse.csr_matrix:
-    """Derivatives of the forces of fields by velocities: Coriolis terms of an orbital frame, and those of a law.
+def frame_rates(work: Work, M: scipy.sparse.csr_matrix, *, damped: bool) -> scipy.sparse.csr_matrix:
+    """Derivatives of forces on all masses by velocities: Coriolis terms of an orbital frame, and those of a law.
 
     Without `damped` only the gyroscopic (skew-symmetric) part of a law's derivative is taken.
     """
     found = scipy.sparse.csr_matrix((work.n_v, work.n_v))
-    for row in work.model.fields:
-        if row["kind"] == fields.ORBIT:
-            found = found + row["scale"] * gyroscopic(work, M, row["w"])
+    for _, rate, row in frames_of(work.model):
+        if rate is not None:
+            found = found + row["scale"] * gyroscopic(work, M, rate)
             continue
         with_field, scale = work.damping(), float(row["scale"])
         row["scale"] = 0.0
@@ -87,11 +86,13 @@ def field_rates(work: Work, M: scipy.sparse.csr_matrix, *, damped: bool) -> scip
 
 
 def _dampers(work: Work) -> scipy.sparse.csr_matrix:
-    """Derivative of the forces by velocities at rest, without those of fields (`field_rates`)."""
-    scale = work.model.fields["scale"].copy()
-    work.model.fields["scale"] = 0.0
+    """Derivative of the forces by velocities at rest, without those on all masses (`frame_rates`)."""
+    kept = [(row, float(row["scale"])) for _, _, row in frames_of(work.model)]
+    for row, _ in kept:
+        row["scale"] = 0.0
     found = work.damping()
-    work.model.fields["scale"] = scale
+    for row, scale in kept:
+        row["scale"] = scale
     return found
 
 

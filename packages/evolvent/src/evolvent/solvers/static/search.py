@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly import families
-from evolvent.kernels import joint
 from evolvent.model.registry import asked
 from evolvent.solvers.common import balance as eb
 from evolvent.solvers.common.hints import hints_on
@@ -143,7 +142,7 @@ class StaticSearch:
         self._end(1.0)
         by_energy = families.has_symmetric_stiffness(w.model) and not has_gyroscopic_forces(w)
         if self.unstable > 0 and self.slides == 0 and by_energy:
-            if np.any(w.model.joints["kind"] == joint.SEGMENT):
+            if np.any(w.model.constraints["alone"]):
                 self._start_lower(targets, whole=whole)
             else:
                 self._follow_again(targets)

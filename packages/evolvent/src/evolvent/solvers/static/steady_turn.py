@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.constraints import ends_of_row
 from evolvent.assembly.ends import ends_of
 from evolvent.assembly.families import owner
 from evolvent.kernels import rigid
@@ -35,11 +36,10 @@ class Turn:
         self.axis, self.centre = spin[:3] / self.rate, spin[3:]
         bodies = self.model.bodies
         self.still = np.array([row["motion"] == rigid.DRIVEN and not self._turns(row) for row in bodies])
-        for name, spec in assembly.parts.items():
-            if getattr(spec, "kind", "") == "joint" and spec.type == "clamp":
-                family, first = assembly.names.get(name, ("", -1))
-                if family == "joints":
-                    self.still[[i for what, i in self._ends("joints", first) if what == "bodies"]] = False
+        for k, name in enumerate(assembly.row_parts):
+            spec = assembly.parts.get(name)
+            if getattr(spec, "kind", "") == "joint" and getattr(spec, "type", "") == "clamp":
+                self.still[[i for what, i in ends_of_row(self.model, k) if what == "bodies"]] = False
 
     def _turns(self, row: Any) -> bool:
         own = row["R0"] @ row["axis"] * row["rate"] - self.rate * self.axis

@@ -21,7 +21,7 @@ from evolvent.equations.kept_fields import write_forces
 from evolvent.kernels import rigid
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SCALAR, SLOPE, idle, indices
 from evolvent.model.powers import N_POWERS
-from evolvent.model.registry import along_axes, asked, families
+from evolvent.model.registry import along_axes, asked, families, frames_of
 from evolvent.solvers.common import redundancy
 from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.common.sizes import sizes
@@ -68,8 +68,8 @@ def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
     axis, gravity = spin[:3], model.info.gravity
     if not np.any(axis):
         return spin
-    if model.fields.size:
-        name = next(name for name, found in assembly.names.items() if found[0] == "fields")
+    if framed := {family for family, *_ in frames_of(model)}:
+        name = next(name for name, found in assembly.names.items() if found[0] in framed)
         raise InputError(f"rotating does not support the field {name!r}; leave out rotating, or the field")
     if np.linalg.norm(np.cross(axis, gravity)) > 1e-9 * np.linalg.norm(axis) * np.linalg.norm(gravity):
         raise InputError(f"gravity {tuple(gravity)} is not along the axis of the steady turn, so nothing is steady")
@@ -127,7 +127,7 @@ class Work:
         self.assembly, self.time = assembly, float(time)
         self.model = model = at_rest(assembly.model, time)
         self.n_q, self.n_v = int(model.info.nq), int(model.info.nv)
-        self.n_j = model.joints.size
+        self.n_j = model.constraints.size
         if self.n_v == 0:
             raise InputError("nothing in the system can move")
         self.matrix = matrix_of(model, spare=spare_of(model))
@@ -247,14 +247,13 @@ class Work:
         soft beside its extension, which leaves no digits for the latter.
         """
         whole = self.tangent(0.0, 0.0)
-        joints = self.model.joints
-        held = [k for k in range(self.n_j) if joints["stiffness"][k] == 0.0 and self.time <= joints["until"][k]]
+        held = np.flatnonzero(redundancy.is_held(self.model.constraints, self.time))
         G = whole[self.n_v :, : self.n_v][held]
         K = whole[: self.n_v, : self.n_v]
         if np.any(self.balance.spin[:3]):
             K = K + self.turning_tangent()
         A = 0.5 * (K + K.T)
-        if held:
+        if held.size:
             T = _allowed_moves(G.toarray(), abs(K).max(axis=1).toarray().ravel())
             A = T.T @ A @ T
         if A.shape[0] == 0:
@@ -395,7 +394,7 @@ def _allowed_moves(G: Array, size: Array) -> Any:
 
 def _spinning() -> list[int]:
     """Codes of families whose rates go on in statics."""
-    return [code for code, name in enumerate(owners()) if any(own.spins for own in families()[name].coordinates)]
+    return [code for code, name in enumerate(owners()) if any(own.spins for own in families()[name].unknowns)]
 
 
 def _moments(model: mdl.Model) -> Array:
@@ -428,7 +427,7 @@ def velocity_slice(model: mdl.Model, family: str, index: int) -> slice | None:
 
 def spare_of(model: mdl.Model) -> int:
     """Pivots that statics may defer: without masses a beam or a body may be held by its joints only."""
-    loose = (own.loose(family.records(model)) for family in families().values() for own in family.coordinates)
+    loose = (own.loose(family.records(model)) for family in families().values() for own in family.unknowns)
     return min(sum(loose), MOST_DEFERRED)
 
 

@@ -24,7 +24,7 @@ NO_EVENT = 2.0
 #: steps; last_error: of the last step accepted; turn: s, length of the next step, at whose end a friction turns back;
 #: rubs0, rubs1: W, powers of frictions at both ends of a step.
 LOOP = np.dtype(
-    [(name, np.int64) for name in ("steps", "rhs_evaluations", "rejected", "events", "sample", "grid", "next_break",
+    [(name, np.int64) for name in ("steps", "rhs_evaluations", "rejected", "fired", "sample", "grid", "next_break",
                                    "starts", "stale")]
     + [(name, np.float64) for name in ("time", "step", "origin", "last_error", "turn", "rubs0", "rubs1")],
     align=True,
@@ -103,15 +103,15 @@ def rounds(releases):
 def log_is_short(model, work):
     """Whether the log may not hold all that `fire` could write into it."""
     n = model.info.releases
-    return work.log_t.size - work.loop.events < rounds(n) * (n // 2 + 1)
+    return work.log_t.size - work.loop.fired < rounds(n) * (n // 2 + 1)
 
 
 @inlined
 def note_event(t, k, work):
     """Note event k at time t."""
-    n = work.loop.events
+    n = work.loop.fired
     work.log_t[n], work.log_k[n] = t, k
-    work.loop.events = n + 1
+    work.loop.fired = n + 1
 
 
 @indirect(_I(MODEL, REAL, WORKSPACE))

@@ -17,10 +17,17 @@ import numpy as np
 from numba import types
 
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
-from evolvent.equations.between_steps import end_frictions, measure_frictions
+from evolvent.equations.between_steps import (
+    end_frictions,
+    excess,
+    longest_turn,
+    measure_frictions,
+    note_stage,
+    note_state,
+)
 from evolvent.equations.projection import is_corrected, project
 from evolvent.equations.rhs import rhs
-from evolvent.kernels import coordinate, rigid, springs
+from evolvent.kernels import contact, rigid
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import normalise
 from evolvent.kernels.calls import longest_step_at
@@ -84,12 +91,10 @@ def start_up(model, work):
         return BUDGET
     work.loop.starts, work.loop.stale = 0, 1
     t = work.loop.time
-    if model.springs.size > 0:  # by the state at the start, whose balance has been checked
-        springs.note_lines(t, True, model)
+    note_stage(t, 1, model)  # by the state at the start, whose balance has been checked
     if is_corrected(model):
         project(t, work.y, work.s, model)
-    if model.coordinates.size > 0:
-        coordinate.note_turns(t, work.y, work.s, model)
+    note_state(t, work.y, work.s, model)
     if model.info.rubbed >= 0:
         measure_frictions(t, work.y, work.y, work.s, 0.0, -1.0, model)
         end_frictions(work.y, -1.0, model)
@@ -113,11 +118,9 @@ def end_step(target, corrected, model, work):
     for n in range(work.y.size):
         work.y[n] = work.y1[n]
     work.loop.time = target
-    if model.springs.size > 0:  # by the last stage, which is the end of the step, or close to it
-        springs.note_lines(target, False, model)
+    note_stage(target, 0, model)  # by the last stage, which is the end of the step, or close to it
     changed = corrected and project(target, work.y, work.s, model) != 0
-    if model.coordinates.size > 0:
-        coordinate.note_turns(target, work.y, work.s, model)
+    note_state(target, work.y, work.s, model)
     return changed
 
 
@@ -255,8 +258,7 @@ def grid_step(end, until, model, loop):
 def adapted_step(until, model, work):
     """End and length of the next step of those that adapt."""
     t, h = work.loop.time, work.loop.step
-    if model.coordinates.size > 0:
-        h = min(h, coordinate.longest_step(model.coordinates))
+    h = min(h, longest_turn(model))
     calls = model.longest_step_calls
     for k in range(calls.size):
         h = min(h, longest_step_at(model, calls[k])(work.y, work.s, model))
@@ -293,7 +295,7 @@ def advance(A, b, c, E, P, Q, rtol, atol, model, work, budget):
         return status
     n, adapts = model.info.nq + model.info.nv, E.size > 0
     watch, corrected = work.g.size > 0, is_corrected(model)
-    passes, turns = model.body_contacts.size > 0 or model.contact_surfaces.size > 0, model.coordinates.size > 0
+    passes = contact.any_contact(model)
     end, near = work.samples[work.samples.size - 1], 0.0 if adapts else 1e-9 * loop.step
     until = next_stop(adapts, loop.time, end, model, work)
     rejected, error = False, 0.0
@@ -327,8 +329,8 @@ def advance(A, b, c, E, P, Q, rtol, atol, model, work, budget):
             error = error_norm(y, y1, K, E, h, n, rtol, atol, work.w)
             if passes and error < 1.0:
                 error = max(error, way(t + h, model, work) ** 5)
-            if turns and error < 1.0:
-                error = max(error, coordinate.turned_beside(t + h, h, y1, s, model) ** 5)
+            if error < 1.0:
+                error = max(error, excess(t + h, h, y1, s, model) ** 5)
             if not error < 1.0:
                 loop.rejected += 1
                 rejected = True

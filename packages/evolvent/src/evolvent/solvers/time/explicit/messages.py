@@ -28,7 +28,7 @@ def explicit_reason(code: int, run: MotionRun) -> str:
         )
     if code == explicit_events.NO_THREAD:
         return outrun(reached)
-    return f"{work.loop.events} events by t = {reached:.6g} s: one of them fires repeatedly"
+    return f"{work.loop.fired} events by t = {reached:.6g} s: one of them fires repeatedly"
 
 
 def explicit_stalled(stall: Stall, run: MotionRun) -> str:

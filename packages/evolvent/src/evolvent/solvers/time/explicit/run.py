@@ -158,7 +158,7 @@ class ExplicitRun(run.MotionRun):
 
     def result(self, status: str, message: str, wall_time: float) -> Solution:
         """What the run has reached, with what the loop has counted."""
-        work, kept, n_events = self.work, int(self.work.loop.sample), int(self.work.loop.events)
+        work, kept, n_events = self.work, int(self.work.loop.sample), int(self.work.loop.fired)
         found = self.found or self.closure(0)
         return Solution(
             assembly=self.assembly,

@@ -35,7 +35,7 @@ def event_in_step(A, b, c, P, Q, t, h, target, end, until, model, work):
     row = next_row(search)
     while row >= 0:
         theta = search.place[row]
-        if model.events.size > 0 or model.coordinates.size > 0 or model.info.brakes > 0:
+        if model.event_values_calls.size > 0 or model.info.brakes > 0:
             interpolate(Q, work.y, work.K, h, theta, work.w)
         else:
             interpolate_scalars(Q, work.y, work.K, h, theta, model.blocks, work.w)

@@ -9,7 +9,7 @@ from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import REAL, VECTOR, indirect
 from evolvent.equations import step_end
 from evolvent.equations.implicit import residual
-from evolvent.kernels import joint, rigid, thread
+from evolvent.kernels import constraints, rigid, thread
 from evolvent.kernels.ancf_beams import is_finite
 from evolvent.kernels.blocks import ROTATION, displace
 from evolvent.kernels.rotations import cross
@@ -37,12 +37,12 @@ def accelerations_at(t, state, model, matrix, work, A, la):
     g'' is the central difference of g' along the motion. The matrix is that of a step too short to feel stiffness.
     """
     n_q, n_v, y0, options = model.info.nq, model.info.nv, work.y0, work.options
-    joints, n_j = model.joints, model.joints.size
+    rows, n_j = model.constraints, model.constraints.size
     first = n_v
     c_mass = short_c_mass(options)
     scale = c_mass * options.mass
     d = 1e-3 * options.span
-    for _ in range(3 if model.bearings.size == 0 else RUBBING):
+    for _ in range(3 if model.info.reactive == 0 else RUBBING):
         residual(t, state, A, la, 0.0, 1.0, model, work.r, work.powers[0])
         for side in range(2):
             for i in range(n_v):
@@ -54,11 +54,11 @@ def accelerations_at(t, state, model, matrix, work, A, la):
                 y0[n_q + i] = state[n_q + i] + d * A[i]
             rigid.kinematics(t + d, y0, model)
             for k in range(n_j):
-                joint.joint_geometry(t + d, y0, k, model)
-                work.x[first + k] = (work.x[first + k] if side == 1 else 0.0) + joints[k].rate / (2.0 * d)
+                constraints.measure(constraints.STATE, t + d, y0, k, model)
+                work.x[first + k] = (work.x[first + k] if side == 1 else 0.0) + rows[k].rate / (2.0 * d)
             d = -d
         for k in range(n_j):
-            if joints[k].stiffness > 0.0 or not joint.holds(t, joints, k):
+            if rows[k].stiffness > 0.0 or not constraints.holds(t, rows, k):
                 work.x[first + k] = -scale * work.r[first + k]
             else:
                 work.x[first + k] *= -scale / c_mass

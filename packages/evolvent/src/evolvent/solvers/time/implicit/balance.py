@@ -7,7 +7,7 @@ from numba import types, void
 from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.equations.implicit import energies
 from evolvent.equations.step_end import end_step
-from evolvent.kernels import contact, joint, rigid
+from evolvent.kernels import constraints, contact, rigid
 from evolvent.model import MODEL, powers as eq
 from evolvent.solvers.common.balance import (
     defect_of,
@@ -86,26 +86,26 @@ def has_gained(ends, model, work):
 
 @inlined
 def _drives(t, model, work):
-    """Work of driven joints over a step to t, la dg/dt of each, mean la."""
+    """Work of driven constraints over a step to t, la dg/dt of each, mean la."""
     given = 0.0
-    joints = model.joints
-    for k in range(joints.size):
-        if joints[k].path != 0 and joint.holds(t, joints, k):
+    rows = model.constraints
+    for k in range(rows.size):
+        if rows[k].drives != 0 and constraints.holds(t, rows, k):
             given += 0.5 * (work.la[k] + work.la0[k]) * work.gaps[k]
     return given
 
 
 @indirect(void(REAL, REAL, MODEL, WORKSPACE))
 def note_drives(t, h, model, work):
-    """Change of each driven joint's gap by its drive alone over a step that starts at t."""
-    joints = model.joints
-    for k in range(joints.size):
+    """Change of each driven gap by its drive alone over a step that starts at t."""
+    rows = model.constraints
+    for k in range(rows.size):
         work.gaps[k] = 0.0
-        if joints[k].path != 0:
-            joint.joint_geometry(t, work.y0, k, model)
-            now = joints[k].gap
-            joint.joint_geometry(t + h, work.y0, k, model)
-            work.gaps[k] = joints[k].gap - now
+        if rows[k].drives != 0:
+            constraints.measure(constraints.STATE, t, work.y0, k, model)
+            now = rows[k].gap
+            constraints.measure(constraints.STATE, t + h, work.y0, k, model)
+            work.gaps[k] = rows[k].gap - now
 
 
 @indirect(void(REAL, MODEL, WORKSPACE))

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.model.registry import asked
+from evolvent.model.registry import asked, motions
 from evolvent.solvers.common.solution import Capture, Solution
 from evolvent.solvers.time.implicit.workspace import Workspace
 
@@ -46,7 +46,7 @@ class Captures:
                 row, h = coordinates[k], float(loop.last)
                 moved, start = float(row["angle"] - row["latch"]), float(row["caught"])
                 end = 2.0 * moved / h - start if options.midpoint else float(row["rate"])
-                self.found.append(Capture("coordinates", k, time, capture_time(row, h, moved, start, end)))
+                self.found.append(Capture(motions(), k, time, capture_time(row, h, moved, start, end)))
             self._locked = []
         now = int(loop.latches)
         own = zip(work.log_k[self._seen : now].tolist(), work.log_t[self._seen : now].tolist(), strict=True)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from numba import void
 
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.compiled.lookups import event_law_at
-from evolvent.kernels.user_events import ARMED, FIRED, note_middles
+from evolvent.kernels.watches import ARMED, FIRED, note_middles, watch
 from evolvent.model import MODEL
 from evolvent.solvers.time.dense import interpolate
 from evolvent.solvers.time.event_search import END, FIRST, MIDDLE, START, begin_search, next_row
@@ -16,14 +15,14 @@ from evolvent.solvers.time.implicit.workspace import WORKSPACE
 MOST_FOUND = 30
 
 
-@indirect(void(REAL, REAL, MODEL, WORKSPACE), used_for="events")
+@indirect(void(REAL, REAL, MODEL, WORKSPACE), used_for="watches")
 def note_middle(t, h, model, work):
     """Values of events in the middle of a step of length h that ends at t."""
     interpolate(0.5, h, work.y0, work.y, model, work.spare)
     note_middles(t - 0.5 * h, work.spare, model)
 
 
-@indirect(REAL(REAL, REAL, REAL, MODEL, WORKSPACE), used_for="events")
+@indirect(REAL(REAL, REAL, REAL, MODEL, WORKSPACE), used_for="watches")
 def rise_in_step(t, h, due, model, work):
     """Length, as a part of h, of the step to try in place of one of length h that ends at t, with events in between.
 
@@ -36,7 +35,7 @@ def rise_in_step(t, h, due, model, work):
     The step that is tried ends where an event has risen, or before it where its value first has to fall below zero: its
     end shows what there is to do next.
     """
-    search, events, G = work.search, model.events, work.search.values
+    search, events, G = work.search, model.watches, work.search.values
     if work.loop.found >= MOST_FOUND:
         return due
     for k in range(events.size):
@@ -47,11 +46,9 @@ def rise_in_step(t, h, due, model, work):
     while row >= 0:
         theta = search.place[row]
         interpolate(theta, h, work.y0, work.y, model, work.spare)
+        watch(t + (theta - 1.0) * h, work.spare, model)
         for k in range(events.size):
-            parameters = model.parameters[events[k].first : events[k].last]
-            G[row, k] = -1.0
-            if events[k].armed != FIRED:
-                G[row, k] = event_law_at(events[k].law)(t + (theta - 1.0) * h, work.spare, parameters)
+            G[row, k] = model.watched[k] if events[k].armed != FIRED else -1.0
         row = next_row(search)
     low, high = search.state.low, search.state.high
     part = due

@@ -24,17 +24,17 @@ def add_compliance(scale, factor, model, matrix, la, x, r):
     they hold to round-off, and so small is the part of la that makes no force: the multipliers are those of least norm.
     Where they do not agree, g = c w.
     """
-    joints, n_j, compliance = model.joints, la.size, model.info.compliance
+    rows, n_j, compliance = model.constraints, la.size, model.info.compliance
     first = x.size - n_j
     for i in range(first):
         x[i] = 0.0
     for k in range(n_j):
-        x[first + k] = -scale * factor * joints[k].slack * compliance * la[k]
+        x[first + k] = -scale * factor * rows[k].slack * compliance * la[k]
     sparse_lu.solve(matrix, x)
     for i in range(first):
         x[i] = 0.0
     for k in range(n_j):
-        x[first + k] *= -scale * scale * joints[k].slack * compliance
+        x[first + k] *= -scale * scale * rows[k].slack * compliance
     sparse_lu.solve(matrix, x)
     for k in range(n_j):
-        r[first + k] -= scale * joints[k].slack * compliance * x[first + k]
+        r[first + k] -= scale * rows[k].slack * compliance * x[first + k]

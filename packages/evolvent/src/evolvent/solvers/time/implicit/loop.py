@@ -14,18 +14,10 @@ from numba import types
 
 from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import REAL, indirect, inlined
+from evolvent.equations.between_steps import longest_turn, note_stage, note_state, take_step
 from evolvent.equations.step_end import start_run
-from evolvent.kernels import (
-    contact,
-    coordinate,
-    coordinate_laws,
-    resistance,
-    rigid,
-    springs,
-    turning,
-    user_events,
-)
-from evolvent.kernels.calls import is_due_at, until_change_at
+from evolvent.kernels import contact, rigid, turning, watches
+from evolvent.kernels.calls import change_at, is_due_at, momentum_at, reached_at, until_change_at, until_event_at
 from evolvent.kernels.grazing import until_deepest, until_touch
 from evolvent.kernels.passing import note_places, passing
 from evolvent.model import MODEL
@@ -80,16 +72,15 @@ def begin(model, matrix, work):
         if status != DONE:
             return status
     fill_energies(loop.time, model, work)
-    if model.springs.size > 0:
-        springs.note_lines(loop.time, True, model)
+    note_stage(loop.time, 1, model)
     if turning.has_friction(model):
         turning.measure_rates(work.y, model)
         turning.keep_rates(model)
     loop.fastest = fastest_rate(0.0, 1.0, work.y[n_q : n_q + work.dq.size], work.shares)
     loop.start_energy = energy_of(work.balance)
     begin_extremes(loop, work.balance.kinetic, potential_of(work.balance))
-    coordinate.count_quarter_turns(model.switches, model.coordinates)
-    user_events.start_events(loop.time, work.y, model)
+    take_step(model.switches, model)
+    watches.start_events(loop.time, work.y, model)
     if work.options.midpoint == 0:  # else those at the start are those of the first step
         fill_forces(model, work)
     start_next(work)
@@ -143,7 +134,7 @@ def advance(model, matrix, work, budget):
             loop.turn_step = rest
         gained = has_gained(t1 >= end - near, model, work)
         keep_samples(t, h if midpoint else t1 - t, model, work)
-        stopped = user_events.is_stopped(model)
+        stopped = watches.is_stopped(model)
         if stopped and loop.sample < work.samples.size and t1 > work.samples[loop.sample - 1]:  # the last sample
             keep_sample(loop.sample, 1.0, t, h if midpoint else t1 - t, model, work)
             work.samples[loop.sample] = t1
@@ -152,8 +143,8 @@ def advance(model, matrix, work, budget):
         if gained:
             return GAINED
         restarts = _latch(t1, model, work)
-        if model.events.size > 0:
-            restarts = user_events.fire_events(t1, model, work) or restarts
+        if model.watches.size > 0:
+            restarts = watches.fire_events(t1, model, work) or restarts
             if stopped:
                 return STOPPED
         if adaptive:
@@ -181,7 +172,7 @@ def step_length(left, model, work):
     """Length of the next step, at most the time `left` to the target, and whether it lands there."""
     loop, midpoint = work.loop, work.options.midpoint != 0
     h = min(loop.step, loop.event_step, loop.turn_step)
-    h = min(h, coordinate.longest_step(model.coordinates), method.longest_step(model, work))
+    h = min(h, longest_turn(model), method.longest_step(model, work))
     if h >= left * (1.0 - (1e-9 if midpoint else 1e-6)):  # which adds up round-off
         return left, True
     if work.options.tolerance > 0.0 and not midpoint and 2.0 * h > left:
@@ -270,11 +261,11 @@ def until_event(t, h, model, work):
     calls = model.until_change_calls
     for k in range(calls.size):
         part = min(part, until_change_at(model, calls[k])(h, work.y0, work.y, model.switches, model))
-    if model.events.size > 0:
-        least = max(4.0 * work.options.smallest, user_events.SURE * work.loop.step)
+    if model.watches.size > 0:
+        least = max(4.0 * work.options.smallest, watches.SURE * work.loop.step)
         limit, extended = work.loop.event_step, work.loop.extended
         implicit_events.note_middle(t, h, model, work)
-        due = user_events.until_event(t, h, least, limit, extended, work.y, model)
+        due = watches.until_event(t, h, least, limit, extended, work.y, model)
         if h > 2.0 * least:
             due = implicit_events.rise_in_step(t, h, due, model, work)
         part = due if part == 1.0 else min(part, due)
@@ -300,11 +291,11 @@ def measure_rates(t, model, work):
 
 @inlined
 def until_coordinate(h, model, work):
-    """`coordinate.until_latch` of a step of length h."""
-    if model.coordinates.size == 0:
-        return 1.0
-    coordinate.measure_travels(h, work.loop.last, work.options.midpoint != 0, model.coordinates)
-    return coordinate.until_latch(model.switches, model)
+    """Part of a step of length h at which the first event falls that its family finds itself; 1 for none."""
+    calls, part = model.until_event_calls, 1.0
+    for k in range(calls.size):
+        part = min(part, until_event_at(model, calls[k])(h, work.loop.last, work.options.midpoint, model))
+    return part
 
 
 @inlined
@@ -330,12 +321,12 @@ def accept_step(t1, t_end, h, model, work):
     loop = work.loop
     method.end_step(t_end, h, model, work)
     add_step_to_balance(t_end, h, model, work)
-    for k in range(model.thrusters.size):  # whose impulses, noted just now, have no rate of their own
-        work.rate[model.thrusters[k].iv - model.info.nq] = work.y[model.thrusters[k].iv]
+    calls = model.own_rates_calls
+    for k in range(calls.size):
+        momentum_at(model, calls[k])(work.y, model, work.rate)
     fill_forces(model, work)
     fill_energies(t_end, model, work)
-    if model.springs.size > 0:
-        springs.note_lines(t1, False, model)
+    note_stage(t1, 0, model)
     note_step(loop, fastest_rate(loop.fastest, h, work.dq, work.shares))
     loop.steady = loop.steady + 1 if abs(h - loop.last) <= 1e-9 * h else 0
     loop.last, loop.event_step, loop.turn_step, loop.whole, loop.extended = h, math.inf, math.inf, 0.0, 0
@@ -348,35 +339,37 @@ def accept_step(t1, t_end, h, model, work):
 
 @inlined
 def _latch(t, model, work):
-    """Latch the joint coordinates that have reached their latches at the end of a step; returns whether any has.
+    """Carry out events that a step has reached and its families find themselves, as latches; returns whether any.
 
-    Resistances whose curves have ended change over to others.
+    Laws that have ended change over to others.
     """
-    coordinates, s, found = model.coordinates, model.switches, False
-    for k in range(coordinates.size):
-        if coordinate.latch_reached(s, coordinates, k):
+    calls, s, found = model.reached_calls, model.switches, False
+    for i in range(calls.size):
+        k = reached_at(model, calls[i])(0, model)
+        while k >= 0:
             if work.options.midpoint != 0 and not found:
-                coordinate.note_turns(t, work.y, s, model)  # rates at the end; those of the step are means
+                note_state(t, work.y, s, model)  # rates at the end; those of the step are means
             lock(t, k, model, work)
             found = True
-    if model.resistances.size > 0:
-        lost = resistance.change_curves(t, work.y, s, model)
+            k = reached_at(model, calls[i])(k + 1, model)
+    calls = model.change_calls
+    for i in range(calls.size):
+        lost = change_at(model, calls[i])(t, work.y, s, model)
         if not math.isnan(lost):
             work.balance.by_friction += lost
             work.balance.coupled -= lost
             found = True
-    coordinate.count_quarter_turns(s, coordinates)
+    take_step(s, model)
     return found
 
 
 @inlined
 def lock(t, k, model, work):
-    """Lock the latch of joint coordinate k at the end of a step."""
+    """Carry out event k of those that a family finds itself, at the end of a step: the latch of coordinate k locks."""
     loop = work.loop
-    coordinate_laws.lock(model.switches, model.coordinates, k)
+    watches.fire_event(t, model.event_firsts[0] + model.watches.size + k, 1, work.y, model.switches, model)
     work.log_t[loop.latches], work.log_k[loop.latches] = t, k
     loop.latches += 1
-    user_events.release(t, -2 - k, model)
 
 
 @inlined

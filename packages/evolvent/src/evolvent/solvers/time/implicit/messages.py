@@ -9,7 +9,7 @@ import numpy as np
 from evolvent.algebra.sparse import SparseBlocks
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.blocks import owner_of
-from evolvent.assembly.families import owner
+from evolvent.assembly.families import owner, row_owner
 from evolvent.kernels.blocks import block_at
 from evolvent.model.registry import asked
 from evolvent.solvers.common import balance as eb
@@ -147,7 +147,7 @@ def _location(assembly: Assembly, values: np.ndarray) -> str:
     k = int(np.argmax(size))
     model, n_v = assembly.model, int(assembly.model.info.nv)
     if k >= n_v:
-        return repr(owner(assembly, "joints", k - n_v))
+        return repr(row_owner(assembly, k - n_v))
     block = block_at(model, k)
     part = owner(assembly, *owner_of(block))
     alike = model.blocks[(model.blocks["family"] == block["family"]) & (model.blocks["node"] >= 0)]

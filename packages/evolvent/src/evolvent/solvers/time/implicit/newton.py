@@ -49,14 +49,14 @@ def count_touching(model):
 @inlined
 def correction(scale, model, matrix, work):
     """Solve for the correction work.x; returns its size beside `weight`."""
-    joints, n_v, r, x = model.joints, model.info.nv, work.r, work.x
+    rows, n_v, r, x = model.constraints, model.info.nv, work.r, work.x
     twice = method.tangent_factor(work.options)
     if model.info.redundant != 0:
         add_compliance(scale, twice, model, matrix, work.la, x, r)
     for i in range(n_v):
         x[i] = -twice * r[i]
-    for k in range(joints.size):
-        x[n_v + k] = -scale * r[n_v + k] * (1.0 if joints[k].stiffness <= 0.0 else twice)
+    for k in range(rows.size):
+        x[n_v + k] = -scale * r[n_v + k] * (1.0 if rows[k].stiffness <= 0.0 else twice)
     sparse_lu.solve(matrix, x)
     norm = 0.0
     for i in range(n_v):
@@ -79,7 +79,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
     scale = method.scale_of(h, options)
     info.compliance = 1.0 / scale
     method.evaluate(t1, h, model, work)
-    rubs, changed, repeated = model.bearings.size > 0, 0.0, 0
+    rubs, changed, repeated = model.info.reactive > 0, 0.0, 0
     if rubs:
         bearing.change_of_friction(model)
     soft = work.step.step.soft != 1.0

@@ -50,7 +50,7 @@ def has_stiffness(model: mdl.Model) -> bool:
 
 def is_held(model: mdl.Model) -> bool:
     """Whether a model has constraints."""
-    return bool(np.any(model.joints["stiffness"] == 0.0))
+    return bool(np.any(model.constraints["stiffness"] == 0.0))
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

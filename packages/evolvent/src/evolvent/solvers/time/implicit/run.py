@@ -12,13 +12,12 @@ from evolvent.algebra.sparse import INNER, SparseBlocks
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations.implicit import residual, tangent
-from evolvent.kernels import joint
-from evolvent.model.registry import families as table
+from evolvent.model.registry import asked, families as table, motions_of
 from evolvent.solvers.common import balance as eb, redundancy
 from evolvent.solvers.common.coordinates import evaluate_multipliers
 from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.common.sampled import Sampled
-from evolvent.solvers.common.solution import Solution, first_latch
+from evolvent.solvers.common.solution import Solution, event_numbers
 from evolvent.solvers.common.start import acts_from_outside
 from evolvent.solvers.time import run
 from evolvent.solvers.time.implicit import loop as implicit_loop, reactions, samples as implicit_samples
@@ -53,10 +52,12 @@ class ImplicitRun(run.MotionRun):
         super().__init__(of)
         self.matrix = of.matrix
         self.midpoint, self.inner, self.is_stopped = bool(of.options.midpoint), 0, False
-        self.has_layers = self.midpoint and bool(np.any(self.model.contact_surfaces["under"] >= 0))
+        self.has_layers = self.midpoint and any(
+            np.any(mask(getattr(self.model, name))) for name, mask in asked("is_layered").items()
+        )
         self.ranks, self.captures = redundancy.Ranks(of.assembly), Captures()
         began = clock.perf_counter()
-        self._hold_joints()
+        self._hold_again()
         self.releases = releases_of(of.assembly)
         self._load()
         self.work: Workspace = of.workspace()
@@ -67,18 +68,17 @@ class ImplicitRun(run.MotionRun):
         roots: list[Any] = [implicit_loop.begin, implicit_loop.advance]
         if not self.midpoint:
             roots.append(implicit_loop.restart)
-        elif self.model.joints.size:  # for the rank of the constraints
+        elif self.model.constraints.size:  # for the rank of the constraints
             roots += [residual, tangent]
         others = frozenset().union(*(row.modules for row in METHODS.values()))
         needs.load(self.model, *roots, without=others - METHODS[self.plan.method].modules)
 
-    def _hold_joints(self) -> None:
-        """Records that events or latches release hold again, as before a run."""
-        for family in table().values():
-            if "latest" in (family.record.names or ()):
-                rows = family.records(self.model)
-                released = rows["event"] != -1
-                rows["until"][released] = rows["latest"][released]
+    def _hold_again(self) -> None:
+        """Rows and records that events or latches release hold again, as before a run."""
+        of_families = (f.records(self.model) for f in table().values() if "latest" in (f.record.names or ()))
+        for rows in (self.model.constraints, *of_families):
+            released = rows["event"] != -1
+            rows["until"][released] = rows["latest"][released]
 
     @property
     def tried(self) -> float:
@@ -168,7 +168,7 @@ class ImplicitRun(run.MotionRun):
             if code != BUDGET:
                 break
         if self.plan.step is not None:
-            self.captures.look(self.model.coordinates, self.work)
+            self.captures.look(motions_of(self.model), self.work)
         if code == AT_STOP and self.releases:
             if not self._release():
                 return True, outrun(self.reached)
@@ -215,8 +215,8 @@ class ImplicitRun(run.MotionRun):
         return stalled(stall, self)
 
     def gaps(self) -> np.ndarray:
-        """Gaps of the joints at the end of the last step, (nj,)."""
-        return np.array(self.model.joints["gap1"] if self.midpoint else self.model.joints["gap"])
+        """Gaps of the constraints at the end of the last step, (nj,)."""
+        return np.array(self.model.constraints["gap1" if self.midpoint else "gap"])
 
     def moments(self) -> list[tuple[float, np.ndarray, np.ndarray]]:
         """Times and states at which the last step may have called a user's law."""
@@ -231,9 +231,8 @@ class ImplicitRun(run.MotionRun):
 
     def _events(self) -> tuple[np.ndarray, np.ndarray]:
         """Times and kinds of all events: releases, the user's, and latches."""
-        count, first = int(self.work.loop.latches), int(self.model.info.releases)  # of users' events
-        own, log = self.work.log_k[:count], self.work.log_t[:count]
-        latches = np.where(own >= 0, first_latch(self.model) + own, first - 1 - own)
+        count = int(self.work.loop.latches)
+        latches, log = event_numbers(self.model, self.work.log_k[:count]), self.work.log_t[:count]
         times = np.concatenate([*(np.array(one.times, float) for one in self.releases), log])
         kinds = np.concatenate([*(np.array(one.kinds, np.int64) for one in self.releases), latches])
         order = np.argsort(times, kind="stable")
@@ -306,8 +305,6 @@ class ImplicitRun(run.MotionRun):
 
 
 def rows_of_part(assembly: Assembly, name: str) -> slice:
-    """Rows of the multipliers `la` that belong to the joint called `name`."""
-    start = assembly.index(name, "joints")
-    others = [index for family, index in assembly.names.values() if family == "joints" and index > start]
-    segments = assembly.model.joints["kind"] == joint.SEGMENT  # which stand behind those of parts
-    return slice(start, min(others, default=int(np.sum(~segments))))
+    """Rows of the multipliers `la` that belong to the part called `name`."""
+    own = np.flatnonzero(np.array(assembly.row_parts) == name)
+    return slice(int(own[0]), int(own[-1]) + 1)

@@ -87,7 +87,7 @@ def stops_of(assembly: Assembly, times: np.ndarray) -> np.ndarray:
 
 def _most_logged(model: mdl.Model) -> int:
     """Most latches and events that a run notes the times of."""
-    return int(model.coordinates.size + model.events.size)
+    return int(model.info.ne)
 
 
 def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options: np.record) -> Workspace:
@@ -100,7 +100,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
     options : record `workspace.OPTIONS`
     """
     model, midpoint = assembly.model, bool(options.midpoint)
-    n_v, n_j, n_b, n_t = int(model.info.nv), model.joints.size, model.bodies.size, times.size
+    n_v, n_j, n_b, n_t = int(model.info.nv), model.constraints.size, model.bodies.size, times.size
     model.switches[:] = assembly.s
     forget_steps(model)
     out, evaluated = empty(model, n_t), n_t if reactions.applies(model, options) else 0
@@ -126,7 +126,7 @@ def workspace(assembly: Assembly, times: np.ndarray, weight: np.ndarray, options
         step=_energy_step(assembly, options, shared),
         **shared,
         spare=assembly.y.copy(),
-        search=event_search.room(np.zeros(model.events.size, dtype=bool)),
+        search=event_search.room(np.zeros(model.watches.size, dtype=bool)),
         **{
             name: np.zeros(n_v)
             for name in ("a1", "a0", "dv1", "dv0", "loads1", "loads0", "dq0", "rate", "acceleration")

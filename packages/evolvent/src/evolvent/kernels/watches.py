@@ -1,4 +1,4 @@
-"""Users' events under implicit methods: when one is due within a step; what events and latches release.
+"""Events: their values and what they do, and under implicit methods when one that is watched is due within a step.
 
 An event fires once, where its value rises through zero. The loop changes the length of the step, by the parabola
 through the values at its start, middle and end, until its end lies within `SURE` of a step behind the event. No step
@@ -9,7 +9,7 @@ would be large accelerations in it.
 import math
 
 from evolvent.compiled.jit import inlined
-from evolvent.compiled.lookups import event_law_at
+from evolvent.kernels.calls import event_values_at, fire_at, release_at
 
 #: Part of a step by which the end of the last one may lie behind an event, and that which must be left before one.
 SURE, CLOSE = 1e-6, 1e-3
@@ -17,20 +17,57 @@ SURE, CLOSE = 1e-6, 1e-3
 IDLE, ARMED, FIRED = 0.0, 1.0, 2.0
 
 
+#: Bits of what an event does: it stops the run, and it changes forces or constraints.
+STOPS, CHANGES = 1, 2
+
+
 @inlined
-def _value(t, y, model, k):
-    """Value of event k."""
-    parameters = model.parameters[model.events[k].first : model.events[k].last]
-    return event_law_at(model.events[k].law)(t, y, parameters)
+def watch(t, y, model):
+    """Values of the events that are watched, in a state of an implicit method, into `Model.watched`."""
+    calls, firsts, n = model.event_values_calls, model.event_firsts, model.watches.size
+    for i in range(calls.size):
+        if firsts[i] - firsts[0] < n:
+            event_values_at(model, calls[i])(t, y, model.switches, model, firsts[i] - firsts[0], model.watched)
+
+
+@inlined
+def fire_event(t, number, ends, y, s, model):
+    """Carry out an event, by its number among all; returns bits of `STOPS` and `CHANGES`.
+
+    Parameters
+    ----------
+    ends : as of `release`
+    """
+    calls, firsts, group = model.event_fire_calls, model.event_firsts, 0
+    for i in range(calls.size):
+        group = i if firsts[i] <= number else group
+    return fire_at(model, calls[group])(t, number - firsts[group], ends, y, s, model)
+
+
+@inlined
+def release(t, trigger, ends, y, s, model):
+    """End all records that wait for a trigger, at t; returns whether there are some.
+
+    Parameters
+    ----------
+    trigger : event k of a user, or -2 - k, the latch of coordinate k
+    ends : 1 under implicit methods, of which records end by their time `until`; 0 under explicit ones, which see
+        switches alone, and have their balance among the accounts of y
+    """
+    calls, found = model.release_calls, False
+    for k in range(calls.size):
+        found = release_at(model, calls[k])(t, trigger, ends, y, s, model) != 0 or found
+    return found
 
 
 @inlined
 def start_events(t, y, model):
     """Values at the start of a run, at which no event fires."""
-    for k in range(model.events.size):
-        value = _value(t, y, model, k)
-        model.events[k].value = model.events[k].now = value
-        model.events[k].armed = ARMED if value < 0.0 else IDLE
+    watch(t, y, model)
+    for k in range(model.watches.size):
+        value = model.watched[k]
+        model.watches[k].value = model.watches[k].now = value
+        model.watches[k].armed = ARMED if value < 0.0 else IDLE
 
 
 @inlined
@@ -49,8 +86,9 @@ def _crossing(a, b, c):
 @inlined
 def note_middles(t, y, model):
     """Values of events in the middle of a step, in the state y at t."""
-    for k in range(model.events.size):
-        model.events[k].middle = _value(t, y, model, k)
+    watch(t, y, model)
+    for k in range(model.watches.size):
+        model.watches[k].middle = model.watched[k]
 
 
 @inlined
@@ -66,16 +104,17 @@ def until_event(t, h, least, event_step, extended, y, model):
     extended : int, not 0 where the step was made longer before
     """
     part, ahead, due = 1.0, 1.0, False
-    for k in range(model.events.size):
-        before, now = model.events[k].value, _value(t, y, model, k)
-        model.events[k].now = now
-        if model.events[k].armed != ARMED or h <= 2.0 * least:
+    watch(t, y, model)
+    for k in range(model.watches.size):
+        before, now = model.watches[k].value, model.watched[k]
+        model.watches[k].now = now
+        if model.watches[k].armed != ARMED or h <= 2.0 * least:
             continue
         if now >= 0.0:
             due = True
-            part = min(part, _crossing(before, model.events[k].middle, now))
+            part = min(part, _crossing(before, model.watches[k].middle, now))
         elif now > before:
-            crossing = _crossing(before, model.events[k].middle, now)
+            crossing = _crossing(before, model.watches[k].middle, now)
             ahead = min(ahead, crossing - 1.0 if crossing >= 1.0 else 1.0)
     if due:
         return 1.0 if part > 1.0 - SURE else max(part + 0.5 * SURE, least / h)
@@ -108,73 +147,50 @@ def until_event_beside(part, events, model):
     ahead = first > 1.0
     if which < 0 or abs(_landing(first, ahead) - part) > 1e-9:  # by something else, or by a part that is fixed
         return 1.0
-    before, middle, now = model.events[which].value, model.events[which].middle, model.events[which].now
+    before, middle, now = model.watches[which].value, model.watches[which].middle, model.watches[which].now
     return _landing(_crossing(before, middle, now), ahead)
 
 
 @inlined
 def note_values(t, y, model):
     """Values of events at the end of a step of a neighbour."""
-    for k in range(model.events.size):
-        model.events[k].now = _value(t, y, model, k)
+    watch(t, y, model)
+    for k in range(model.watches.size):
+        model.watches[k].now = model.watched[k]
 
 
 @inlined
 def differs(k, events, model):
     """Whether an event that lies at the end of a step of the run, by chance, lies elsewhere in a neighbour."""
-    scale = abs(events[k].now) + abs(model.events[k].value)
-    return abs(model.events[k].now - events[k].now) > 1e-12 * scale
+    scale = abs(events[k].now) + abs(model.watches[k].value)
+    return abs(model.watches[k].now - events[k].now) > 1e-12 * scale
 
 
 @inlined
 def fire_beside(t, fired, events, model, work):
     """Fire event `fired`, if not below 0, in a neighbour, after the run; returns whether it releases anything."""
     for k in range(events.size):
-        model.events[k].value, model.events[k].armed = model.events[k].now, events[k].armed
+        model.watches[k].value, model.watches[k].armed = model.watches[k].now, events[k].armed
     if fired < 0:
         return False
     work.log_t[work.loop.latches], work.log_k[work.loop.latches] = t, -1 - fired
     work.loop.latches += 1
-    return release(t, fired, model)
-
-
-@inlined
-def _release_rows(t, trigger, rows, s):
-    """`release` of the rows of one family."""
-    found = False
-    for k in range(rows.size):
-        if rows[k].event == trigger and rows[k].until > t:
-            rows[k].until = t
-            s[rows[k].switch] = 1
-            found = True
-    return found
-
-
-@inlined
-def release(t, trigger, model):
-    """Release joints and switch off motors that wait for a trigger, at t; returns whether any does.
-
-    Parameters
-    ----------
-    trigger : event k, or -2 - k, the latch of coordinate k
-    """
-    found = _release_rows(t, trigger, model.joints, model.switches)
-    return _release_rows(t, trigger, model.motors, model.switches) or found
+    return fire_event(t, fired + model.event_firsts[0], 1, work.y, model.switches, model) & CHANGES != 0
 
 
 @inlined
 def has_released(t, h, model):
-    """Whether a joint is released at t, the end of a step of length h."""
-    joints, found = model.joints, False
-    for k in range(joints.size):
-        found = found or abs(joints[k].until - t) < 0.5 * h
+    """Whether a constraint is released at t, the end of a step of length h."""
+    rows, found = model.constraints, False
+    for k in range(rows.size):
+        found = found or abs(rows[k].until - t) < 0.5 * h
     return found
 
 
 @inlined
 def is_stopped(model):
     """Whether an event that stops the run is due at the end of an accepted step."""
-    events, found = model.events, False
+    events, found = model.watches, False
     for k in range(events.size):
         found = found or (events[k].stops != 0 and events[k].armed == ARMED and events[k].now >= 0.0)
     return found
@@ -184,14 +200,15 @@ def is_stopped(model):
 def fire_events(t, model, work):
     """Fire the events that are due at t, the end of an accepted step; returns whether one releases anything."""
     released = False
-    for k in range(model.events.size):
-        now = model.events[k].now
-        model.events[k].value = now
-        if model.events[k].armed == ARMED and now >= 0.0:
-            model.events[k].armed = FIRED
+    for k in range(model.watches.size):
+        now = model.watches[k].now
+        model.watches[k].value = now
+        if model.watches[k].armed == ARMED and now >= 0.0:
+            model.watches[k].armed = FIRED
             work.log_t[work.loop.latches], work.log_k[work.loop.latches] = t, -1 - k
             work.loop.latches += 1
-            released = release(t, k, model) or released
-        elif model.events[k].armed == IDLE and now < 0.0:
-            model.events[k].armed = ARMED
+            does = fire_event(t, k + model.event_firsts[0], 1, work.y, model.switches, model)
+            released = does & CHANGES != 0 or released
+        elif model.watches[k].armed == IDLE and now < 0.0:
+            model.watches[k].armed = ARMED
     return released
