@@ -8,6 +8,8 @@ from contextlib import AbstractContextManager
 from typing import Any
 
 from numba import njit
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 from numba.core.dispatcher import _FunctionCompiler  # type: ignore[attr-defined]
 from numba.core.typeinfer import register_dispatcher
 
@@ -50,7 +52,10 @@ def dispatcher(function: Callable, *, disjoint: bool = False) -> Any:
 
 def linked(function: Callable, *, inline: bool) -> Any:
     """Dispatcher of a function that goes into its compiled callers."""
-    found = without_counts(without_path(function), no_cfunc_wrapper=True, forceinline=inline, no_cpython_wrapper=True)
+    found = without_counts(
+        without_path(function),
+        no_cfunc_wrapper=True, forceinline=inline, no_cpython_wrapper=True, pipeline_class=_IntoModule,
+    )  # fmt: skip
     _set_compiler(found, _IntoCallers)
     return found
 
@@ -87,6 +92,25 @@ class _Compiler(_FunctionCompiler):
     def _compile_core(self, args: Any, return_type: Any) -> Any:
         compiling.take_indices()
         return super()._compile_core(args, return_type)
+
+
+class _Module(JITCodeLibrary):
+    """Code that goes into that of callers: no machine code is made of it, which took 8 % of all compilation."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+
+class _IntoModule(Compiler):
+    """Numba's passes, with such a module in place of one that is made ready to run."""
+
+    def __init__(self, typing_context: Any, target_context: Any, library: Any, *rest: Any) -> None:
+        if library is None:
+            library = _Module(target_context.codegen(), "linked")
+            library.enable_object_caching()
+        super().__init__(typing_context, target_context, library, *rest)
 
 
 class _IntoCallers(_Compiler):
