@@ -145,8 +145,8 @@ def on_a_cord(stiffness: float, damping: float = 0.0) -> System:
     assembly = free().assemble()
     rigid.kinematics(0.0, assembly.y, assembly.model)
     joint.joint_geometry(0.0, assembly.y, 0, assembly.model)
-    row = assembly.model.joints[0]
-    return free(-row["rate"] * row["g"][0])
+    rate, g = assembly.model.constraints[0]["rate"], assembly.model.joints[0]["g"]
+    return free(-rate * g[0])
 
 
 @pytest.mark.parametrize("stiffness", [0.0, 40.0])

@@ -76,9 +76,9 @@ def test_parts_and_their_keys(call):
     out = " ".join(call("parts", "beam")[1].split())
     assert "length [m], required Length of the axis without stress." in out
     assert "rectangle: {thickness, width}; tube: {radius, thickness}" in out
-    assert "One of spherical, revolute, universal, clamp, fixed," in " ".join(call("parts", "joint")[1].split())
+    assert "One of spherical, revolute, universal, clamp, prismatic," in " ".join(call("parts", "joint")[1].split())
     assert "ramp: {rate, angle, steps}" in " ".join(call("parts", "reel")[1].split())
-    assert "Rows [time, value], or one of table, ramp, sine" in " ".join(call("parts", "torque")[1].split())
+    assert "Rows [time, value], or one of table, ramp, sine" in " ".join(call("parts", "load")[1].split())
     code, _, err = call("parts", "baem")
     assert (code, err) == (2, "evolvent: no part is of the kind 'baem'; did you mean 'beam'?\n")
 

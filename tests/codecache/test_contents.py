@@ -207,7 +207,7 @@ def test_a_change_changes_what_it_goes_into_alone(tmp_path):
     before = digests(tmp_path)
     assert len(before) > 300
 
-    messages = tmp_path / "evolvent" / "solvers" / "messages.py"
+    messages = tmp_path / "evolvent" / "solvers" / "time" / "messages.py"
     messages.write_text(messages.read_text().replace("the ", "the very ").replace("# ", "## "))
     assert digests(tmp_path) == before
 

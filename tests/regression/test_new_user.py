@@ -118,7 +118,7 @@ def test_a_synchronization_is_written_with_its_units() -> None:
     part = parts.Joint(type="synchronization", joints=("a", "b"), stiffness="3 N m/rad", damping="2 N m s/rad")
     written = part.model_dump(mode="json")
     assert (written["stiffness"], written["damping"]) == ("3.0 N m/rad", "2.0 N m s/rad")
-    assert parts.Joint(type="synchronization", **written) == part
+    assert parts.Joint(**written) == part
 
 
 def test_a_refusal_names_all_parts_and_the_method_that_supports_them(monkeypatch: pytest.MonkeyPatch) -> None:

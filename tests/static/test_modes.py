@@ -82,7 +82,7 @@ def test_dense_algebra_takes_over_where_a_krylov_method_fails(monkeypatch):
     def fails(*_, **__):
         raise ArpackError(3)
 
-    monkeypatch.setattr(eigenproblem, "eigsh", fails)
+    monkeypatch.setattr(eigenproblem.scipy.sparse.linalg, "eigsh", fails)
     assert_allclose(system.modes(count=4).frequency, wanted, rtol=1e-6)
     monkeypatch.setattr(eigenproblem, "MOST_DENSE", DENSE)
     with pytest.raises(InputError, match="lost in round-off"):

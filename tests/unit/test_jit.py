@@ -132,7 +132,7 @@ def test_a_function_that_cannot_be_loaded_ends_the_run(error, monkeypatch):
     needs.unload()
     with monkeypatch.context() as patch:
         patch.setattr(needs, "load", lambda model, *roots: None)
-        inner = next(one for one in needs.needed(model, (prepare,), needs.absent(model)) if one is not prepare)
+        inner = needs._called(prepare)[0][0]
         patch.setattr(type(inner), "load", lambda function: load(function) if function is prepare else refuse(function))
         with pytest.raises(error):
             prepare(0.0, assembly.y, assembly.s, model)
@@ -142,7 +142,7 @@ def test_a_function_that_cannot_be_loaded_ends_the_run(error, monkeypatch):
 @compiled_only
 def test_what_was_loaded_without_a_function_is_loaded_with_it(monkeypatch):
     model, loaded = evolvent.load("hanging-chain").assemble().model.copy(), []  # nothing is loaded for it yet
-    inner = next(one for one in needs.needed(model, (prepare,), needs.absent(model)) if one is not prepare)
+    inner = needs._called(prepare)[0][0]
     name = f"{inner.py_func.__module__}.{inner.py_func.__name__}".removeprefix("evolvent.").removeprefix("kernels.")
     monkeypatch.setattr(jit, "load", loaded.append)
     needs.load(model, prepare, without=frozenset({name}))

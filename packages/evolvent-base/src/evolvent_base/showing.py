@@ -15,8 +15,8 @@ from evolvent_base.console import made_table, say
 from evolvent_base.errors import InputError, counted, visible
 from evolvent_base.figures import Figure
 
-#: Columns of a text that no terminal bounds.
-_WIDE = 10_000
+#: Columns of a text that no terminal bounds, and least columns of words in a table.
+_WIDE, _WORDS = 10_000, 16
 #: Warnings that the screen shows.
 _MOST_WARNINGS = 8
 #: Rows of a table in a notebook, at most; dots per inch of its figures.
@@ -159,11 +159,22 @@ def _print(console: Any, answer: Answer, level: int) -> None:
             console.print()
         for shown, style in part:
             plain = isinstance(shown, str)
-            console.print(Text(visible(shown), style) if plain else shown, soft_wrap=not _is_table(shown))
+            width = max(console.width, _least_width(shown)) if _is_table(shown) else None
+            console.print(
+                Text(visible(shown), style) if plain else shown,
+                soft_wrap=not _is_table(shown), crop=not _is_table(shown), width=width,
+            )  # fmt: skip
 
 
 def _is_table(shown: Any) -> bool:
     return hasattr(shown, "columns")
+
+
+def _least_width(table: Any) -> int:
+    """Width at which no number is folded: the terminal wraps lines that are longer than itself."""
+    wide = [max(len(str(cell)) for cell in [column.header, *column.cells]) for column in table.columns]
+    words = [column.justify == "left" for column in table.columns]
+    return sum(min(n, _WORDS) if is_words else n for n, is_words in zip(wide, words, strict=True)) + len(wide)
 
 
 def _section(section: Section, level: int) -> Iterator[tuple[Any, str]]:

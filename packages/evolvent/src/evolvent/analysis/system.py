@@ -262,7 +262,7 @@ class System(Composition, Answered):
 
         Parameters
         ----------
-        load_steps, arc_length, time, rotating, centre, tolerance : as of `evolvent.solvers.static.solve_static`
+        load_steps, arc_length, time, rotating, centre, tolerance : as of `evolvent.solvers.static.static.solve_static`
         progress : called with the load factor reached
         mesh_error : bool
             Whether it is found once more with every element of beams, rods and threads in halves: what parts show has

@@ -14,6 +14,7 @@ from evolvent.kernels import ancf_beams, rigid
 from evolvent.model.family import End
 from evolvent.model.layout import CONSTRAINT
 from evolvent.model.registry import asked, constraining, families as every, first_row
+from evolvent_base.errors import InputError
 
 #: What rows are without fields of their records.
 _ALWAYS = {"stiffness": 0.0, "damping": 0.0, "until": np.inf, "latest": np.inf, "event": -1, "switch": -1}
@@ -29,6 +30,8 @@ def constraints_of(found: Mapping[str, Array]) -> Array:
         own["family"], own["record"] = number, np.arange(records.size)
         for field, value in _ALWAYS.items():
             own[field] = records[field] if field in (records.dtype.names or ()) else value
+        if "latest" not in (records.dtype.names or ()):
+            own["latest"] = own["until"]
         for field in ("turns", "drives", "couples", "ends", "alone"):
             mask = getattr(rows, field)
             own[field] = (field == "couples") if mask is None else mask(records)
@@ -76,6 +79,9 @@ def constraint_families(families: dict[str, Array], masses: Array, n_q: int) -> 
     """
     entries = list(_entries(families))
     inverse = _Masses(families, masses, n_q)
+    for _, _, ends, name, _ in entries:
+        if name != constraining()[0] and any(what == "reduced_bodies" for what, _ in ends):
+            raise InputError(f"rows of constraint of the family {name!r} act on a reduced body, which joints alone may")
     found = [(r, *inverse.side(*end)) for r, (_, _, ends, *_) in enumerate(entries) for end in ends]
     shared: dict[tuple[str, int], list[int]] = {}
     for i, (_, family, index, _) in enumerate(found):

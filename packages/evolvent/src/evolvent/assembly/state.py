@@ -10,7 +10,7 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.model.family import Family
 from evolvent.model.layout import Accounts, Switches, counted
-from evolvent.model.registry import events, families
+from evolvent.model.registry import constraining, events, families
 
 Array = np.ndarray
 #: Places, among the accounts, of what friction takes under explicit methods, and, among the switches, of those that
@@ -103,8 +103,9 @@ def number_switches(found: Mapping[str, Array], builder: Any) -> Array:
 
 
 def stops(found: Mapping[str, Array]) -> set[float]:
-    """Times at which records start or cease to act (`Family.times`), s."""
-    every = ((found[family.name], field) for family in families().values() for field in family.times)
+    """Times at which records start or cease to act (`Family.times`), and rows of constraint are released, s."""
+    every = [(found[family.name], field) for family in families().values() for field in family.times]
+    every += [(found[name], "until") for name in constraining() if "until" in (found[name].dtype.names or ())]
     return {t for records, field in every for t in records[field][np.isfinite(records[field])].tolist()}
 
 

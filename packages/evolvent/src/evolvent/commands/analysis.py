@@ -31,6 +31,8 @@ def _loaded(case: str, assignments: tuple[str, ...]) -> tuple[Any, Any]:
 def _check_targets(output: str | None, figures: str | None, case: str) -> None:
     """Refuse files and folders that could not be written, and results in place of the case, before any work is done."""
     shared.check_output(output, case, "run.nc")
+    if output is not None:
+        showing.check_ending(output, (".nc",), "results")
     if figures is not None:
         files.check_writable_folder(figures)
 

@@ -204,7 +204,10 @@ def _stretched(model: Any) -> float:
 @calls.note_part
 def note_part(theta, t, h, model):
     """Lengths that are out at a sample, beside those at the ends of its step."""
-    rod_payout.note_lengths(theta, t, h, model)
+    for r in range(model.rods.size):
+        if model.rods[r].payout != 0:
+            rod_payout.note_lengths(theta, t, h, model)
+            return
 
 
 @calls.interpolate

@@ -70,8 +70,27 @@ def _refused(family: Family, taken: Collection[str]) -> str:
         return f"the family {family.name!r} has rows of the kind {family.rows.kind}; `CONSTRAINT` alone serves all"
     if family.rows is not None and (missing := [name for name in QUESTIONS if _lacks_row(family, name)]):
         return f"the family {family.name!r} states rows of constraint without `{missing[0]}`, which all methods need"
+    shares = family.in_margins
+    if family.rows is not None and (family.rows.alone is not None or (shares is not None and shares.rules)):
+        return f"the family {family.name!r} has rows of constraint; rows `alone` and shares in margins are not for them"
+    names = family.record.names or ()
+    if family.rows is not None and "event" in names and "switch" not in names:
+        return f"records of the family {family.name!r} have a field `event` without `switch`, which it turns"
+    if any(not one.is_watched for one in family.events):
+        return f"the events of the family {family.name!r} are not watched; implicit methods would not find them"
+    if family.inertia or family.step_inertia:
+        return f"the family {family.name!r} states inertia; gravity acts on the masses of the package's own families"
+    return _refused_force(family)
+
+
+def _refused_force(family: Family) -> str:
+    """Why the forces of a family of another distribution are not complete; '' where they are."""
+    if (family.explicit_force or family.step_force) and not (family.force or family.apply):
+        return f"the family {family.name!r} has a force of some methods without `force`, which the others need"
     if family.force and not family.tangent:
         return f"the family {family.name!r} has a force without its tangent, which statics and modes need"
+    if family.force and family.ends is None:
+        return f"the family {family.name!r} has a force without `ends`, which say what it couples"
     return ""
 
 

@@ -215,8 +215,6 @@ PointReferences = Annotated[
 ]
 BodyName = Annotated[str, Reference(what="a body")]
 BeamName = Annotated[str, Reference(what="a beam")]
-RodName = Annotated[str, Reference(what="a rod")]
-ThreadName = Annotated[str, Reference(what="a thread")]
 JointName = Annotated[str, Reference(what="a joint")]
 CoordinateName = Annotated[str, Reference(what="a spring of a joint, or a joint")]
 CoordinateNames = Annotated[tuple[str, ...], Reference(what="springs of joints, or joints", several=True)]

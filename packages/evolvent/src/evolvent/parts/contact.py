@@ -238,6 +238,9 @@ class Contact(Part):
             return builder.names.get(where, ("", 0))[0] if isinstance(where, str) else ""
 
         found = [family(one) for one in self.a]
+        if len(set(self.a)) < len(self.a):
+            again = next(one for k, one in enumerate(self.a) if one in self.a[:k])
+            raise InputError(f"{name}.a names {again!r} twice; name it once")
         if family(self.b) == "beams":
             if found != ["beams"]:
                 raise InputError(

@@ -11,7 +11,7 @@ import numpy as np
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import ancf, ancf_beams, surfaces
 from evolvent.parts.base import unit
-from evolvent.parts.contact_shapes import NO_NORMAL, OF_BEAMS, surface_at
+from evolvent.parts.contact_shapes import NO_NORMAL, OF_BEAMS, check_skip, surface_at
 from evolvent_base.dense import dot, product
 from evolvent_base.errors import InputError, counted
 
@@ -45,7 +45,9 @@ def add_surface(part: Any, builder: Builder, name: str) -> None:
     place, along = pose.x + pose.R @ surface.place, pose.R @ axis
     overlap = 1e-3 if part.initial_overlap is None else part.initial_overlap
     for beam in part.a:
-        for fields in list(contact_points(part, builder, builder.find(str(beam), "beams")))[part.skip :]:
+        every = list(contact_points(part, builder, builder.find(str(beam), "beams")))
+        check_skip(part, name, beam, len(every))
+        for fields in every[part.skip :]:
             S, iq = fields["S"], fields["iq"]
             at = sum(S[j] * np.array(builder.q[iq[j] : iq[j] + 3]) for j in range(4)) - place
             u = float(at @ along)

@@ -12,7 +12,7 @@ import numpy as np
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import body_gaps, surfaces
 from evolvent.parts.base import unit
-from evolvent.parts.contact_shapes import NO_NORMAL, OF_A, OF_B, OF_BEAMS, Surface, surface_at
+from evolvent.parts.contact_shapes import NO_NORMAL, OF_A, OF_B, OF_BEAMS, Surface, check_skip, surface_at
 from evolvent_base.errors import InputError, counted
 
 #: Share of the corners of a box that can touch at the same time, of the edges along a capsule, and of pairs of edges.
@@ -34,6 +34,7 @@ def add_rods(part: Any, builder: Builder, name: str) -> None:
     pairs = []
     for rod in part.a:
         elements = builder.rows["rods"][builder.names[str(rod)][1]]["elements"]
+        check_skip(part, name, rod, elements)
         for i in range(1 + part.skip, elements + 1):
             at = builder.location(f"{rod}[{i}]")
             pairs.append((Surface(at.row, at.local, surfaces.CAPSULE), surface))

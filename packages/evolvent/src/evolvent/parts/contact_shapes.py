@@ -9,7 +9,7 @@ import numpy as np
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import body_gaps, surfaces
 from evolvent.parts.shapes import Box, Capsule, Cylinder, Plane, Sphere
-from evolvent_base.errors import InputError
+from evolvent_base.errors import InputError, counted
 
 Array = np.ndarray
 #: Distance of two centres beside the radius below which a contact has no normal.
@@ -71,3 +71,9 @@ def surface_at(part: Any, builder: Builder, name: str, key: str, allowed: tuple[
     if isinstance(shape, Cylinder):
         return found._replace(kind=surfaces.CYLINDER, radius=radius, half=0.5 * shape.span, axis=shape.axis)
     return found._replace(radius=radius, half=0.5 * shape.length, axis=shape.axis, extent=radius)
+
+
+def check_skip(part: Any, name: str, owner: Any, count: int) -> None:
+    """Refuse a contact that leaves out all contact points of a beam or rod."""
+    if part.skip >= count:
+        raise InputError(f"{name}.skip is {part.skip}; {owner!r} has {counted(count, 'contact point')}, give less")

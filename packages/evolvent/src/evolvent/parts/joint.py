@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Literal
 
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import axial
-from evolvent.parts.applies import Applies, given, one_of
+from evolvent.parts.applies import Applies, given, left_out, one_of, refuse_unfit
 from evolvent.parts.base import CoordinateNames, Part, PointReference
 from evolvent.parts.joint_coordinate import TYPES
 from evolvent.parts.joint_drive import DRIVEN, write_driven
@@ -146,8 +146,8 @@ class Joint(Part):
         "ratios": (one_of("type", "synchronization"),),
         "drive": (one_of("type", *DRIVEN),),
         "hold": (one_of("type", "clamp"),),
-        "position": (one_of("type", *TOUCHING),),
-        "stiffness": (one_of("type", *TOUCHING, "distance", "pulley", *_COUPLED),),
+        "position": (one_of("type", *TOUCHING), left_out("drive")),
+        "stiffness": (one_of("type", *TOUCHING, "distance", "pulley", *_COUPLED), left_out("drive")),
         "rotational_stiffness": (one_of("type", *TOUCHING), given("stiffness")),
         "damping": (one_of("type", *TOUCHING, "distance", "pulley", *_COUPLED), given("stiffness")),
         "until": (one_of("type", *TOUCHING, "distance", "pulley", "link", "gear", "involute"),),
@@ -198,7 +198,7 @@ class Joint(Part):
             field = type(self).model_fields[key]
             if key in self.needed and getattr(self, key) is None and self.type in conditions[0].values:
                 raise InputError(f"{name}.{key} is missing; a joint of type {self.type!r} needs {name}.a and {name}.b")
-            if key == "axis" or getattr(self, key) == field.default:  # a clamp takes its first direction from the axis
+            if getattr(self, key) == field.default or (key == "axis" and self.type == "clamp"):  # its first direction
                 continue
             for when in conditions:
                 if when.values and self.type not in when.values:
@@ -206,6 +206,7 @@ class Joint(Part):
                         raise InputError(f"{name}.{key} is given; a joint of type {self.type!r} has no {key}")
                     wanted = " or ".join(repr(one) for one in when.values)
                     raise InputError(f"{name}.{key} is given, but {name}.type is {self.type!r}, not {wanted}")
+        refuse_unfit(name, self, besides="axis" if self.type == "clamp" else "")
         for key, wanted in (("stiffness", "N/m"), ("damping", "N s/m")):
             value = getattr(self, key)
             if self.type not in _COUPLED and isinstance(value, units.Measured) and value.unit != wanted:

@@ -11,7 +11,7 @@ from evolvent.assembly.references import Location
 from evolvent.kernels import axial, joint as kernels, rigid, sides
 from evolvent.parts.base import unit
 from evolvent.parts.checks import check_units
-from evolvent.parts.drive import RampDrive
+from evolvent.parts.drive import FreeSpool, RampDrive
 from evolvent.parts.joint_rows import add_row
 from evolvent.parts.joint_sides import Side, across, ground_end, side_of
 from evolvent.parts.release import release_fields
@@ -28,6 +28,8 @@ def write_driven(joint: Any, builder: Builder, name: str) -> None:
     """Write the rows of the family `joints` that hold an angle or a point where the drive has it."""
     if joint.drive is None:
         raise InputError(f"{name}.drive is missing; a joint of type {joint.type!r} is moved by a drive")
+    if isinstance(joint.drive, FreeSpool):
+        raise InputError(f"{name}.drive is a free spool, which prescribes no motion; give another drive")
     if joint.released_by is not None:
         raise InputError(f"{name}.released_by is given, but a drive prescribes a motion; give {name}.until, its end")
     if joint.stiffness > 0.0:

@@ -27,8 +27,10 @@ def write_gear(joint: Any, builder: Builder, name: str) -> None:
     """Write a row of the family `joints`, and one of `gear_coordinates` for each coordinate."""
     if joint.a == joint.b:
         raise InputError(f"{name}.a and {name}.b are both {joint.a!r}; a gear needs two coordinates")
-    if not joint.ratio:
-        raise InputError(f"{name}.ratio is {joint.ratio!r}; a gear needs a ratio, not 0")
+    if joint.ratio is None:
+        raise InputError(f"{name}.ratio is missing; a gear needs one, such as 2.0")
+    if joint.ratio == 0.0:
+        raise InputError(f"{name}.ratio is 0.0; a gear needs a ratio other than 0")
     found = [_coordinate(builder, f"{name}.{key}", where) for key, where in (("a", joint.a), ("b", joint.b))]
     kinds = [fields["kind"] for fields in found]
     for key in ("stiffness", "damping"):

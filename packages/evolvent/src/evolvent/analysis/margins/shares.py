@@ -129,7 +129,7 @@ def refuse_unsupported(assembly: Assembly, *, spins: bool) -> None:
             raise InputError(
                 f"{owner(assembly, family.name, 0)!r} is one of the {family.name.replace('_', ' ')}, which margins of "
                 f"hinges and slides do not support; they support rigid and reduced bodies, points, beams, rods and "
-                f"threads with joints, gears, springs, synchronizations, motors, resistances and bearings of joints, "
+                f"threads with joints, springs, motors, resistances and bearings of joints, "
                 f"contacts, loads and fields, and wheels without a torque"
             )
     for name, part in assembly.parts.items():

@@ -19,6 +19,7 @@ from evolvent.kernels.thread.events import OVERRUN
 from evolvent.kernels.thread.free import WINDOW
 from evolvent.model.layout import DUE
 from evolvent.model.questions import Equations
+from evolvent.model.registry import families
 
 #: Intervals in which changes of a drive's direction are looked for.
 _INTERVALS = 4096
@@ -112,7 +113,9 @@ class Releases:
         s, by = self.model.switches, self.directions
         before, state = s.copy(), y.copy()
         by.constraints["until"] = self.model.constraints["until"][self.model.constraints["alone"] == 0]
-        by.motors["until"] = self.model.motors["until"]
+        for family in families().values():
+            if "latest" in (family.record.names or ()):
+                family.records(by)["until"] = family.records(self.model)["until"]
         write_directions(t, state, s, by)
         excess = self._turn_back(state, by)
         start = state.copy()

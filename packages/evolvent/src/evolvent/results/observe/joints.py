@@ -67,14 +67,14 @@ def _holds_directions(row: Any) -> bool:
 
 @observer("joints")
 def observe_joint(view: View, name: str) -> Observed:
-    """Reaction force and moment, angle or travel of a joint or of a prescribed motion."""
+    """Reaction force and moment, angle or travel of a joint, or of one with a drive."""
     part, rows, found = view.part(name), rows_of(view, name), Observed()
     joints = view.model.joints
     if joints["kind"][rows[0]] == kernels.GEAR:
         return observe_gear(view, name, joints[rows[0]], acts(view, joints[rows[0]]))
     row, sign = joints[rows[0]], -1.0 if _is_turned_round(view, name) else 1.0
     reaction = reactions(view, rows)
-    on = _called(next(getattr(part, key) for key in ("b", "at", "body") if hasattr(part, key)))
+    on = _called(part.b)
     for field, values in (("force", reaction.force), ("moment", reaction.moment)):
         key, unit, text = RESULTS["joints"][field]
         found.vector(key, sign * values, unit, text.format(on=on))
@@ -235,7 +235,7 @@ def observe_guide(view: View, name: str) -> Observed:
     """Reaction of a guide: a force along its direction, or a moment about the axis that it holds."""
     found, guide, k = Observed(), view.model.guides[view.index(name)], rows_of(view, name)[0]
     what, unit = ("force", "N") if guide["kind"] == CENTRE else ("moment", "N m")
-    along = "along its direction" if what == "force" else "about axis x direction"
+    along = "along its direction" if what == "force" else "about axis_b x axis"
     found.scalar("reaction", -view.solution.la[:, k], unit, f"{what} of the guide on the body {along}")
     values = view.fields["joints"][what][:, k]
     found.vector(what, values, unit, f"{what} of the guide on the body, inertial axes")

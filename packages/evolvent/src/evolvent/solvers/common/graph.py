@@ -1,6 +1,6 @@
 """The graph of a model: blocks of unknowns, and which of them couple in the implicit equations.
 
-Unknowns are the velocities of the model in their order, then one multiplier for each row of the family joints.
+Unknowns are the velocities of the model in their order, then one multiplier for each row of constraint.
 """
 
 from __future__ import annotations

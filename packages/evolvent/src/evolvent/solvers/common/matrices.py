@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from evolvent import model as mdl
 from evolvent.algebra import ordering
-from evolvent.algebra.sparse import SparseBlocks
+from evolvent.algebra.sparse import OUTSIDE, SparseBlocks
 from evolvent.assembly.assembled import Assembly
 from evolvent.model.registry import asked
 from evolvent.solvers.common import graph
+from evolvent_base.errors import InputError
 
 #: Redundant rows of joints that can be named.
 MOST_REDUNDANT = 64
@@ -34,3 +35,18 @@ def matrix_for(assembly: Assembly) -> SparseBlocks:
         shared["matrix"] = matrix_of(assembly.model)
     found: SparseBlocks = shared["matrix"].copy()
     return found
+
+
+def check_covered(matrix: SparseBlocks) -> None:
+    """Refuse a tangent with entries that have no place in its storage, and are left out.
+
+    Raises
+    ------
+    InputError
+        If a family's forces couple more than its `ends` say.
+    """
+    if matrix.counts[OUTSIDE]:
+        raise InputError(
+            f"{matrix.counts[OUTSIDE]} entries of the tangent couple parts that the `ends` of no family couple; a "
+            f"family must state all that a record acts on"
+        )

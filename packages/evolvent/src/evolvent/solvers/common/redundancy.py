@@ -248,7 +248,7 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
     for k in taking:
         if held_rows["drives"][k]:
             name = row_owner(assembly, int(k))
-            raise InputError(f"{name!r} is redundant: it drives a motion that other joints already constrain or drive")
+            raise InputError(f"{name!r} is redundant: it drives a motion that other constraints already hold or drive")
     names = sorted({row_owner(assembly, int(k)) for k in taking})
     _, group = scipy.sparse.csgraph.connected_components(part @ part.T, directed=False)
     rows = held[np.isin(group, group[np.isin(held, taking)])]
@@ -285,10 +285,10 @@ def is_held(rows: Array, t: float) -> Array:
 
 
 def redundant(assembly: Assembly, matrix: SparseBlocks) -> str:
-    """Which joints repeat what others say."""
+    """Which constraints repeat what others say."""
     rows = ordering.redundant_unknowns(matrix) - int(assembly.model.info.nv)
     names = sorted({row_owner(assembly, int(k)) for k in rows if k >= 0})
     return (
-        f"{' and '.join(repr(n) for n in names) or 'a joint'} is redundant: the other joints already impose "
+        f"{' and '.join(repr(n) for n in names) or 'a constraint'} is redundant: the others already impose "
         f"{len(rows)} of its constraints"
     )

@@ -118,7 +118,7 @@ class Neighbours:
                 raise self._together()
             if code == HASTY:
                 raise InputError(
-                    f"the step to the release of a joint at t = {lead.reached:.6g} s is {lead.work.loop.tried:.2g} s, "
+                    f"the step to a release at t = {lead.reached:.6g} s is {lead.work.loop.tried:.2g} s, "
                     f"too short for a derivative; take another step"
                 )
             if code == AT_RESTART:

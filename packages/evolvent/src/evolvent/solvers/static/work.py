@@ -23,7 +23,7 @@ from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION, SCALAR, SLOPE, id
 from evolvent.model.powers import N_POWERS
 from evolvent.model.registry import along_axes, asked, families, frames_of
 from evolvent.solvers.common import redundancy
-from evolvent.solvers.common.matrices import matrix_of
+from evolvent.solvers.common.matrices import check_covered, matrix_of
 from evolvent.solvers.common.sizes import sizes
 from evolvent.solvers.common.standing import end_ramps, freeze, stand_still
 from evolvent.solvers.static import equilibrium as eq
@@ -209,6 +209,7 @@ class Work:
         """Tangent of the last unbalance, constraints included, by velocities and then joints; the turn is left out."""
         b = self.balance
         tangent(self.time, b.y, b.la, c_mass, c_rate, 1.0, self.model, self.matrix)
+        check_covered(self.matrix)
         return scipy.sparse.csr_matrix(scipy.sparse.diags(self.copies) @ sparse_of(self.matrix))
 
     def turning_tangent(self) -> scipy.sparse.csr_matrix:

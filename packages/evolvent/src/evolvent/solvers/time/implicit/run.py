@@ -15,7 +15,7 @@ from evolvent.equations.implicit import residual, tangent
 from evolvent.model.registry import asked, families as table, motions_of
 from evolvent.solvers.common import balance as eb, redundancy
 from evolvent.solvers.common.coordinates import evaluate_multipliers
-from evolvent.solvers.common.matrices import matrix_of
+from evolvent.solvers.common.matrices import check_covered, matrix_of
 from evolvent.solvers.common.sampled import Sampled
 from evolvent.solvers.common.solution import Solution, event_numbers
 from evolvent.solvers.common.start import acts_from_outside
@@ -240,6 +240,7 @@ class ImplicitRun(run.MotionRun):
 
     def result(self, status: str, message: str, wall_time: float) -> Solution:
         """What the run has reached, with what the loop has counted."""
+        check_covered(self.matrix)
         if self.ranks.text:
             message = f"{message}; {self.ranks.text}"
         work, loop = self.work, self.work.loop
