@@ -205,7 +205,8 @@ class Family:
         family (2, n, size, size), to bounds of the fastest modes of its own; it adds to the blocks what its records
         make others feel. Where `stiff` records have none, the fastest mode is found by differences of accelerations
     uneven : function of a steady turn (`solvers.static.steady_turn.Turn`) and of the records with an end on what does
-        not turn, of all without `ends`, to those that are not the same at every angle about its axis; None for all of them
+        not turn, of all without `ends`, to those that are not the same at every angle about its axis; None for all of
+        them
     start : of a run by implicit steps, before its first forces
     end_step : of a step that has been taken: what the next one needs of it, and into `Interval.powers` the work and the
         losses that the family books itself (J, `evolvent.model.powers`)

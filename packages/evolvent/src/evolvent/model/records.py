@@ -35,9 +35,9 @@ OWN_RECORDS: dict[str, np.dtype] = {
     # explicit methods, which the bristles follow; -1 where nothing has friction; stepping: 1 while an explicit method
     # steps, whose frictions go on from the start of the step; outside: 1 where something at all times ties the system
     # to bodies that are not free, open: where forces act from outside (`assembly.ends`). So has a record of a
-    # family that acts at times, and of `constraints`, that does so when it acts. generalized: 1 where under explicit methods forces
-    # act on coordinates (`F`, `P`), not on bodies and points alone; causes: 1 where losses by their causes are among
-    # the accounts, as with beams or rods; reactive: records whose friction depends on multipliers
+    # family that acts at times, and of `constraints`, that does so when it acts. generalized: 1 where under explicit
+    # methods forces act on coordinates (`F`, `P`), not on bodies and points alone; causes: 1 where losses by their
+    # causes are among the accounts, as with beams or rods; reactive: records whose friction depends on multipliers
     "info": _record(
         "nq nv ny ns ne bandwidth penalties brakes releases abrupt slender redundant exact rubbed stepping outside "
         "open checks causes generalized reactive",
