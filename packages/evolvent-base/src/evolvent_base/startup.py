@@ -40,6 +40,11 @@ def hidden(*names: str) -> Iterator[None]:
                 del sys.modules[name]
 
 
+def array_libraries_hidden() -> contextlib.AbstractContextManager[None]:
+    """`ARRAY_LIBRARIES` hidden, for xarray to load without them; none where it is loaded, and may know of them."""
+    return hidden(*(() if "xarray" in sys.modules else ARRAY_LIBRARIES))
+
+
 def load(name: str) -> Any:
     """A library that may be hidden."""
     if sys.modules.get(name, sys) is None:
