@@ -108,4 +108,4 @@ def commands(ctx: click.Context) -> None:
     if ctx.invoked_subcommand is None:
         raise click.UsageError(f"no command is given; {nearest('', commands.list_commands(ctx))}", ctx)
     if ctx.invoked_subcommand not in _WITH_DASK and "xarray" not in sys.modules:
-        ctx.with_resource(startup.hidden(*startup.ARRAY_LIBRARIES))
+        ctx.with_resource(startup.array_libraries_hidden())

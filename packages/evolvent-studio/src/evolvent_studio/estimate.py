@@ -28,7 +28,7 @@ def main() -> int:
     """Estimate the study on stdin."""
     send = child.channel()
     try:
-        with startup.hidden(*startup.ARRAY_LIBRARIES):
+        with startup.array_libraries_hidden():
             send(**estimated(sys.stdin.read()))
     except EvolventError as error:
         send(error=str(error))

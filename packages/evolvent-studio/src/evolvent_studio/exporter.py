@@ -35,7 +35,7 @@ def main(kind: str, run: str, target: str) -> int:
     try:
         with (
             progress.shown_by(lambda stage: send(what=stage.what, done=stage.done, total=stage.total)),
-            startup.hidden(*startup.ARRAY_LIBRARIES),
+            startup.array_libraries_hidden(),
         ):
             _write(kind, run, target)
     except EvolventError as error:

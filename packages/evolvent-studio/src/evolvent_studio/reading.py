@@ -243,7 +243,7 @@ def main() -> int:
 
         _allow(seconds)
         try:
-            with startup.hidden(*startup.ARRAY_LIBRARIES):
+            with startup.array_libraries_hidden():
                 send(found=tasks[asked["task"]](note, **asked["given"]))
         except EvolventError as error:
             send(error=str(error))

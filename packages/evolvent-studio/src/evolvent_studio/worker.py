@@ -49,11 +49,7 @@ def main(folder: str) -> int:
             "disperse": _disperse, "calibrate": _calibrate,
         }  # fmt: skip
         compute = known.get(job["kind"]) or added_jobs.computation(job["kind"])
-        with (
-            contextlib.nullcontext()
-            if job["kind"] in ("sweep", "disperse")
-            else startup.hidden(*startup.ARRAY_LIBRARIES)
-        ):
+        with contextlib.nullcontext() if job["kind"] in ("sweep", "disperse") else startup.array_libraries_hidden():
             compute(place, job, report)
     except EvolventError as error:
         report.send(status="failed", message=str(error))
