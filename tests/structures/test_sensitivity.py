@@ -456,7 +456,7 @@ def test_a_value_with_a_kink_is_refused() -> None:
 def test_a_release_after_a_very_short_step_is_refused() -> None:
     """A panel that is driven on comes to rest short of its latch at the end of a step."""
     driven = thrown(latch=True, released_by="spring").with_values({"spring.stiffness": 30.0, "spring.rest": 1.5})
-    with pytest.raises(InputError, match=r"the step to the release of a joint at t = .* is .* s, too short"):
+    with pytest.raises(InputError, match=r"the step to a release at t = .* is .* s, too short"):
         driven.sensitivity("stone.position.y.last", "stone.mass", until=0.4, step=1e-3, method=ENERGY)
 
 

@@ -122,6 +122,15 @@ def families() -> dict[str, Family]:
     return {family.name: family for family in _declared(_modules_and_failures()[1])}
 
 
+@functools.cache
+def of_others() -> tuple[str, ...]:
+    """Names of the families of other distributions."""
+    own = {
+        id(one) for module in modules() if module.__name__.startswith(f"{PACKAGE}.") for one in vars(module).values()
+    }
+    return tuple(name for name, family in families().items() if id(family) not in own)
+
+
 def whole() -> Iterator[Family]:
     """Families of records that belong to no other family's."""
     return (family for family in families().values() if not family.of)

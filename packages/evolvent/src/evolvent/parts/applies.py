@@ -60,20 +60,19 @@ def left_out(*keys: str) -> When:
 OF_LAW: Applies = {"parameters": (given("law"),), "constants": (given("law"),)}
 
 
-def refuse_unfit(name: str, part: Any, besides: str = "") -> None:
+def refuse_unfit(name: str, part: Any) -> None:
     """Refuse a key of a part that is given where it does not apply; one at its default is not given.
 
     Parameters
     ----------
     name : str, of the part, for messages
     part : Part
-    besides : str, a key that may be given nevertheless
     """
     fields = type(part).model_fields
     values = {key: getattr(part, key) for key in fields}
     kept = {key: value for key, value in values.items() if value != fields[key].default}
     for key, conditions in part.applies.items():
-        for when in conditions if key in kept and key != besides else ():
+        for when in conditions if key in kept else ():
             if when.holds(values if when.values else kept):
                 continue
             others = [f"{name}.{other}" for other in when.keys]

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Literal
 
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import axial
-from evolvent.parts.applies import Applies, given, left_out, one_of, refuse_unfit
+from evolvent.parts.applies import Applies, given, left_out, one_of
 from evolvent.parts.base import CoordinateNames, Part, PointReference
 from evolvent.parts.joint_coordinate import TYPES
 from evolvent.parts.joint_drive import DRIVEN, write_driven
@@ -198,7 +198,7 @@ class Joint(Part):
             field = type(self).model_fields[key]
             if key in self.needed and getattr(self, key) is None and self.type in conditions[0].values:
                 raise InputError(f"{name}.{key} is missing; a joint of type {self.type!r} needs {name}.a and {name}.b")
-            if getattr(self, key) == field.default or (key == "axis" and self.type == "clamp"):  # its first direction
+            if key == "axis" or getattr(self, key) == field.default:  # a clamp takes its first direction from the axis
                 continue
             for when in conditions:
                 if when.values and self.type not in when.values:
@@ -206,7 +206,9 @@ class Joint(Part):
                         raise InputError(f"{name}.{key} is given; a joint of type {self.type!r} has no {key}")
                     wanted = " or ".join(repr(one) for one in when.values)
                     raise InputError(f"{name}.{key} is given, but {name}.type is {self.type!r}, not {wanted}")
-        refuse_unfit(name, self, besides="axis" if self.type == "clamp" else "")
+        for key in ("position", "rotational_stiffness", "damping") if self.drive is not None else ():
+            if getattr(self, key) != type(self).model_fields[key].default:
+                raise InputError(f"{name}.{key} is given, but a drive prescribes a motion; leave it out")
         for key, wanted in (("stiffness", "N/m"), ("damping", "N s/m")):
             value = getattr(self, key)
             if self.type not in _COUPLED and isinstance(value, units.Measured) and value.unit != wanted:

@@ -114,7 +114,7 @@ class Releases:
         before, state = s.copy(), y.copy()
         by.constraints["until"] = self.model.constraints["until"][self.model.constraints["alone"] == 0]
         for family in families().values():
-            if "latest" in (family.record.names or ()):
+            if family.rows is None and "latest" in (family.record.names or ()):
                 family.records(by)["until"] = family.records(self.model)["until"]
         write_directions(t, state, s, by)
         excess = self._turn_back(state, by)

@@ -6,7 +6,7 @@ from evolvent import model as mdl
 from evolvent.algebra import ordering
 from evolvent.algebra.sparse import OUTSIDE, SparseBlocks
 from evolvent.assembly.assembled import Assembly
-from evolvent.model.registry import asked
+from evolvent.model.registry import asked, of_others
 from evolvent.solvers.common import graph
 from evolvent_base.errors import InputError
 
@@ -37,15 +37,17 @@ def matrix_for(assembly: Assembly) -> SparseBlocks:
     return found
 
 
-def check_covered(matrix: SparseBlocks) -> None:
-    """Refuse a tangent with entries that have no place in its storage, and are left out.
+def check_covered(model: mdl.Model, matrix: SparseBlocks) -> None:
+    """Refuse a tangent of families of other packages with entries that have no place in its storage, and are left out.
+
+    The package's own families leave out what only slows Newton's method.
 
     Raises
     ------
     InputError
         If a family's forces couple more than its `ends` say.
     """
-    if matrix.counts[OUTSIDE]:
+    if matrix.counts[OUTSIDE] and any(getattr(model, name).size for name in of_others()):
         raise InputError(
             f"{matrix.counts[OUTSIDE]} entries of the tangent couple parts that the `ends` of no family couple; a "
             f"family must state all that a record acts on"

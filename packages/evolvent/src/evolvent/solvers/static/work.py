@@ -209,7 +209,7 @@ class Work:
         """Tangent of the last unbalance, constraints included, by velocities and then joints; the turn is left out."""
         b = self.balance
         tangent(self.time, b.y, b.la, c_mass, c_rate, 1.0, self.model, self.matrix)
-        check_covered(self.matrix)
+        check_covered(self.model, self.matrix)
         return scipy.sparse.csr_matrix(scipy.sparse.diags(self.copies) @ sparse_of(self.matrix))
 
     def turning_tangent(self) -> scipy.sparse.csr_matrix:

@@ -240,7 +240,7 @@ class ImplicitRun(run.MotionRun):
 
     def result(self, status: str, message: str, wall_time: float) -> Solution:
         """What the run has reached, with what the loop has counted."""
-        check_covered(self.matrix)
+        check_covered(self.model, self.matrix)
         if self.ranks.text:
             message = f"{message}; {self.ranks.text}"
         work, loop = self.work, self.work.loop
