@@ -125,10 +125,9 @@ def families() -> dict[str, Family]:
 @functools.cache
 def of_others() -> tuple[str, ...]:
     """Names of the families of other distributions."""
-    own = {
-        id(one) for module in modules() if module.__name__.startswith(f"{PACKAGE}.") for one in vars(module).values()
-    }
-    return tuple(name for name, family in families().items() if id(family) not in own)
+    of_package = (module for module in modules() if module.__name__.startswith(f"{PACKAGE}."))
+    own = {one.name for module in of_package for one in vars(module).values() if isinstance(one, Family)}
+    return tuple(name for name in families() if name not in own)
 
 
 def whole() -> Iterator[Family]:
