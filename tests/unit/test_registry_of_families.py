@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
+from evolvent.algebra.sparse import N_COUNTS, OUTSIDE
 from evolvent.kernels import calls
 from evolvent.kernels.ends import of_bodies
 from evolvent.model import registry
 from evolvent.model.family import Family, record
 from evolvent.model.fields import ModelFields
 from evolvent.model.layout import Events, Rows
+from evolvent.solvers.common import matrices
+from evolvent_base.errors import InputError
 
 
 @calls.force
@@ -64,3 +68,14 @@ def test_all_families_of_the_package_can_be_used() -> None:
     for name, one in registry.families().items():
         if not one.events and one.rows is None and not one.inertia and one.ends is not None:
             assert registry._refused(one, set()) == "", name
+
+
+def test_a_tangent_that_ends_do_not_cover_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of families of other packages; the package's own leave out what only slows Newton's method."""
+    model = SimpleNamespace(pulls=np.zeros(1))
+    matrix = SimpleNamespace(counts=np.zeros(N_COUNTS, dtype=np.int64))
+    matrix.counts[OUTSIDE] = 2
+    matrices.check_covered(model, matrix)
+    monkeypatch.setattr(matrices, "of_others", lambda: ("pulls",))
+    with pytest.raises(InputError, match="2 entries of the tangent couple parts that the `ends` of no family couple"):
+        matrices.check_covered(model, matrix)
