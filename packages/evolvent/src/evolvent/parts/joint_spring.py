@@ -104,10 +104,6 @@ class JointSpring(Part):
         unit_of, stiffness = ("rad", "N m/rad") if kind == axial.ANGLE else ("m", "N/m")
         for key in type(self).model_fields:
             check_units(f"{name}.{key}", getattr(self, key), kind)
-        for key, others in (("stop", ("low", "high")), ("latch_stiffness", ("latch",)), ("latch_damping", ("latch",))):
-            if getattr(self, key) and all(getattr(self, other) is None for other in others):
-                wanted = " or ".join(f"{name}.{other}" for other in others)
-                raise InputError(f"{name}.{key} is given without {wanted}, to which it belongs")
         if self.low is not None and self.high is not None and self.low > self.high:
             raise InputError(
                 f"{name}.low is {float(self.low)!r} {unit_of}, above {name}.high, {float(self.high)!r} {unit_of}"
