@@ -158,12 +158,13 @@ def _print(console: Any, answer: Answer, level: int) -> None:
         if k:
             console.print()
         for shown, style in part:
-            plain = isinstance(shown, str)
-            width = max(console.width, _least_width(shown)) if _is_table(shown) else None
-            console.print(
-                Text(visible(shown), style) if plain else shown,
-                soft_wrap=not _is_table(shown), crop=not _is_table(shown), width=width,
-            )  # fmt: skip
+            if _is_table(shown):
+                screen = console.width
+                console.width = max(screen, _least_width(shown))
+                console.print(shown)
+                console.width = screen
+            else:
+                console.print(Text(visible(shown), style) if isinstance(shown, str) else shown, soft_wrap=True)
 
 
 def _is_table(shown: Any) -> bool:
