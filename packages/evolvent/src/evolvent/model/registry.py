@@ -47,6 +47,11 @@ def _modules_and_failures() -> tuple[list[Any], dict[str, str]]:
     return found, wrong
 
 
+def _is_own(module: Any) -> bool:
+    """Whether a module is one of the package."""
+    return bool(module.__name__.startswith(f"{PACKAGE}."))
+
+
 def modules() -> list[Any]:
     """Modules that declare families: those of the package, then those of other distributions that can be loaded."""
     return _modules_and_failures()[0]
@@ -104,7 +109,7 @@ def _declared(wrong: dict[str, str]) -> Iterator[Family]:
     for is_own in (True, False):
         found: dict[str, Family] = {}
         for module in modules():
-            if module.__name__.startswith(f"{PACKAGE}.") != is_own:
+            if _is_own(module) != is_own:
                 continue
             for family in (value for value in vars(module).values() if isinstance(value, Family)):
                 why = "" if is_own else _refused(family, {*taken, *found})
@@ -125,8 +130,9 @@ def families() -> dict[str, Family]:
 @functools.cache
 def of_others() -> tuple[str, ...]:
     """Names of the families of other distributions."""
-    of_package = (module for module in modules() if module.__name__.startswith(f"{PACKAGE}."))
-    own = {one.name for module in of_package for one in vars(module).values() if isinstance(one, Family)}
+    own = {
+        one.name for module in modules() if _is_own(module) for one in vars(module).values() if isinstance(one, Family)
+    }
     return tuple(name for name in families() if name not in own)
 
 

@@ -17,7 +17,7 @@ from evolvent_base.showing import Shown
 Array = np.ndarray
 #: Correlations that are named in the text.
 STRONG = 0.95
-#: Number of residuals from which their correlation is looked at.
+#: Fewest residuals whose autocorrelation is tested.
 MANY = 10
 
 
