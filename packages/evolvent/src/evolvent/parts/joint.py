@@ -148,8 +148,8 @@ class Joint(Part):
         "hold": (one_of("type", "clamp"),),
         "position": (one_of("type", *TOUCHING), left_out("drive")),
         "stiffness": (one_of("type", *TOUCHING, "distance", "pulley", *_COUPLED), left_out("drive")),
-        "rotational_stiffness": (one_of("type", *TOUCHING), given("stiffness")),
-        "damping": (one_of("type", *TOUCHING, "distance", "pulley", *_COUPLED), given("stiffness")),
+        "rotational_stiffness": (one_of("type", *TOUCHING), given("stiffness"), left_out("drive")),
+        "damping": (one_of("type", *TOUCHING, "distance", "pulley", *_COUPLED), given("stiffness"), left_out("drive")),
         "until": (one_of("type", *TOUCHING, "distance", "pulley", "link", "gear", "involute"),),
         "released_by": (one_of("type", *TOUCHING, "distance", "pulley", "link", "gear", "involute"),),
     }
@@ -201,14 +201,15 @@ class Joint(Part):
             if key == "axis" or getattr(self, key) == field.default:  # a clamp takes its first direction from the axis
                 continue
             for when in conditions:
+                if when.absent and self.drive is not None:
+                    value = getattr(self, key)
+                    shown = float(value) if isinstance(value, float) else value
+                    raise InputError(f"{name}.{key} is {shown!r}, but a drive prescribes a motion; leave it out")
                 if when.values and self.type not in when.values:
                     if len(when.values) > 3:
                         raise InputError(f"{name}.{key} is given; a joint of type {self.type!r} has no {key}")
                     wanted = " or ".join(repr(one) for one in when.values)
                     raise InputError(f"{name}.{key} is given, but {name}.type is {self.type!r}, not {wanted}")
-        for key in ("position", "rotational_stiffness", "damping") if self.drive is not None else ():
-            if getattr(self, key) != type(self).model_fields[key].default:
-                raise InputError(f"{name}.{key} is given, but a drive prescribes a motion; leave it out")
         for key, wanted in (("stiffness", "N/m"), ("damping", "N s/m")):
             value = getattr(self, key)
             if self.type not in _COUPLED and isinstance(value, units.Measured) and value.unit != wanted:

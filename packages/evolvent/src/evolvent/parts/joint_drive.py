@@ -32,10 +32,6 @@ def write_driven(joint: Any, builder: Builder, name: str) -> None:
         raise InputError(f"{name}.drive is a free spool, which prescribes no motion; give another drive")
     if joint.released_by is not None:
         raise InputError(f"{name}.released_by is given, but a drive prescribes a motion; give {name}.until, its end")
-    if joint.stiffness > 0.0:
-        raise InputError(
-            f"{name}.stiffness is {float(joint.stiffness)!r}, but a drive prescribes a motion; leave it out"
-        )
     a, b = ground_end(builder, name, joint), builder.location(joint.b, f"{name}.b")
     if joint.type == "revolute":
         body = builder.rows["bodies"][b.row] if b.family == "bodies" else {}

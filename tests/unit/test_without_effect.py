@@ -1,0 +1,67 @@
+"""Keys of joints with a drive and of contacts that could have no effect, or name something twice, are refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from evolvent import System, parts
+from evolvent.elements import Material, Rectangle
+from evolvent_base import showing
+from evolvent_base.answer import Answer, Section, Table
+from evolvent_base.errors import InputError
+
+
+def driven(kind: str, **given: Any) -> System:
+    """A wheel that a drive turns, or a point mass that it moves on a line."""
+    system = System()
+    system.add(parts.RigidBody(motion="spin", inertia=1.0), "wheel")
+    system.add(parts.Point(mass=1.0), "bob")
+    drive = given.pop("drive", {"ramp": {"rate": 0.0, "steps": [[0.0, 1.0, 1.0]]}})
+    b = "wheel" if kind == "revolute" else "bob"
+    system.add(parts.Joint(a="ground", b=b, type=kind, drive=drive, **given), "hinge")
+    return system
+
+
+@pytest.mark.parametrize("kind", ["revolute", "point-on-line"])
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"drive": {"free": {"inertia": 1.0}}}, r"hinge\.drive is a free spool, which prescribes no motion"),
+        ({"stiffness": 10.0}, r"hinge\.stiffness is 10\.0, but a drive prescribes a motion; leave it out"),
+        ({"damping": 2.0}, r"hinge\.damping is 2\.0, but a drive prescribes a motion; leave it out"),
+        ({"rotational_stiffness": 3.0}, r"hinge\.rotational_stiffness is 3\.0, but a drive prescribes a motion"),
+        ({"position": (1.0, 0.0, 0.0)}, r"hinge\.position is \(1\.0, 0\.0, 0\.0\), but a drive prescribes a motion"),
+    ],
+)
+def test_a_drive_takes_no_penalties(kind: str, given: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        driven(kind, **given).assemble()
+
+
+@pytest.mark.parametrize("kind", [parts.Beam, parts.Rod])
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"a": ("boom", "boom")}, r"drum\.a names 'boom' twice"),
+        ({"a": "boom", "skip": 9}, r"drum\.skip is 9; 'boom' has"),
+    ],
+)
+def test_a_contact_has_points_of_each_once(kind: Any, given: dict[str, Any], words: str) -> None:
+    system, material = System(), Material(young_modulus=1e9, poisson_ratio=0.3, density=1000.0)
+    system.add(kind(length=1.0, section=Rectangle(thickness=0.01, width=0.02), material=material, elements=2), "boom")
+    system.add(parts.Contact(b=(0.5, -1.0, 0.0), shape=parts.Sphere(radius=0.2), **given), "drum")
+    with pytest.raises(InputError, match=words):
+        system.assemble()
+
+
+def test_a_narrow_terminal_folds_no_number(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    values = [f"{value:.8g}" for value in np.linspace(0.1234567, 98.7654321, 12)]
+    table = Table(heads=[f"value {k}, kg" for k in range(12)], rows=[values], words=0)
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "60")
+    showing.show(Answer(title="values", sections=[Section(title="", blocks=[table])]))
+    shown = capsys.readouterr().out
+    assert all(value in shown for value in values)
