@@ -292,6 +292,6 @@ def test_every_family_is_known_to_act_or_not() -> None:
     for family in families().values():
         if "outside" in family.record.names:
             assert family.ends is not None
-        if family.through:
+        if family.coupling.through:
             assert family.ends is not None
         assert not family.of or family.isolated is None

@@ -14,8 +14,8 @@ from evolvent.algebra.sparse import add_entry
 from evolvent.kernels import calls, constraints
 from evolvent.kernels.watches import CHANGES
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.layout import Events, Rows, Switches
-from evolvent.model.questions import AdjointSupport
+from evolvent.model.layout import Events, Switches
+from evolvent.model.questions import AdjointSupport, Rows
 from evolvent.model.shares import Shares
 from evolvent.parts.base import Part, PointReference
 from evolvent.parts.release import ReleaseName, release_fields
@@ -106,14 +106,12 @@ TIES = Family(
     offsets=("iv", "iva"),
     results={"tension": ("tension", "N", "tension of the tie")},
     kinds=(Kind("a tie", symmetric=True),),
-    ends=ends, rows=Rows(), times=("until",), shares=Shares(), smooth=True, stiff=False, isolated=True,
+    ends=ends, times=("until",), shares=Shares(), smooth=True, stiff=False, isolated=True,
     outside=lambda found: found["iqa"] < 0,
     switches=(Switches(lambda found: np.isfinite(found["cut"])),),
     events=(Events(lambda found: found.size, lambda _, k: (k, "cut"), values=heights, fire=cut),),
     adjoint=AdjointSupport("its gap follows from the state, with all derivatives", timed=False),
-    **constraints.WALKS | {
-        "row_measure": measure, "row_bend": bend, "row_force": add_force, "row_tangent": add_tangent, "row_note": note,
-    },
+    **constraints.answers(Rows(measure=measure, bend=bend, force=add_force, tangent=add_tangent, note=note)),
 )  # fmt: skip
 
 

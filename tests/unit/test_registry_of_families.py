@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,7 +15,8 @@ from evolvent.kernels.ends import of_bodies
 from evolvent.model import registry
 from evolvent.model.family import Family, record
 from evolvent.model.fields import ModelFields
-from evolvent.model.layout import Events, Rows
+from evolvent.model.layout import Events
+from evolvent.model.questions import Explicit, Inertia, Rows
 from evolvent.solvers.common import matrices
 from evolvent_base.errors import InputError
 
@@ -29,7 +31,7 @@ def family(name: str = "pulls", **given: Any) -> Family:
 
 
 #: Answers of rows of constraint that all methods need.
-ROWS = {name: pull for name in registry.QUESTIONS if name.startswith("row_")}
+ROWS = Rows(**{name.removeprefix("rows."): pull for name in registry.QUESTIONS if name.startswith("rows.")})
 
 
 @pytest.mark.parametrize(
@@ -39,13 +41,16 @@ ROWS = {name: pull for name in registry.QUESTIONS if name.startswith("row_")}
         (family("F"), "'F' has the name of a field of the model"),
         (family(force=pull), "a force without its tangent"),
         (family(events=(Events(lambda found: found.size, lambda found, k: (k, "gone")),)), "events without `values`"),
-        (family(rows=Rows()), "rows of constraint without `row_measure`"),
-        (family(rows=Rows(alone=lambda found: found["a"] > 0), **ROWS), "rows `alone` and shares in margins"),
-        (family(rows=Rows(), category="spring", **ROWS), "rows `alone` and shares in margins"),
-        (family(rows=Rows(), record=record("a event"), **ROWS), "a field `event` without `switch`"),
+        (family(rows=Rows()), "rows of constraint without `rows.measure`"),
+        (
+            family(rows=dataclasses.replace(ROWS, alone=lambda found: found["a"] > 0)),
+            "rows `alone` and shares in margins",
+        ),
+        (family(rows=ROWS, category="spring"), "rows `alone` and shares in margins"),
+        (family(rows=ROWS, record=record("a event")), "a field `event` without `switch`"),
         (family(force=pull, tangent=pull, ends=None), "a force without `ends`"),
-        (family(explicit_force=pull), "a force of some methods without `force`"),
-        (family(inertia=pull), "states inertia"),
+        (family(explicit=Explicit(force=pull)), "a force of some methods without `force`"),
+        (family(inertia=Inertia(force=pull)), "states inertia"),
         (family(events=(Events(len, lambda _, k: (k, "gone"), values=pull, fire=pull, is_watched=False),)), "watched"),
     ],
 )
@@ -66,7 +71,7 @@ def test_a_family_that_says_nothing_of_it_is_never_isolated() -> None:
 def test_all_families_of_the_package_can_be_used() -> None:
     assert not registry.unusable()
     for name, one in registry.families().items():
-        if not one.events and one.rows is None and not one.inertia and one.ends is not None:
+        if not one.events and one.rows is None and not one.inertia.force and one.ends is not None:
             assert registry._refused(one, set()) == "", name
 
 

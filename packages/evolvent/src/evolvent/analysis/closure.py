@@ -77,7 +77,7 @@ def warning_of(solution: Solution) -> str:
     found = (
         unresolved(solution) or unclosed(solution),
         unresolved_captures(solution),
-        *(text for warn in asked("warn").values() for text in warn(solution)),
+        *(text for warn in asked("notes.warn").values() for text in warn(solution)),
         unloaded_tips(solution.assembly),
         *limitations(solution),
     )

@@ -18,7 +18,6 @@ from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels.expression import evaluate
 from evolvent.model import family
-from evolvent.model.registry import asked
 from evolvent.parts.feedback import FeedbackDrive
 from evolvent.solvers.time.explicit.plan import METHODS
 from evolvent_base import units
@@ -83,9 +82,7 @@ class Loop:
     def __init__(self, assembly: Assembly, name: str, drive: FeedbackDrive, number: int, start: float) -> None:
         self.name, self.drive, self.start = name, drive, start
         self.owner = next(
-            found
-            for part, found in assembly.names.items()
-            if found[0] in asked("reacts") and getattr(assembly.parts.get(part), "reel", None) == name
+            found for part, found in assembly.names.items() if getattr(assembly.parts.get(part), "reel", None) == name
         )
         sensor = drive.sensor
         self.period = sensor.period

@@ -218,7 +218,7 @@ class _Plant:
 
     def _ways(self) -> set[int]:
         """First indices of coordinates that are directions."""
-        return {int(q) for directions in asked("directions").values() for q in directions(self.model)}
+        return {int(q) for directions in asked("state.directions").values() for q in directions(self.model)}
 
     def _back(self, y: Array, angle: float) -> Array:
         """A state turned back by an angle about the axis; angles of bodies stay."""

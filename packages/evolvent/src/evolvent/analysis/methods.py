@@ -65,7 +65,7 @@ def _method_of(assembly: Assembly, method: str) -> tuple[str, str]:
     if len(refused) == 3:
         raise InputError(f"no method supports this system: {refused[family.EXPLICIT]}; {refused[family.IMPLICIT]}")
     own = [one for one in family_registry.families().values() if one.records(model).size]
-    conserved = [one.conserved for one in own if one.conserved]
+    conserved = [one.advice.conserved for one in own if one.advice.conserved]
     if conserved and family.ENERGY not in refused:
         return energy_momentum.NAME, f"{' and '.join(conserved)}: steps of any length gain no energy"
     adaptive = families.suit_adaptive_steps(model)
@@ -82,7 +82,8 @@ def _method_of(assembly: Assembly, method: str) -> tuple[str, str]:
         return energy_momentum.NAME, refused[family.IMPLICIT].partition("; ")[0]
     if family.IMPLICIT in refused:
         return "dopri5" if all(adaptive) else "rk4", refused[family.IMPLICIT].partition("; ")[0]
-    stiff = next(filter(None, (one.short_steps(one.records(model)) for one in own if one.short_steps is not None)), "")
+    short = ((one.advice.short_steps, one.records(model)) for one in own)
+    stiff = next(filter(None, (why(found) for why, found in short if why is not None)), "")
     if stiff or model.info.penalties:
         return implicit.NAME, stiff or "penalties are stiff"
     return "dopri5", "bodies, points and springs: adaptive steps of fifth order"
@@ -92,11 +93,11 @@ def _better_implicit(assembly: Any) -> str:
     """Why implicit methods suit a constraint (but for links and guides) or friction better; nothing without one."""
     known = family_registry.families()
     for one in known.values():
-        mask, why = one.implicit or (None, "")
+        mask, why = one.advice.implicit or (None, "")
         for k in np.flatnonzero(mask(one.records(assembly.model))) if mask is not None else ():
             name = families.owner(assembly, one.name, int(k))
             of = known.get(assembly.names.get(name, ("",))[0])
-            if of is None or not of.explicit:
+            if of is None or not of.advice.explicit:
                 return f"{name!r} {why}"
     return ""
 
@@ -108,7 +109,7 @@ def has_loops(model: Any) -> bool:
         ends = set()
         for what, index in ends_of_row(model, int(k)):
             moves = what == "bodies" and model.bodies["motion"][index] != rigid.DRIVEN
-            if moves or what not in asked("consists"):
+            if moves or what not in asked("parts.consists"):
                 ends.add(f"{what} {index}")
         edges.add(tuple(sorted(ends)) if len(ends) == 2 else ("", *ends))
     group: dict[str, str] = {}

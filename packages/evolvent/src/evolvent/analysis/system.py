@@ -70,7 +70,7 @@ class System(Composition, Answered):
 
         Its analyses give the same numbers, to the last bit, as a system that is built with these values. Stiffnesses,
         dampings, gains, limits, masses and the size of loads go into a copy of the model that is there
-        (`evolvent.model.family.Family.changes`); where anything else follows from a value, the system is assembled
+        (`evolvent.model.questions.Parts.changes`); where anything else follows from a value, the system is assembled
         whole, at its first analysis.
 
         Parameters

@@ -21,7 +21,7 @@ _SIZES = {POSITION: 3, SLOPE: 3, ROTATION: 3, ANGLE: 1, SCALAR: 1, RATE: 1}
 @functools.cache
 def owners() -> tuple[str, ...]:
     """Families that have coordinates, by their codes in the table."""
-    return tuple(name for name, family in families().items() if family.unknowns)
+    return tuple(name for name, family in families().items() if family.state.unknowns)
 
 
 def owner_of(block: Any) -> tuple[str, int]:
@@ -46,7 +46,7 @@ def blocks_of(found: Mapping[str, Array], pools: Mapping[str, Any]) -> Array:
     every: list[tuple[float, int, Coordinates]] = [
         (coordinates.order, code, coordinates)
         for code, name in enumerate(owners())
-        for coordinates in families()[name].unknowns
+        for coordinates in families()[name].state.unknowns
     ]
     rows = [
         (code, block)
@@ -69,7 +69,7 @@ def note_inertia(family: str, row: int, model: mdl.Model) -> None:
     own = np.flatnonzero(is_of(blocks, family) & (blocks["owner"] == row))
     fresh = [
         block
-        for coordinates in families()[family].unknowns
+        for coordinates in families()[family].state.unknowns
         for block in coordinates.blocks(lambda name: getattr(model, name), pools)
         if block.owner == row
     ]

@@ -20,7 +20,7 @@ from evolvent.compiled import laws
 from evolvent.compiled.pointer import zeros_record
 from evolvent.equations.implicit import add_weight
 from evolvent.kernels import ancf, rigid, rod_strains, springs
-from evolvent.model.registry import asked, constraining, families, watched
+from evolvent.model.registry import asked, constraining, families, is_by_rates, watched
 from evolvent_base.dense import product
 from evolvent_base.errors import InputError, nearest
 
@@ -55,7 +55,7 @@ class Builder:
         #: Called with the builder once all parts are written.
         self.at_end: list[Callable[[Builder], None]] = []
         self._pooled: dict[Any, int] = {}
-        self._places = asked("place")
+        self._places = asked("parts.place")
         self._ground()
 
     def _ground(self) -> None:
@@ -254,7 +254,7 @@ class Builder:
             finish(self)
         n_q, n_v = len(self.q), len(self.v)
         found = {name: self._records(name, rows) for name, rows in self.rows.items()}
-        for check in asked("check").values():
+        for check in asked("parts.check").values():
             check(self)
         s = number_switches(found, self)
         accounts, rubbed = number_accounts(found, n_q + n_v)
@@ -290,7 +290,7 @@ class Builder:
             **scratch,
             **found,
         )
-        model.info.generalized = needs.has_explicit_forces(model)
+        model.info.generalized = is_by_rates(model)
         if np.any(self.gravity):
             needs.load(model, add_weight)
             add_weight(self.gravity, n_q, model, model.G)
@@ -305,7 +305,7 @@ class Builder:
     def _scratch(self, found: dict[str, Array], s: Array) -> dict[str, Array]:
         """Pools of constants that elements share, and scratch memory."""
         n_v = len(self.v)
-        of_families = [scratch(found.__getitem__, self) for scratch in asked("scratch").values()]
+        of_families = [scratch(found.__getitem__, self) for scratch in asked("parts.scratch").values()]
         return dict(
             G=np.zeros(n_v),
             switches=s.copy(),
@@ -323,9 +323,9 @@ class Builder:
         )
 
     def _records(self, name: str, rows: list[dict[str, Any]]) -> Array:
-        """One record a row; scratch fields stay zero, but those of `Family.initial`."""
+        """One record a row; scratch fields stay zero, but those of `Parts.initial`."""
         own = families().get(name)
-        initial, offsets = ({}, ()) if own is None else (own.initial, own.offsets)
+        initial, offsets = ({}, ()) if own is None else (own.parts.initial, own.offsets)
         found = mdl.zeros(name, len(rows))
         for k, row in enumerate(rows):
             for field, other in initial.items():

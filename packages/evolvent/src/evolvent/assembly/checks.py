@@ -10,7 +10,7 @@ from evolvent.assembly.constraints import family_of
 from evolvent.assembly.families import owner, row_owner
 from evolvent.kernels import constraint_rows
 from evolvent.kernels.impulse import prepare
-from evolvent.model.layout import CONSTRAINT
+from evolvent.model.questions import CONSTRAINT
 from evolvent.model.registry import asked
 from evolvent_base.errors import InputError
 
@@ -18,7 +18,8 @@ from evolvent_base.errors import InputError
 def check_constraints(assembly: Assembly) -> None:
     """Refuse redundant constraints of parts that are nothing else, and those that the start does not meet, by name."""
     model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
-    rows, kinds, unmet = model.constraints, {name: own for name, (own, _) in assembly.names.items()}, asked("unmet")
+    rows, unmet = model.constraints, asked("parts.unmet")
+    kinds = {name: own for name, (own, _) in assembly.names.items()}
     held = [(k, name) for k, name in enumerate(assembly.row_parts) if kinds.get(name) in unmet]
     if not held:
         return

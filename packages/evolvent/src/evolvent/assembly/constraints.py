@@ -12,7 +12,7 @@ from evolvent.assembly.ends import ends_of
 from evolvent.assembly.order import reverse_cuthill_mckee
 from evolvent.kernels import ancf_beams, rigid
 from evolvent.model.family import End
-from evolvent.model.layout import CONSTRAINT
+from evolvent.model.questions import CONSTRAINT
 from evolvent.model.registry import asked, constraining, families as every, first_row
 from evolvent_base.errors import InputError
 

@@ -39,7 +39,7 @@ def mark_outside(found: Mapping[str, Array], info: Any) -> None:
         return np.asarray(np.array(tied, dtype=bool) | by_itself)
 
     for family in acting():
-        if family.within:
+        if family.coupling.within:
             continue
         tied = ties(family)
         if family.name in constraining():
@@ -47,7 +47,7 @@ def mark_outside(found: Mapping[str, Array], info: Any) -> None:
             found["constraints"]["outside"][first : first + tied.size] = tied
         elif "outside" in (family.record.names or ()):
             found[family.name]["outside"] = tied
-        if not family.at_times:
+        if not family.coupling.at_times:
             info["outside"] |= np.any(tied)
     for family in families().values():
         info["open"] |= not family.of and not family.may_be_isolated(found[family.name], records)

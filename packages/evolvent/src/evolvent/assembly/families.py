@@ -37,12 +37,13 @@ def has_symmetric_stiffness(model: Model) -> bool:
 
 def reacts(model: Model) -> bool:
     """Whether a part of a model reacts to what is measured, by a loop that is not closed."""
-    return any(bool(np.any(mask(records(model, name)))) for name, mask in asked("reacts").items())
+    own = ((kind, family.records(model)) for family in families().values() for kind in family.kinds if kind.reacts)
+    return any(bool(np.any(kind.mask(found))) for kind, found in own)
 
 
 def suit_adaptive_steps(model: Model) -> list[str]:
     """Why adaptive explicit steps suit the families of a model to which it matters, '' of those that they do not."""
-    own = [(family.adaptive, family.records(model)) for family in families().values()]
+    own = [(family.advice.adaptive, family.records(model)) for family in families().values()]
     return [adaptive(found) for adaptive, found in own if adaptive is not None and found.size]
 
 
@@ -121,13 +122,13 @@ def owner(assembly: Any, family: str, index: int) -> str:
     """Name of the part that wrote a record."""
     if family in constraining():
         return row_owner(assembly, row_of(assembly.model, family, index))
-    own = families()[family].owner
+    own = families()[family].parts.owner
     if own is not None:
         family, index = own(lambda name: records(assembly.model, name), index)
-    if families()[family].several:
+    if families()[family].parts.several:
         index = max((at for of, at in assembly.names.values() if of == family and at <= index), default=index)
     if family == "bodies":
-        for name in asked("consists"):
+        for name in asked("parts.consists"):
             for k in range(records(assembly.model, name).size if name != family else 0):
                 if index in bodies_of(assembly.model, name, k):
                     return owner(assembly, name, k)
@@ -142,7 +143,7 @@ def row_owner(assembly: Any, k: int) -> str:
 
 def bodies_of(model: Model, family: str, index: int) -> range:
     """Bodies of a part: itself, the nodes of a rod, or frame and interface nodes of a reduced body; none of others."""
-    consists = asked("consists").get(family)
+    consists = asked("parts.consists").get(family)
     return range(0) if consists is None else consists(records(model, family)[index], index)
 
 

@@ -15,12 +15,7 @@ from evolvent.compiled import jit, lookups
 from evolvent.compiled.codecache import Linked, names_in
 from evolvent.model import Model, has
 from evolvent.model.having import Condition
-from evolvent.model.registry import TABLES, asked, families
-
-
-def has_explicit_forces(model: Model) -> bool:
-    """Whether explicit methods find the fastest mode of some part of a model from its rates (`Family.by_rates`)."""
-    return any(family.is_by_rates(model) for family in families().values())
+from evolvent.model.registry import TABLES, asked
 
 
 @functools.cache
@@ -51,7 +46,7 @@ def absent(model: Model) -> frozenset[str]:
 
 
 #: Tables of calls, which functions name that walk over the families of a model.
-_TABLES = frozenset(f"{question}_calls" for question in TABLES)
+_TABLES = frozenset(TABLES)
 
 
 @functools.cache
@@ -105,7 +100,7 @@ def needed(model: Model, roots: tuple[Any, ...], without: frozenset[str]) -> lis
         found = _reached(
             (*roots, *(one for table in tables for one in lookups.at_slots(getattr(model, table)))), without
         )
-    for name, callers in asked("calls").items():
+    for name, callers in asked("parts.calls").items():
         fields = [field for caller, field in callers.items() if caller in found]
         found = (*found, *(one for field in fields for one in lookups.at_slots(getattr(model, name)[field])))
     return [*found]

@@ -42,7 +42,10 @@ def number_accounts(found: Mapping[str, Array], first: int) -> tuple[Array, int]
     rubbed = -1
     for _, family, accounts in sorted([*own, (_FRICTION, None, None)], key=lambda one: one[0]):
         if family is None or accounts is None:
-            if any(family.rubs is not None and np.any(family.rubs(found[family.name])) for family in every):
+            if any(
+                family.friction.rubs is not None and np.any(family.friction.rubs(found[family.name]))
+                for family in every
+            ):
                 rubbed, at = at, at + 1
             continue
         records = found[family.name]
@@ -61,7 +64,7 @@ def number_accounts(found: Mapping[str, Array], first: int) -> tuple[Array, int]
 
 def has_causes(found: Mapping[str, Array]) -> bool:
     """Whether the accounts of explicit methods tell apart what dissipates energy."""
-    return any(family.by_causes and found[family.name].size > 0 for family in families().values())
+    return any(family.energies.by_causes and found[family.name].size > 0 for family in families().values())
 
 
 def number_switches(found: Mapping[str, Array], builder: Any) -> Array:
@@ -113,6 +116,6 @@ def totals(found: Mapping[str, Array]) -> dict[str, int]:
     """Numbers of records of the model's `info`, by its fields, of all families together; `ne` is that of all events."""
     sums = dict[str, int]()
     for family in families().values():
-        for field, count in family.totals.items():
+        for field, count in family.parts.totals.items():
             sums[field] = sums.get(field, 0) + int(count(found[family.name]))
     return sums | {"ne": sum(int(own.count(found[family.name])) for family, own in events())}

@@ -1,7 +1,7 @@
 """Variants: assemblies of systems that differ from one another in values of a few parts.
 
 The first system is assembled whole, and what every part has written is kept. Of another one the parts that differ write
-themselves again, behind what stood there before them. Where their rows then differ in fields (`Family.changes`) and in
+themselves again, behind what stood there before them. Where their rows then differ in fields (`Parts.changes`) and in
 parameters alone, which nothing else of a model follows from, a copy of the first model takes them; all else is
 assembled whole.
 """
@@ -243,14 +243,14 @@ def _changes(name: str) -> frozenset[str] | None:
     family = families().get(name)
     if family is None:
         return frozenset() if name in OWN_RECORDS else None
-    return None if family.changes is None else frozenset(family.changes.split())
+    return None if family.parts.changes is None else frozenset(family.parts.changes.split())
 
 
 def _reads_inertia(family: Family) -> bool:
     """Whether parts or checks of a family read the inertia of others."""
-    if family.reads_inertia is None:
+    if family.parts.reads_inertia is None:
         return _reads_inertia(families()[family.of]) if family.of else True
-    return family.reads_inertia
+    return family.parts.reads_inertia
 
 
 def _has_inertia(change: Change, blocks: Array) -> bool:

@@ -29,7 +29,7 @@ def measure_frictions(t, y0, y, s, h, step, model):
     rigid.kinematics(t, y, model)
     if contact.any_contact(model):
         contact.add_contacts(y, y, KEPT, step, 1.0, 0.0, 0.0, model, model.F)
-    calls = model.measure_state_calls
+    calls = model.explicit_measure_calls
     for k in range(calls.size):
         note_state_at(model, calls[k])(t, y, s, model)
     turning.measure_rates(y, model)
@@ -59,7 +59,7 @@ def end_frictions(y, step, model):
             y[model.info.rubbed] += slip
             taken += slip
     if step > 0.0:
-        calls = model.end_friction_calls
+        calls = model.friction_end_calls
         for k in range(calls.size):
             taken += end_friction_at(model, calls[k])(y, model)
     turning.keep_rates(model)
@@ -80,7 +80,7 @@ def release_penalties(t, y, model):
 @inlined
 def longest_turn(model):
     """Longest step that the records of a model allow at their last rates, s."""
-    calls, found = model.longest_turn_calls, math.inf
+    calls, found = model.step_longest_calls, math.inf
     for k in range(calls.size):
         found = min(found, power_at(model, calls[k])(model))
     return found
@@ -89,7 +89,7 @@ def longest_turn(model):
 @inlined
 def excess(t, h, y, s, model):
     """Step of length h to the state y at t, beside the longest that the records of a model allow."""
-    calls, found = model.excess_calls, 0.0
+    calls, found = model.explicit_excess_calls, 0.0
     for k in range(calls.size):
         found = max(found, excess_at(model, calls[k])(t, h, y, s, model))
     return found
@@ -98,7 +98,7 @@ def excess(t, h, y, s, model):
 @inlined
 def take_step(s, model):
     """Make the last evaluation the start of the next step: into the switches s, and what records keep."""
-    calls = model.take_step_calls
+    calls = model.explicit_take_step_calls
     for k in range(calls.size):
         take_step_at(model, calls[k])(s, model)
 
@@ -106,7 +106,7 @@ def take_step(s, model):
 @inlined
 def note_state(t, y, s, model):
     """Make a state the start of the next step, as `take_step`, whose forces have not been evaluated."""
-    calls = model.note_state_calls
+    calls = model.explicit_note_state_calls
     for k in range(calls.size):
         note_state_at(model, calls[k])(t, y, s, model)
 
@@ -114,6 +114,6 @@ def note_state(t, y, s, model):
 @inlined
 def note_stage(t, starts, model):
     """Note what is to be known of the last evaluation, in a step to t or (starts 1) at the start of a run."""
-    calls = model.note_stage_calls
+    calls = model.explicit_note_stage_calls
     for k in range(calls.size):
         note_stage_at(model, calls[k])(t, starts, model)

@@ -64,7 +64,7 @@ def measure(end, model, work):
             x[b, i] = bodies[b].x[i]
             for j in range(3):
                 R[b, i, j] = bodies[b].R[i, j]
-    calls = model.measure_calls
+    calls = model.step_measure_calls
     for k in range(calls.size):
         measure_at(model, calls[k])(end, t, y, model)
 

@@ -25,7 +25,7 @@ def event_values(t, y, s, model, g):
     calls, firsts = model.event_values_calls, model.event_firsts
     for i in range(calls.size):
         event_values_at(model, calls[i])(t, y, s, model, firsts[i], g)
-    calls = model.change_values_calls
+    calls = model.node_events_values_calls
     for k in range(calls.size):
         state_at(model, calls[k])(t, y, s, model, g)
 
@@ -36,7 +36,7 @@ def apply_event(t, y, s, model, k, g):
 
     Those that happen with it, by g, the values of the events, are carried out as well; their values are infinite then.
     """
-    calls = model.apply_change_calls
+    calls = model.node_events_apply_calls
     for i in range(calls.size):
         answer = apply_change_at(model, calls[i])(t, y, s, model, k, g)
         if answer <= 1:

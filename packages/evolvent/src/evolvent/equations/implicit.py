@@ -46,7 +46,7 @@ def residual(t, y, a, la, step, factor, model, r, powers):
     interval, calls = state_interval(at, y, a, la, r, powers, model.switches, r), model.force_calls
     for k in range(calls.size):
         force_at(model, calls[k])(interval, model)
-    calls = model.inertia_calls
+    calls = model.inertia_force_calls
     for k in range(calls.size):
         force_at(model, calls[k])(interval, model)
     for i in range(model.info.nv):
@@ -121,7 +121,7 @@ def momenta(y, model, out):
 @kernel
 def is_isolated(t, model):
     """Whether nothing but gravity and loads on beams acts from outside, whose torque is known (`assembly.ends`)."""
-    calls, tied = model.ties_calls, model.info.outside != 0 or model.info.open != 0
+    calls, tied = model.coupling_ties_calls, model.info.outside != 0 or model.info.open != 0
     for k in range(calls.size):
         tied = tied or ties_at(model, calls[k])(t, model) != 0
     return not tied

@@ -46,6 +46,6 @@ def inventory(t, y, s, model, out):
         momentum_at(model, calls[k])(y, model, part)
     for c in range(3):
         out[P_ALL + c], out[H_BODY + c] = part[c], part[3 + c]
-    calls = model.add_sums_calls
+    calls = model.explicit_sums_calls
     for k in range(calls.size):
         state_at(model, calls[k])(t, y, s, model, out)

@@ -1,4 +1,4 @@
-"""Fields of records that a run keeps at its samples (`Family.kept`), in a row of numbers."""
+"""Fields of records that a run keeps at its samples (`Samples.kept`), in a row of numbers."""
 
 from numba import void
 
@@ -6,13 +6,13 @@ from evolvent.compiled.jit import VECTOR, indirect, inlined
 from evolvent.compiled.pointer import array_at, number_at, put_number_at
 from evolvent.kernels.calls import note_at
 from evolvent.model import MODEL
-from evolvent.model.family import CLEARED
+from evolvent.model.questions import CLEARED
 
 
 @indirect(void(MODEL, VECTOR))
 def write_forces(model, row):
     """Write what the last forces left in their records as a sample's row, field by field, record by record."""
-    kept, calls, at = model.kept, model.keep_calls, 0
+    kept, calls, at = model.kept, model.samples_keep_calls, 0
     for k in range(calls.size):
         note_at(model, calls[k])(model)
     for i in range(kept.shape[0]):

@@ -11,7 +11,7 @@ from evolvent.kernels.blocks import ROTATION, normalise
 from evolvent.kernels.calls import project_at
 from evolvent.kernels.impulse import impulse, prepare
 from evolvent.model import MODEL
-from evolvent.model.layout import CONSTRAINT
+from evolvent.model.questions import CONSTRAINT
 
 
 @entry(MODEL)
@@ -23,7 +23,7 @@ def is_corrected(model):
         found = found or model.constraints[k].until < np.inf
     for k in range(model.blocks.size):
         found = found or model.blocks[k].kind == ROTATION
-    return found or model.project_calls.size > 0
+    return found or model.node_events_project_calls.size > 0
 
 
 @indirect(types.int64(REAL, VECTOR, INTEGERS, MODEL))
@@ -34,7 +34,7 @@ def project(t, y, s, model):
     their gap and rate along their own directions, weighted by the masses (which keeps momentum).
     """
     normalise(model.blocks, y)
-    calls = model.project_calls
+    calls = model.node_events_project_calls
     for k in range(calls.size):
         project_at(model, calls[k])(y, s, model)
     changed = 0

@@ -56,14 +56,14 @@ def _at_sample(times, n, factor, model):
 
 
 def _has_rates(model):
-    return model.evaluate_rates_calls.size > 0
+    return model.samples_rates_calls.size > 0
 
 
 @indirect(void(VECTOR, types.int64, VECTOR, INTEGERS, VECTOR, REAL, MODEL), used_for=_has_rates)
 def evaluate_rates(times, n, y, s, la, factor, model):
     """Fields of sample n that follow from the rates of explicit methods."""
     rhs(times[n], y, s, model, model.dy[0])
-    at, powers, calls = _at_sample(times, n, factor, model), model.powers, model.evaluate_rates_calls
+    at, powers, calls = _at_sample(times, n, factor, model), model.powers, model.samples_rates_calls
     interval = sample_interval(at, y, model.dy[0], la, la, powers, s, model.dy[0], times)
     for k in range(calls.size):
         force_at(model, calls[k])(interval, model)
@@ -72,11 +72,11 @@ def evaluate_rates(times, n, y, s, la, factor, model):
 @inlined
 def prepare_sample(times, n, y, s, la, factor, model):
     """What the evaluation of sample n needs, and fields that follow from the rates of explicit methods."""
-    at, powers, calls = _at_sample(times, n, factor, model), model.powers, model.prepare_sample_calls
+    at, powers, calls = _at_sample(times, n, factor, model), model.powers, model.samples_prepare_calls
     interval = sample_interval(at, y, model.dy[0], la, la, powers, s, model.dy[0], times)
     for k in range(calls.size):
         force_at(model, calls[k])(interval, model)
-    if model.evaluate_rates_calls.size > 0:
+    if model.samples_rates_calls.size > 0:
         evaluate_rates(times, n, y, s, la, factor, model)
 
 
@@ -90,11 +90,11 @@ def evaluate(n, times, y, s, la, factor, model):
     """
     prepare_sample(times, n, y, s, la, factor, model)
     rigid.kinematics(times[n], y, model)
-    at, powers, calls = _at_sample(times, n, factor, model), model.powers, model.evaluate_calls
+    at, powers, calls = _at_sample(times, n, factor, model), model.powers, model.samples_evaluate_calls
     interval = sample_interval(at, y, model.dy[0], la, la, powers, s, model.dy[0], times)
     for k in range(calls.size):
         force_at(model, calls[k])(interval, model)
-    calls = model.evaluate_last_calls
+    calls = model.samples_last_calls
     for k in range(calls.size):
         force_at(model, calls[k])(interval, model)
 

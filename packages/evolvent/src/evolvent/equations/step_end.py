@@ -20,7 +20,7 @@ def end_step(t, h, share, again, y, dq, model, booked):
     dq : (nv,) float, increments over the step
     booked : (N_POWERS,) float, output, J, work and losses that families book themselves
     """
-    at, calls = model.interval, model.end_step_calls
+    at, calls = model.interval, model.implicit_end_step_calls
     for i in range(N_POWERS):
         booked[i] = 0.0
     at.t, at.tm, at.h, at.share, at.again = t, t, h, share, again
@@ -39,7 +39,7 @@ def start_run(t, share, again, y, model, booked):
     share : of `evolvent.model.interval.NUMBERS`; again : 1 where it goes on after forces have changed at once, else 0
     booked : (N_POWERS,) float, scratch
     """
-    at, calls = model.interval, model.start_calls
+    at, calls = model.interval, model.implicit_start_calls
     at.t, at.tm, at.h, at.share, at.again = t, t, 0.0, share, again
     interval = state_interval(at, y, y, y, y, booked, model.switches, y)
     for k in range(calls.size):

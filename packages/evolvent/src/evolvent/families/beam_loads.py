@@ -10,7 +10,18 @@ import numpy as np
 from evolvent.kernels import beam_loads, calls, node_load_tangents, node_loads
 from evolvent.kernels.beam_loads import FIELD
 from evolvent.model.family import WORK, Family, Kind, has_parameters, record
-from evolvent.model.questions import AdjointSupport, Law, Moment, calls_law
+from evolvent.model.questions import (
+    AdjointSupport,
+    Drives,
+    Implicit,
+    Law,
+    Moment,
+    Parts,
+    Samples,
+    Stability,
+    Statics,
+    calls_law,
+)
 from evolvent.model.shares import LOAD, Rule, Shares
 
 Array = np.ndarray
@@ -111,19 +122,17 @@ BEAM_LOADS = Family(
     isolated=True,
     force=force,
     tangent=tangent,
-    by_rates=False,
-    reads_inertia=False,
+    stability=Stability(by_rates=False),
+    parts=Parts(reads_inertia=False),
     smooth=True,
     shares=Shares((Rule(LOAD),), place=16, standing=True),
     laws=(Law("force", calls_law, _at_vector),),
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
-    uneven=_uneven,
-    evaluate=evaluate,
-    acts_on=_acts_on,
-    stops=lambda model, *_: model.beam_loads["start"] + model.beam_loads["ramp"],
-    inner=lambda found: int(np.sum(found["kind"] == FIELD)),
-    end_ramps=_end_ramps,
+    statics=Statics(uneven=_uneven, acts_on=_acts_on),
+    samples=Samples(evaluate=evaluate),
+    drives=Drives(stops=lambda model, *_: model.beam_loads["start"] + model.beam_loads["ramp"], end_ramps=_end_ramps),
+    implicit=Implicit(inner=lambda found: int(np.sum(found["kind"] == FIELD))),
     times=("start", "end"),
 )  # fmt: skip

@@ -17,7 +17,26 @@ from evolvent.kernels.between import keep_lengths
 from evolvent.kernels.blocks import POSITION, SLOPE
 from evolvent.model.family import ENERGY, EVERY, Family, Kind, Records, record, where
 from evolvent.model.powers import MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
-from evolvent.model.questions import AdjointSupport, Block, Coordinates, LinearizedPoint, along, never, skew
+from evolvent.model.questions import (
+    AdjointSupport,
+    Advice,
+    Block,
+    Coordinates,
+    Energies,
+    Explicit,
+    Inertia,
+    LinearizedPoint,
+    Notes,
+    Parts,
+    Samples,
+    Stability,
+    State,
+    Statics,
+    Step,
+    along,
+    never,
+    skew,
+)
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 
 Array = np.ndarray
@@ -145,7 +164,7 @@ def _factored_masses(records: Records, masses: Sequence[Array]) -> Array:
 
 
 def _beyond_green(solution: Any) -> Iterator[str]:
-    """Sentences on beams whose axis is stretched by more than `GREEN` under Green's strain (`Family.limits`).
+    """Sentences on beams whose axis is stretched by more than `GREEN` under Green's strain (`Notes.limits`).
 
     Notes
     -----
@@ -217,29 +236,26 @@ BEAMS = Family(
         ),
     ),
     isolated=lambda found, records: not np.any(found["paper"] != 0) and not np.any(records("elements")["alpha"] != 0.0),
-    local=True,
-    reads_inertia=False,
+    samples=Samples(local=True, evaluate=evaluate, interpolate=interpolate),
+    parts=Parts(
+        reads_inertia=False, place=_place, heat=_heat,
+        scratch=lambda records, builder: {"masses": _factored_masses(records, builder.pools["M"])},
+    ),
     smooth=True,
     shares=Shares((Rule(ELASTIC),), place=10, unforced=_unforced, elastic=Elastic(_stiff)),
-    conserved="beams",
-    short_steps=lambda _: "beams are stiff",
+    advice=Advice(conserved="beams", short_steps=lambda _: "beams are stiff"),
     of_step=False,
     adjoint=AdjointSupport(
         "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False, cubic=True,
     ),
-    unknowns=(Coordinates(_vectors, 10, lambda found: 6 * found.size, first=2.0),),
-    uneven=never,
-    evaluate=evaluate,
-    bending=_bending,
-    points=_points,
-    place=_place,
-    heat=_heat,
-    by_causes=True,
-    scratch=lambda records, builder: {"masses": _factored_masses(records, builder.pools["M"])},
-    limits=_beyond_green,
-    nodal=lambda row: (int(row["nodes"]), NODE_VECTORS[row["kind"]], 3),
-    kick=kick,
-    interpolate=interpolate,
+    state=State(
+        unknowns=(Coordinates(_vectors, 10, lambda found: 6 * found.size, first=2.0),), points=_points,
+        nodal=lambda row: (int(row["nodes"]), NODE_VECTORS[row["kind"]], 3),
+    ),
+    statics=Statics(uneven=never),
+    energies=Energies(bending=_bending, by_causes=True),
+    notes=Notes(limits=_beyond_green),
+    inertia=Inertia(kick=kick),
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod
@@ -261,7 +277,7 @@ BEAM_NODES = Family(
         "curvature": ("curvature", "m-1", "{curvature} at the nodes"),
     },
     of="beams",
-    scratch=lambda records, _: {"angles": np.zeros(records("beam_nodes").size)},
+    parts=Parts(scratch=lambda records, _: {"angles": np.zeros(records("beam_nodes").size)}),
 )  # fmt: skip
 
 
@@ -377,17 +393,18 @@ ELEMENTS = Family(
     tangent=tangent,
     energy=energy,
     momentum=momentum,
-    explicit_force=explicit_force,
-    explicit_rate=explicit_rate,
-    note_step=note_step,
-    turning_tangent=turning_tangent,
-    evaluate=False,
-    strained=lambda model: float(np.abs(model.U0[model.elements["form"]]).sum()),
-    totals={"slender": lambda found: found.size},
-    waves=lambda _: 1.0,
-    calls={
-        ancf_beams.add_elements: "force",
-        ancf_beams.add_element_tangents: "tangent",
-        ancf_beams.beam_energies: "energy",
-    },
+    explicit=Explicit(force=explicit_force, rate=explicit_rate),
+    step=Step(note=note_step),
+    inertia=Inertia(turning_tangent=turning_tangent),
+    samples=Samples(evaluate=False),
+    energies=Energies(strained=lambda model: float(np.abs(model.U0[model.elements["form"]]).sum())),
+    parts=Parts(
+        totals={"slender": lambda found: found.size},
+        calls={
+            ancf_beams.add_elements: "force",
+            ancf_beams.add_element_tangents: "tangent",
+            ancf_beams.beam_energies: "energy",
+        },
+    ),
+    stability=Stability(waves=lambda _: 1.0),
 )  # fmt: skip

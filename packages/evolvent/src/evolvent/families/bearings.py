@@ -12,9 +12,10 @@ from evolvent.kernels import bearing, calls, turning
 from evolvent.kernels.bearing import measure_load
 from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate, of_joint
-from evolvent.model.family import BETWEEN, EVERY, EXPLICIT, End, Family, Kind, Records, record
+from evolvent.model.family import EVERY, EXPLICIT, End, Family, Kind, Records, record
 from evolvent.model.layout import Accounts
 from evolvent.model.powers import COUPLED_ENERGY, RUBBED
+from evolvent.model.questions import BETWEEN, Coupling, Friction, Implicit, Parts, Samples, Stability, Step
 from evolvent.model.shares import FRICTION, Rule, Shares
 from evolvent_base.errors import InputError
 
@@ -189,20 +190,20 @@ BEARINGS = Family(
         ),
     ),
     ends=_of_bearing,
-    through=True,
+    coupling=Coupling(through=True),
     force=force,
     tangent=tangent,
-    by_rates=False,
+    stability=Stability(by_rates=False),
     smooth=True,
-    totals={"reactive": lambda found: found.size},
-    evaluate=evaluate,
-    end_step=end_step,
-    coupled_energy=coupled_energy,
-    contact_set=contact_set,
-    until_turn=until_turn,
-    kept=dict.fromkeys(("rubs", "limit", "radial_force", "axial_force", "tilting", "stored"), BETWEEN),
+    parts=Parts(totals={"reactive": lambda found: found.size}),
+    samples=Samples(
+        evaluate=evaluate,
+        kept=dict.fromkeys(("rubs", "limit", "radial_force", "axial_force", "tilting", "stored"), BETWEEN),
+    ),
+    implicit=Implicit(end_step=end_step, contact_set=contact_set, start=start),
+    step=Step(energy=coupled_energy),
+    friction=Friction(until_turn=until_turn),
     shares=Shares((Rule(FRICTION),), place=7, together=_powers, measured="coordinate"),
     accounts=(Accounts(1, order=7),),
-    start=start,
     isolated=True,
 )  # fmt: skip

@@ -11,16 +11,25 @@ from evolvent.algebra.sparse import add_entry
 from evolvent.kernels import attitude, body_step, calls, points, rigid
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION
 from evolvent.kernels.rotations import cross, rotation_about_axis, rotation_from_quaternion, turn_back
-from evolvent.model.family import CLEARED, Family, Kind, Records, record, where
+from evolvent.model.family import Family, Kind, Records, record, where
 from evolvent.model.powers import DRIVEN
 from evolvent.model.questions import (
+    CLEARED,
     DRIVE,
     AdjointSupport,
     Block,
     Coordinates,
+    Drives,
     Felt,
+    Inertia,
     Law,
     LinearizedPoint,
+    Parts,
+    Samples,
+    Stability,
+    State,
+    Statics,
+    Step,
     never,
 )
 from evolvent.model.shares import Shares
@@ -234,16 +243,17 @@ BODIES = Family(
         Kind("a free body", which=where("motion", rigid.FREE), symmetric=True),
     ),
     isolated=lambda found, _: not np.any(found["motion"] == rigid.SPIN),
-    inertia=inertia,
-    step_inertia=step_inertia,
-    inertia_tangent=inertia_tangent,
-    step_inertia_tangent=step_inertia_tangent,
+    inertia=Inertia(
+        force=inertia, tangent=inertia_tangent, turning_tangent=turning_tangent, turning=turning, kick=kick,
+    ),
+    step=Step(inertia=step_inertia, inertia_tangent=step_inertia_tangent),
     energy=energy,
     momentum=momentum,
-    consists=lambda row, k: range(k, k + 1),
-    local=True,
-    changes="mass inertia spin_inertia",
-    reads_inertia=False,
+    parts=Parts(
+        consists=lambda row, k: range(k, k + 1), changes="mass inertia spin_inertia", reads_inertia=False,
+        initial={"R": "R0", "x": "x0"}, place=_place,
+    ),
+    samples=Samples(local=True, evaluate=evaluate, kept={"F": CLEARED}),
     smooth=True,
     shares=Shares(),
     laws=(Law(DRIVE, lambda found: found["path_law"] != 0, field="path_law", before="path_"),),
@@ -253,19 +263,16 @@ BODIES = Family(
         "its inertia follows from the state, and so do the derivatives of it",
         timed=lambda found: (found["path"] != 0) | (found["rate"] != 0.0),
     ),
-    unknowns=(Coordinates(_motions, 50, lambda found: 6 * int(np.sum(found["motion"] != rigid.DRIVEN))),),
-    felt=Felt(
-        6, lambda found: found["motion"] != rigid.DRIVEN,
-        lambda model, k, blocks: rigid.body_bound(model.bodies, k, blocks),
+    state=State(
+        unknowns=(Coordinates(_motions, 50, lambda found: 6 * int(np.sum(found["motion"] != rigid.DRIVEN))),),
+        points=_centre,
     ),
-    uneven=never,
-    evaluate=evaluate,
-    turning_tangent=turning_tangent,
-    kept={"F": CLEARED},
-    points=_centre,
-    stand=_stand,
-    initial={"R": "R0", "x": "x0"},
-    place=_place,
-    turning=turning,
-    kick=kick,
+    stability=Stability(
+        felt=Felt(
+            6, lambda found: found["motion"] != rigid.DRIVEN,
+            lambda model, k, blocks: rigid.body_bound(model.bodies, k, blocks),
+        ),
+    ),
+    statics=Statics(uneven=never),
+    drives=Drives(stand=_stand),
 )  # fmt: skip

@@ -7,12 +7,28 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.families.contact_surfaces import RULES, SAME, book, book_end, kinds, pressing, slides_freely
+from evolvent.families.contact_surfaces import RULES, book, book_end, kinds, pressing, slides_freely
 from evolvent.kernels import body_gaps, calls, contact, contact_tangent, surfaces, turning
 from evolvent.kernels.ends import of_bodies
-from evolvent.model.family import BETWEEN, SUMMED, Family, Kind, record
+from evolvent.model.family import Family, Kind, has_friction, record
 from evolvent.model.layout import Accounts
-from evolvent.model.questions import AdjointSupport, Bound
+from evolvent.model.questions import (
+    BETWEEN,
+    SUMMED,
+    AdjointSupport,
+    Advice,
+    Bound,
+    Contacts,
+    Coupling,
+    Explicit,
+    Friction,
+    Implicit,
+    Parts,
+    Samples,
+    Stability,
+    Statics,
+    Step,
+)
 from evolvent.model.shares import Pressing, Shares
 
 Array = np.ndarray
@@ -207,15 +223,15 @@ BODY_CONTACTS = Family(
     kinds=kinds("a contact between bodies", Kind("a contact of a box", which=_is_of_box, symmetric=slides_freely)),
     ends=of_bodies("a", "b"),
     force=force,
-    ties=ties,
+    coupling=Coupling(at_times=True, ties=ties),
     tangent=tangent,
-    measure=measure,
+    step=Step(measure=measure),
     energy=energy,
-    explicit_energy=explicit_energy,
-    several=True,
+    explicit=Explicit(energy=explicit_energy),
+    parts=Parts(several=True),
     smooth=True,
     shares=Shares(RULES, place=9, contact=Pressing(pressing)),
-    conserved="contact",
+    advice=Advice(conserved="contact"),
     adjoint=AdjointSupport(
         "without friction its force follows from the state, with all derivatives", filtered="gaps of body_contacts",
         timed=False,
@@ -224,22 +240,18 @@ BODY_CONTACTS = Family(
             "contacts between bodies have viscous friction": lambda found: found["viscous"] != 0.0,
         },
     ),
-    bound=_bound,
-    evaluate=False,
-    end_step=end_step,
-    contact_set=contact_set,
-    measure_rates=measure_rates,
-    keep_rates=keep_rates,
-    until_turn=until_turn,
-    friction_power=friction_power,
-    kept=dict.fromkeys(("on_a", "on_b", "rubbing", "c", "force", "gap1", "energy"), BETWEEN) | {"impulse": SUMMED},
-    forget=_forget,
-    at_rest=_at_rest,
-    settle=lambda model, _: contact.end_bodies(model),
-    presses=lambda model: model.body_contacts["force"] > 0.0,
-    no_balance=_no_balance,
+    stability=Stability(bound=_bound, stiffest=_without_stiffness),
+    samples=Samples(
+        evaluate=False,
+        kept=dict.fromkeys(("on_a", "on_b", "rubbing", "c", "force", "gap1", "energy"), BETWEEN) | {"impulse": SUMMED},
+    ),
+    implicit=Implicit(end_step=end_step, contact_set=contact_set, forget=_forget),
+    friction=Friction(
+        rubs=has_friction, static=has_friction, measure_rates=measure_rates, keep_rates=keep_rates,
+        until_turn=until_turn, power=friction_power,
+    ),
+    statics=Statics(at_rest=_at_rest, settle=lambda model, _: contact.end_bodies(model), no_balance=_no_balance),
+    contacts=Contacts(presses=lambda model: model.body_contacts["force"] > 0.0, without_normal=_without_normal),
     accounts=(Accounts(lambda found: np.where(found["friction"] > 0.0, 3, 0), order=10),),
-    stiffest=_without_stiffness,
-    without_normal=_without_normal,
-    **SAME,
+    isolated=True,
 )  # fmt: skip

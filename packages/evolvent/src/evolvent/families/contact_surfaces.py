@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -11,17 +11,28 @@ from evolvent.compiled.jit import inlined
 from evolvent.kernels import calls, contact, contact_laws, contact_tangent, surfaces, turning
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.model import IMPULSE, N_ACCOUNTS
-from evolvent.model.family import BETWEEN, NEARER, SUMMED, End, Family, Kind, Records, has_friction, record, where
+from evolvent.model.family import End, Family, Kind, Records, has_friction, record, where
 from evolvent.model.layout import Accounts
 from evolvent.model.powers import CONTACTS, RUBBED
+from evolvent.model.questions import (
+    BETWEEN,
+    NEARER,
+    SUMMED,
+    Contacts,
+    Coupling,
+    Explicit,
+    Friction,
+    Implicit,
+    Parts,
+    Samples,
+    Stability,
+    Statics,
+    Step,
+)
 from evolvent.model.shares import FRICTION, NORMAL, RUBS, SPRING, Pressing, Rule, Shares
 
 Array = np.ndarray
 _3 = (3,)
-
-
-#: Answers of contacts that are the same for all.
-SAME: Mapping[str, Any] = {"static_friction": has_friction, "rubs": has_friction, "isolated": True, "at_times": True}
 
 
 def is_conservative(found: Array) -> Array:
@@ -301,40 +312,34 @@ CONTACT_SURFACES = Family(
         Kind("a contact with the paper's law", which=where("law", contact_laws.PAPER), symmetric=slides_freely),
     ),
     ends=_of_surface,
-    couples=_coupled,
+    coupling=Coupling(at_times=True, couples=_coupled, ties=ties, touches=_touches, layered=is_layered),
     force=force,
-    ties=ties,
-    touches=_touches,
-    is_layered=is_layered,
     tangent=tangent,
-    measure=measure,
+    step=Step(measure=measure),
     energy=energy,
-    explicit_force=explicit_force,
-    explicit_energy=explicit_energy,
-    by_rates=False,
-    reads_inertia=False,
+    explicit=Explicit(force=explicit_force, energy=explicit_energy),
+    stability=Stability(by_rates=False, stiffest=_without_stiffness),
+    parts=Parts(reads_inertia=False),
     smooth=lambda found: found["under"] < 0,
     shares=Shares(RULES, place=8, contact=Pressing(pressing, _is_undetermined)),
-    evaluate=evaluate,
-    end_step=end_step,
-    contact_set=contact_set,
-    measure_rates=measure_rates,
-    keep_rates=keep_rates,
-    until_turn=until_turn,
-    friction_power=friction_power,
-    kept=dict.fromkeys(("force", "moment", "normal", "energy"), BETWEEN) | {"touching": NEARER, "impulse": SUMMED},
-    forget=_forget,
-    at_rest=_at_rest,
-    settle=lambda model, y: contact.end_points(y, model),
-    inner=_inner,
-    presses=_presses,
+    samples=Samples(
+        evaluate=evaluate,
+        kept=dict.fromkeys(("force", "moment", "normal", "energy"), BETWEEN) | {"touching": NEARER, "impulse": SUMMED},
+    ),
+    implicit=Implicit(end_step=end_step, contact_set=contact_set, forget=_forget, inner=_inner),
+    friction=Friction(
+        rubs=has_friction, static=has_friction, measure_rates=measure_rates, keep_rates=keep_rates,
+        until_turn=until_turn, power=friction_power,
+    ),
+    statics=Statics(at_rest=_at_rest, settle=lambda model, y: contact.end_points(y, model)),
+    contacts=Contacts(
+        presses=_presses, jumps=lambda found: (found["law"] == contact_laws.PAPER) & (found["damping"] > 0.0),
+    ),
     accounts=(
         Accounts(1, field="", order=0),  # impulse of the normal forces
         Accounts(lambda found: np.where(found["friction"] > 0.0, 3 * (found["last"] - found["first"]), 0), order=9),
     ),
-    stiffest=_without_stiffness,
-    jumps=lambda found: (found["law"] == contact_laws.PAPER) & (found["damping"] > 0.0),
-    **SAME,
+    isolated=True,
 )  # fmt: skip
 
 
@@ -387,7 +392,5 @@ CONTACT_POINTS = Family(
         "rubbing": ("point_friction", "N", "friction of each contact point on its beam, inertial axes"),
     },
     of="contact_surfaces",
-    keep=keep_friction,
-    kept={"rubbing": BETWEEN},
-    keeps=_any_rubs,
+    samples=Samples(keep=keep_friction, kept={"rubbing": BETWEEN}, keeps=_any_rubs),
 )  # fmt: skip

@@ -16,7 +16,20 @@ from evolvent.model import COORDINATE_ACCOUNTS, FRICTION_FORCE, KEPT
 from evolvent.model.family import Family, Kind, has_friction, record
 from evolvent.model.layout import LATCHED, Accounts, Events, Switches
 from evolvent.model.powers import COUPLED_ENERGY, DRIVEN, JOINTS, RUBBED
-from evolvent.model.questions import AdjointSupport
+from evolvent.model.questions import (
+    AdjointSupport,
+    Advice,
+    Energies,
+    Explicit,
+    Friction,
+    Implicit,
+    Parts,
+    Samples,
+    Stability,
+    Statics,
+    Step,
+    Switching,
+)
 from evolvent.model.records import BY_FRICTION
 from evolvent.model.shares import DAMPING, FRICTION, SPRING, Rule, Shares
 
@@ -300,40 +313,32 @@ COORDINATES = Family(
     ends=of_coordinate,
     force=force,
     tangent=tangent,
-    measure=measure,
-    explicit_force=explicit_force,
-    explicit_energy=explicit_energy,
-    is_motion=True,
-    resists=("angle", "torque", "applied"),
-    local=True,
-    changes="stiffness damping rest friction stick low high stop latch_stiffness latch_damping",
-    reads_inertia=False,
+    step=Step(measure=measure, longest=longest_turn, energy=coupled_energy),
+    explicit=Explicit(
+        force=explicit_force, energy=explicit_energy, excess=coordinate.turned_beside, measure=measure_state,
+        take_step=take_step, note_state=coordinate.note_turns,
+    ),
+    parts=Parts(
+        is_motion=True, changes="stiffness damping rest friction stick low high stop latch_stiffness latch_damping",
+        reads_inertia=False,
+    ),
+    energies=Energies(resists=("angle", "torque", "applied")),
+    samples=Samples(local=True, evaluate=evaluate),
     smooth=True,
     shares=Shares(_RULES, place=0, unforced=_unforced, prepare=_slip),
-    implicit=(lambda found: found["friction"] > 0.0, "has friction, which sticks by stiff bristles"),
+    advice=Advice(implicit=(lambda found: found["friction"] > 0.0, "has friction, which sticks by stiff bristles")),
     of_step=lambda found: found["friction"] > 0.0,
     adjoint=AdjointSupport(
         "its torque follows from the state, with all derivatives; that it latches is found by neighbours", timed=False,
         refused={"joints have friction": lambda found: found["friction"] > 0.0},
     ),
-    uneven=_uneven,
-    evaluate=evaluate,
-    end_step=end_step,
-    until_event=until_latch,
-    reached=reached,
-    longest_turn=longest_turn,
-    excess=coordinate.turned_beside,
-    measure_state=measure_state,
-    take_step=take_step,
-    note_state=coordinate.note_turns,
-    end_friction=end_friction,
-    coupled_energy=coupled_energy,
-    contact_set=contact_set,
-    measure_rates=measure_rates,
-    keep_rates=keep_rates,
-    until_turn=until_turn,
-    friction_power=friction_power,
-    rubbed=lambda found: iter([found["account"] + BY_FRICTION]),
+    statics=Statics(uneven=_uneven),
+    implicit=Implicit(end_step=end_step, contact_set=contact_set, start=start),
+    switching=Switching(until=until_latch, reached=reached),
+    friction=Friction(
+        end=end_friction, measure_rates=measure_rates, keep_rates=keep_rates, until_turn=until_turn,
+        power=friction_power, rubbed=lambda found: iter([found["account"] + BY_FRICTION]), rubs=has_friction,
+    ),
     accounts=(Accounts(COORDINATE_ACCOUNTS, states=(FRICTION_FORCE,), order=1),),
     switches=(Switches(2, _turns_and_latch, order=1),),
     events=(
@@ -347,8 +352,6 @@ COORDINATES = Family(
             switches=lambda found: found["switch"] + 1,
         ),
     ),
-    rubs=has_friction,
-    start=start,
-    stiffest=_stiffen,
+    stability=Stability(stiffest=_stiffen),
     isolated=True,
 )  # fmt: skip

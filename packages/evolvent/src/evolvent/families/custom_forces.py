@@ -11,7 +11,7 @@ from evolvent.kernels import calls, custom, springs
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
 from evolvent.model.powers import MARKER_LOADS, SPRINGS
-from evolvent.model.questions import Law, Moment
+from evolvent.model.questions import Coupling, Law, Moment, Parts
 from evolvent.model.shares import LOAD, Rule, Shares
 
 Array = np.ndarray
@@ -76,10 +76,15 @@ CUSTOM_FORCES = Family(
     ends=_of_custom,
     outside=lambda found: found["points"] == 1,
     force=force,
-    ties=ties,
+    coupling=Coupling(ties=ties),
     tangent=tangent,
     energy=energy,
-    reads_inertia=False,
+    parts=Parts(
+        reads_inertia=False,
+        scratch=lambda records, _: {
+            "custom": np.zeros(max(map(custom.scratch_size, records("custom_forces")["points"].tolist()), default=0))
+        },
+    ),
     smooth=True,
     shares=Shares((Rule(LOAD, stored=True),), place=2),
     laws=(
@@ -89,8 +94,5 @@ CUSTOM_FORCES = Family(
         ),
     ),
     of_step=False,
-    scratch=lambda records, _: {
-        "custom": np.zeros(max(map(custom.scratch_size, records("custom_forces")["points"].tolist()), default=0))
-    },
     isolated=True,
 )  # fmt: skip

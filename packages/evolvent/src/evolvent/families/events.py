@@ -11,7 +11,7 @@ from evolvent.compiled.lookups import event_law_at
 from evolvent.kernels import calls, watches
 from evolvent.model.family import Family, Kind, record, where
 from evolvent.model.layout import Events
-from evolvent.model.questions import EVENT, AdjointSupport, Law, Moment, calls_law, never
+from evolvent.model.questions import EVENT, AdjointSupport, Law, Moment, Parts, Statics, calls_law, never
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
@@ -45,14 +45,14 @@ EVENTS = Family(
         Kind("an event", which=where("stops", 0), symmetric=True),
     ),
     isolated=True,
-    reads_inertia=False,
+    parts=Parts(reads_inertia=False),
     smooth=True,
     shares=Shares(),
     laws=(Law(EVENT, calls_law, _of_state),),
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("it is no force; its time is found by neighbours", timed=False),
-    uneven=never,
+    statics=Statics(uneven=never),
     events=(
         Events(
             lambda found: found.size, lambda _, k: (k, "event"), 1, values, fire,

@@ -12,7 +12,7 @@ from evolvent.kernels.blocks import MOVES, POSITION
 from evolvent.kernels.work import note_power
 from evolvent.model.family import Family, Kind, record, where
 from evolvent.model.powers import MARKER_LOADS
-from evolvent.model.questions import AdjointSupport, Law, Moment, calls_law
+from evolvent.model.questions import AdjointSupport, Law, Moment, Parts, Samples, Stability, Statics, calls_law
 from evolvent.model.shares import INERTIA, Rule, Shares
 
 Array = np.ndarray
@@ -116,20 +116,17 @@ FIELDS = Family(
         Kind("an acceleration field", which=where("kind", fields.LAW)),
     ),
     force=force,
-    frame=lambda row: row["w"] if row["kind"] == fields.ORBIT else None,
-    scale=scale,
+    statics=Statics(frame=lambda row: row["w"] if row["kind"] == fields.ORBIT else None, scale=scale),
     tangent=tangent,
-    by_rates=False,
-    reads_inertia=False,
+    stability=Stability(by_rates=False),
+    parts=Parts(reads_inertia=False),
     smooth=True,
     shares=Shares((Rule(INERTIA),), place=17, prepare=_at_full_scale),
     laws=(Law("force", calls_law, _at_masses),),
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
-    prepare_sample=prepare_sample,
-    evaluate=False,
-    evaluate_last=evaluate_last,
+    samples=Samples(prepare=prepare_sample, evaluate=False, last=evaluate_last),
 )  # fmt: skip
 
 # points by which fields are integrated over a body (`local`) or an element (S, of its nodal vectors); -1 for none
@@ -138,5 +135,5 @@ FIELD_POINTS = Family(
     record("body element", "mass local S", local=_3, S=(8,)),
     order=180,
     of="fields",
-    reads_inertia=True,
+    parts=Parts(reads_inertia=True),
 )  # fmt: skip

@@ -6,6 +6,7 @@ import numpy as np
 
 from evolvent.kernels.ends import of_coordinate
 from evolvent.model.family import Family, record
+from evolvent.model.questions import Parts
 
 Array = np.ndarray
 _3 = (3,)
@@ -22,5 +23,5 @@ GEAR_COORDINATES = Family(
     order=300,
     of="joints",
     ends=of_coordinate,
-    changes="",
+    parts=Parts(changes=""),
 )  # fmt: skip

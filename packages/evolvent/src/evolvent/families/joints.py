@@ -11,8 +11,7 @@ from evolvent.kernels import constraints, joint, joint_tangent, sides
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_joint
 from evolvent.model.family import End, Family, Kind, Records, record
-from evolvent.model.layout import Rows
-from evolvent.model.questions import DRIVE, AdjointSupport, Law
+from evolvent.model.questions import DRIVE, AdjointSupport, Advice, Law, Parts, Rows, Statics
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
@@ -179,21 +178,28 @@ JOINTS = Family(
     ),
     ends=of_joint,
     isolated=lambda found, _: not np.any(_is_unbalanced(found)),
-    **constraints.WALKS | {
-        "row_measure": joint.measure_row,
-        "row_bend": joint.bend_row,
-        "row_force": joint.add_row_force,
-        "row_tangent": joint_tangent.add_held_joint,
-        "row_end": joint_tangent.add_end_row,
-        "row_rates": joint_tangent.add_rate_row,
-        "row_note": joint.note_reaction,
-    },
-    changes="",
-    reads_inertia=False,
+    **constraints.answers(Rows(
+        _rows,
+        turns=_turns,
+        drives=_is_driven,
+        couples=lambda found: ~np.isin(found["kind"], (joint.POINT, joint.ANGLE, joint.GEAR)),
+        ends=lambda found: found["kind"] != joint.GEAR,
+        alone=lambda found: found["kind"] == joint.SEGMENT,
+        measure=joint.measure_row,
+        bend=joint.bend_row,
+        force=joint.add_row_force,
+        tangent=joint_tangent.add_held_joint,
+        end=joint_tangent.add_end_row,
+        rates=joint_tangent.add_rate_row,
+        note=joint.note_reaction,
+    )),
+    parts=Parts(changes="", reads_inertia=False),
     smooth=True,
     shares=Shares(),
-    implicit=(
-        lambda found: found["stiffness"] == 0.0, "is a constraint, which implicit methods keep without drift",
+    advice=Advice(
+        implicit=(
+            lambda found: found["stiffness"] == 0.0, "is a constraint, which implicit methods keep without drift",
+        ),
     ),
     laws=(Law(DRIVE, lambda found: (found["law"] != 0) & (found["drive"] == LAW)),),
     stiff=lambda found: found["stiffness"] > 0.0,
@@ -201,14 +207,6 @@ JOINTS = Family(
         "its gap follows from the state and time, with all derivatives",
         timed=lambda found: (found["path"] != 0) | (found["law"] != 0),
     ),
-    uneven=_uneven,
+    statics=Statics(uneven=_uneven),
     times=("until",),
-    rows=Rows(
-        _rows,
-        turns=_turns,
-        drives=_is_driven,
-        couples=lambda found: ~np.isin(found["kind"], (joint.POINT, joint.ANGLE, joint.GEAR)),
-        ends=lambda found: found["kind"] != joint.GEAR,
-        alone=lambda found: found["kind"] == joint.SEGMENT,
-    ),
 )  # fmt: skip

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.questions import AdjointSupport, never
+from evolvent.model.questions import AdjointSupport, Advice, Parts, Statics, never
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
@@ -29,11 +29,11 @@ _HELD_BY_JOINTS: dict[str, Any] = {
     "isolated": True,
     "smooth": True,
     "shares": Shares(),
-    "explicit": True,
+    "advice": Advice(explicit=True),
     "of_step": False,
     "stiff": False,
     "adjoint": AdjointSupport("joints hold it", timed=False),
-    "uneven": never,
+    "statics": Statics(uneven=never),
 }
 
 LINKS = Family(
@@ -44,7 +44,7 @@ LINKS = Family(
         Kind("a link", symmetric=True),
     ),
     **_HELD_BY_JOINTS,
-    unmet=_unmet_link,
+    parts=Parts(unmet=_unmet_link),
 )  # fmt: skip
 
 # kind 0: the body's centre keeps its coordinate `value` along the direction; 1: the body's axis stays across it
@@ -56,5 +56,5 @@ GUIDES = Family(
         Kind("a guide", symmetric=True),
     ),
     **_HELD_BY_JOINTS,
-    unmet=_unmet_guide,
+    parts=Parts(unmet=_unmet_guide),
 )  # fmt: skip

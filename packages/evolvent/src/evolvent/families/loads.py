@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.kernels import calls, loads, rigid, springs
 from evolvent.model.family import WORK, Family, Kind, has_parameters, record, where
 from evolvent.model.powers import MARKER_LOADS
-from evolvent.model.questions import AdjointSupport, Law, Moment
+from evolvent.model.questions import AdjointSupport, Drives, Law, Moment, Parts, Samples, Stability, Statics
 from evolvent.model.shares import LOAD, Rule, Shares
 
 Array = np.ndarray
@@ -160,12 +160,10 @@ LOADS = Family(
         Kind("a force or torque by a law", which=lambda found: _at_markers(found) & (found["law"] != 0)),
     ),
     force=force,
-    scale=scale,
+    statics=Statics(scale=scale, uneven=_uneven, acts_on=_acts_on),
     tangent=tangent,
-    by_rates=False,
-    several=True,
-    changes="",
-    reads_inertia=False,
+    stability=Stability(by_rates=False),
+    parts=Parts(several=True, changes="", reads_inertia=False),
     smooth=True,
     shares=Shares((Rule(LOAD),), place=14),
     laws=(
@@ -178,8 +176,6 @@ LOADS = Family(
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("its force follows from the state and time, with all derivatives"),
-    uneven=_uneven,
-    evaluate=evaluate,
-    acts_on=_acts_on,
-    end_ramps=_end_ramps,
+    samples=Samples(evaluate=evaluate),
+    drives=Drives(end_ramps=_end_ramps),
 )  # fmt: skip

@@ -10,7 +10,20 @@ import numpy as np
 from evolvent.kernels import calls, points
 from evolvent.kernels.blocks import POSITION
 from evolvent.model.family import Family, Kind, Records, record, where
-from evolvent.model.questions import AdjointSupport, Block, Coordinates, Felt, LinearizedPoint, never
+from evolvent.model.questions import (
+    AdjointSupport,
+    Block,
+    Coordinates,
+    Felt,
+    Inertia,
+    LinearizedPoint,
+    Parts,
+    Samples,
+    Stability,
+    State,
+    Statics,
+    never,
+)
 from evolvent.model.shares import Shares
 from evolvent_base.errors import InputError
 
@@ -93,26 +106,23 @@ POINTS = Family(
         Kind("a beam's node at a spring's end", which=where("mass", 0.0), symmetric=True),
     ),
     isolated=True,
-    inertia=inertia,
-    inertia_tangent=inertia_tangent,
+    inertia=Inertia(force=inertia, tangent=inertia_tangent, turning_tangent=turning_tangent, kick=kick),
     energy=energy,
     momentum=momentum,
-    local=True,
-    changes="mass compliance",
-    reads_inertia=False,
+    samples=Samples(local=True, evaluate=evaluate),
+    parts=Parts(changes="mass compliance", reads_inertia=False, place=_place),
     smooth=True,
     shares=Shares(),
     of_step=False,
     stiff=False,
     adjoint=AdjointSupport("its mass is constant", timed=False),
-    unknowns=(Coordinates(_positions, 40, lambda found: 3 * int(np.sum(found["mass"] > 0.0))),),
-    felt=Felt(
-        3, lambda found: found["mass"] > 0.0, lambda model, k, blocks: points.point_bound(model.points, k, blocks)
+    state=State(
+        unknowns=(Coordinates(_positions, 40, lambda found: 3 * int(np.sum(found["mass"] > 0.0))),), points=_point,
     ),
-    uneven=never,
-    evaluate=evaluate,
-    turning_tangent=turning_tangent,
-    points=_point,
-    place=_place,
-    kick=kick,
+    stability=Stability(
+        felt=Felt(
+            3, lambda found: found["mass"] > 0.0, lambda model, k, blocks: points.point_bound(model.points, k, blocks)
+        ),
+    ),
+    statics=Statics(uneven=never),
 )  # fmt: skip

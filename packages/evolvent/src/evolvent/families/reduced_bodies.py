@@ -12,7 +12,23 @@ from evolvent.kernels import calls, reduced
 from evolvent.kernels.blocks import SCALAR
 from evolvent.model.family import Family, Kind, Records, record
 from evolvent.model.powers import SPRINGS
-from evolvent.model.questions import AdjointSupport, Block, Bound, Coordinates, LinearizedPoint, never
+from evolvent.model.questions import (
+    AdjointSupport,
+    Block,
+    Bound,
+    Coordinates,
+    Explicit,
+    Inertia,
+    LinearizedPoint,
+    Notes,
+    Parts,
+    Samples,
+    Stability,
+    State,
+    Statics,
+    Step,
+    never,
+)
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
 from evolvent_base.errors import InputError, nearest
 
@@ -163,10 +179,9 @@ REDUCED_BODIES = Family(
     force=force,
     tangent=tangent,
     energy=energy,
-    explicit_force=False,
-    explicit_rate=explicit_rate,
-    by_rates=False,
-    consists=lambda row, _: _nodes(row),
+    explicit=Explicit(force=False, rate=explicit_rate),
+    stability=Stability(by_rates=False, bound=_bound),
+    parts=Parts(consists=lambda row, _: _nodes(row), place=_place),
     smooth=True,
     shares=Shares(
         (Rule(ELASTIC),), place=13, unforced=_unforced, elastic=Elastic(lambda whole, bare, _: {"modes": whole.modes})
@@ -176,15 +191,11 @@ REDUCED_BODIES = Family(
     adjoint=AdjointSupport(
         "its stiffness is constant in its modes", filtered="strains of reduced bodies", timed=False,
     ),
-    unknowns=(Coordinates(_modal, 70, lambda found: 0),),
-    uneven=never,
-    bound=_bound,
-    evaluate=evaluate,
-    sizes=_sizes,
-    limits=_beyond_small,
-    points=_points,
-    place=_place,
-    kick=kick,
+    state=State(unknowns=(Coordinates(_modal, 70, lambda found: 0),), sizes=_sizes, points=_points),
+    statics=Statics(uneven=never),
+    samples=Samples(evaluate=evaluate),
+    notes=Notes(limits=_beyond_small),
+    inertia=Inertia(kick=kick),
 )  # fmt: skip
 
 
@@ -200,5 +211,5 @@ MODAL = Family(
     record("", "stiffness damping", "change before"),
     order=140,
     of="reduced_bodies",
-    note_step=note_step,
+    step=Step(note=note_step),
 )  # fmt: skip

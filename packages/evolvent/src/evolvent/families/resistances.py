@@ -14,6 +14,7 @@ from evolvent.model import zeros
 from evolvent.model.family import EVERY, EXPLICIT, Family, Kind, record, where
 from evolvent.model.layout import Accounts, Switches
 from evolvent.model.powers import RUBBED
+from evolvent.model.questions import Coupling, Friction, Implicit, Parts, Samples, Statics, Step, Switching, Torques
 from evolvent.model.shares import ADHESION, HARNESS, SPRING, Rule, Shares
 
 Array = np.ndarray
@@ -181,14 +182,13 @@ RESISTANCES = Family(
         ),
     ),
     ends=OfCoordinates("coordinate"),
-    through=True,
-    apply=apply,
-    end_step=end_step,
-    end_friction=end_friction,
-    coupled_energy=coupled_energy,
-    friction_power=friction_power,
-    local=True,
-    reads_inertia=False,
+    coupling=Coupling(through=True),
+    torques=Torques(apply=apply),
+    implicit=Implicit(end_step=end_step, start=start),
+    friction=Friction(end=end_friction, power=friction_power, rubbed=lambda found: iter([found["account"]])),
+    step=Step(energy=coupled_energy),
+    samples=Samples(local=True, evaluate=False),
+    parts=Parts(reads_inertia=False),
     shares=Shares(
         (
             Rule(HARNESS, _CURVE, which=_of_kind(resistance.HARNESS)),
@@ -201,13 +201,10 @@ RESISTANCES = Family(
         force=_force,
         power=_power,
     ),
-    evaluate=False,
-    rubbed=lambda found: iter([found["account"]]),
-    no_balance=_no_balance,
+    statics=Statics(no_balance=_no_balance),
     accounts=(Accounts(1, order=4),),
     switches=(Switches(1, lambda found, _: found["start"], order=3),),
-    start=start,
-    change=resistance.change_curves,
+    switching=Switching(change=resistance.change_curves),
     isolated=True,
 )  # fmt: skip
 
@@ -236,8 +233,7 @@ BRISTLES = Family(
     record("kind account", "stick limit", "before force0 force slips"),
     order=250,
     of="resistances",
-    contact_set=contact_set,
+    implicit=Implicit(contact_set=contact_set),
     accounts=(Accounts(1, start="force0", states=(0,), order=5),),
-    rubs=lambda found: np.ones(found.size, dtype=bool),
-    until_turn=until_turn,
+    friction=Friction(rubs=lambda found: np.ones(found.size, dtype=bool), until_turn=until_turn),
 )  # fmt: skip

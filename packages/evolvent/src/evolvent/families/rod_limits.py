@@ -22,7 +22,7 @@ LARGE = 90.0
 
 
 def check_lengths(assembly: Any, times: Array) -> None:
-    """Refuse a drive that pays out more than its rod's length, or leaves too little of it (`Family.check_run`)."""
+    """Refuse a drive that pays out more than its rod's length, or leaves too little of it (`Drives.check`)."""
     model = assembly.model
     for name, (family, index) in assembly.names.items():
         if family != "rods" or model.rods["payout"][index] == 0:
@@ -40,7 +40,7 @@ def check_lengths(assembly: Any, times: Array) -> None:
 
 
 def freeze(model: Any, time: float) -> Any:
-    """The model with rods that stand at their lengths of a time (`Family.freeze`)."""
+    """The model with rods that stand at their lengths of a time (`Drives.freeze`)."""
     paid = np.flatnonzero(model.rods["payout"] != 0)
     if not paid.size:
         return model
@@ -52,7 +52,7 @@ def freeze(model: Any, time: float) -> Any:
 
 
 def lengthen(assembly: Any, time: float, y: Array, s: Array, given: bool) -> None:
-    """Spread rods that pay out, whose nodes are those of the start, over the lengths of a time (`Family.place_at`)."""
+    """Spread rods that pay out, whose nodes are those of the start, over the lengths of a time (`Drives.place`)."""
     model = assembly.model
     for row in model.rods[model.rods["payout"] != 0] if time != 0.0 and not given else ():
         start, now = angles_of(row, model, np.array([0.0, time]))
@@ -61,7 +61,7 @@ def lengthen(assembly: Any, time: float, y: Array, s: Array, given: bool) -> Non
 
 
 def bending_hint(model: Any, y: Array) -> Iterator[tuple[int, str]]:
-    """The element with the largest angle between its ends, from `LARGE` on (`Family.hint`)."""
+    """The element with the largest angle between its ends, from `LARGE` on (`Notes.hint`)."""
     worst, found = LARGE, []
     for k, row in enumerate(model.rods):
         R = np.empty((int(row["elements"]) + 1, 3, 3))
@@ -79,7 +79,7 @@ def bending_hint(model: Any, y: Array) -> Iterator[tuple[int, str]]:
 
 
 def beyond_tension(solution: Any) -> Iterator[str]:
-    """Sentences on rods whose tension is above 12 E I/L^2 of an element, an unstable shape (`Family.limits`).
+    """Sentences on rods whose tension is above 12 E I/L^2 of an element, an unstable shape (`Notes.limits`).
 
     Notes
     -----

@@ -12,7 +12,21 @@ from evolvent.kernels import calls, springs
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
 from evolvent.model.powers import MARKER_LOADS, SPRINGS as BY_SPRINGS
-from evolvent.model.questions import AdjointSupport, Bound, Law, Moment, calls_law
+from evolvent.model.questions import (
+    AdjointSupport,
+    Bound,
+    Energies,
+    Explicit,
+    Law,
+    Moment,
+    Notes,
+    Parts,
+    Samples,
+    Stability,
+    Statics,
+    Step,
+    calls_law,
+)
 from evolvent.model.shares import DAMPING, SPRING, Rule, Shares
 
 Array = np.ndarray
@@ -136,12 +150,11 @@ SPRINGS = Family(
     ends=_of_spring,
     force=force,
     tangent=tangent,
-    measure=measure,
+    step=Step(measure=measure),
     energy=energy,
-    by_rates=False,
-    local=True,
-    changes="stiffness damping length lateral_stiffness lateral_damping",
-    reads_inertia=False,
+    stability=Stability(by_rates=False, bound=_bound),
+    samples=Samples(local=True, evaluate=evaluate),
+    parts=Parts(changes="stiffness damping length lateral_stiffness lateral_damping", reads_inertia=False),
     smooth=True,
     shares=Shares(
         (
@@ -155,12 +168,9 @@ SPRINGS = Family(
     laws=(Law("spring", calls_law, _at_ends),),
     of_step=False,
     adjoint=AdjointSupport("its force follows from the state, with all derivatives", timed=calls_law),
-    bound=_bound,
-    uneven=_uneven,
-    evaluate=evaluate,
-    no_balance=_no_balance,
-    passages=_passages,
-    note_stage=springs.note_lines,
-    resists=("extension", "tension"),
+    statics=Statics(uneven=_uneven, no_balance=_no_balance),
+    notes=Notes(passages=_passages),
+    explicit=Explicit(note_stage=springs.note_lines),
+    energies=Energies(resists=("extension", "tension")),
     isolated=True,
 )  # fmt: skip

@@ -8,7 +8,7 @@ from evolvent.kernels import calls, coordinate_laws, coordinate_tangent
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.layout import Accounts
-from evolvent.model.questions import AdjointSupport, never
+from evolvent.model.questions import AdjointSupport, Explicit, Implicit, Parts, Samples, Statics, Step, Torques, never
 from evolvent.model.shares import DAMPING, SPRING, Rule, Shares, Tie
 
 Array = np.ndarray
@@ -70,16 +70,13 @@ SYNCHRONIZATIONS = Family(
         Kind("a synchronization", symmetric=True),
     ),
 
-    apply=apply,
-    apply_tangent=apply_tangent,
-    explicit_force=explicit_force,
-    end_step=end_step,
-    coupled_energy=coupled_energy,
+    torques=Torques(apply=apply, tangent=apply_tangent),
+    explicit=Explicit(force=explicit_force),
+    implicit=Implicit(end_step=end_step),
+    step=Step(energy=coupled_energy),
     ends=OfCoordinates("a", "b"),
-    several=True,
-    local=True,
-    changes="stiffness damping",
-    reads_inertia=False,
+    parts=Parts(several=True, changes="stiffness damping", reads_inertia=False),
+    samples=Samples(local=True, evaluate=False),
     smooth=True,
     shares=Shares(
         (Rule(SPRING, "", ("stiffness",)), Rule(DAMPING, "damping", ("damping",))), place=3,
@@ -89,8 +86,7 @@ SYNCHRONIZATIONS = Family(
     ),
     of_step=False,
     adjoint=AdjointSupport("its torque follows from the state, with all derivatives", timed=False),
-    uneven=never,
-    evaluate=False,
+    statics=Statics(uneven=never),
     accounts=(Accounts(1, order=3),),
     isolated=True,
 )  # fmt: skip

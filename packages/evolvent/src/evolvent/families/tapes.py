@@ -7,6 +7,7 @@ import numpy as np
 from evolvent.kernels import calls, tape
 from evolvent.model.family import Family, record
 from evolvent.model.powers import MASS_DAMPING, SPRINGS
+from evolvent.model.questions import Explicit, Parts, Stability, Step
 
 Array = np.ndarray
 
@@ -58,13 +59,11 @@ TAPES = Family(
     of="rods",
     force=force,
     tangent=tangent,
-    measure=measure,
+    step=Step(measure=measure, note=note_step),
     energy=energy,
-    explicit_force=False,
-    explicit_rate=explicit_rate,
-    by_rates=False,
-    owner=lambda records, k: ("rods", int(np.flatnonzero(records("rods")["tape"] == k + 1)[0])),
-    note_step=note_step,
+    explicit=Explicit(force=False, rate=explicit_rate),
+    stability=Stability(by_rates=False),
+    parts=Parts(owner=lambda records, k: ("rods", int(np.flatnonzero(records("rods")["tape"] == k + 1)[0]))),
 )  # fmt: skip
 
 # the coordinate of a node; alpha: damping by mass, 1/s; value0, value1: at the ends of a step; before: its change

@@ -9,7 +9,7 @@ import numpy as np
 from evolvent.kernels import calls, rigid, rod, thermal
 from evolvent.model import zeros
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.questions import never
+from evolvent.model.questions import Energies, Parts, Samples, Stability, Statics, never
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
@@ -94,13 +94,12 @@ THERMAL_LOADS = Family(
     isolated=True,
     force=force,
     tangent=tangent,
-    by_rates=False,
-    reads_inertia=False,
+    stability=Stability(by_rates=False),
+    parts=Parts(reads_inertia=False),
     smooth=True,
     shares=Shares(unforced=lambda _: {"thermal_loads": zeros("thermal_loads", 0)}),
     of_step=False,
-    uneven=never,
-    evaluate=False,
-    evaluate_last=evaluate_last,
-    rebalance=_less_free_strain,
+    statics=Statics(uneven=never),
+    samples=Samples(evaluate=False, last=evaluate_last),
+    energies=Energies(rebalance=_less_free_strain),
 )  # fmt: skip

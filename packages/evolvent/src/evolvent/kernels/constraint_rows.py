@@ -14,7 +14,7 @@ from evolvent.kernels import ancf_beams, constraints, reduced, thread as chain
 from evolvent.kernels.rigid import SPIN, add_wrench, respond, shift_body
 from evolvent.kernels.rotations import turn
 from evolvent.model import MODEL, having
-from evolvent.model.layout import CONSTRAINT
+from evolvent.model.questions import CONSTRAINT
 
 USED_FOR = "rows"
 THREAD = 0

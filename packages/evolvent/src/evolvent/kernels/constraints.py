@@ -1,9 +1,12 @@
 """Rows of constraint, one multiplier each: what solvers ask of them, whichever family they belong to.
 
 A row holds a scalar gap at zero until a time, or is a penalty on it (`stiffness` > 0). Its family answers four
-questions on it, `row_measure`, `row_bend`, `row_force` and `row_tangent`, two more for quicker convergence, and takes
-from `WALKS` the walks over rows, which serve those of all families.
+questions on it, `measure`, `bend`, `force` and `tangent` of `Rows`, two more for quicker convergence, and takes
+by `answers` the walks over rows, which serve those of all families.
 """
+
+import dataclasses
+from typing import Any
 
 import numpy as np
 from numba import types
@@ -22,6 +25,7 @@ from evolvent.kernels.calls import (
 )
 from evolvent.model import RELEASE, family_type
 from evolvent.model.powers import COUPLED_ENERGY, JOINTS
+from evolvent.model.questions import Coupling, Explicit, Rows, Samples, Stability, Step, Switching
 
 USED_FOR = "constraints"
 #: In place of an end of an interval: a state.
@@ -52,13 +56,13 @@ def measure(end, t, y, k, model):
 
     After `rigid.kinematics`.
     """
-    row_measure_at(model, model.row_measure_calls[model.constraints[k].family])(end, t, y, k, model)
+    row_measure_at(model, model.rows_measure_calls[model.constraints[k].family])(end, t, y, k, model)
 
 
 @inlined
 def bend(k, model):
     """Second derivative of the gap of row k without accelerations, after `measure` of a state."""
-    return row_bend_at(model, model.row_bend_calls[model.constraints[k].family])(k, model)
+    return row_bend_at(model, model.rows_bend_calls[model.constraints[k].family])(k, model)
 
 
 @inlined
@@ -67,7 +71,7 @@ def add_force(t, h, y, k, la, model, F):
 
     Over an interval they are those whose work is la times the change of the gap, y the mean state.
     """
-    row_force_at(model, model.row_force_calls[model.constraints[k].family])(t, h, y, k, la, model, F)
+    row_force_at(model, model.rows_force_calls[model.constraints[k].family])(t, h, y, k, la, model, F)
 
 
 @calls.force
@@ -75,7 +79,7 @@ def note_all(interval, model):
     """Results of the rows whose multipliers are at hand, at a sample."""
     for k in range(interval.la.size):
         measure(STATE, interval.step.t, interval.ym, k, model)
-        row_note_at(model, model.row_note_calls[model.constraints[k].family])(k, interval.la[k], model)
+        row_note_at(model, model.rows_note_calls[model.constraints[k].family])(k, interval.la[k], model)
 
 
 # ------------------------------------------------------------------------------------------------ penalties
@@ -260,7 +264,7 @@ def _add_tangent(t, k, with_row, interval, model, matrix):
     elif rows[k].slack > 0.0:
         add_entry(matrix, row, row, -scale * scale * rows[k].slack * model.info.compliance)
     damped = with_row * _damper_factor(k, step.c_rate, rows)
-    row_tangent_at(model, model.row_tangent_calls[rows[k].family])(k, la, row, scale, damped, model, matrix)
+    row_tangent_at(model, model.rows_tangent_calls[rows[k].family])(k, la, row, scale, damped, model, matrix)
 
 
 @calls.tangent
@@ -271,7 +275,7 @@ def add_tangents(interval, model, matrix):
         _add_tangent(step.t, k, 1.0, interval, model, matrix)
         if rows[k].stiffness > 0.0 and rows[k].damping > 0.0 and holds(step.t, rows, k):
             factor, row = step.scale * rows[k].damping / rows[k].stiffness, model.info.nv + k
-            row_rates_at(model, model.row_rates_calls[rows[k].family])(interval.ym, k, row, factor, model, matrix)
+            row_rates_at(model, model.rows_rates_calls[rows[k].family])(interval.ym, k, row, factor, model, matrix)
 
 
 @calls.tangent
@@ -297,7 +301,7 @@ def add_end_rows(t, y, dq, scale, c_rate, model, matrix):
         if rows[k].ends != 0 and holds(t, rows, k):
             measure(STATE, t, y, k, model)
             factor, row = scale * _damper_factor(k, c_rate, rows), model.info.nv + k
-            row_end_at(model, model.row_end_calls[rows[k].family])(y, dq, k, row, factor, model, matrix)
+            row_end_at(model, model.rows_end_calls[rows[k].family])(y, dq, k, row, factor, model, matrix)
 
 
 @calls.row_rates
@@ -307,25 +311,20 @@ def no_rates(y, k, row, scale, model, matrix):
 
 @calls.row_end
 def no_end(y, dq, k, row, scale, model, matrix):
-    """Of a family whose `row_tangent` gives the rows of steps as well."""
+    """Of a family whose `Rows.tangent` gives the rows of steps as well."""
 
 
-#: Answers of a family whose records are rows of constraint, as fields of `Family`.
-WALKS = {
-    "force": add_residuals,
-    "tangent": add_tangents,
-    "step_tangent": add_step_tangents,
-    "measure": measure_all,
-    "explicit_force": add_penalties,
-    "explicit_energy": add_penalty_energies,
-    "coupled_energy": coupled_energy,
-    "evaluate": note_all,
-    "release": release,
-    "ties": ties,
-    "row_rates": no_rates,
-    "row_end": no_end,
-    "by_rates": lambda model: bool(model.info.penalties > 0),
-    "of_step": False,
-    "at_times": True,
-    "couples": lambda row, _: iter(()),  # by its multiplier
-}
+def answers(rows: Rows) -> dict[str, Any]:
+    """Answers of a family whose records are rows of constraint, as fields of `Family`: its own, and walks over all."""
+    return {
+        "rows": dataclasses.replace(rows, rates=rows.rates or no_rates, end=rows.end or no_end),
+        "force": add_residuals,
+        "tangent": add_tangents,
+        "of_step": False,
+        "coupling": Coupling(at_times=True, ties=ties, couples=lambda row, _: iter(())),  # by its multiplier
+        "explicit": Explicit(force=add_penalties, energy=add_penalty_energies),
+        "stability": Stability(by_rates=lambda model: bool(model.info.penalties > 0)),
+        "step": Step(measure=measure_all, tangent=add_step_tangents, energy=coupled_energy),
+        "switching": Switching(release=release),
+        "samples": Samples(evaluate=note_all),
+    }

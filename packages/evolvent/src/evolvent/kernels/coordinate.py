@@ -85,7 +85,7 @@ def add_applied(t, y, share, kept, s, model):
     kept : 1 of a state y with its frictions among the accounts, else 0
     s : (ns,) int, switches
     """
-    coordinates, calls, energy, power, driven = model.coordinates, model.apply_calls, 0.0, 0.0, 0.0
+    coordinates, calls, energy, power, driven = model.coordinates, model.torques_apply_calls, 0.0, 0.0, 0.0
     for k in range(coordinates.size):
         coordinates[k].applied = coordinates[k].applied_slope = coordinates[k].applied_damper = 0.0
     for k in range(calls.size):

@@ -23,7 +23,7 @@ def add_coordinate_tangents(interval, model, matrix):
     With the rates of a state its gradients change. Over a step what counts are those at its end: of the mean, and h/2
     times their rates.
     """
-    coordinates, calls = model.coordinates, model.apply_tangent_calls
+    coordinates, calls = model.coordinates, model.torques_tangent_calls
     y, h, c_rate = interval.ym, interval.step.h, interval.step.c_rate
     for k in range(calls.size):
         tangent_at(model, calls[k])(interval, model, matrix)

@@ -11,7 +11,7 @@ from evolvent.model import MODEL
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL))
 def prepare(t, y, s, model):
     """Kinematics, masses and factors for an impulse; forces and rows' right-hand sides are cleared."""
-    bodies, calls = model.bodies, model.lock_calls
+    bodies, calls = model.bodies, model.inertia_lock_calls
     rigid.kinematics(t, y, model)
     for k in range(calls.size):
         lock_at(model, calls[k])(t, y, s, model)
@@ -46,6 +46,6 @@ def jump(y, s, model, dy):
     """Velocities jump as bodies' twists a, points' forces and beams' velocities dy say, all constraints answering."""
     if model.rows.size > 0:
         constraint_rows.solve_rows(s, model, dy)
-    calls = model.kick_calls
+    calls = model.inertia_kick_calls
     for k in range(calls.size):
         kick_at(model, calls[k])(y, s, model, dy)

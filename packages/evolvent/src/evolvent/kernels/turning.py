@@ -32,12 +32,12 @@ NO_TURN = 1.0
 @inlined
 def has_friction(model):
     """Whether a model may have dry friction, in compiled code."""
-    return model.until_turn_calls.size > 0
+    return model.friction_until_turn_calls.size > 0
 
 
 def USED_FOR(model):  # noqa: N802
     """Dry friction."""
-    return model.until_turn_calls.size > 0
+    return model.friction_until_turn_calls.size > 0
 
 
 # ------------------------------------------------------------------------------------------------ rates
@@ -49,7 +49,7 @@ def measure_rates(y, model):
 
     Contacts are those that touch by the gaps measured last.
     """
-    calls = model.measure_rates_calls
+    calls = model.friction_measure_rates_calls
     for k in range(calls.size):
         rates_at(model, calls[k])(y, model)
 
@@ -93,7 +93,7 @@ def measure_body_slides(model):
 @inlined
 def keep_rates(model):
     """Make the rates at the end of a step those of the start of the next."""
-    calls = model.keep_rates_calls
+    calls = model.friction_keep_rates_calls
     for k in range(calls.size):
         note_at(model, calls[k])(model)
 
@@ -177,7 +177,7 @@ def until_turn(y0, y, h, model):
 
     After `measure_rates` of its end; frictions at its start are among the accounts, or in their records.
     """
-    calls, part = model.until_turn_calls, NO_TURN
+    calls, part = model.friction_until_turn_calls, NO_TURN
     for k in range(calls.size):
         part = min(part, until_turn_at(model, calls[k])(y0, y, h, model))
     return part

@@ -54,7 +54,7 @@ def release(t, trigger, ends, y, s, model):
     ends : 1 under implicit methods, of which records end by their time `until`; 0 under explicit ones, which see
         switches alone, and have their balance among the accounts of y
     """
-    calls, found = model.release_calls, False
+    calls, found = model.switching_release_calls, False
     for k in range(calls.size):
         found = release_at(model, calls[k])(t, trigger, ends, y, s, model) != 0 or found
     return found

@@ -79,7 +79,7 @@ class Model(ModelFields):
     def _further(cls) -> dict[str, Any]:
         """Fields of every model, records of all families, and the tables of calls."""
         found = {family.name: array(1, family.record) for family in families().values()}
-        tables = (*(f"{name}_calls" for name in TABLES), "event_firsts")
+        tables = (*TABLES, "event_firsts")
         return ModelFields._declared | found | {name: array(1, np.int64, constant=True) for name in tables}
 
     def __init__(self, **values: Any) -> None:

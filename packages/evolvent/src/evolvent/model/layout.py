@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 Array = np.ndarray
-#: Kind of rows of constraint that have a multiplier under all methods.
-CONSTRAINT = 1
 #: An event that is always due (`Events.due`) fires from this value on: of a node on its spool, the part of a segment.
 DUE = -1e-10
 #: What happens where a latch locks.
@@ -87,32 +85,3 @@ class Events:
     is_watched: bool = True
     stops: Callable[[Array], Array] | None = None
     switches: Callable[[Array], Array] | None = None
-
-
-@dataclasses.dataclass(frozen=True)
-class Rows:
-    """Rows of constraint of a family's records.
-
-    Of the kind `CONSTRAINT` each record has one, in `Model.constraints`. It takes over the fields `stiffness`,
-    `damping`, `until`, `latest`, `event` and `switch` that the record has; where there are none, the row is a
-    constraint at all times.
-
-    Attributes
-    ----------
-    of : function of the records and of those of a family by its name to the record of each row that explicit methods
-        solve for (`kernels.constraint_rows`), and its ends; left out, all that are no penalties and `Family.ends`
-    kind : int, of the rows
-    turns : mask of the records whose gap is of directions, without a unit
-    drives : those that a drive moves
-    couples : those whose force turns with another end, so that ends are coupled with one another
-    ends : those to which `Family.row_end` gives the rows of a step
-    alone : those that no other constraint can repeat
-    """
-
-    of: Callable[[Array, Callable[[str], Any]], Iterator[tuple[int, list[tuple[str, int]]]]] | None = None
-    kind: int = CONSTRAINT
-    turns: Callable[[Array], Array] | None = None
-    drives: Callable[[Array], Array] | None = None
-    couples: Callable[[Array], Array] | None = None
-    ends: Callable[[Array], Array] | None = None
-    alone: Callable[[Array], Array] | None = None

@@ -50,7 +50,7 @@ OWN_RECORDS: dict[str, np.dtype] = {
     "blocks": _record("kind iq iv count family owner node switch", "inertia", inertia=_3),
     "markers": _record("kind index", "local", local=_3),
     # scalar constraints, or penalties (stiffness > 0), one multiplier each, of the families with `layout.Rows`, in
-    # their order. family: number among those families that the model has records of, as in the tables `row_*_calls`;
+    # their order. family: number among those families that the model has records of, as in the tables `rows_*_calls`;
     # record: of that family; until: when it ceases to hold, latest: as it was given, which an event may bring forward;
     # event, switch: what releases it, event k or the latch of coordinate -2 - k, and its switch, 1 once released, or
     # -1; turns, drives, couples, ends, alone: see `layout.Rows`; outside: as in `info`; slack: factor of

@@ -11,6 +11,7 @@ import dataclasses
 import functools
 import importlib
 import pkgutil
+import typing
 from collections.abc import Collection, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
@@ -20,7 +21,8 @@ import numpy as np
 from evolvent.compiled import lookups
 from evolvent.model.family import Family
 from evolvent.model.fields import ModelFields
-from evolvent.model.layout import CONSTRAINT, Events
+from evolvent.model.layout import Events
+from evolvent.model.questions import CONSTRAINT
 from evolvent_base import plugins
 from evolvent_base.errors import InputError
 
@@ -28,9 +30,6 @@ Array = np.ndarray
 
 #: Group of entry points, and package, of modules that declare families.
 GROUP, PACKAGE = "evolvent.families", "evolvent.families"
-#: What questions begin with that are answered as those without it where they have no answer: of a step of implicit
-#: methods, of a state of explicit ones.
-_PREFIXES = ("step_", "explicit_")
 
 
 @functools.cache
@@ -73,8 +72,9 @@ def _refused(family: Family, taken: Collection[str]) -> str:
         return f"the events of the family {family.name!r} have an order outside {_WATCHED[0]} to {_WATCHED[1]}"
     if family.rows is not None and family.rows.kind != CONSTRAINT:
         return f"the family {family.name!r} has rows of the kind {family.rows.kind}; `CONSTRAINT` alone serves all"
-    if family.rows is not None and (missing := [name for name in QUESTIONS if _lacks_row(family, name)]):
-        return f"the family {family.name!r} states rows of constraint without `{missing[0]}`, which all methods need"
+    lacking = [question for question in QUESTIONS if question.startswith("rows.") and answer(family, question) is None]
+    if family.rows is not None and lacking:
+        return f"the family {family.name!r} states rows of constraint without `{lacking[0]}`, which all methods need"
     shares = family.in_margins
     if family.rows is not None and (family.rows.alone is not None or (shares is not None and shares.rules)):
         return f"the family {family.name!r} has rows of constraint; rows `alone` and shares in margins are not for them"
@@ -83,24 +83,20 @@ def _refused(family: Family, taken: Collection[str]) -> str:
         return f"records of the family {family.name!r} have a field `event` without `switch`, which it turns"
     if any(not one.is_watched for one in family.events):
         return f"the events of the family {family.name!r} are not watched; implicit methods would not find them"
-    if family.inertia or family.step_inertia:
+    if family.inertia.force or family.step.inertia:
         return f"the family {family.name!r} states inertia; gravity acts on the masses of the package's own families"
     return _refused_force(family)
 
 
 def _refused_force(family: Family) -> str:
     """Why the forces of a family of another distribution are not complete; '' where they are."""
-    if (family.explicit_force or family.step_force) and not (family.force or family.apply):
+    if (family.explicit.force or family.step.force) and not (family.force or family.torques.apply):
         return f"the family {family.name!r} has a force of some methods without `force`, which the others need"
     if family.force and not family.tangent:
         return f"the family {family.name!r} has a force without its tangent, which statics and modes need"
     if family.force and family.ends is None:
         return f"the family {family.name!r} has a force without `ends`, which say what it couples"
     return ""
-
-
-def _lacks_row(family: Family, question: str) -> bool:
-    return question.startswith("row_") and getattr(family, question) is None
 
 
 def _declared(wrong: dict[str, str]) -> Iterator[Family]:
@@ -143,8 +139,8 @@ def whole() -> Iterator[Family]:
 
 @functools.cache
 def motions() -> str:
-    """The family whose records are motions between parts (`Family.is_motion`)."""
-    return next(name for name, family in families().items() if family.is_motion)
+    """The family whose records are motions between parts (`Parts.is_motion`)."""
+    return next(name for name, family in families().items() if family.parts.is_motion)
 
 
 def motions_of(model: Any) -> Any:
@@ -153,8 +149,8 @@ def motions_of(model: Any) -> Any:
 
 
 def frames_of(model: Any) -> list[tuple[str, Any, Any]]:
-    """Family, rate of the frame (`Family.frame`) and record of each force on all masses of a model."""
-    own = ((name, frame, getattr(model, name)) for name, frame in asked("frame").items())
+    """Family, rate of the frame (`Statics.frame`) and record of each force on all masses of a model."""
+    own = ((name, frame, getattr(model, name)) for name, frame in asked("statics.frame").items())
     return [(name, frame(row), row) for name, frame, rows in own for row in rows]
 
 
@@ -179,13 +175,13 @@ def first_row(family: str, records: Any) -> int:
 def acting() -> tuple[Family, ...]:
     """Families that act between parts, but those whose ends are those of another family."""
     every = families()
-    found = [family for family in every.values() if family.ends is not None and not family.through]
+    found = [family for family in every.values() if family.ends is not None and not family.coupling.through]
     return tuple(family for family in found if not family.of or every[family.of].ends is None)
 
 
 def forget_steps(model: Any) -> None:
     """Make all records of a model forget the steps before."""
-    for forget in asked("forget").values():
+    for forget in asked("implicit.forget").values():
         forget(model)
 
 
@@ -197,7 +193,7 @@ def cubic(model: Any) -> str:
 
 def along_axes(model: Any) -> list[Array]:
     """Bodies that are nodes along an axis, part by part."""
-    return [np.array(nodes) for axes in asked("axes").values() for nodes in axes(model)]
+    return [np.array(nodes) for axes in asked("state.axes").values() for nodes in axes(model)]
 
 
 @functools.cache
@@ -224,68 +220,102 @@ def event_of(records: Any, number: int) -> tuple[Family, int, str]:
     raise IndexError(number)
 
 
-@functools.cache
-def asked(question: str) -> Mapping[str, Any]:
-    """Answers of the families that have one to a question, by name.
+def answer(family: Family, question: str) -> Any:
+    """Answer of a family to a question; None where it has none.
 
     Parameters
     ----------
-    question : str, attribute of `Family`
+    question : str, attribute of `Family`, as "force", or of one of its groups, as "samples.evaluate"
     """
-    found = ((name, getattr(family, question)) for name, family in families().items())
-    return MappingProxyType({name: answer for name, answer in found if answer is not None})
+    group, _, name = question.rpartition(".")
+    own = getattr(family, group) if group else family
+    return None if own is None else getattr(own, name)
+
+
+@functools.cache
+def asked(question: str) -> Mapping[str, Any]:
+    """Answers of the families that have one to a question (see `answer`), by name."""
+    found = ((name, answer(family, question)) for name, family in families().items())
+    return MappingProxyType({name: own for name, own in found if own is not None})
+
+
+def is_by_rates(model: Any) -> bool:
+    """Whether explicit methods find the fastest mode of some part of a model from its rates (`Stability.by_rates`)."""
+    return any(family.is_by_rates(model) for family in families().values())
 
 
 #: Orders between which events of other distributions lie: those of users before, latches behind.
 _WATCHED = 1.0, 2.0
 #: Functions that families call of the equations, which stand above them, by their modules.
 _EQUATIONS = {"rhs": "evolvent.equations.rhs", "inventory": "evolvent.equations.inventory"}
-#: Questions whose answers are compiled functions, and what families call of the equations.
-QUESTIONS = (*(field.name for field in dataclasses.fields(Family) if field.type == "Call"), *_EQUATIONS)
 
 
-#: Tables of calls: of questions, and of the groups of events.
+def _compiled(group: Any) -> list[str]:
+    """Questions of a family or of a group of them whose answers are compiled functions."""
+    return [field.name for field in dataclasses.fields(group) if field.type == "Call"]
+
+
+#: Groups of questions of a family with compiled answers, by its fields.
+_GROUPS = {
+    name: one
+    for name, hint in typing.get_type_hints(Family).items()
+    for one in (hint, *typing.get_args(hint))
+    if isinstance(one, type) and dataclasses.is_dataclass(one) and _compiled(one)
+}
+
+#: Questions whose answers are compiled functions (see `answer`), and those that are asked where there is no answer.
+QUESTIONS = (*_compiled(Family), *(f"{name}.{one}" for name, group in _GROUPS.items() for one in _compiled(group)))
+_OTHERWISE: Mapping[str, str] = {
+    f"{name}.{one}": other for name, group in _GROUPS.items() for one, other in getattr(group, "OTHERWISE", {}).items()
+}
 _OF_EVENTS = "values", "fire"
-TABLES = (*QUESTIONS, *(f"event_{name}" for name in _OF_EVENTS))
+
+
+def _table(question: str) -> str:
+    """Name of the field of models with the functions that answer a question."""
+    return f"{question.replace('.', '_')}_calls"
+
+
+#: Fields of models that are tables of calls: of questions, of the equations, and of the groups of events.
+TABLES = tuple(sorted(map(_table, (*QUESTIONS, *_EQUATIONS, *(f"event_{name}" for name in _OF_EVENTS)))))
 
 
 def _slots(question: str, present: Collection[str]) -> Array:
     """Slots of the answers of some families to a question, in their order, each once."""
     found = []
     for family in families().values():
-        answer = getattr(family, question)
-        for prefix in _PREFIXES:
-            if answer is None and question.startswith(prefix):
-                answer = getattr(family, question.removeprefix(prefix), None)
-        if answer is None and question == "evaluate" and family.results:
-            answer = family.force
-        if answer and family.name in present:
-            found.append(lookups.slot(answer))
-    one_each = question.startswith("row_")  # by the number of the family in `Model.constraints`
+        own = answer(family, question)
+        if own is None and question in _OTHERWISE:
+            own = answer(family, _OTHERWISE[question])
+        if own is None and question == "samples.evaluate" and family.results:
+            own = family.force
+        if own and family.name in present:
+            found.append(lookups.slot(own))
+    one_each = question.startswith("rows.")  # by the number of the family in `Model.constraints`
     return np.array(found if one_each else [*dict.fromkeys(found)], dtype=np.int64)
 
 
 @functools.cache
 def _tables(present: tuple[str, ...], rub: tuple[str, ...]) -> dict[str, Array]:
     """Tables of calls of models with records of some families, and with frictions of some."""
-    asked_of = dict.fromkeys(QUESTIONS, present) | {"until_turn": rub}
-    found = {question: _slots(question, of) for question, of in asked_of.items() if question not in _EQUATIONS}
+    asked_of = dict.fromkeys(QUESTIONS, present) | {"friction.until_turn": rub}
+    found = {question: _slots(question, of) for question, of in asked_of.items()}
     for name, module in _EQUATIONS.items():
         found[name] = np.array([lookups.slot(getattr(importlib.import_module(module), name))])
-    return {f"{name}_calls": slots for name, slots in found.items()}
+    return {_table(question): slots for question, slots in found.items()}
 
 
 def calls_of(model: Mapping[str, Any]) -> dict[str, Array]:
     """Tables of calls of a model, of the families of which it has records; they are those of all models alike."""
     present = tuple(name for name in families() if model[name].size)
-    masks = ((name, families()[name].rubs) for name in present)
+    masks = ((name, families()[name].friction.rubs) for name in present)
     found = _tables(present, tuple(name for name, mask in masks if mask is None or np.any(mask(model[name]))))
     groups, first = list[tuple[Events, int]](), 0
     for family, own in events():
         count = own.count(model[family.name])
         groups += [(own, first)] if own.values is not None and count else []
         first += count
-    own_of = [(f"event_{name}_calls", [lookups.slot(getattr(own, name)) for own, _ in groups]) for name in _OF_EVENTS]
+    own_of = [(_table(f"event_{name}"), [lookups.slot(getattr(own, name)) for own, _ in groups]) for name in _OF_EVENTS]
     firsts = [("event_firsts", [number for _, number in groups])]
     return found | {name: np.array(values, dtype=np.int64) for name, values in (*own_of, *firsts)}
 
@@ -310,13 +340,14 @@ def kept_of(model: Mapping[str, Any], places: Mapping[str, int]) -> Array:
     Returns
     -------
     Of each field the place of its family, bytes from record to record, number of records, bytes of the field in a
-    record, number of its numbers, and how it is kept (`Family.kept`)
+    record, number of its numbers, and how it is kept (`Samples.kept`)
     """
     found = []
     for family in families().values():
-        if family.kept and (family.keeps is None or family.keeps(model.__getitem__)):
+        own = family.samples
+        if own.kept and (own.keeps is None or own.keeps(model.__getitem__)):
             record, size = family.record, model[family.name].size
-            for field, how in family.kept.items():
+            for field, how in own.kept.items():
                 kind, offset = record.fields[field][:2]  # type: ignore[index]
                 found.append((places[family.name], record.itemsize, size, offset, kind.itemsize // 8, how))
     return np.array(sorted(found, key=lambda row: row[-1]), dtype=np.int64).reshape(-1, 6)

@@ -70,7 +70,7 @@ class ThermalLoad(Part):
     def write(self, builder: Builder, name: str) -> None:
         """Write the load into the family `thermal_loads`, the constants of its elements into the parameters."""
         own, index = builder.names.get(self.part, ("beams", -1))
-        heat = families()[own].heat if own in families() else None
+        heat = families()[own].parts.heat if own in families() else None
         if index < 0 or heat is None:
             raise builder.not_found(self.part, "beams")
         beam = builder.specs[self.part]

@@ -262,7 +262,7 @@ def _is_local(assembly: Assembly, part: str) -> bool:
     if not _is_of_family(assembly, part) or part in assembly.row_parts:
         return False
     family = families().get(assembly.names[part][0])
-    return family is not None and family.local
+    return family is not None and family.samples.local
 
 
 def _is_of_family(assembly: Assembly, part: str) -> bool:

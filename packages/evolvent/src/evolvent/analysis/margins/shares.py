@@ -63,7 +63,7 @@ def of_family(name: str) -> Shares:
 
 def is_held(family: Family) -> bool:
     """Whether records act on coordinates alone: those that are held take their torques in an equilibrium."""
-    return family.through or isinstance(family.ends, OfCoordinates)
+    return family.coupling.through or isinstance(family.ends, OfCoordinates)
 
 
 def unforced(model: Any) -> dict[str, Array]:

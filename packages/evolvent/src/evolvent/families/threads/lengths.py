@@ -81,7 +81,7 @@ def all_deployed(model: Any) -> float | None:
 
 
 def check_lengths(assembly: Any, times: np.ndarray) -> None:
-    """Refuse drives that pay out more than their threads' lengths, or reel in more than is out (`Family.check_run`)."""
+    """Refuse drives that pay out more than their threads' lengths, or reel in more than is out (`Drives.check`)."""
     model, end = assembly.model, float(times[-1])
     if not np.any(model.threads["drive"] != FREE):
         return

@@ -20,7 +20,7 @@ PUSH_OF_SPRINGS, PUSH_OF_FIXED_LENGTHS = 0.05, 1e-6
 
 
 def lifted(model: Any) -> float:
-    """Energy whose round-off steps do not resolve, J (`Family.round_off`).
+    """Energy whose round-off steps do not resolve, J (`Energies.round_off`).
 
     A weight at rest on a stiff thread has no energy but that of the thread, whose elongation is below the tolerance of
     a step: there a gain counts beside weights lifted by `_LIFTED` of the thread.
@@ -36,7 +36,7 @@ def lifted(model: Any) -> float:
 def captures(solution: Any) -> Iterator[tuple[int, float, float, str]]:
     """Nodes that came back to their spools, with a quarter of the period by which the last segment swings then.
 
-    The tension is that of the sample before (`Family.captures`).
+    The tension is that of the sample before (`NodeEvents.captures`).
     """
     model = solution.assembly.model
     for time, kind in zip(solution.event_times.tolist(), solution.event_kinds.tolist(), strict=True):
@@ -53,7 +53,7 @@ def captures(solution: Any) -> Iterator[tuple[int, float, float, str]]:
 
 
 def unsteady(model: Any, orbits: bool) -> Iterator[tuple[int, str]]:
-    """Threads with mass on a free body, or that flow to a take-up reel (`Family.unsteady`)."""
+    """Threads with mass on a free body, or that flow to a take-up reel (`Statics.unsteady`)."""
     free = model.bodies["motion"] == rigid.FREE
     turn, orbit = "centrifugal forces equilibria in a steady turn", "gyroscopic forces in an orbital frame modes"
     mass = (
@@ -71,7 +71,7 @@ def unsteady(model: Any, orbits: bool) -> Iterator[tuple[int, str]]:
 
 
 def pushing(solution: Any, share: float | None = None) -> Iterator[str]:
-    """A sentence on threads whose segments push by more than a share of their largest tension (`Family.warn`).
+    """A sentence on threads whose segments push by more than a share of their largest tension (`Notes.warn`).
 
     By default the share is `PUSH_OF_SPRINGS` or, of inextensible segments, `PUSH_OF_FIXED_LENGTHS`.
     """

@@ -22,7 +22,7 @@ Array = np.ndarray
 
 
 def with_positions(model: Any) -> Positions | None:
-    """Threads with positions as coordinates, and their segments as joints (`Family.positions`)."""
+    """Threads with positions as coordinates, and their segments as joints (`State.positions`)."""
     fixed = np.flatnonzero(model.threads["kind"] == thread.INEXTENSIBLE)
     if not fixed.size:
         return None
@@ -48,7 +48,7 @@ def _count_nodes(model: Any, time: float, s: Array) -> None:
 
 
 def evaluate_tensions(rhs: Callable[..., None], assembly: Any, t: Array, y: Array, s: Array, la: Array) -> None:
-    """Write tensions of states (nt, ny) with positions as multipliers of the segments (`Family.multipliers`).
+    """Write tensions of states (nt, ny) with positions as multipliers of the segments (`State.multipliers`).
 
     They are those of explicit methods, by the accelerations of the state: the multipliers of a step are means over it
     (energy-momentum), or oscillate where the method damps little.
@@ -74,7 +74,7 @@ def segment_nodes(model: Any) -> Array:
 
 
 def hold_segments(t: float, y: Array, s: Array, model: Any) -> None:
-    """Let the segments hold that are out in a state with positions, and give them their ends (`Family.hold`)."""
+    """Let the segments hold that are out in a state with positions, and give them their ends (`Drives.hold`)."""
     joints, threads, rows = model.joints, model.threads, model.constraints
     rigid.kinematics(t, y, model)
     for k in np.flatnonzero(joints["kind"] == joint.SEGMENT):

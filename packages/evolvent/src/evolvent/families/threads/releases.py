@@ -30,7 +30,7 @@ _PAST = 2.0 * WINDOW
 
 
 def release_times(model: Any, start: float, end: float) -> np.ndarray:
-    """Times (s) between start and end at which a node leaves or reaches a driven spool (`Family.stops`)."""
+    """Times (s) between start and end at which a node leaves or reaches a driven spool (`Drives.stops`)."""
     if not model.threads.size:
         return np.zeros(0)
     from scipy.optimize import brentq  # 0.2 s that other models do not need

@@ -19,7 +19,7 @@ _FITS = 1e-9
 
 
 def freeze(model: Any, time: float) -> Any:
-    """The model with spools that stand at their angles of a time (`Family.freeze`).
+    """The model with spools that stand at their angles of a time (`Drives.freeze`).
 
     Where thread flows from a reel to a take-up reel, both turn on at their rates, which leave its length constant.
     """
@@ -66,7 +66,7 @@ def _flow_at(model: Any, p: int, time: float) -> float:
 
 
 def place_nodes(assembly: Any, time: float, y: Array, s: Array, given: bool) -> None:
-    """Place the nodes that are off their spools at a time, and count them (`Family.place_at`).
+    """Place the nodes that are off their spools at a time, and count them (`Drives.place`).
 
     Of a state that is given only nodes whose positions it does not have, those of its start, are placed, on straight
     lines. Else threads are straight and not stretched, as at the start.

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.assembly import families, needs
-from evolvent.assembly.needs import has_explicit_forces
 from evolvent.compiled.pointer import address
 from evolvent.equations.sampling import evaluate_samples
 from evolvent.kernels import rigid, sides, springs
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.drive import drive
 from evolvent.model import RECORDS, RESULTS
+from evolvent.model.registry import is_by_rates
 from evolvent.results.motion import rotation_matrices
 from evolvent.results.observe.variables import cross, turned
 from evolvent.solvers.common.solution import Solution
@@ -211,7 +211,7 @@ class View:
     def _kept_fields(self) -> dict[str, dict[str, Array]]:
         """Fields of records that the method has kept, or that are evaluated beside the states."""
         kept, found = self.solution.kept, {}
-        if kept is not None or has_explicit_forces(self.solution.model):  # else there is nothing to evaluate again
+        if kept is not None or is_by_rates(self.solution.model):  # else there is nothing to evaluate again
             found = self.solution.forces
         if kept is not None and kept.points is not None:
             found["contact_points"] = {"force": kept.points} | found.get("contact_points", {})

@@ -23,7 +23,7 @@ Array = np.ndarray
 
 def _positions(assembly: Assembly) -> list[tuple[str, Positions]]:
     """What differs in a model with positions as coordinates, by family."""
-    found = [(name, own(assembly.model)) for name, own in asked("positions").items()]
+    found = [(name, own(assembly.model)) for name, own in asked("state.positions").items()]
     return [(name, one) for name, one in found if one is not None]
 
 
@@ -93,5 +93,5 @@ def evaluate_multipliers(assembly: Assembly, t: Array, y: Array, s: Array, la: A
     """Write into la : (nt, nj) the multipliers of states (nt, ny) that follow from these, not from steps."""
     if assembly.directions is not None:
         needs.load(assembly.directions, rhs)
-        for evaluate in asked("multipliers").values():
+        for evaluate in asked("state.multipliers").values():
             evaluate(rhs, assembly, t, y, s, la)

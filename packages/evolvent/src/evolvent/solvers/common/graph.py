@@ -83,7 +83,7 @@ def pattern_of(model: mdl.Model, *, layers: bool = False) -> Pattern:
     _add_coordinates(graph)
     _couple_forces(graph)
     if layers:
-        for touches in asked("touches").values():
+        for touches in asked("coupling.touches").values():
             for ends in touches(graph.model):
                 graph.couple(*(graph.end(*end) for end in ends))
     size = len(graph.blocks)
@@ -113,7 +113,7 @@ def _add_coordinates(graph: _Graph) -> None:
             graph.fixed.add(at)
         if name == "reduced_bodies":
             graph.stiff.add(at)
-        if families()[name].within:
+        if families()[name].coupling.within:
             graph.couple(at, *(graph.end(*end) for end in graph.ends(name, graph.records(name)[owner])))
 
 
@@ -125,9 +125,9 @@ def _spool(graph: _Graph, thread: Any) -> int:
 def _couple_forces(graph: _Graph) -> None:
     """What records couple by their ends, but for turns on one another and multipliers."""
     for family in families().values():
-        if family.ends is None or family.through or family.within:
+        if family.ends is None or family.coupling.through or family.coupling.within:
             continue
-        couples = family.couples
+        couples = family.coupling.couples
         for row in family.records(graph.model):
             for ends in [family.ends(row, graph.records)] if couples is None else couples(row, graph.records):
                 graph.couple(*(graph.end(*end) for end in ends))

@@ -13,7 +13,7 @@ def limitations(solution: Solution) -> list[str]:
     """Sentences on what the states of a solution are beyond, each with the part, the time, the value and what helps."""
     if not solution.t.size:
         return []
-    found = [text for limits in asked("limits").values() for text in limits(solution)]
+    found = [text for limits in asked("notes.limits").values() for text in limits(solution)]
     first, last = float(solution.t[0]), float(solution.t[-1])
     return found + [text for time, text in solution.passages if time <= last and (time > first or len(solution.t) > 1)]
 

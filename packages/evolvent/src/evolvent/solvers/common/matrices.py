@@ -20,7 +20,7 @@ def matrix_of(model: mdl.Model, *, spare: int | None = None, layers: bool = Fals
     Turns that lie on one another are inner unknowns; those that do so at present are coupled directly if `layers`. So
     is what a torque spread over a beam couples.
     """
-    inner = sum(own(getattr(model, name)) for name, own in asked("inner").items())
+    inner = sum(own(getattr(model, name)) for name, own in asked("implicit.inner").items())
     if spare is None:
         spare = min(model.constraints.size, MOST_REDUNDANT)
     return ordering.matrix_of(graph.pattern_of(model, layers=layers), spare=spare, inner=inner)

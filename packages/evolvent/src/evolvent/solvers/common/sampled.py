@@ -13,7 +13,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.equations.kept_fields import write_forces
 from evolvent.equations.rhs import rhs
 from evolvent.kernels import constraints, coordinate
-from evolvent.model.layout import CONSTRAINT
+from evolvent.model.questions import CONSTRAINT
 from evolvent.model.registry import asked, families
 from evolvent.solvers.common import balance as eb
 
@@ -28,7 +28,7 @@ class Sampled(NamedTuple):
     acceleration : (nt, nv) float
     la : (nt, nj) float, multipliers of the joints, in the order of `names`
     balance : (nt,) records of the energy balance, J (see `evolvent.solvers.common.balance`)
-    forces : (nt, n) float, the fields of `Family.kept`, which `by_field` finds in it; `F` of a body is all that
+    forces : (nt, n) float, the fields of `Samples.kept`, which `by_field` finds in it; `F` of a body is all that
         acts on it at its origin (N and N m, inertial axes), of a free one less the gyroscopic w x J w
     points : (nt, n) float, N, normal forces of the contact points, means over the step; None where they follow from the
         states alone
@@ -89,9 +89,10 @@ def by_field(model: mdl.Model, forces: Array) -> dict[str, dict[str, Array]]:
     names, at = [], 0
     found: dict[str, dict[str, Array]] = {}
     for name, family in families().items():
-        found |= {name: {}} if family.kept else {}
-        kept = family.keeps is None or family.keeps(lambda other: getattr(model, other))
-        names += [(how, name, field, kept) for field, how in family.kept.items()]
+        own = family.samples
+        found |= {name: {}} if own.kept else {}
+        kept = own.keeps is None or own.keeps(lambda other: getattr(model, other))
+        names += [(how, name, field, kept) for field, how in own.kept.items()]
     for _, name, field, kept in sorted(names, key=lambda row: row[0]):
         count, shape = (getattr(model, name).size if kept else 0), mdl.RECORDS[name][field].shape
         end = at + count * math.prod(shape)
@@ -124,12 +125,12 @@ def balances(model: mdl.Model, y: Array, sums: Array) -> Any:
     found["loads"], found["drives"] = accounts[:, mdl.LOAD], accounts[:, mdl.DRIVE]
     found["spools"], found["released"] = accounts[:, mdl.SPOOL], accounts[:, mdl.RELEASE]
     found["by_springs"] = accounts[:, mdl.DISSIPATED]
-    if any(family.by_causes and family.records(model).size for family in families().values()):
+    if any(family.energies.by_causes and family.records(model).size for family in families().values()):
         causes = accounts[:, mdl.N_ACCOUNTS :]
         found["by_mass"], found["by_stiffness"] = causes[:, mdl.BY_MASS], causes[:, mdl.BY_STIFFNESS]
         found["by_contact"], found["by_joints"] = causes[:, mdl.BY_CONTACT], causes[:, mdl.BY_JOINTS]
         found["by_springs"] -= causes[:, : mdl.IMPULSE].sum(axis=1)
-    for name, rubbed in asked("rubbed").items():
+    for name, rubbed in asked("friction.rubbed").items():
         if getattr(model, name).size:
             for accounts_of in rubbed(getattr(model, name)):
                 found["by_friction"] += y[:, accounts_of].sum(axis=1)
@@ -152,7 +153,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
     found = empty(model, t.size)
     found.balance[:] = balances(model, y, sums)
     needs.load(model, rhs, write_forces)
-    contacts = [getattr(model, name) for name in asked("presses")]
+    contacts = [getattr(model, name) for name in asked("contacts.presses")]
     for records in contacts:
         records["impulse"] = np.nan
     dy, scratch = np.zeros_like(assembly.y), np.zeros(n_v)
@@ -164,7 +165,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
         found.balance.contact[k] = sum(records["energy"].sum() for records in contacts)
         found.la[k], coupled = constraints.penalty_values(t[k], s[k], model.constraints)
         found.la[k, model.rows["index"][rows]] = model.la[rows]
-        for name, bending in asked("bending").items():
+        for name, bending in asked("energies.bending").items():
             if getattr(model, name).size:
                 found.balance.bending[k] += bending(model, y[k])
         if model.coordinates.size:

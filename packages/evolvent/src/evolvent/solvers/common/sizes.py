@@ -35,11 +35,11 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
     weight = np.ones(int(model.info.nv))
     positions, inertia = blocks["kind"] == POSITION, blocks["inertia"][:, 0]
     placed = assembly.y[indices(blocks[positions & (blocks["switch"] == MOVES)], "iq")]
-    own = asked("extents").items()
+    own = asked("state.extents").items()
     lengths = [(one, 0.0, 0.0) for name, extents in own for one in extents(getattr(model, name))]
     length = _extent(np.concatenate([model.bodies["x"], placed, np.reshape(lengths, (-1, 3))]))
     weight[indices(blocks[positions], "iv") - n_q] = length
-    for sizes_of in asked("sizes").values():
+    for sizes_of in asked("state.sizes").values():
         for velocities, size in sizes_of(model, length):
             weight[velocities - n_q] = size
     # the first node of a beam has the mass of half an element; a point mass has that of a thread's end on it
@@ -52,7 +52,7 @@ def sizes(assembly: Assembly) -> tuple[np.ndarray, float]:
 @functools.cache
 def _first_masses() -> np.ndarray:
     """What the first coordinate of an owner has of the typical mass, by the codes of owners: (n,)."""
-    return np.array([max(one.first for one in families()[name].unknowns) for name in owners()])
+    return np.array([max(one.first for one in families()[name].state.unknowns) for name in owners()])
 
 
 def _extent(places: np.ndarray) -> float:
@@ -70,8 +70,8 @@ def length_of(model: mdl.Model, weight: np.ndarray) -> float:
 
 
 def form_energy(model: mdl.Model) -> float:
-    """Energies of which the strain energies of elements are differences, J (`Family.strained`)."""
-    return sum(strained(model) for strained in asked("strained").values())
+    """Energies of which the strain energies of elements are differences, J (`Energies.strained`)."""
+    return sum(strained(model) for strained in asked("energies.strained").values())
 
 
 def strain_round_off(model: mdl.Model) -> float:
@@ -93,8 +93,8 @@ def _lifted(model: mdl.Model, mass: float, weight: np.ndarray) -> float:
 def energy_floor(assembly: Assembly, mass: float, weight: np.ndarray) -> float:
     """Energy beside which a gain is round-off, J.
 
-    That of weights lifted by the system's size, of forms of elements, and what families state (`Family.round_off`).
+    That of weights lifted by the system's size, of forms of elements, and what families state (`Energies.round_off`).
     """
     model = assembly.model
-    own = sum(round_off(model) for round_off in asked("round_off").values())
+    own = sum(round_off(model) for round_off in asked("energies.round_off").values())
     return ROUND_OFF * (_lifted(model, mass, weight) + form_energy(model)) + own + LEAST_ENERGY

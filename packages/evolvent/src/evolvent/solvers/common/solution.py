@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.assembly.needs import has_explicit_forces
-from evolvent.model.registry import asked
+from evolvent.model.registry import asked, is_by_rates
 from evolvent.solvers.common import balance as eb
 from evolvent.solvers.common.observations import Observations, momenta_of, observe, sums_of
 from evolvent.solvers.common.sampled import (
@@ -194,14 +193,14 @@ class Solution:
         model = self.assembly.model
         of_run = self.sampled if self.kept is None and self._is_split else self.kept
         found = of_run.balance if of_run is not None else balances(model, self.y, self.sums)
-        for rebalance in asked("rebalance").values():
+        for rebalance in asked("energies.rebalance").values():
             found = rebalance(model, self.t, self.y, 1.0 if self.path is None else self.path.factor, found)
         return found
 
     @property
     def _is_split(self) -> bool:
         """Whether energies of contacts and joints stand apart from the others."""
-        return self.kept is not None or has_explicit_forces(self.assembly.model)
+        return self.kept is not None or is_by_rates(self.assembly.model)
 
     @property
     def forces(self) -> dict[str, dict[str, Array]]:

@@ -26,32 +26,32 @@ def check_drives(assembly: Assembly, end: float) -> None:
     """
     breaks = assembly.model.breaks
     times = np.union1d(np.linspace(0.0, end, _TIMES), breaks[(breaks > 0.0) & (breaks < end)])
-    for check in asked("check_run").values():
+    for check in asked("drives.check").values():
         check(assembly, times)
 
 
 def freeze(model: mdl.Model, time: float) -> mdl.Model:
     """The model with what changes its length by a drive at that of a time; other arrays are shared."""
-    for one in asked("freeze").values():
+    for one in asked("drives.freeze").values():
         model = one(model, time)
     return model
 
 
 def stand_still(model: mdl.Model, time: float) -> None:
     """Let what drives move, but for lengths, stand where it is at `time`."""
-    for stand in asked("stand").values():
+    for stand in asked("drives.stand").values():
         stand(model, time)
 
 
 def end_ramps(model: mdl.Model) -> None:
     """Let all loads of a model act as after their ramps."""
-    for end in asked("end_ramps").values():
+    for end in asked("drives.end_ramps").values():
         end(model)
 
 
 def hold(t: float, y: Array, s: Array, model: mdl.Model) -> None:
     """Let the constraints of a model hold that do so in a state."""
-    for one in asked("hold").values():
+    for one in asked("drives.hold").values():
         one(t, y, s, model)
 
 
@@ -78,7 +78,7 @@ def at_time(assembly: Assembly, y: Any, time: float) -> tuple[Assembly, Any]:
         check_drives(assembly, time)
     given = y is not None and np.shape(y) == assembly.y.shape
     state, s = np.array(y if given else assembly.y, dtype=float), assembly.s.copy()
-    for place in asked("place_at").values():
+    for place in asked("drives.place").values():
         place(assembly, time, state, s, given)
     found = freeze(assembly.model, time)
     hold(time, state, s, found)

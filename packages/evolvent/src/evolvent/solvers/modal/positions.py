@@ -38,7 +38,7 @@ def find_moving(assembly: Assembly, name: str) -> tuple[str, int, slice]:
 def nodal(assembly: Assembly, name: str) -> tuple[int, ...] | None:
     """Shape of a part's velocities by nodes: their number, then of one node's; None of a part without nodes."""
     family, index = assembly.names[name]
-    shape = families()[family].nodal
+    shape = families()[family].state.nodal
     return None if shape is None else shape(families()[family].records(assembly.model)[index])
 
 
@@ -55,7 +55,7 @@ def linearized_points(assembly: Assembly, y: Array) -> dict[str, LinearizedPoint
     """
     found: dict[str, LinearizedPoint] = {}
     for name, (family, index, where) in moving(assembly).items():
-        points = families()[family].points
+        points = families()[family].state.points
         if points is not None:
             found.update(points(assembly, name, index, where, y))
     return found

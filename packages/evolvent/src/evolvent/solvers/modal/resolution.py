@@ -50,7 +50,7 @@ class Naming:
         """Beams and rods: names, coordinates, and rigid motions of these (n, 6)."""
         motions = rigid_motions(self.assembly, self.y, np.zeros(3))
         for name, (family, _, at) in moving(self.assembly).items():
-            if families()[family].bending is not None:
+            if families()[family].energies.bending is not None:
                 own = motions[at].copy()
                 own[:, 3:] -= own[:, :3] @ own[:3, 3:]  # about the root, whose position comes first
                 yield name, at, own
@@ -105,7 +105,8 @@ class Naming:
         step = STEP / float(np.max(np.abs(v) / weight))
         ends = [self._springs(sign * step * v) for sign in (1.0, -1.0)]
         self._springs(np.zeros(v.size))
-        for (name, (length, *_)), (x, force), (x_back, force_back) in zip(asked("resists").items(), *ends, strict=True):
+        own = asked("energies.resists").items()
+        for (name, (length, *_)), (x, force), (x_back, force_back) in zip(own, *ends, strict=True):
             dx, change = x - x_back, force - force_back
             size = STEP * (np.max(weight) if families()[name].results[length][1] == "m" else 1.0)
             square = np.abs(dx * change) / (4.0 * step**2 * float(v @ (self.M @ v)))
@@ -120,5 +121,5 @@ class Naming:
         work, b = self.work, self.work.balance
         displace(self.y, d, False, work.model, b.y)
         eq.unbalance(work.time, work.step, 1.0, 1.0, work.model, b, b.r)
-        rows = ((getattr(work.model, name), fields) for name, fields in asked("resists").items())
+        rows = ((getattr(work.model, name), fields) for name, fields in asked("energies.resists").items())
         return [(row[x].copy(), sum(row[name] for name in forces)) for row, (x, *forces) in rows]

@@ -100,7 +100,7 @@ def depends_on_time(model: Any) -> bool:
 
 def _stops(base: Assembly, patch: Patch, times: Array) -> Array:
     """Times on which the steps of a neighbour land."""
-    if not {*asked("stops"), "breaks"}.intersection(key for key, *_ in patch.changes):
+    if not {*asked("drives.stops"), "breaks"}.intersection(key for key, *_ in patch.changes):
         return stops_of(base, times)
     model = base.model.copy()
     patch.write(model)

@@ -143,7 +143,7 @@ class Neighbours:
         for k, steps in enumerate(self.pace[:, UNLIKE].astype(int)):
             if steps:
                 model = self.lead.model
-                touches = any(getattr(model, name).size for name in asked("presses"))
+                touches = any(getattr(model, name).size for name in asked("contacts.presses"))
                 what = "contacts touch" if touches else "joints slip"
                 raise TooFar(k - 1, f"other {what} in steps to t = {self.lead.reached:.6g} s")
 

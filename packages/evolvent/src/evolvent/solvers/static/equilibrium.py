@@ -116,7 +116,7 @@ def turning(factor, spin, y, model, a):
         a[i] = 0.0
     if spin[0] == 0.0 and spin[1] == 0.0 and spin[2] == 0.0:
         return
-    n_q, blocks, calls = model.info.nq, model.blocks, model.turning_calls
+    n_q, blocks, calls = model.info.nq, model.blocks, model.inertia_turning_calls
     for k in range(blocks.size):
         kind, q, at = blocks[k].kind, blocks[k].iq, blocks[k].iv - n_q
         if kind <= SLOPE and not is_idle(k, model.switches, model):
@@ -133,7 +133,7 @@ def add_turning_tangent(factor, spin, y, model, matrix):
     """Add factor d(M a)/dq of the turn's accelerations to a matrix."""
     if spin[0] == 0.0 and spin[1] == 0.0 and spin[2] == 0.0:
         return
-    calls = model.turning_tangent_calls
+    calls = model.inertia_turning_tangent_calls
     for k in range(calls.size):
         turning_tangent_at(model, calls[k])(factor, spin, y, model, matrix)
 
@@ -152,7 +152,7 @@ def unbalance(t, step, factor, share, model, b, r):
     info = model.info
     for c in range(3):
         info.gravity[c] = factor * b.gravity[c]
-    calls = model.scale_calls
+    calls = model.statics_scale_calls
     for k in range(calls.size):
         scale_at(model, calls[k])(factor, b.parameters, model)
     rigid.kinematics(t, b.y, model)

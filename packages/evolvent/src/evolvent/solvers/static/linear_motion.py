@@ -33,7 +33,7 @@ def growing_motions(work: Work) -> Array | None:
 def has_gyroscopic_forces(work: Work) -> bool:
     """Whether a steady turn, an orbital frame or wheels bring in forces that can stabilize where the energy rises."""
     turns: Any = np.any(work.balance.spin[:3]) or np.any(work.balance.y[work.model.wheels["iv"]])
-    turns = turns or any(flows(work.model).size for flows in asked("flows").values())
+    turns = turns or any(flows(work.model).size for flows in asked("state.flows").values())
     return bool(turns) or bool(frames_of(work.model))
 
 
@@ -110,7 +110,7 @@ def _spin_of_wheels(work: Work) -> scipy.sparse.csr_matrix:
 def _flow(work: Work) -> scipy.sparse.csr_matrix:
     """Gyroscopic part of the derivative by velocities of what material flows through."""
     rows, found = np.zeros(work.n_v), scipy.sparse.csr_matrix((work.n_v, work.n_v))
-    for flows in asked("flows").values():
+    for flows in asked("state.flows").values():
         rows[flows(work.model) - work.n_q] = 1.0
     if not np.any(rows):
         return found

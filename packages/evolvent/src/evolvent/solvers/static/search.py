@@ -395,7 +395,7 @@ class StaticSearch:
         w = self.work
         model, names = w.model, w.assembly.names
         found = []
-        acting = asked("acts_on")
+        acting = asked("statics.acts_on")
         for name, (family, index) in names.items():
             target = acting[family](model, index, w.balance.parameters, w.time) if family in acting else None
             if target is not None and any(_holds(model, names[part], target) for part in free):

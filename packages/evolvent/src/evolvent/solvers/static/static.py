@@ -130,7 +130,7 @@ def solve_static(
 
 def _no_balance(assembly: Assembly, work: Work, y: Array) -> str:
     """A sentence on the first record that is in no equilibrium in spite of its forces; '' for none."""
-    for name, found in asked("no_balance").items():
+    for name, found in asked("statics.no_balance").items():
         for k, why in found(work.model, work.time, y):
             return f"{families.owner(assembly, name, k)!r} {why}"
     return ""

@@ -66,9 +66,9 @@ class Turn:
     def uneven(self) -> Iterator[str]:
         """Names of parts that are not the same about the axis."""
         for family in families().values():
-            if not family.through and not family.of:
+            if not family.coupling.through and not family.of:
                 rows = self._asked(family)
-                for k in rows if family.uneven is None else family.uneven(self, rows):
+                for k in rows if family.statics.uneven is None else family.statics.uneven(self, rows):
                     yield owner(self.assembly, family.name, k)
 
     def _asked(self, family: Family) -> list[int]:

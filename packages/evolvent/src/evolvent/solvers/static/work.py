@@ -84,8 +84,8 @@ def spin_of(assembly: Assembly, rotating: Any, centre: Any) -> Array:
 
 
 def refuse_unsteady(assembly: Assembly, *, orbits: bool = False) -> None:
-    """Refuse what does not support a steady turn, or an orbital frame (`Family.unsteady`)."""
-    for name, unsteady in asked("unsteady").items():
+    """Refuse what does not support a steady turn, or an orbital frame (`Statics.unsteady`)."""
+    for name, unsteady in asked("statics.unsteady").items():
         for k, why in unsteady(assembly.model, orbits):
             raise InputError(why.format(name=repr(owner(assembly, name, k))))
 
@@ -102,7 +102,7 @@ def _vector(name: str, value: Any) -> Array:
 
 def rubs(model: mdl.Model) -> bool:
     """Whether friction acts that statics take by displacements."""
-    return any(bool(np.any(mask(getattr(model, name)))) for name, mask in asked("static_friction").items())
+    return any(bool(np.any(mask(getattr(model, name)))) for name, mask in asked("friction.static").items())
 
 
 def at_rest(model: mdl.Model, time: float) -> mdl.Model:
@@ -110,7 +110,7 @@ def at_rest(model: mdl.Model, time: float) -> mdl.Model:
     copy = model.copy()
     stand_still(copy, time)
     end_ramps(copy)
-    for prepare in asked("at_rest").values():
+    for prepare in asked("statics.at_rest").values():
         prepare(copy)
     return freeze(copy, time)
 
@@ -176,13 +176,13 @@ class Work:
         b = self.balance
         residual(self.time, b.y, b.a, b.la, 0.0, 1.0, model, b.r, b.powers)
         self._check_rest()
-        for name, settle in asked("settle").items():
+        for name, settle in asked("statics.settle").items():
             if getattr(model, name).size:
                 settle(model, b.y)
 
     def _check_rest(self) -> None:
         """Refuse what does not stay at rest."""
-        for name, found in asked("not_at_rest").items():
+        for name, found in asked("statics.not_at_rest").items():
             for k, why in found(self.model):
                 raise InputError(f"at t = {self.time:.6g} s {owner(self.assembly, name, k)!r} {why}")
 
@@ -395,7 +395,7 @@ def _allowed_moves(G: Array, size: Array) -> Any:
 
 def _spinning() -> list[int]:
     """Codes of families whose rates go on in statics."""
-    return [code for code, name in enumerate(owners()) if any(own.spins for own in families()[name].unknowns)]
+    return [code for code, name in enumerate(owners()) if any(own.spins for own in families()[name].state.unknowns)]
 
 
 def _moments(model: mdl.Model) -> Array:
@@ -428,7 +428,7 @@ def velocity_slice(model: mdl.Model, family: str, index: int) -> slice | None:
 
 def spare_of(model: mdl.Model) -> int:
     """Pivots that statics may defer: without masses a beam or a body may be held by its joints only."""
-    loose = (own.loose(family.records(model)) for family in families().values() for own in family.unknowns)
+    loose = (own.loose(family.records(model)) for family in families().values() for own in family.state.unknowns)
     return min(sum(loose), MOST_DEFERRED)
 
 

@@ -20,7 +20,7 @@ def interpolate(theta, h, y0, y1, model, y):
     (Hermite), velocities are the rates of these cubics: errors of the fourth and the third order. Quaternions have the
     length 1. What has no rate lies on a straight line. On the cubics a beam or thread that turns would be stretched by
     a fourth power of the angle, and by what the velocities of the method miss, which are large forces where it is
-    stiff: lengths of slopes, and those between nodes (`Family.interpolate`), lie on straight lines, as forces do.
+    stiff: lengths of slopes, and those between nodes (`Samples.interpolate`), lie on straight lines, as forces do.
     """
     for i in range(y.size):
         y[i] = y0[i] + theta * (y1[i] - y0[i])
@@ -38,7 +38,7 @@ def interpolate(theta, h, y0, y1, model, y):
                 scale = scale_between(theta, vector_at(y0, q), vector_at(y1, q), vector_at(y, q))
                 for i in range(3):
                     y[q + i] *= scale
-    calls = model.interpolate_calls
+    calls = model.samples_interpolate_calls
     for k in range(calls.size):
         interpolate_at(model, calls[k])(theta, y0, y1, model, y)
 

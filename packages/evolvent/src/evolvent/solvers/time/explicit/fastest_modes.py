@@ -37,7 +37,7 @@ def fastest_explicit_mode(assembly: Assembly) -> tuple[float, float, str, float]
     """
     model = assembly.model
     n_q, n_v = int(model.info.nq), int(model.info.nv)
-    saved = {name: getattr(model, name).copy() for name in asked("stiffest")}
+    saved = {name: getattr(model, name).copy() for name in asked("stability.stiffest")}
     accelerations = _accelerations(assembly)
     touching = _contact_products(assembly)
     moves = np.ones(n_v)
@@ -56,7 +56,7 @@ def fastest_explicit_mode(assembly: Assembly) -> tuple[float, float, str, float]
         return moves * (scale * (accelerations(zero, -d) - accelerations(zero, d)) + touching(1, moves * x))
 
     try:
-        for stiffen in asked("stiffest").values():
+        for stiffen in asked("stability.stiffest").values():
             stiffen(model)
         squared, shape = _largest(stiff, n_v)
         damping = damped(shape)
@@ -121,7 +121,7 @@ def _accelerations(assembly: Assembly) -> Callable[[np.ndarray, np.ndarray], np.
 
 def _has_no_bound(block: np.record) -> bool:
     """Whether no bound is known of the modes of what a block belongs to."""
-    return families()[owner_of(block)[0]].bound is None
+    return families()[owner_of(block)[0]].stability.bound is None
 
 
 def _contact_products(assembly: Assembly) -> Callable[[int, np.ndarray], np.ndarray]:

@@ -259,7 +259,7 @@ def adapted_step(until, model, work):
     """End and length of the next step of those that adapt."""
     t, h = work.loop.time, work.loop.step
     h = min(h, longest_turn(model))
-    calls = model.longest_step_calls
+    calls = model.node_events_longest_step_calls
     for k in range(calls.size):
         h = min(h, longest_step_at(model, calls[k])(work.y, work.s, model))
     return (until, until - t) if t + h * 1.01 >= until else (t + h, h)

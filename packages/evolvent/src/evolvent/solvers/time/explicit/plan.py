@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.assembly import families, needs
+from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.model import family
-from evolvent.model.registry import asked, families as table
+from evolvent.model.registry import asked, families as table, is_by_rates
 from evolvent.parts.checks import positive
 from evolvent.solvers.common.laws import refusing_laws, try_laws
 from evolvent.solvers.common.solution import Solution
@@ -95,7 +95,7 @@ def _automatic_step(assembly: Assembly, method: Method, duration: float, limit: 
         raise InputError("step is None, but nothing in the model sets a frequency; give a step in seconds")
     model = assembly.model
     fastest, every = assembly.names.get(mode.where, ("",))[0], table()
-    waves = {name: part(own) for name, part in asked("waves").items() if (own := getattr(model, name)).size}
+    waves = {name: part(own) for name, part in asked("stability.waves").items() if (own := getattr(model, name)).size}
     if any(name == fastest or every[name].is_by_rates(model) for name in waves) or model.info.penalties > 0:
         # the motion lies far below the waves along what is long: stability is enough
         safe = limit * min([method.safety, *waves.values()])
@@ -193,7 +193,7 @@ def plan(
     else:
         step, rtol, atol = None, positive("rtol", rtol), positive("atol", atol)
         # of beams the fastest mode takes longer to find than a run may take
-        if not needs.has_explicit_forces(own.model):
+        if not is_by_rates(own.model):
             stable_step(own, method, duration)
     return ExplicitPlan(own, times, method, step, limit, mode, rtol, atol, compile_time)
 

@@ -39,7 +39,7 @@ CHECKS, CHECK_EVERY = 50, 2000
 
 def cache_name(assembly: Assembly, method: str) -> str:
     """Name by which `codecache` knows whether the functions of a run are compiled; beams need more of them."""
-    long = next((name for name in asked("waves") if getattr(assembly.model, name).size), "")
+    long = next((name for name in asked("stability.waves") if getattr(assembly.model, name).size), "")
     return f"{method} with {long}" if long and method in METHODS else method
 
 

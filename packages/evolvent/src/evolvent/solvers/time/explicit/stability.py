@@ -11,7 +11,7 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
 from evolvent.kernels.impulse import prepare
-from evolvent.model.registry import asked
+from evolvent.model.registry import asked, is_by_rates
 from evolvent.solvers.time.explicit.fastest_modes import fastest_explicit_mode
 from evolvent.solvers.time.explicit.methods import Method
 
@@ -39,16 +39,16 @@ def fastest_mode(assembly: Assembly) -> Mode:
     model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
     needs.load(model, prepare)
     prepare(0.0, y, s, model)
-    own = asked("felt")
+    own = asked("stability.felt")
     felt = {name: np.zeros((2, getattr(model, name).size, one.size, one.size)) for name, one in own.items()}
     best = [(0.0, 0.0, "nothing")]
-    for name, bound in asked("bound").items():
+    for name, bound in asked("stability.bound").items():
         best += [(square, rate, owner(assembly, name, k)) for k, square, rate in bound(model, y, felt)]
     for name, one in own.items():
         for k in np.flatnonzero(one.which(getattr(model, name))).tolist():
             best.append(_largest(one.answer(model, k, felt[name][:, k]), owner(assembly, name, k)))
     largest = 0.0
-    if needs.has_explicit_forces(model):
+    if is_by_rates(model):
         square, damping, place, largest = fastest_explicit_mode(assembly)
         best.append((square, damping, place))
     squared, damping, where = max(best, key=lambda bound: (bound[0], -bound[1]))

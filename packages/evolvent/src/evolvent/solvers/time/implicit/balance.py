@@ -35,7 +35,7 @@ def add_step_to_balance(t, h, model, work):
     -----
     Work of loads, drives and wheels is the mean of the forces of both ends times the displacement; losses by mass,
     stiffness, springs and joints are the mean power times h. Under energy-momentum both ends have the means of the
-    step. The rest is what families book themselves (`Family.end_step`).
+    step. The rest is what families book themselves (`Implicit.end_step`).
     """
     balance, midpoint = work.balance, work.options.midpoint != 0
     P, P0, p, p0 = work.loads1, work.loads0, work.powers[0], work.powers[1]

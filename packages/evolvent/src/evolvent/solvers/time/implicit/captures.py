@@ -71,6 +71,6 @@ def capture_time(row: Any, h: float, moved: float, start: float, end: float) -> 
 
 
 def captures_of(solution: Solution) -> list[Capture]:
-    """Captures in a run: by latches, and what families state (`Family.captures`)."""
-    own = asked("captures").items()
+    """Captures in a run: by latches, and what families state (`NodeEvents.captures`)."""
+    own = asked("node_events.captures").items()
     return [*solution.captures, *(Capture(name, *found) for name, captures in own for found in captures(solution))]

@@ -195,7 +195,7 @@ def end_step(model, work):
         work.powers[1, i] = work.powers[0, i]
     for k in range(step.la.size):
         work.la0[k] = step.la[k]
-    calls = model.note_step_calls
+    calls = model.step_note_calls
     for k in range(calls.size):
         note_at(model, calls[k])(model)
 
@@ -213,7 +213,7 @@ def restart(model, work):
 @indirect(REAL(REAL, MODEL, WORKSPACE))
 def coupled_energy(t, model, work):
     """Energy of penalties and joint coordinates at the end of the step, J."""
-    calls, coupled = model.coupled_energy_calls, 0.0
+    calls, coupled = model.step_energy_calls, 0.0
     for k in range(calls.size):
         coupled += stored_at(model, calls[k])(t, model)
     return coupled

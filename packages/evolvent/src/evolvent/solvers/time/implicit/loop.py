@@ -258,7 +258,7 @@ def until_event(t, h, model, work):
     part = until_coordinate(h, model, work)
     if work.options.midpoint != 0 and work.options.tolerance > 0.0 and model.body_contacts.size > 0:
         part = min(part, until_touch(h, work.y0, work.R0, work.x0, work.y, work.R1, work.x1, model))
-    calls = model.until_change_calls
+    calls = model.node_events_until_calls
     for k in range(calls.size):
         part = min(part, until_change_at(model, calls[k])(h, work.y0, work.y, model.switches, model))
     if model.watches.size > 0:
@@ -292,7 +292,7 @@ def measure_rates(t, model, work):
 @inlined
 def until_coordinate(h, model, work):
     """Part of a step of length h at which the first event falls that its family finds itself; 1 for none."""
-    calls, part = model.until_event_calls, 1.0
+    calls, part = model.switching_until_calls, 1.0
     for k in range(calls.size):
         part = min(part, until_event_at(model, calls[k])(h, work.loop.last, work.options.midpoint, model))
     return part
@@ -301,7 +301,7 @@ def until_coordinate(h, model, work):
 @inlined
 def has_release(model, work):
     """Whether an event that changes the number of moving nodes is due."""
-    calls, found = model.is_due_calls, False
+    calls, found = model.node_events_is_due_calls, False
     for k in range(calls.size):
         found = found or is_due_at(model, calls[k])(work.y, model.switches, model)
     return found
@@ -321,7 +321,7 @@ def accept_step(t1, t_end, h, model, work):
     loop = work.loop
     method.end_step(t_end, h, model, work)
     add_step_to_balance(t_end, h, model, work)
-    calls = model.own_rates_calls
+    calls = model.step_rates_calls
     for k in range(calls.size):
         momentum_at(model, calls[k])(work.y, model, work.rate)
     fill_forces(model, work)
@@ -343,7 +343,7 @@ def _latch(t, model, work):
 
     Laws that have ended change over to others.
     """
-    calls, s, found = model.reached_calls, model.switches, False
+    calls, s, found = model.switching_reached_calls, model.switches, False
     for i in range(calls.size):
         k = reached_at(model, calls[i])(0, model)
         while k >= 0:
@@ -352,7 +352,7 @@ def _latch(t, model, work):
             lock(t, k, model, work)
             found = True
             k = reached_at(model, calls[i])(k + 1, model)
-    calls = model.change_calls
+    calls = model.switching_change_calls
     for i in range(calls.size):
         lost = change_at(model, calls[i])(t, work.y, s, model)
         if not math.isnan(lost):

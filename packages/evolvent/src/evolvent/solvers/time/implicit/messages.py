@@ -159,7 +159,7 @@ def _location(assembly: Assembly, values: np.ndarray) -> str:
 def _touching(assembly: Assembly) -> str:
     """Names of the contacts whose points press."""
     found = []
-    for name, presses in asked("presses").items():
+    for name, presses in asked("contacts.presses").items():
         found += [repr(owner(assembly, name, int(k))) for k in np.flatnonzero(presses(assembly.model))]
     found = list(dict.fromkeys(found))
     return " and ".join(found[:3]) + (" and others" if len(found) > 3 else "")
@@ -167,6 +167,6 @@ def _touching(assembly: Assembly) -> str:
 
 def _jumping(assembly: Assembly) -> str:
     """Names of the contacts whose force jumps at the touch."""
-    found = {name: mask(getattr(assembly.model, name)) for name, mask in asked("jumps").items()}
+    found = {name: mask(getattr(assembly.model, name)) for name, mask in asked("contacts.jumps").items()}
     names = [name for name, (family, k) in assembly.names.items() if family in found and found[family][k]]
     return " or ".join(repr(name) for name in names[:3]) + (" or others" if len(names) > 3 else "")

@@ -196,7 +196,7 @@ def longest_step(model, work):
     """Longest step by the motion of the parts, s."""
     if work.options.method == ENERGY:
         return energy_step.longest_turn(model.bodies)
-    found, calls = math.inf, model.longest_step_calls
+    found, calls = math.inf, model.node_events_longest_step_calls
     if work.options.tolerance > 0.0:
         for k in range(calls.size):
             found = min(found, longest_step_at(model, calls[k])(work.y, model.switches, model))

@@ -40,7 +40,7 @@ SOFTEST, LEAST_RISE = -6.0, 0.5
 @inlined
 def count_touching(model):
     """A number that encodes which contact points touch, and which frictions slip."""
-    calls, found = model.contact_set_calls, 0
+    calls, found = model.implicit_contact_set_calls, 0
     for k in range(calls.size):
         found = contact_set_at(model, calls[k])(found, model)
     return found

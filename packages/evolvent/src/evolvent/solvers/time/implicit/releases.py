@@ -22,9 +22,9 @@ from evolvent.solvers.time.implicit.workspace import Workspace
 
 
 def releases_of(assembly: Assembly) -> list[Any]:
-    """What carries out such events, of every family of the model that has some (`Family.releases`)."""
+    """What carries out such events, of every family of the model that has some (`NodeEvents.between_steps`)."""
     equations = Equations(event_values, apply_event, rhs, needs.load)
-    own = asked("releases").items()
+    own = asked("node_events.between_steps").items()
     return [make(assembly, equations) for name, make in own if getattr(assembly.model, name).size]
 
 

@@ -42,7 +42,7 @@ class ImplicitRun(run.MotionRun):
     ----------
     plan : ImplicitPlan
     work : implicit_state.Workspace
-    releases : list of what changes the number of moving nodes between steps (`Family.releases`)
+    releases : list of what changes the number of moving nodes between steps (`NodeEvents.between_steps`)
     ranks : redundancy.Ranks, of the constraints
     captures : captures.Captures, by latches in steps of a fixed length
     matrix : SparseBlocks, of the tangent; of energy-momentum ordered again where turns come to lie on one another
@@ -53,7 +53,7 @@ class ImplicitRun(run.MotionRun):
         self.matrix = of.matrix
         self.midpoint, self.inner, self.is_stopped = bool(of.options.midpoint), 0, False
         self.has_layers = self.midpoint and any(
-            np.any(mask(getattr(self.model, name))) for name, mask in asked("is_layered").items()
+            np.any(mask(getattr(self.model, name))) for name, mask in asked("coupling.layered").items()
         )
         self.ranks, self.captures = redundancy.Ranks(of.assembly), Captures()
         began = clock.perf_counter()

@@ -9,7 +9,7 @@ from evolvent.equations.kept_fields import count_kept, restore_cleared, write_fo
 from evolvent.kernels import rigid
 from evolvent.kernels.calls import between_at, note_part_at
 from evolvent.model import MODEL
-from evolvent.model.family import NEARER, SUMMED
+from evolvent.model.questions import NEARER, SUMMED
 from evolvent.solvers.time.dense import interpolate, momenta_between
 from evolvent.solvers.time.implicit.workspace import WORKSPACE
 
@@ -81,11 +81,11 @@ def keep_sample(n, theta, t, h, model, work):
     straight lines.
     """
     switches = model.switches
-    calls = model.note_part_calls
+    calls = model.samples_note_part_calls
     for k in range(calls.size):
         note_part_at(model, calls[k])(theta, t, h, model)
     interpolate(theta, h, work.y0, work.y, model, work.out_y[n])
-    calls = model.between_calls
+    calls = model.samples_between_calls
     if calls.size > 0 and theta < 1.0:
         for k in range(calls.size):
             between_at(model, calls[k])(theta, t, h, work.y0, work.y, model, work.out_y[n])

@@ -65,7 +65,9 @@ def paid_out_energy(assembly: Assembly, start: float, end: float) -> float:
     The scale of the energy of a run that begins at rest, before it has moved any.
     """
     model, times = assembly.model, np.linspace(start, end, SOUGHT)
-    return sum(paid_out(model, lambda row: _fastest(model, row, times)) for paid_out in asked("paid_out").values())
+    return sum(
+        paid_out(model, lambda row: _fastest(model, row, times)) for paid_out in asked("drives.paid_out").values()
+    )
 
 
 def _fastest(model: mdl.Model, row: np.void, times: np.ndarray) -> float:
@@ -80,7 +82,7 @@ def _fastest(model: mdl.Model, row: np.void, times: np.ndarray) -> float:
 def stops_of(assembly: Assembly, times: np.ndarray) -> np.ndarray:
     """Times between the first and the last sample on which steps land, (n,) float, s: loads or joints change there."""
     model = assembly.model
-    own = [stops_of(model, times[0], times[-1]) for stops_of in asked("stops").values()]
+    own = [stops_of(model, times[0], times[-1]) for stops_of in asked("drives.stops").values()]
     stops = np.unique(np.concatenate([*own, model.breaks]))
     return stops[(stops > times[0]) & (stops < times[-1])]
 

@@ -1,0 +1,29 @@
+"""Support by the adjoint."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+
+from evolvent.model.questions.base import Array
+
+
+@dataclasses.dataclass(frozen=True)
+class AdjointSupport:
+    """Why a family is supported by the adjoint: its tangent is exact, and nothing in its records goes on from a step.
+
+    Attributes
+    ----------
+    reason : str, why that is so
+    timed : whether its forces or constraints are functions of time: for all of its records, or a mask of them
+    filtered : str, what energy-momentum filters over two steps, which has no adjoint; "" for nothing
+    refused : half sentences on records that are not supported, to a function of the records to a mask of these
+    cubic : whether its forces are cubic in its coordinates, so that wide differences of the fourth order are exact,
+        beside which nothing may happen at once
+    """
+
+    reason: str
+    timed: bool | Callable[[Array], Array] = True
+    filtered: str = ""
+    refused: Mapping[str, Callable[[Array], Array]] = dataclasses.field(default_factory=dict)
+    cubic: bool = False

@@ -1,0 +1,28 @@
+"""Sentences on runs: where records leave the range in which they hold, and why a run may fail."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from evolvent.model.questions.base import Array
+
+
+@dataclasses.dataclass(frozen=True)
+class Notes:
+    """What is said of a family's records in a run, asked by warnings, limits and messages.
+
+    Attributes
+    ----------
+    limits : function of a solution to sentences on where its states leave the range in which its records hold
+    warn : function of a solution to sentences on what its records do in it that they are not meant to
+    passages : function of the model to records whose force has lost its direction in a run: time, s, and what happened
+    hint : function of the model and a state to records that may be why a run fails, and a half sentence on each, in
+        which `{name}` stands for the part
+    """
+
+    limits: Callable[[Any], Iterator[str]] | None = None
+    warn: Callable[[Any], Iterator[str]] | None = None
+    passages: Callable[[Any], Iterator[tuple[int, float, str]]] | None = None
+    hint: Callable[[Any, Array], Iterator[tuple[int, str]]] | None = None

@@ -1,0 +1,55 @@
+"""How parts write records, and whose they are."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from evolvent.model.questions.base import Array, Records
+
+
+@dataclasses.dataclass(frozen=True)
+class Parts:
+    """Parts that write a family's records, asked by assembly and its variants.
+
+    Attributes
+    ----------
+    owner : function of `Records` and the index of a record to the family and the index of that whose part wrote it
+    several : whether a part writes several records, named by the first of them
+    consists : function of a record and its index to the bodies that it consists of, which have its name
+    is_motion : whether its records are motions between parts, with an `angle` each, which have margins and latches
+    place : function of the builder and a reference (`assembly.references.Named`) to the point of a part that it names
+        (`assembly.references.Location`), for families on whose parts there are points
+    heat : function of the builder, the name of a part and a thermal load on it; writes the constants of its elements
+        among the parameters, and returns the fields of a record of `thermal_loads` that are its own; None where no
+        thermal load acts
+    check : function of the builder that refuses what its parts cannot be together with others; None for none
+    unmet : function of the name of a part, and of gap, rate and value of its row of constraint and whether it moves at
+        the start, to a sentence on why the start does not meet the constraint; '' where it does. None of
+        parts that are no constraints of their own
+    changes : str, fields that a part writes and solvers alone read: a variant with other values of them and of
+        parameters takes a copy of the model. None where more follows: then it is assembled whole
+    reads_inertia : whether its parts or checks read the mass or inertia of others; None: as those of the family to
+        which it belongs, else they do
+    initial : fields of the record with what its scratch fields are at the start, by these
+    scratch : function of `Records` and the builder to arrays of the model that its records need, whether there are some
+        or none; None for none
+    totals : numbers of its records that are added up in fields of the model's `info`, functions of the records by field
+    calls : functions that call others by slots in its records, with the fields of these
+    """
+
+    owner: Callable[[Records, int], tuple[str, int]] | None = None
+    several: bool = False
+    consists: Callable[[Any, int], range] | None = None
+    is_motion: bool = False
+    place: Callable[[Any, Any], Any] | None = None
+    heat: Callable[[Any, str, Any], dict[str, int]] | None = None
+    check: Callable[[Any], None] | None = None
+    unmet: Callable[[str, float, float, float, bool], str] | None = None
+    changes: str | None = None
+    reads_inertia: bool | None = None
+    initial: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    scratch: Callable[[Records, Any], Mapping[str, Array]] | None = None
+    totals: Mapping[str, Callable[[Array], int]] = dataclasses.field(default_factory=dict)
+    calls: Mapping[Any, str] | None = None
