@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import pathlib
 from types import SimpleNamespace
 from typing import Any
 
@@ -73,6 +74,20 @@ def test_all_families_of_the_package_can_be_used() -> None:
     for name, one in registry.families().items():
         if not one.events and one.rows is None and not one.inertia.force and one.ends is not None:
             assert registry._refused(one, set()) == "", name
+
+
+def test_tables_of_calls_follow_from_the_groups() -> None:
+    assert {"force", "samples.evaluate", "rows.measure", "step.inertia"} <= set(registry.QUESTIONS)
+    assert "samples_evaluate_calls" in registry.TABLES
+    assert len(set(registry.TABLES)) == len(registry.TABLES)
+    assert set(registry._OTHERWISE) | set(registry._OTHERWISE.values()) <= set(registry.QUESTIONS)
+
+
+def test_the_guide_names_all_groups() -> None:
+    guide = (pathlib.Path(__file__).parents[2] / "docs/guide/extend.md").read_text(encoding="utf-8")
+    groups = [one for one in dataclasses.fields(Family) if dataclasses.is_dataclass(one.default_factory)]
+    assert len(groups) > 10
+    assert not [one.name for one in groups if f"`{one.name}`" not in guide or f"`{one.type}`" not in guide]
 
 
 def test_a_tangent_that_ends_do_not_cover_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
