@@ -236,26 +236,26 @@ BEAMS = Family(
         ),
     ),
     isolated=lambda found, records: not np.any(found["paper"] != 0) and not np.any(records("elements")["alpha"] != 0.0),
-    samples=Samples(local=True, evaluate=evaluate, interpolate=interpolate),
-    parts=Parts(
-        reads_inertia=False, place=_place, heat=_heat,
-        scratch=lambda records, builder: {"masses": _factored_masses(records, builder.pools["M"])},
-    ),
-    smooth=True,
     shares=Shares((Rule(ELASTIC),), place=10, unforced=_unforced, elastic=Elastic(_stiff)),
-    advice=Advice(conserved="beams", short_steps=lambda _: "beams are stiff"),
+    smooth=True,
     of_step=False,
     adjoint=AdjointSupport(
         "its strains follow from the state, with all derivatives", filtered="strains of beams", timed=False, cubic=True,
+    ),
+    parts=Parts(
+        reads_inertia=False, place=_place, heat=_heat,
+        scratch=lambda records, builder: {"masses": _factored_masses(records, builder.pools["M"])},
     ),
     state=State(
         unknowns=(Coordinates(_vectors, 10, lambda found: 6 * found.size, first=2.0),), points=_points,
         nodal=lambda row: (int(row["nodes"]), NODE_VECTORS[row["kind"]], 3),
     ),
+    inertia=Inertia(kick=kick),
     statics=Statics(uneven=never),
     energies=Energies(bending=_bending, by_causes=True),
+    samples=Samples(local=True, evaluate=evaluate, interpolate=interpolate),
+    advice=Advice(conserved="beams", short_steps=lambda _: "beams are stiff"),
     notes=Notes(limits=_beyond_green),
-    inertia=Inertia(kick=kick),
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod
@@ -393,11 +393,6 @@ ELEMENTS = Family(
     tangent=tangent,
     energy=energy,
     momentum=momentum,
-    explicit=Explicit(force=explicit_force, rate=explicit_rate),
-    step=Step(note=note_step),
-    inertia=Inertia(turning_tangent=turning_tangent),
-    samples=Samples(evaluate=False),
-    energies=Energies(strained=lambda model: float(np.abs(model.U0[model.elements["form"]]).sum())),
     parts=Parts(
         totals={"slender": lambda found: found.size},
         calls={
@@ -406,5 +401,10 @@ ELEMENTS = Family(
             ancf_beams.beam_energies: "energy",
         },
     ),
+    inertia=Inertia(turning_tangent=turning_tangent),
+    explicit=Explicit(force=explicit_force, rate=explicit_rate),
     stability=Stability(waves=lambda _: 1.0),
+    step=Step(note=note_step),
+    energies=Energies(strained=lambda model: float(np.abs(model.U0[model.elements["form"]]).sum())),
+    samples=Samples(evaluate=False),
 )  # fmt: skip

@@ -243,29 +243,27 @@ BODIES = Family(
         Kind("a free body", which=where("motion", rigid.FREE), symmetric=True),
     ),
     isolated=lambda found, _: not np.any(found["motion"] == rigid.SPIN),
-    inertia=Inertia(
-        force=inertia, tangent=inertia_tangent, turning_tangent=turning_tangent, turning=turning, kick=kick,
-    ),
-    step=Step(inertia=step_inertia, inertia_tangent=step_inertia_tangent),
     energy=energy,
     momentum=momentum,
-    parts=Parts(
-        consists=lambda row, k: range(k, k + 1), changes="mass inertia spin_inertia", reads_inertia=False,
-        initial={"R": "R0", "x": "x0"}, place=_place,
-    ),
-    samples=Samples(local=True, evaluate=evaluate, kept={"F": CLEARED}),
-    smooth=True,
-    shares=Shares(),
     laws=(Law(DRIVE, lambda found: found["path_law"] != 0, field="path_law", before="path_"),),
-    of_step=False,
+    shares=Shares(),
+    smooth=True,
     stiff=False,
+    of_step=False,
     adjoint=AdjointSupport(
         "its inertia follows from the state, and so do the derivatives of it",
         timed=lambda found: (found["path"] != 0) | (found["rate"] != 0.0),
     ),
+    parts=Parts(
+        consists=lambda row, k: range(k, k + 1), changes="mass inertia spin_inertia", reads_inertia=False,
+        initial={"R": "R0", "x": "x0"}, place=_place,
+    ),
     state=State(
         unknowns=(Coordinates(_motions, 50, lambda found: 6 * int(np.sum(found["motion"] != rigid.DRIVEN))),),
         points=_centre,
+    ),
+    inertia=Inertia(
+        force=inertia, tangent=inertia_tangent, turning_tangent=turning_tangent, turning=turning, kick=kick,
     ),
     stability=Stability(
         felt=Felt(
@@ -273,6 +271,8 @@ BODIES = Family(
             lambda model, k, blocks: rigid.body_bound(model.bodies, k, blocks),
         ),
     ),
-    statics=Statics(uneven=never),
+    step=Step(inertia=step_inertia, inertia_tangent=step_inertia_tangent),
     drives=Drives(stand=_stand),
+    statics=Statics(uneven=never),
+    samples=Samples(local=True, evaluate=evaluate, kept={"F": CLEARED}),
 )  # fmt: skip

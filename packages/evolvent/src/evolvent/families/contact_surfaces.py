@@ -312,34 +312,34 @@ CONTACT_SURFACES = Family(
         Kind("a contact with the paper's law", which=where("law", contact_laws.PAPER), symmetric=slides_freely),
     ),
     ends=_of_surface,
-    coupling=Coupling(at_times=True, couples=_coupled, ties=ties, touches=_touches, layered=is_layered),
+    isolated=True,
     force=force,
     tangent=tangent,
-    step=Step(measure=measure),
     energy=energy,
-    explicit=Explicit(force=explicit_force, energy=explicit_energy),
-    stability=Stability(by_rates=False, stiffest=_without_stiffness),
-    parts=Parts(reads_inertia=False),
-    smooth=lambda found: found["under"] < 0,
-    shares=Shares(RULES, place=8, contact=Pressing(pressing, _is_undetermined)),
-    samples=Samples(
-        evaluate=evaluate,
-        kept=dict.fromkeys(("force", "moment", "normal", "energy"), BETWEEN) | {"touching": NEARER, "impulse": SUMMED},
-    ),
-    implicit=Implicit(end_step=end_step, contact_set=contact_set, forget=_forget, inner=_inner),
-    friction=Friction(
-        rubs=has_friction, static=has_friction, measure_rates=measure_rates, keep_rates=keep_rates,
-        until_turn=until_turn, power=friction_power,
-    ),
-    statics=Statics(at_rest=_at_rest, settle=lambda model, y: contact.end_points(y, model)),
-    contacts=Contacts(
-        presses=_presses, jumps=lambda found: (found["law"] == contact_laws.PAPER) & (found["damping"] > 0.0),
-    ),
     accounts=(
         Accounts(1, field="", order=0),  # impulse of the normal forces
         Accounts(lambda found: np.where(found["friction"] > 0.0, 3 * (found["last"] - found["first"]), 0), order=9),
     ),
-    isolated=True,
+    shares=Shares(RULES, place=8, contact=Pressing(pressing, _is_undetermined)),
+    smooth=lambda found: found["under"] < 0,
+    parts=Parts(reads_inertia=False),
+    coupling=Coupling(at_times=True, couples=_coupled, ties=ties, touches=_touches, layered=is_layered),
+    friction=Friction(
+        rubs=has_friction, static=has_friction, measure_rates=measure_rates, keep_rates=keep_rates,
+        until_turn=until_turn, power=friction_power,
+    ),
+    contacts=Contacts(
+        presses=_presses, jumps=lambda found: (found["law"] == contact_laws.PAPER) & (found["damping"] > 0.0),
+    ),
+    explicit=Explicit(force=explicit_force, energy=explicit_energy),
+    stability=Stability(by_rates=False, stiffest=_without_stiffness),
+    implicit=Implicit(end_step=end_step, contact_set=contact_set, forget=_forget, inner=_inner),
+    step=Step(measure=measure),
+    statics=Statics(at_rest=_at_rest, settle=lambda model, y: contact.end_points(y, model)),
+    samples=Samples(
+        evaluate=evaluate,
+        kept=dict.fromkeys(("force", "moment", "normal", "energy"), BETWEEN) | {"touching": NEARER, "impulse": SUMMED},
+    ),
 )  # fmt: skip
 
 

@@ -75,24 +75,24 @@ CUSTOM_FORCES = Family(
     ),
     ends=_of_custom,
     outside=lambda found: found["points"] == 1,
+    isolated=True,
     force=force,
-    coupling=Coupling(ties=ties),
     tangent=tangent,
     energy=energy,
-    parts=Parts(
-        reads_inertia=False,
-        scratch=lambda records, _: {
-            "custom": np.zeros(max(map(custom.scratch_size, records("custom_forces")["points"].tolist()), default=0))
-        },
-    ),
-    smooth=True,
-    shares=Shares((Rule(LOAD, stored=True),), place=2),
     laws=(
         Law(
             "element", lambda found: np.ones(found.size, dtype=bool), _at_points,
             room=lambda row: 3 * int(row["points"]), stated="stated",
         ),
     ),
+    shares=Shares((Rule(LOAD, stored=True),), place=2),
+    smooth=True,
     of_step=False,
-    isolated=True,
+    parts=Parts(
+        reads_inertia=False,
+        scratch=lambda records, _: {
+            "custom": np.zeros(max(map(custom.scratch_size, records("custom_forces")["points"].tolist()), default=0))
+        },
+    ),
+    coupling=Coupling(ties=ties),
 )  # fmt: skip

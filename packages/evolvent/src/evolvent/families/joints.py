@@ -193,20 +193,20 @@ JOINTS = Family(
         rates=joint_tangent.add_rate_row,
         note=joint.note_reaction,
     )),
-    parts=Parts(changes="", reads_inertia=False),
-    smooth=True,
-    shares=Shares(),
-    advice=Advice(
-        implicit=(
-            lambda found: found["stiffness"] == 0.0, "is a constraint, which implicit methods keep without drift",
-        ),
-    ),
     laws=(Law(DRIVE, lambda found: (found["law"] != 0) & (found["drive"] == LAW)),),
+    times=("until",),
+    shares=Shares(),
+    smooth=True,
     stiff=lambda found: found["stiffness"] > 0.0,
     adjoint=AdjointSupport(
         "its gap follows from the state and time, with all derivatives",
         timed=lambda found: (found["path"] != 0) | (found["law"] != 0),
     ),
+    parts=Parts(changes="", reads_inertia=False),
     statics=Statics(uneven=_uneven),
-    times=("until",),
+    advice=Advice(
+        implicit=(
+            lambda found: found["stiffness"] == 0.0, "is a constraint, which implicit methods keep without drift",
+        ),
+    ),
 )  # fmt: skip

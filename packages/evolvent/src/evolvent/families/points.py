@@ -106,23 +106,23 @@ POINTS = Family(
         Kind("a beam's node at a spring's end", which=where("mass", 0.0), symmetric=True),
     ),
     isolated=True,
-    inertia=Inertia(force=inertia, tangent=inertia_tangent, turning_tangent=turning_tangent, kick=kick),
     energy=energy,
     momentum=momentum,
-    samples=Samples(local=True, evaluate=evaluate),
-    parts=Parts(changes="mass compliance", reads_inertia=False, place=_place),
-    smooth=True,
     shares=Shares(),
-    of_step=False,
+    smooth=True,
     stiff=False,
+    of_step=False,
     adjoint=AdjointSupport("its mass is constant", timed=False),
+    parts=Parts(changes="mass compliance", reads_inertia=False, place=_place),
     state=State(
         unknowns=(Coordinates(_positions, 40, lambda found: 3 * int(np.sum(found["mass"] > 0.0))),), points=_point,
     ),
+    inertia=Inertia(force=inertia, tangent=inertia_tangent, turning_tangent=turning_tangent, kick=kick),
     stability=Stability(
         felt=Felt(
             3, lambda found: found["mass"] > 0.0, lambda model, k, blocks: points.point_bound(model.points, k, blocks)
         ),
     ),
     statics=Statics(uneven=never),
+    samples=Samples(local=True, evaluate=evaluate),
 )  # fmt: skip

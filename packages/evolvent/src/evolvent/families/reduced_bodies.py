@@ -179,23 +179,23 @@ REDUCED_BODIES = Family(
     force=force,
     tangent=tangent,
     energy=energy,
-    explicit=Explicit(force=False, rate=explicit_rate),
-    stability=Stability(by_rates=False, bound=_bound),
-    parts=Parts(consists=lambda row, _: _nodes(row), place=_place),
-    smooth=True,
     shares=Shares(
         (Rule(ELASTIC),), place=13, unforced=_unforced, elastic=Elastic(lambda whole, bare, _: {"modes": whole.modes})
     ),
-    of_step=False,
+    smooth=True,
     stiff=lambda found: found["modes"] > 0,
+    of_step=False,
     adjoint=AdjointSupport(
         "its stiffness is constant in its modes", filtered="strains of reduced bodies", timed=False,
     ),
+    parts=Parts(consists=lambda row, _: _nodes(row), place=_place),
     state=State(unknowns=(Coordinates(_modal, 70, lambda found: 0),), sizes=_sizes, points=_points),
+    inertia=Inertia(kick=kick),
+    explicit=Explicit(force=False, rate=explicit_rate),
+    stability=Stability(by_rates=False, bound=_bound),
     statics=Statics(uneven=never),
     samples=Samples(evaluate=evaluate),
     notes=Notes(limits=_beyond_small),
-    inertia=Inertia(kick=kick),
 )  # fmt: skip
 
 

@@ -182,13 +182,9 @@ RESISTANCES = Family(
         ),
     ),
     ends=OfCoordinates("coordinate"),
-    coupling=Coupling(through=True),
-    torques=Torques(apply=apply),
-    implicit=Implicit(end_step=end_step, start=start),
-    friction=Friction(end=end_friction, power=friction_power, rubbed=lambda found: iter([found["account"]])),
-    step=Step(energy=coupled_energy),
-    samples=Samples(local=True, evaluate=False),
-    parts=Parts(reads_inertia=False),
+    isolated=True,
+    accounts=(Accounts(1, order=4),),
+    switches=(Switches(1, lambda found, _: found["start"], order=3),),
     shares=Shares(
         (
             Rule(HARNESS, _CURVE, which=_of_kind(resistance.HARNESS)),
@@ -201,11 +197,15 @@ RESISTANCES = Family(
         force=_force,
         power=_power,
     ),
-    statics=Statics(no_balance=_no_balance),
-    accounts=(Accounts(1, order=4),),
-    switches=(Switches(1, lambda found, _: found["start"], order=3),),
+    parts=Parts(reads_inertia=False),
+    coupling=Coupling(through=True),
+    torques=Torques(apply=apply),
+    friction=Friction(end=end_friction, power=friction_power, rubbed=lambda found: iter([found["account"]])),
+    implicit=Implicit(end_step=end_step, start=start),
+    step=Step(energy=coupled_energy),
     switching=Switching(change=resistance.change_curves),
-    isolated=True,
+    statics=Statics(no_balance=_no_balance),
+    samples=Samples(local=True, evaluate=False),
 )  # fmt: skip
 
 # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the
@@ -233,7 +233,7 @@ BRISTLES = Family(
     record("kind account", "stick limit", "before force0 force slips"),
     order=250,
     of="resistances",
-    implicit=Implicit(contact_set=contact_set),
     accounts=(Accounts(1, start="force0", states=(0,), order=5),),
     friction=Friction(rubs=lambda found: np.ones(found.size, dtype=bool), until_turn=until_turn),
+    implicit=Implicit(contact_set=contact_set),
 )  # fmt: skip

@@ -262,35 +262,35 @@ RODS = Family(
     isolated=lambda found, _: not np.any(found["payout"] != 0) and not np.any(found["alpha"] != 0.0),
     force=force,
     tangent=tangent,
-    step=Step(measure=measure),
     energy=energy,
     momentum=momentum,
-    explicit=Explicit(force=explicit_force, end=explicit_end),
-    parts=Parts(
-        consists=lambda row, _: _nodes(row), place=_place, heat=_heat, totals={"slender": lambda found: found.size},
-    ),
-    smooth=lambda found: found["payout"] == 0,
-    shares=Shares((Rule(ELASTIC),), place=11, elastic=Elastic(_stiff)),
-    advice=Advice(conserved="rods"),
     laws=(Law(DRIVE, lambda found: (found["payout"] != 0) & (found["law"] != 0) & (found["drive"] == LAW)),),
+    shares=Shares((Rule(ELASTIC),), place=11, elastic=Elastic(_stiff)),
+    smooth=lambda found: found["payout"] == 0,
     of_step=False,
     adjoint=AdjointSupport(
         "its strains follow from the state, with all derivatives", filtered="strains of rods",
         timed=lambda found: found["payout"] != 0,
         refused={"rods have a section that is a tape": lambda found: found["tape"] > 0},
     ),
+    parts=Parts(
+        consists=lambda row, _: _nodes(row), place=_place, heat=_heat, totals={"slender": lambda found: found.size},
+    ),
     state=State(
         unknowns=(Coordinates(_transverse, 80, lambda found: 0),), sizes=_sizes, points=_points,
         nodal=lambda row: (int(row["elements"]) + 1, 6), axes=lambda model: map(_nodes, model.rods),
     ),
-    statics=Statics(uneven=never),
-    samples=Samples(evaluate=evaluate, kept={"drive_force": BETWEEN}, note_part=note_part, interpolate=interpolate),
-    energies=Energies(bending=_bending, by_causes=True, round_off=_stretched),
+    explicit=Explicit(force=explicit_force, end=explicit_end),
+    stability=Stability(waves=lambda _: 1.0),
+    step=Step(measure=measure),
     drives=Drives(
         paid_out=_paid_out, check=rod_limits.check_lengths, freeze=rod_limits.freeze, place=rod_limits.lengthen,
     ),
+    statics=Statics(uneven=never),
+    energies=Energies(bending=_bending, by_causes=True, round_off=_stretched),
+    samples=Samples(evaluate=evaluate, kept={"drive_force": BETWEEN}, note_part=note_part, interpolate=interpolate),
+    advice=Advice(conserved="rods"),
     notes=Notes(hint=rod_limits.bending_hint, limits=rod_limits.beyond_tension),
-    stability=Stability(waves=lambda _: 1.0),
 )  # fmt: skip
 
 

@@ -70,23 +70,23 @@ SYNCHRONIZATIONS = Family(
         Kind("a synchronization", symmetric=True),
     ),
 
-    torques=Torques(apply=apply, tangent=apply_tangent),
-    explicit=Explicit(force=explicit_force),
-    implicit=Implicit(end_step=end_step),
-    step=Step(energy=coupled_energy),
     ends=OfCoordinates("a", "b"),
-    parts=Parts(several=True, changes="stiffness damping", reads_inertia=False),
-    samples=Samples(local=True, evaluate=False),
-    smooth=True,
+    isolated=True,
+    accounts=(Accounts(1, order=3),),
     shares=Shares(
         (Rule(SPRING, "", ("stiffness",)), Rule(DAMPING, "damping", ("damping",))), place=3,
         tie=lambda row: Tie(
             (int(row["b"]), int(row["a"])), (float(row["ratio_b"]), -float(row["ratio_a"])), float(row["offset"])
         ),
     ),
+    smooth=True,
     of_step=False,
     adjoint=AdjointSupport("its torque follows from the state, with all derivatives", timed=False),
+    parts=Parts(several=True, changes="stiffness damping", reads_inertia=False),
+    torques=Torques(apply=apply, tangent=apply_tangent),
+    explicit=Explicit(force=explicit_force),
+    implicit=Implicit(end_step=end_step),
+    step=Step(energy=coupled_energy),
     statics=Statics(uneven=never),
-    accounts=(Accounts(1, order=3),),
-    isolated=True,
+    samples=Samples(local=True, evaluate=False),
 )  # fmt: skip

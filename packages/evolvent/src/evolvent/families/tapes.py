@@ -59,11 +59,11 @@ TAPES = Family(
     of="rods",
     force=force,
     tangent=tangent,
-    step=Step(measure=measure, note=note_step),
     energy=energy,
+    parts=Parts(owner=lambda records, k: ("rods", int(np.flatnonzero(records("rods")["tape"] == k + 1)[0]))),
     explicit=Explicit(force=False, rate=explicit_rate),
     stability=Stability(by_rates=False),
-    parts=Parts(owner=lambda records, k: ("rods", int(np.flatnonzero(records("rods")["tape"] == k + 1)[0]))),
+    step=Step(measure=measure, note=note_step),
 )  # fmt: skip
 
 # the coordinate of a node; alpha: damping by mass, 1/s; value0, value1: at the ends of a step; before: its change

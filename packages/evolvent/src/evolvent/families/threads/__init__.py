@@ -333,29 +333,42 @@ THREADS = Family(
     ),
     ends=_of_thread,
     isolated=False,
-    coupling=Coupling(couples=_coupled),
     force=forces.force,
-    step=Step(force=forces.step_force, tangent=forces.step_tangent, measure=forces.measure),
     tangent=forces.tangent,
     energy=forces.energy,
-    explicit=Explicit(force=forces.explicit_force, energy=False, carried=forces.explicit_carried, sums=forces.add_sums),
-    stability=Stability(
-        by_rates=False, bound=_bound,
-        waves=lambda found: 0.25 if np.any(found["kind"] == thread.INEXTENSIBLE) else 1.0,
+    switches=(
+        Switches(2, lambda found, builder: [*builder.released, *np.zeros(found.size, dtype=int)], field="", order=0),
+        Switches(_is_braked, _senses, field="spool_switch", order=np.inf),
     ),
-    shares=Shares(
-        (Rule(ELASTIC),), place=12, unforced=_unforced, elastic=Elastic(_stiff, alone=True, pushing=_pushing),
-        refused=_refused,
+    events=(
+        Events(lambda found: 2 * found.size, lambda _, k: (k // 2, "taken up" if k % 2 else "released"), order=0),
+        Events(
+            lambda found: int(np.sum(_is_braked(found))),
+            lambda found, k: (int(np.flatnonzero(_is_braked(found))[k]), "sticks or slips"),
+            order=np.inf,
+        ),
     ),
-    advice=Advice(
-        adaptive=_has_no_stiffness,
-        short_steps=lambda t: "threads of springs are stiff" if np.any(np.isin(t["kind"], _SPRINGS)) else "",
-    ),
+    rows=Rows(_rows, constraint_rows.THREAD),
     laws=(
         Law(DRIVE, _is_by_law("drive", "law")),
         Law(DRIVE, _is_by_law("take_drive", "take_law"), field="take_law", before="take_"),
         Law("spring", lambda found: found["motor_law"] != 0, _at_spool, field="motor_law", before="motor_"),
     ),
+    offsets=("iv", "spool_v"),
+    shares=Shares(
+        (Rule(ELASTIC),), place=12, unforced=_unforced, elastic=Elastic(_stiff, alone=True, pushing=_pushing),
+        refused=_refused,
+    ),
+    parts=Parts(
+        totals={
+            "brakes": lambda found: int(np.sum(_is_braked(found))),
+            "releases": lambda found: 2 * found.size,
+            "abrupt": lambda found: int(np.sum((found["slack"] != 0) | (found["drive"] == FREE))),
+        },
+        place=_tip,
+        check=_check_copies,
+    ),
+    coupling=Coupling(couples=_coupled),
     state=State(
         unknowns=(
             Coordinates(_nodes_of_threads, 20, lambda found: 3 * int(np.sum(found["n"]))),
@@ -370,47 +383,34 @@ THREADS = Family(
         nodal=lambda row: (int(row["n"]), 3),
         flows=_flows,
     ),
-    samples=Samples(
-        prepare=forces.prepare_sample, rates=forces.evaluate_rates, evaluate=forces.evaluate,
-        interpolate=motion.interpolate, between=motion.between,
-    ),
     inertia=Inertia(turning_tangent=forces.turning_tangent, turning=forces.turning, lock=motion.lock, kick=motion.kick),
-    switches=(
-        Switches(2, lambda found, builder: [*builder.released, *np.zeros(found.size, dtype=int)], field="", order=0),
-        Switches(_is_braked, _senses, field="spool_switch", order=np.inf),
+    explicit=Explicit(force=forces.explicit_force, energy=False, carried=forces.explicit_carried, sums=forces.add_sums),
+    stability=Stability(
+        by_rates=False, bound=_bound,
+        waves=lambda found: 0.25 if np.any(found["kind"] == thread.INEXTENSIBLE) else 1.0,
     ),
-    events=(
-        Events(lambda found: 2 * found.size, lambda _, k: (k // 2, "taken up" if k % 2 else "released"), order=0),
-        Events(
-            lambda found: int(np.sum(_is_braked(found))),
-            lambda found, k: (int(np.flatnonzero(_is_braked(found))[k]), "sticks or slips"),
-            order=np.inf,
-        ),
-    ),
-    parts=Parts(
-        totals={
-            "brakes": lambda found: int(np.sum(_is_braked(found))),
-            "releases": lambda found: 2 * found.size,
-            "abrupt": lambda found: int(np.sum((found["slack"] != 0) | (found["drive"] == FREE))),
-        },
-        place=_tip,
-        check=_check_copies,
-    ),
-    offsets=("iv", "spool_v"),
-    rows=Rows(_rows, constraint_rows.THREAD),
-    drives=Drives(
-        paid_out=_paid_out, check=lengths.check_lengths, stops=releases.release_times, freeze=rest.freeze,
-        place=rest.place_nodes, hold=positions.hold_segments,
-    ),
+    implicit=Implicit(taut=lambda found: np.isin(found["kind"], _SPRINGS)),
+    step=Step(force=forces.step_force, tangent=forces.step_tangent, measure=forces.measure),
     node_events=NodeEvents(
         values=motion.change_values, apply=motion.apply_change, longest_step=motion.longest_step,
         until=motion.until_change, is_due=motion.is_due, project=motion.project, between_steps=releases.Releases,
         captures=limits.captures,
     ),
+    drives=Drives(
+        paid_out=_paid_out, check=lengths.check_lengths, stops=releases.release_times, freeze=rest.freeze,
+        place=rest.place_nodes, hold=positions.hold_segments,
+    ),
     statics=Statics(unsteady=limits.unsteady),
-    notes=Notes(warn=limits.pushing),
     energies=Energies(round_off=limits.lifted),
-    implicit=Implicit(taut=lambda found: np.isin(found["kind"], _SPRINGS)),
+    samples=Samples(
+        prepare=forces.prepare_sample, rates=forces.evaluate_rates, evaluate=forces.evaluate,
+        interpolate=motion.interpolate, between=motion.between,
+    ),
+    advice=Advice(
+        adaptive=_has_no_stiffness,
+        short_steps=lambda t: "threads of springs are stiff" if np.any(np.isin(t["kind"], _SPRINGS)) else "",
+    ),
+    notes=Notes(warn=limits.pushing),
 )  # fmt: skip
 
 # mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step
