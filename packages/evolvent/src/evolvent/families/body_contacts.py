@@ -240,7 +240,7 @@ BODY_CONTACTS = Family(
     parts=Parts(several=True),
     coupling=Coupling(at_times=True, ties=ties),
     friction=Friction(
-        rubs=has_friction, static=has_friction, measure_rates=measure_rates, keep_rates=keep_rates,
+        rubs=has_friction, measure_rates=measure_rates, keep_rates=keep_rates,
         until_turn=until_turn, power=friction_power,
     ),
     contacts=Contacts(presses=lambda model: model.body_contacts["force"] > 0.0, without_normal=_without_normal),

@@ -325,7 +325,7 @@ CONTACT_SURFACES = Family(
     parts=Parts(reads_inertia=False),
     coupling=Coupling(at_times=True, couples=_coupled, ties=ties, touches=_touches, layered=is_layered),
     friction=Friction(
-        rubs=has_friction, static=has_friction, measure_rates=measure_rates, keep_rates=keep_rates,
+        rubs=has_friction, measure_rates=measure_rates, keep_rates=keep_rates,
         until_turn=until_turn, power=friction_power,
     ),
     contacts=Contacts(

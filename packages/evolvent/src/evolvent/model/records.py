@@ -36,8 +36,9 @@ OWN_RECORDS: dict[str, np.dtype] = {
     # steps, whose frictions go on from the start of the step; outside: 1 where something at all times ties the system
     # to bodies that are not free, open: where forces act from outside (`assembly.ends`). So has a record of a
     # family that acts at times, and of `constraints`, that does so when it acts. generalized: 1 where under explicit
-    # methods forces act on coordinates (`F`, `P`), not on bodies and points alone; causes: 1 where losses by their
-    # causes are among the accounts, as with beams or rods; reactive: records whose friction depends on multipliers
+    # methods forces act on coordinates (`F`, `P`), not on bodies and points alone (`registry.is_by_rates`); causes: 1
+    # where losses by their causes are among the accounts, as with beams or rods; reactive: records whose friction
+    # depends on multipliers
     "info": _record(
         "nq nv ny ns ne bandwidth penalties brakes releases abrupt slender redundant exact rubbed stepping outside "
         "open checks causes generalized reactive",

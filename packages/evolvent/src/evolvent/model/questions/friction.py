@@ -14,8 +14,8 @@ class Friction:
 
     Attributes
     ----------
-    rubs : function of its records to those with friction that slips under explicit methods; None for none
-    static : function of its records to those whose friction statics take by displacements
+    rubs : function of its records to those with friction that slips under explicit methods; None for none. Statics take
+        that of `Contacts` by displacements
     until_turn : compiled: part of a step at which a friction turns back (`kernels.turning`), asked of families some
         records of which rub, or without an answer to that
     measure_rates : compiled: rates of the state at the end of a step, before `until_turn`
@@ -26,7 +26,6 @@ class Friction:
     """
 
     rubs: Callable[[Array], Array] | None = None
-    static: Callable[[Array], Array] | None = None
     until_turn: Call = None
     measure_rates: Call = None
     keep_rates: Call = None

@@ -101,8 +101,9 @@ def _vector(name: str, value: Any) -> Array:
 
 
 def rubs(model: mdl.Model) -> bool:
-    """Whether friction acts that statics take by displacements."""
-    return any(bool(np.any(mask(getattr(model, name)))) for name, mask in asked("friction.static").items())
+    """Whether friction of contacts acts, which statics take by displacements."""
+    own = ((name, mask) for name, mask in asked("friction.rubs").items() if name in asked("contacts.presses"))
+    return any(bool(np.any(mask(getattr(model, name)))) for name, mask in own)
 
 
 def at_rest(model: mdl.Model, time: float) -> mdl.Model:
