@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.closed_forms import payout_buckling, payout_buckling_modes, payout_slack
 from evolvent.results.observe import View
-from evolvent.results.observe.lumped import observe_body
+from evolvent.results.observe.bodies import observe_body
 from evolvent.results.observe.rods import observe_rod
 from evolvent_papers.film_blade.case import BUCKLED, Case
 

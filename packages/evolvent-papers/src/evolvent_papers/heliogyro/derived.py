@@ -10,7 +10,7 @@ import numpy as np
 from evolvent import model as mdl
 from evolvent.families.threads.limits import pushing
 from evolvent.results.observe import View
-from evolvent.results.observe.lumped import observe_body
+from evolvent.results.observe.bodies import observe_body
 from evolvent.results.observe.threads import observe_thread
 from evolvent.results.observe.variables import unwrapped
 from evolvent.solvers.common import balance as eb

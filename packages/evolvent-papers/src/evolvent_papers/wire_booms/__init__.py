@@ -26,7 +26,7 @@ import numpy as np
 
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.results.observe import View
-from evolvent.results.observe.lumped import observe_body
+from evolvent.results.observe.bodies import observe_body
 from evolvent_papers.wire_booms import log, show
 from evolvent_papers.wire_booms.case import Case
 from evolvent_papers.wire_booms.structure import (

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from evolvent.results.observe.symbols import Seat, entry, pin, revolved, symbol
 from evolvent.results.observe.variables import Observed, observer
 from evolvent.results.observe.view import View
 
@@ -48,3 +51,29 @@ def observe_controller(view: View, name: str) -> Observed:
     found.results("controllers", view.fields["controllers"], view.index(name))
     found.plots = ["error", "torque"]
     return found
+
+
+@symbol("reaction-wheel")
+def _wheel(view: View, name: str, found: Observed) -> None:
+    """A disc that turns, unless its radius is stated and it is drawn with that, and its axis."""
+    part, row = view.part(name), view.model.wheels[view.index(name)]
+    axis = np.asarray(row["axis"], dtype=float)
+    seat = Seat(int(row["body"]), np.array(part.centre, dtype=float), axis)
+    if part.radius is not None:
+        shaft = (np.array([[-0.5], [0.5]]) * part.radius * axis).tolist()
+        found.drawn.append(entry(view, found, seat, outline=[shaft], lift=True))
+        return
+    own = axis.tolist()
+    solids = [pin(1.4, -0.3, 0.3, own, turned="angle"), pin(0.18, -1.2, 1.2, own)]
+    found.drawn.append(entry(view, found, seat, solids=solids, lift=True))
+
+
+@symbol("thruster")
+def _thruster(view: View, name: str, found: Observed) -> None:
+    """A nozzle, and a plume whose size follows the thrust."""
+    row = view.model.thrusters[view.index(name)]
+    seat = Seat(int(row["body"]), np.array(row["local"]), np.asarray(row["direction"], dtype=float))
+    back = (-np.asarray(row["direction"], dtype=float)).tolist()
+    plume = revolved([(0.0, 0.55), (3.5, 0.0)], back, scaled="thrust", most=float(row["limit"]))
+    plume["revolution"]["centre"] = [1.2 * c for c in back]
+    found.drawn.append(entry(view, found, seat, solids=[revolved([(0.0, 0.25), (1.2, 0.7)], back), plume]))

@@ -9,6 +9,7 @@ import numpy as np
 from evolvent.kernels import surfaces
 from evolvent.model import RESULTS
 from evolvent.results.observe.shapes import body_name, touched
+from evolvent.results.observe.symbols import Seat, basis, entry, ring, symbol
 from evolvent.results.observe.variables import Observed, observer
 from evolvent.results.observe.view import View
 
@@ -121,3 +122,20 @@ def mean_rate(t: np.ndarray, total: np.ndarray, share: float) -> np.ndarray:
     low, high = np.maximum(t - half, t[0]), np.minimum(t + half, t[-1])
     gained = np.interp(high, t, total) - np.interp(low, t, total)
     return np.divide(gained, high - low, out=np.zeros(t.size), where=high > low)
+
+
+@symbol("contact")
+def _contact(view: View, name: str, found: Observed) -> None:
+    """A cylinder that is touched as two circles and four lines; one without ends as long as it is wide."""
+    part, family = view.part(name), view.assembly.names[name][0]
+    if type(part.shape).__name__ != "Cylinder":
+        return
+    row = getattr(view.model, family)[view.index(name)]
+    body, centre = (row["body"], row["centre"]) if family == "contact_surfaces" else (row["b"], row["place_b"])
+    radius = part.shape.radius
+    half = radius if part.shape.length is None else 0.5 * part.shape.length
+    x, y, z = basis(part.shape.axis)
+    lines = [*ring(radius, part.shape.axis, -half), *ring(radius, part.shape.axis, half)]
+    for side in (x, y, -x, -y):
+        lines.append([(radius * side - half * z).tolist(), (radius * side + half * z).tolist()])
+    found.drawn.append(entry(view, found, Seat(int(body), centre, z), outline=lines))

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.assembly.references import split_reference
-from evolvent.kernels import axial, coordinate, joint as kernels, rigid, sides
+from evolvent.kernels import axial, joint as kernels, rigid, sides
 from evolvent.kernels.constraint_rows import CENTRE
 from evolvent.model import RESULTS, zeros
 from evolvent.results.observe.gears import observe_gear
@@ -203,7 +203,7 @@ def coordinate_at(view: View, row: Any) -> tuple[Array, Array]:
     found = np.empty((2, view.t.size))
     for k, (t, y) in enumerate(zip(view.t, view.y, strict=True)):
         rigid.kinematics(t, y, model)
-        coordinate.measure_coordinate(y, none, row, model.bodies, 0)
+        axial.measure_coordinate(y, none, row, model.bodies, 0)
         found[:, k] = row["angle"][0], row["rate"][0]
     return found[0], found[1]
 

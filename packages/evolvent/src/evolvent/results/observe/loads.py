@@ -8,6 +8,7 @@ import numpy as np
 
 from evolvent.kernels import beam_loads, loads as kernels
 from evolvent.model import RESULTS
+from evolvent.results.observe.symbols import Seat, basis, entry, symbol
 from evolvent.results.observe.threads import copies_drawn
 from evolvent.results.observe.variables import Observed, observer
 from evolvent.results.observe.view import View
@@ -66,3 +67,19 @@ def _observe(view: View, family: str, own: slice, what: str, shares: Any = 1.0) 
     found.drawn = [{"forces": {"points": position, "vectors": what, "unit": unit}}]
     found.plots = [what]
     return found
+
+
+@symbol("radiation")
+def _panel(view: View, name: str, found: Observed) -> None:
+    """The outline of a square panel of the area that the light falls on."""
+    part = view.part(name)
+    if part.at is None:
+        return
+    marker = view.model.markers[int(view.model.loads["target"][view.index(name)])]
+    x, y, _ = basis(part.normal)
+    half = 0.5 * float(part.area) ** 0.5
+    corners = [half * (i * x + j * y) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))]
+    lines = [corners, [corners[0], corners[2]], [corners[1], corners[3]]]
+    seat = Seat(int(marker["index"]), np.array(marker["local"]), np.array(part.normal, dtype=float))
+    outline = [[point.tolist() for point in line] for line in lines]
+    found.drawn.append(entry(view, found, seat, outline=outline))

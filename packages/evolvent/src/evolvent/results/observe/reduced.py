@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.assembly.families import bodies_of
+from evolvent.results.observe.bodies import attitude
 from evolvent.results.observe.joints import reactions
-from evolvent.results.observe.lumped import attitude
 from evolvent.results.observe.shapes import solids_of
 from evolvent.results.observe.variables import Observed, Variable, norm, observer, turned_back
 from evolvent.results.observe.view import View

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+import importlib
+import pkgutil
 from collections.abc import Callable, Collection, Mapping
 from typing import Any, NamedTuple, TypeVar
 
@@ -103,8 +106,7 @@ class Observed:
         self.coordinates[name] = Variable((dimension,), np.asarray(values), units, long_name)
 
 
-#: Functions of a view of a run and the name of a part to its results, by the family of the part (`observer`).
-OBSERVERS: dict[str, Callable[[Any, str], Observed]] = {}
+_OBSERVERS: dict[str, Callable[[Any, str], Observed]] = {}
 Observer = TypeVar("Observer", bound=Callable[[Any, str], Observed])
 
 
@@ -112,10 +114,24 @@ def observer(family: str) -> Callable[[Observer], Observer]:
     """Decorator of the function that finds the results of the parts of a family."""
 
     def register(function: Observer) -> Observer:
-        OBSERVERS[family] = function
+        _OBSERVERS[family] = function
         return function
 
     return register
+
+
+def observers() -> dict[str, Callable[[Any, str], Observed]]:
+    """Functions of a view of a run and the name of a part to its results, by the family of the part (`observer`)."""
+    _load()
+    return _OBSERVERS
+
+
+@functools.cache
+def _load() -> None:
+    """Import what stands beside families, whose functions register themselves."""
+    package = importlib.import_module("evolvent.results.observe")
+    for module in pkgutil.iter_modules(package.__path__):
+        importlib.import_module(f"{package.__name__}.{module.name}")
 
 
 def norm(values: Array) -> Array:

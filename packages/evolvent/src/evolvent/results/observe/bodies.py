@@ -1,4 +1,4 @@
-"""Observations of bodies, point masses and springs."""
+"""Observations of bodies and point masses."""
 
 from __future__ import annotations
 
@@ -89,20 +89,4 @@ def observe_point(view: View, name: str) -> Observed:
     rows = view.joint_rows.get(name, [])
     if rows:
         found.vector("force", reactions(view, rows).force, "N", "force that fixes the point mass, inertial axes")
-    return found
-
-
-@observer("springs")
-def observe_spring(view: View, name: str) -> Observed:
-    """What the record of a spring-damper holds, and its ends."""
-    index, found = view.index(name), Observed()
-    row = view.model.springs[index]
-    without = set() if row["law"] == 0 else {"stored"}
-    if row["lateral_stiffness"] == 0.0 and row["lateral_damping"] == 0.0:
-        without.add("lateral")
-    found.results("springs", view.fields["springs"], index, without)
-    (a, _), (b, _) = view.marker(int(row["a"])), view.marker(int(row["b"]))
-    found.along("ends", "end", np.stack([a, b], axis=1), "m", "ends a and b, inertial axes")
-    found.drawn = [{"line": {"points": "ends", "kind": "spring", "values": ["force"]}}]
-    found.plots = ["force"]
     return found
