@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent.algebra.sparse import add_entry
 from evolvent.elements.thermal import thermal_form
-from evolvent.kernels import ancf, ancf_beams, beam_strains, calls, thermal
+from evolvent.kernels import ancf, ancf_beams, beam_strains, calls, free_strains
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS, beam_energies
 from evolvent.kernels.beam_strains import POINTS
 from evolvent.kernels.between import keep_lengths
@@ -31,7 +31,7 @@ def evaluate(interval, model):
     """Strains, forces, energies, momenta and nodes of all beams, with their free strains."""
     step = interval.step
     if model.thermal_loads.size > 0:
-        thermal.heat_beams(step.t, step.factor, model)
+        free_strains.heat_beams(step.t, step.factor, model)
     beam_strains.evaluate_beams(interval.ym, model)
     beam_strains.evaluate_sums(interval.ym, model)
     beam_strains.evaluate_nodes(int(step.sample), interval.ym, model)

@@ -151,6 +151,12 @@ def until_turn(y0, y, h, model):
     return part
 
 
+@calls.friction_change
+def friction_change(model):
+    """Of all bearings, by the reactions of their joints."""
+    return bearing.change_of_friction(model)
+
+
 @calls.force
 def start(interval, model):
     """What moves at a state slides already."""
@@ -197,6 +203,7 @@ BEARINGS = Family(
     totals={"reactive": lambda found: found.size},
     evaluate=evaluate,
     end_step=end_step,
+    friction_change=friction_change,
     coupled_energy=coupled_energy,
     contact_set=contact_set,
     until_turn=until_turn,

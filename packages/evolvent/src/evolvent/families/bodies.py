@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.algebra.sparse import add_entry
-from evolvent.kernels import attitude, body_step, calls, points, rigid
+from evolvent.kernels import body_step, calls, points, rigid, rotor
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION
 from evolvent.kernels.rotations import cross, rotation_about_axis, rotation_from_quaternion, turn_back
 from evolvent.model.family import CLEARED, Family, Kind, Records, record, where
@@ -92,7 +92,7 @@ def turning_tangent(factor, spin, y, model, matrix):
             continue
         at, J = bodies[b].iv - n_q, bodies[b].inertia
         w = turn_back(bodies[b].R, spin[0], spin[1], spin[2])
-        p = attitude.wheel_momentum(b, y, model)
+        p = rotor.wheel_momentum(b, y, model)
         h = (
             J[0, 0] * w[0] + J[0, 1] * w[1] + J[0, 2] * w[2] + p[0],
             J[1, 0] * w[0] + J[1, 1] * w[1] + J[1, 2] * w[2] + p[1],
@@ -170,7 +170,7 @@ def turning(factor, spin, y, model, a):
             continue
         J, at = bodies[b].inertia, bodies[b].iv - n_q + 3
         w = turn_back(bodies[b].R, spin[0], spin[1], spin[2])
-        h = attitude.wheel_momentum(b, y, model)
+        h = rotor.wheel_momentum(b, y, model)
         gx, gy, gz = cross(
             w[0], w[1], w[2],
             J[0, 0] * w[0] + J[0, 1] * w[1] + J[0, 2] * w[2] + h[0],
@@ -178,7 +178,7 @@ def turning(factor, spin, y, model, a):
             J[2, 0] * w[0] + J[2, 1] * w[1] + J[2, 2] * w[2] + h[2],
         )  # fmt: skip
         L = model.K12
-        attitude.inertia_without_wheels(b, model, L)
+        rotor.inertia_without_wheels(b, model, L)
         # Cramer's rule
         c0 = L[1, 1] * L[2, 2] - L[1, 2] * L[2, 1], L[1, 2] * L[2, 0] - L[1, 0] * L[2, 2]
         c02 = L[1, 0] * L[2, 1] - L[1, 1] * L[2, 0]

@@ -68,6 +68,11 @@ def explicit_energy(interval, model, out):
     out[1] += stored
 
 
+def _coupled(t: float, y: Array, s: Array, model: Any, scratch: Array) -> float:
+    """Energy of springs, latches, frictions and parts on coordinates in a state of an explicit run, J."""
+    return float(coordinate.add_coordinates(t, y, KEPT, s, model, scratch)[0])
+
+
 #: Rate of a coordinate, beside that of the direction, below which it does not move.
 _OFF = 1e-7
 #: Deflections of a bristle, beside that at which friction slips, from which it is pulled along.
@@ -183,7 +188,7 @@ def friction_power(model):
 def _turns_and_latch(found: Array, _: Any) -> Array:
     """Quarter turns of an angle, and whether the latch has locked: (2 n,) int."""
     turns = [round(float(row["angle"]) / axial.QUARTER) if row["kind"] == axial.ANGLE else 0 for row in found]
-    return np.stack([turns, np.abs(found["angle"] - found["latch"]) <= coordinate.REACHED], axis=1).astype(int).ravel()
+    return np.stack([turns, np.abs(found["angle"] - found["latch"]) <= axial.REACHED], axis=1).astype(int).ravel()
 
 
 @calls.force
@@ -328,6 +333,7 @@ COORDINATES = Family(
     note_state=coordinate.note_turns,
     end_friction=end_friction,
     coupled_energy=coupled_energy,
+    coupled=_coupled,
     contact_set=contact_set,
     measure_rates=measure_rates,
     keep_rates=keep_rates,

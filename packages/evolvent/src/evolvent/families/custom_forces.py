@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, custom, springs
+from evolvent.kernels import calls, custom, markers
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
 from evolvent.model.powers import MARKER_LOADS, SPRINGS
@@ -59,7 +59,7 @@ def energy(interval, model, out):
 def _at_points(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
     row, (time, y, _s) = model.custom_forces[k], moment
     own = range(int(row["first_marker"]), int(row["first_marker"] + row["points"]))
-    states = np.array([springs.marker_kinematics(y, model.markers, model.points, model.bodies, m) for m in own])
+    states = np.array([markers.marker_kinematics(y, model.markers, model.points, model.bodies, m) for m in own])
     yield time, states[:, :3].ravel(), states[:, 3:6].ravel()
 
 

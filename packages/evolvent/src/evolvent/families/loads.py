@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, loads, rigid, springs
+from evolvent.kernels import calls, loads, markers, rigid
 from evolvent.model.family import WORK, Family, Kind, has_parameters, record, where
 from evolvent.model.powers import MARKER_LOADS
 from evolvent.model.questions import AdjointSupport, Law, Moment
@@ -34,7 +34,7 @@ def _is_potential(model: Any, found: Array) -> bool:
     """Whether no torque acts on a free body, and no force that turns with it."""
     for load in found:
         marker = model.markers[load["target"]]
-        on_free = marker["kind"] == springs.ON_BODY and model.bodies["motion"][marker["index"]] == rigid.FREE
+        on_free = marker["kind"] == markers.ON_BODY and model.bodies["motion"][marker["index"]] == rigid.FREE
         if on_free and (load["kind"] == loads.TORQUE or model.parameters[load["first"] + loads.FRAME] != 0.0):
             return False
     return True
@@ -71,7 +71,7 @@ def evaluate(interval, model):
 
 def _at_marker(model: Any, row: Any, moment: Moment) -> Iterator[tuple[Any, ...]]:
     marker = model.markers[row["target"]]
-    found = springs.marker_kinematics(moment[1], model.markers, model.points, model.bodies, row["target"])
+    found = markers.marker_kinematics(moment[1], model.markers, model.points, model.bodies, row["target"])
     body = model.bodies[marker["index"]]
     x, v = np.array(found[:3]), np.array(found[3:])
     if row["kind"] == loads.TORQUE:
@@ -113,7 +113,7 @@ def _acts_on(model: Any, k: int, parameters: Array, time: float) -> tuple[str, i
     p, marker = parameters[row["first"] : row["last"]], model.markers[row["target"]]
     if row["kind"] < loads.AT_MARKER or not (np.any(p[:3]) and p[loads.START] <= time < p[loads.END]):
         return None
-    return "bodies" if marker["kind"] == springs.ON_BODY else "points", int(marker["index"])
+    return "bodies" if marker["kind"] == markers.ON_BODY else "points", int(marker["index"])
 
 
 def _end_ramps(model: Any) -> None:

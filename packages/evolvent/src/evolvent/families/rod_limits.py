@@ -10,8 +10,7 @@ import numpy as np
 from evolvent.elements import rods
 from evolvent.elements.sections import TapeSection
 from evolvent.elements.shapes import Strip
-from evolvent.families.drives import ROUND_OFF, angles_of, set_ramp
-from evolvent.kernels.drive import LEAST_OUT
+from evolvent.kernels.drive import LEAST_OUT, ROUND_OFF, angles_of, set_ramp
 from evolvent.kernels.rotations import rotation_from_quaternion
 from evolvent_base.errors import InputError
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.families import rod_limits
 from evolvent.families.bodies import node_point
-from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent, thermal
+from evolvent.kernels import calls, free_strains, rod, rod_payout, rod_strains, rod_tangent
 from evolvent.kernels.blocks import SCALAR
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.rod import evaluate_rods
@@ -45,6 +45,14 @@ def _of_rod_element(row: Any, records: Records) -> Iterator[End]:
     if row["tape"] > 0:
         first = int(row["tape_node"])
         yield from (("vectors", int(iv)) for iv in records("tape_nodes")["iv"][first : first + 2])
+
+
+@calls.kinematics
+def kinematics(t, y, model):
+    """Lengths and masses of rods that pay out."""
+    for k in range(model.rods.size):
+        if model.rods[k].payout != 0:
+            rod_payout.spread(t, k, model)
 
 
 @calls.force
@@ -117,7 +125,7 @@ def evaluate(interval, model):
     """Strains, forces, energies, momenta and nodes of all rods, with their free strains."""
     step = interval.step
     if model.thermal_loads.size > 0:
-        thermal.heat_rods(step.t, step.t, step.factor, model)
+        free_strains.heat_rods(step.t, step.t, step.factor, model)
     rod.evaluate_rods(model, model.sums[1])
     rod.evaluate_sums(interval.ym, model)
     rod.evaluate_nodes(model)
@@ -248,6 +256,8 @@ RODS = Family(
         Kind("a tape-spring rod", which=lambda found: found["tape"] > 0, symmetric=True),
     ),
     isolated=lambda found, _: not np.any(found["payout"] != 0) and not np.any(found["alpha"] != 0.0),
+    kinematics=kinematics,
+    scratch=lambda *_: {"rod": np.zeros(rod_strains.WORK)},
     force=force,
     tangent=tangent,
     measure=measure,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, springs
+from evolvent.kernels import calls, markers, springs
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
 from evolvent.model.powers import MARKER_LOADS, SPRINGS as BY_SPRINGS
@@ -74,7 +74,7 @@ def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
     for k in rows:
         row = model.springs[k]
         own = [model.markers[row[key]] for key in "ab"]
-        held = [m for m in own if m["kind"] == springs.ON_BODY and turn.still[m["index"]]]
+        held = [m for m in own if m["kind"] == markers.ON_BODY and turn.still[m["index"]]]
         places = [turn.place(m["index"], m["local"]) for m in held]
         lateral = row["lateral_stiffness"] == 0.0 or turn.along(row["axis"])
         if not (lateral and row["lateral_damping"] == 0.0 and all(turn.on_axis(x) for x in places)):

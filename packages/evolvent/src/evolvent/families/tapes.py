@@ -11,6 +11,12 @@ from evolvent.model.powers import MASS_DAMPING, SPRINGS
 Array = np.ndarray
 
 
+@calls.kinematics
+def kinematics(t, y, model):
+    """Coordinates of all nodes, and their rates."""
+    tape.measure_nodes(y, model)
+
+
 @calls.force
 def force(interval, model):
     """Forces and inertia of all sections that flatten."""
@@ -56,6 +62,7 @@ TAPES = Family(
     record("first_node nodes closed", "bending poisson transverse slenderness twisting stretching"),
     order=110,
     of="rods",
+    kinematics=kinematics,
     force=force,
     tangent=tangent,
     measure=measure,

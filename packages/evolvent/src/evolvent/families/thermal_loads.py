@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import calls, rigid, rod, thermal
+from evolvent.kernels import calls, free_strains, rigid, rod, thermal
 from evolvent.model import zeros
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.questions import never
@@ -23,7 +23,7 @@ def force(interval, model):
     if model.elements.size > 0:
         thermal.add_thermal_loads(step.t, step.t + step.h, interval.ym, step.factor, model, model.P)
     if model.rods.size > 0:
-        thermal.heat_rods(step.t, step.t + step.h, step.factor, model)
+        free_strains.heat_rods(step.t, step.t + step.h, step.factor, model)
 
 
 @calls.tangent
@@ -52,9 +52,9 @@ def _less_free_strain(model: Any, t: Array, y: Array, factor: Array | float, bal
     found, y, elastic = balance.copy(), np.ascontiguousarray(y), np.zeros(t.size)
     heats_rods = bool(np.any(loads["rod"] >= 0))
     for k, scale in enumerate(np.resize(factor, t.size)):
-        thermal.heat_beams(t[k], scale, model)
+        free_strains.heat_beams(t[k], scale, model)
         if heats_rods:
-            thermal.heat_rods(t[k], t[k], scale, model)
+            free_strains.heat_rods(t[k], t[k], scale, model)
             rigid.kinematics(t[k], y[k], model)
             rod.evaluate_rods(model, model.sums[1])
         thermal.evaluate_energies(k, y[k], model)

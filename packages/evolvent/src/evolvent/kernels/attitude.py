@@ -389,32 +389,6 @@ def end_actuator_step(h, share, dq, y, model):
 
 
 @inlined
-def wheel_momentum(b, y, model):
-    """Angular momentum of the wheels of body b relative to it, body axes, kg m2/s."""
-    wheels, hx, hy, hz = model.wheels, 0.0, 0.0, 0.0
-    for i in range(wheels.size):
-        if wheels[i].body == b:
-            h, n = wheels[i].inertia * y[wheels[i].iv], wheels[i].axis
-            hx, hy, hz = hx + h * n[0], hy + h * n[1], hz + h * n[2]
-    return hx, hy, hz
-
-
-@inlined
-def inertia_without_wheels(b, model, K):
-    """Inertia of body b less that of its wheels about their axes, body axes, into K[:3, :3]."""
-    wheels, J = model.wheels, model.bodies[b].inertia
-    for i in range(3):
-        for j in range(3):
-            K[i, j] = J[i, j]
-    for k in range(wheels.size):
-        if wheels[k].body == b:
-            S, n = wheels[k].inertia, wheels[k].axis
-            for i in range(3):
-                for j in range(3):
-                    K[i, j] -= S * n[i] * n[j]
-
-
-@inlined
 def add_wheel_step(h, dv, ym, n_q, model, F):
     """Rows of wheels over a step with changes dv of the velocities, and their part in those of spinning bodies."""
     wheels, bodies = model.wheels, model.bodies

@@ -12,30 +12,21 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, entry, indirect, inlined
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import axial, rigid
-from evolvent.kernels.axial import QUARTER, SMALL, TRAVEL
+from evolvent.kernels.axial import QUARTER, REACHED, SMALL, TRAVEL, measure_coordinate
 from evolvent.kernels.calls import apply_at
 from evolvent.kernels.coordinate_laws import latch_torque, note_peaks
 from evolvent.kernels.excursion import first_passage
 from evolvent.kernels.joint_friction import bristle_energy, end_kept_friction, friction_force, kept_friction
 from evolvent.kernels.resistance import resistance_bound, until_end_of_curve
-from evolvent.model import BY_FRICTION, MODEL, family_type
+from evolvent.model import BY_FRICTION, MODEL
 
 USED_FOR = "coordinates"
 _I = types.int64
 #: Angle that a step may turn a joint coordinate by at the rate of its start, and at the mean of both ends, rad; the
 #: quarter turns of its start distinguish turns up to 3/4 pi.
 MOST_TURNED, LIMIT_TURNED = 1.5, 2.2
-#: An angle this near to the latch's, rad, has reached it.
-REACHED = 1e-10
-
-
-@entry(VECTOR, INTEGERS, family_type("coordinates"), family_type("bodies"), types.int64)
-@inlined
-def measure_coordinate(y, s, coordinates, bodies, k):
-    """Coordinate k of a state and its rate, second side and direction of its force, into its record."""
-    axial.measure_between(coordinates, bodies, k, y, 0.0, s[coordinates[k].switch])
 
 
 @indirect(void(_I, VECTOR, INTEGERS, MODEL))

@@ -13,9 +13,9 @@ from evolvent.compiled.lookups import element_law_at
 from evolvent.compiled.views import matrix_view
 from evolvent.kernels.law_means import BETWEEN, integrate, room_size
 from evolvent.kernels.law_slopes import add_element_law_gradient
+from evolvent.kernels.markers import ON_BODY, marker_columns, marker_kinematics, marker_turning, push_marker
 from evolvent.kernels.rotations import cross
 from evolvent.kernels.sides import add_product, add_turning
-from evolvent.kernels.springs import ON_BODY, marker_columns, marker_kinematics, marker_turning, push_marker
 from evolvent.model import MODEL
 
 USED_FOR = "custom_forces"

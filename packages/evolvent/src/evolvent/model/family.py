@@ -234,6 +234,9 @@ class Family:
         the multiplier times the second derivatives by coordinates (`kernels.constraints`). row_end gives the row of the
         end of a step, row_rates what a change of place alone changes in the rate of the gap,
         row_note results at a sample, by the multiplier
+    kinematics : (t, y, model): what of its records follows from a state, before the places of bodies
+        (`kernels.rigid.kinematics`)
+    friction_change : largest change of its frictions by multipliers since the last call, beside their limits
     coupled_energy : at the end of a step of energy-momentum, of penalties and of what acts on coordinates, J
     contact_set : goes on with a number that encodes which records touch or slip, and in which sense
     change_values : values of its events by which records change, into those of all, in the order of `Events.order`; one
@@ -279,6 +282,8 @@ class Family:
     end_ramps : lets the records of a model act as after their ramps
     settle : notes in a model the state at rest as that at the end of a step
     bending : function of the model after its last forces and of the state to the strain energy of bending, J
+    coupled : function of a time, the state of an explicit run, its switches, the model and (nv,) scratch to energies of
+        its records that differ from those between which `energy` interpolates, J
     rubbed : function of its records to indices of the state, what friction has taken in an explicit run
     stops : function of the model and of the start and the end of a run to times, s, beside those of the model
         (`breaks`), at which forces change or events fall due
@@ -406,6 +411,8 @@ class Family:
     start: Call = None
     end_step: Call = None
     note_step: Call = None
+    kinematics: Call = None
+    friction_change: Call = None
     coupled_energy: Call = None
     release: Call = None
     longest_turn: Call = None
@@ -468,6 +475,7 @@ class Family:
     end_ramps: Callable[[Any], None] | None = None
     settle: Callable[[Any, Array], None] | None = None
     bending: Callable[[Any, Array], float] | None = None
+    coupled: Callable[[float, Array, Array, Any, Array], float] | None = None
     rubbed: Callable[[Array], Iterator[Array]] | None = None
     stops: Callable[[Any, float, float], Array] | None = None
     check_run: Callable[[Any, Array], None] | None = None

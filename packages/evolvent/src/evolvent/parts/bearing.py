@@ -10,9 +10,8 @@ import numpy as np
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import axial, sides
 from evolvent.parts.base import CoordinateName, Part, unit
-from evolvent.parts.checks import check_units
 from evolvent.parts.joint import Joint
-from evolvent.parts.joint_coordinate import PRESLIDING, add_coordinate, nearest_joint
+from evolvent.parts.joint_coordinate import PRESLIDING, add_coordinate, check_units, nearest_joint
 from evolvent.parts.joint_sides import relative_coordinate
 from evolvent.parts.joint_spring import JointSpring
 from evolvent_base import units

@@ -15,7 +15,13 @@ from evolvent.kernels.sides import ON_BODY, ON_COORDINATES
 from evolvent.parts.base import unit
 from evolvent_base.dense import dot, norm, product
 from evolvent_base.errors import InputError, nearest
+from evolvent_base.schema import Section
+from evolvent_base.units import Measured
 
+#: Units of an angle and what belongs to it, and those of a travel.
+ANGLE_AND_TRAVEL = (
+    ("rad", "m"), ("rad/s", "m/s"), ("N m", "N"), ("N m/rad", "N/m"), ("N m s/rad", "N s/m"),
+)  # fmt: skip
 #: Deflection at which friction slips by default, rad and m.
 PRESLIDING = {axial.ANGLE: 1e-4, axial.TRAVEL: 1e-5}
 #: Types of joints that have an angle, and those that have a travel; the first of each has no other coordinate.
@@ -242,3 +248,27 @@ def _owner(place: Any) -> Any:
     if isinstance(place, str):
         return split_reference(place)[0]
     return place[0] if isinstance(place[0], str) else "ground"
+
+
+def check_units(key: str, value: Any, kind: int) -> None:
+    """Refuse values, also inside sections and lists, that have units of a travel on an angle, or the other way round.
+
+    Parameters
+    ----------
+    key : str, that holds the value, for messages
+    kind : `axial.ANGLE` or `axial.TRAVEL`
+    """
+    if isinstance(value, Section):
+        for inner in type(value).model_fields:
+            check_units(f"{key}.{inner}", getattr(value, inner), kind)
+    elif isinstance(value, tuple):
+        for inner in value:
+            check_units(key, inner, kind)
+    elif isinstance(value, Measured):
+        at = next((k for k, pair in enumerate(ANGLE_AND_TRAVEL) if value.unit in pair), None)
+        if at is not None and value.unit != ANGLE_AND_TRAVEL[at][kind != axial.ANGLE]:
+            what, wanted = ("an angle", 0) if kind == axial.ANGLE else ("a travel", 1)
+            raise InputError(
+                f"{key} is {float(value):g} {value.unit}, but its coordinate is {what}; give it in "
+                f"{ANGLE_AND_TRAVEL[at][wanted]}"
+            )

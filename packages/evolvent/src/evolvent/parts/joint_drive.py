@@ -10,8 +10,8 @@ from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location
 from evolvent.kernels import axial, joint as kernels, rigid, sides
 from evolvent.parts.base import unit
-from evolvent.parts.checks import check_units
 from evolvent.parts.drive import FreeSpool, RampDrive
+from evolvent.parts.joint_coordinate import check_units
 from evolvent.parts.joint_rows import add_row
 from evolvent.parts.joint_sides import Side, across, ground_end, side_of
 from evolvent.parts.release import release_fields

@@ -9,8 +9,7 @@ from typing import Any
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import axial, joint as kernels, rigid, sides
 from evolvent.parts.base import unit
-from evolvent.parts.checks import check_units
-from evolvent.parts.joint_coordinate import joint_of
+from evolvent.parts.joint_coordinate import check_units, joint_of
 from evolvent.parts.joint_rows import add_row
 from evolvent.parts.joint_sides import NOTHING, across, relative_coordinate
 from evolvent.parts.release import release_fields

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.kernels import joint as kernels, springs
+from evolvent.kernels import joint as kernels, markers
 from evolvent.parts.base import unit
 from evolvent.parts.joint_rows import add_row
 from evolvent.parts.joint_sides import point_side
@@ -45,7 +45,7 @@ def write_link(joint: Any, builder: Builder, name: str) -> None:
 def _cord(joint: Any, builder: Builder, name: str, a: int, distance: np.ndarray) -> tuple[float, np.ndarray]:
     """Length of a cord on a drum, whose position is checked, and the orientation of the drum's body at the start."""
     marker = builder.rows["markers"][a]
-    if marker["kind"] != springs.ON_BODY:
+    if marker["kind"] != markers.ON_BODY:
         raise InputError(f"{name}.a is {joint.a!r}; a drum must be on a body or on the ground")
     if joint.length is None:
         raise InputError(f"{name}.length is missing; a cord on a drum needs its whole length")

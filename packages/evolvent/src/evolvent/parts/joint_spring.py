@@ -10,8 +10,16 @@ from evolvent.assembly.builder import Builder
 from evolvent.kernels import axial
 from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import BodyName, JointName, Part, PointReference, unit
-from evolvent.parts.checks import check_units
-from evolvent.parts.joint_coordinate import PRESLIDING, TYPES, Ends, ends_of_joint, joint_of, rotation, translation
+from evolvent.parts.joint_coordinate import (
+    PRESLIDING,
+    TYPES,
+    Ends,
+    check_units,
+    ends_of_joint,
+    joint_of,
+    rotation,
+    translation,
+)
 from evolvent_base import units
 from evolvent_base.errors import InputError
 

@@ -6,8 +6,7 @@ import itertools
 from typing import Any
 
 from evolvent.assembly.builder import Builder
-from evolvent.parts.checks import check_units
-from evolvent.parts.joint_coordinate import find_coordinate
+from evolvent.parts.joint_coordinate import check_units, find_coordinate
 from evolvent_base.errors import InputError
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from evolvent.assembly import expressions
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import split_reference
-from evolvent.kernels import beam_loads, loads as kernels, springs
+from evolvent.kernels import beam_loads, loads as kernels, markers
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS
 from evolvent.parts.applies import OF_LAW, Applies, given, left_out, one_of, refuse_unfit
 from evolvent.parts.base import Part, PointReference, Reference, unit
@@ -253,7 +253,7 @@ class Load(Part):
             self._write_at_node(builder, name, vector)
         else:
             target = builder.marker(self.at, f"{name}.at")
-            on_body = builder.rows["markers"][target]["kind"] == springs.ON_BODY
+            on_body = builder.rows["markers"][target]["kind"] == markers.ON_BODY
             refuse_ground(builder, name, self.at, target)
             if not on_body and (self.frame == "body" or self.is_torque):
                 raise InputError(f"{name}.at is {self.at!r}; this load needs a body")

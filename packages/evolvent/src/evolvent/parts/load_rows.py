@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.kernels import loads as kernels, springs
+from evolvent.kernels import loads as kernels, markers
 from evolvent.parts.profile import write_profile
 from evolvent_base.errors import InputError
 
@@ -51,7 +51,7 @@ def add_beam_load(builder: Builder, name: str, kind: int, beam: int, load: Any, 
 def refuse_ground(builder: Builder, name: str, at: Any, target: int) -> None:
     """Refuse a load whose marker is on the ground."""
     marker = builder.rows["markers"][target]
-    if marker["kind"] == springs.ON_BODY and marker["index"] == builder.names["ground"][1]:
+    if marker["kind"] == markers.ON_BODY and marker["index"] == builder.names["ground"][1]:
         raise InputError(f"{name}.at is {at!r}, on the ground, which no load moves; give a body, a point or a node")
 
 
@@ -81,6 +81,6 @@ def add_rod_loads(builder: Builder, name: str, kind: int, rod: str, vector: np.n
     lengths, along = part.centres()
     places = part.arms() + np.outer(along, [1.0, 0.0, 0.0])
     for i, (length, place) in enumerate(zip(lengths, places, strict=True)):
-        target = builder.add("markers", kind=springs.ON_BODY, index=first_body + i, local=place)
+        target = builder.add("markers", kind=markers.ON_BODY, index=first_body + i, local=place)
         add_load(builder, kind, target, [*(length * vector), FRAMES["inertial"], *rest], rod=paid, **fields)
     builder.names[name] = ("loads", index)

@@ -9,9 +9,8 @@ from evolvent.assembly.builder import Builder
 from evolvent.kernels import coordinate_laws
 from evolvent.parts.applies import OF_LAW, Applies, given, left_out
 from evolvent.parts.base import CoordinateName, Part
-from evolvent.parts.checks import check_units
 from evolvent.parts.drive import FreeSpool
-from evolvent.parts.joint_coordinate import PRESLIDING, find_coordinate
+from evolvent.parts.joint_coordinate import PRESLIDING, check_units, find_coordinate
 from evolvent.parts.law import Constants, MotorLaw, Parameters, PathDrive, write_law
 from evolvent.parts.profile import CurrentProfile, Profile, TorqueOrForceProfile, VoltageProfile, write_profile
 from evolvent.parts.release import ReleaseName, release_fields

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, ClassVar, Literal
 
 from evolvent.assembly.builder import Builder
-from evolvent.kernels import loads as kernels, springs
+from evolvent.kernels import loads as kernels, markers
 from evolvent.parts.applies import Applies, given, left_out, refuse_unfit
 from evolvent.parts.base import Part, PointReference, Reference, unit
 from evolvent.parts.load_rows import add_load, add_rod_loads, refuse_ground, window
@@ -90,7 +90,7 @@ class Radiation(Part):
         if self.area is None or self.normal is None:
             raise InputError(f"{name}.{'area' if self.area is None else 'normal'} is missing; a panel needs it")
         target = builder.marker(self.at, f"{name}.at")
-        if builder.rows["markers"][target]["kind"] != springs.ON_BODY:
+        if builder.rows["markers"][target]["kind"] != markers.ON_BODY:
             raise InputError(f"{name}.at is {self.at!r}; this load needs a body")
         refuse_ground(builder, name, self.at, target)
         light, times = self.pressure * self.area * unit(self.direction), window(builder, name, self)

@@ -16,7 +16,7 @@ from evolvent.assembly.references import is_name
 from evolvent.elements.reduced_files import READ, files_read, read_model
 from evolvent.elements.reduced_models import MeanAxes, ReducedModel, mean_axes
 from evolvent.elements.rods import quaternion
-from evolvent.kernels import joint, rigid, sides
+from evolvent.kernels import gaps, rigid, sides
 from evolvent.kernels.rotations import rotation_from_quaternion
 from evolvent.parts.base import Part, unit
 from evolvent.parts.joint_rows import add_row
@@ -176,10 +176,10 @@ class ReducedBody(Part):
         centre, axes = np.zeros(3), np.eye(3)
         for i in range(3):
             ends, along = (side(frame, centre), side(node, centre)), side(frame, axes[i])
-            add_row(builder, joint.ALONG, *ends, direction=along, value=float(s[i]), **shape_of(shapes[i]))
+            add_row(builder, gaps.ALONG, *ends, direction=along, value=float(s[i]), **shape_of(shapes[i]))
         for a, b, c, sign in _TURNS:
             ends = side(frame, axes[a]), side(node, axes[b])
-            add_row(builder, joint.DIRECTION, *ends, **shape_of(sign * shapes[3 + c]))
+            add_row(builder, gaps.DIRECTION, *ends, **shape_of(sign * shapes[3 + c]))
 
     def observe(self, view: Any, name: str, found: Any) -> None:
         """Add results of the recovery matrix of the file: combinations of the coordinates, over all samples."""

@@ -6,7 +6,7 @@ import math
 from typing import Annotated, Any
 
 from evolvent.assembly.builder import Builder
-from evolvent.kernels.coordinate import REACHED
+from evolvent.kernels.axial import REACHED
 from evolvent.parts.base import Reference
 from evolvent_base.errors import InputError, nearest
 

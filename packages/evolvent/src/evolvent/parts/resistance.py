@@ -16,8 +16,7 @@ from evolvent.kernels.bristle import DAHL, SLIP
 from evolvent.parts import hysteresis, table_file
 from evolvent.parts.applies import Applies, given, left_out, one_of, refuse_unfit
 from evolvent.parts.base import CoordinateName, Part
-from evolvent.parts.checks import check_units
-from evolvent.parts.joint_coordinate import PRESLIDING, find_coordinate
+from evolvent.parts.joint_coordinate import PRESLIDING, check_units, find_coordinate
 from evolvent.parts.profile import table_rows
 from evolvent_base import tables, units
 from evolvent_base.errors import InputError

@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.kernels import springs
+from evolvent.kernels import markers
 from evolvent.parts.applies import OF_LAW, Applies, given, left_out
 from evolvent.parts.base import Part, PointReference, unit
 from evolvent.parts.law import Constants, Parameters, SpringLaw, refuse_without_law, write_law
@@ -79,7 +79,7 @@ class Spring(Part):
         axis = np.zeros(3)
         if self.lateral_stiffness > 0.0 or self.lateral_damping > 0.0:
             marker = builder.rows["markers"][a]
-            if marker["kind"] != springs.ON_BODY or marker["index"] != builder.names["ground"][1]:
+            if marker["kind"] != markers.ON_BODY or marker["index"] != builder.names["ground"][1]:
                 raise InputError(f"{name}.a is {self.a!r}; a spring with lateral stiffness must be on the ground")
             if self.axis is None and not np.any(apart):
                 raise InputError(f"{name}.axis is missing; the spring's ends coincide at the start")

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location
-from evolvent.kernels import rigid, springs, thread as kernels
+from evolvent.kernels import markers, rigid, thread as kernels
 from evolvent.kernels.drive import LEAST_OUT
 from evolvent.parts.applies import Applies, left_out, one_of
 from evolvent.parts.base import Part, PointReference, ReelName, unit
@@ -36,7 +36,7 @@ def turns_with(builder: Builder, body: int, axis: np.ndarray, centre: np.ndarray
 def give_mass(builder: Builder, node: int, end: int) -> None:
     """Add the mass of a thread's first node to the point mass that the thread ends at, if it is one."""
     marker, row = builder.rows["markers"][end], builder.rows["nodes"][node]
-    if marker["kind"] == springs.ON_POINT:
+    if marker["kind"] == markers.ON_POINT:
         point = builder.rows["points"][marker["index"]]
         point["mass"] += row["mass"]
         point["compliance"] = 1.0 / point["mass"]
@@ -335,7 +335,7 @@ class Thread(Part):
             raise InputError(f"{self.take_up}.drive.angle is {angle!r} rad; a take-up reel is empty at the start, so "
                              f"it must be 0 there")  # fmt: skip
         place = np.array(reel.centre) + reel.radius * normal
-        end = builder.add("markers", kind=springs.ON_BODY, index=body, local=place)
+        end = builder.add("markers", kind=markers.ON_BODY, index=body, local=place)
         return {
             "end": end, "take_drive": drive.kind, "take_first": drive.first, "take_last": drive.last,
             "take_law": drive.law, "take_radius": reel.radius,
@@ -389,11 +389,11 @@ class Thread(Part):
             point = builder.add("points", iq=q, iv=rate, mass=0.0, compliance=0.0)
             builder.names[f"{name}.tip"] = ("points", point)
             row["tip"] = point
-            marker = builder.add("markers", kind=springs.ON_POINT, index=point, local=np.zeros(3))
+            marker = builder.add("markers", kind=markers.ON_POINT, index=point, local=np.zeros(3))
             self.fix_tip(builder, name, marker, v)
         at = builder.rows["markers"][row["end"]]
         position, velocity = builder.marker_state(row["end"])
-        if at["kind"] == springs.ON_BODY:
+        if at["kind"] == markers.ON_BODY:
             return Location("bodies", at["index"], at["local"], -1, -1, -1, position, velocity, False)
         own = builder.rows["points"][at["index"]]
         return Location("points", at["index"], np.zeros(3), own["iq"], own["iv"], -1, position, velocity, False)
@@ -447,7 +447,7 @@ class Thread(Part):
         if self.direction is not None:
             raise InputError(f"{name}.direction and {key} are both given; leave one of them out")
         row, pose = builder.rows["markers"][end], builder.poses[body]
-        driven = row["kind"] == springs.ON_BODY and builder.rows["bodies"][row["index"]]["motion"] == rigid.DRIVEN
+        driven = row["kind"] == markers.ON_BODY and builder.rows["bodies"][row["index"]]["motion"] == rigid.DRIVEN
         if self.mesh == "moving" and not driven:
             raise InputError(
                 f"{key} is {given!r}, which moves freely; with {name}.mesh 'moving', whose elements have masses that "
@@ -455,7 +455,7 @@ class Thread(Part):
             )
         if self.mesh == "moving" and self.nodes < 2:
             raise InputError(f"{name}.nodes is {self.nodes!r}; with {key} and mesh 'moving' it must be 2 or more")
-        if row["kind"] == springs.ON_BODY and row["index"] == body and self.mesh == "material":
+        if row["kind"] == markers.ON_BODY and row["index"] == body and self.mesh == "material":
             raise InputError(f"{key} is {given!r}, on the body of {self.reel!r} itself; give a point of another part")
         away = builder.marker_state(end)[0] - (pose.x + product(pose.R, departure))
         distance = norm(away)

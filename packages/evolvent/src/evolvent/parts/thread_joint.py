@@ -8,7 +8,7 @@ import numpy as np
 
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import split_reference
-from evolvent.kernels import springs
+from evolvent.kernels import markers
 from evolvent.parts.thread import Thread
 from evolvent_base.dense import norm, product
 from evolvent_base.errors import InputError
@@ -41,7 +41,7 @@ def carry_point(builder: Builder, name: str, point: Any) -> bool:
     q, rate = builder.coordinates(x, v)
     index = builder.add("points", iq=q, iv=rate, mass=point.mass, compliance=1.0 / point.mass)
     builder.names[name] = ("points", index)
-    spec.fix_tip(builder, thread, builder.add("markers", kind=springs.ON_POINT, index=index, local=np.zeros(3)), v)
+    spec.fix_tip(builder, thread, builder.add("markers", kind=markers.ON_POINT, index=index, local=np.zeros(3)), v)
     return True
 
 
@@ -92,7 +92,7 @@ def fix_end(builder: Builder, name: str, joint: Any) -> bool:
     apart = norm(place.x - x)
     if apart > _LEAST_OFF * max(1.0, float(np.abs(x).max())):
         raise InputError(f"{name}: its two points are {apart:.6g} m apart at the start; they must coincide")
-    kind = springs.ON_BODY if place.family == "bodies" else springs.ON_POINT
+    kind = markers.ON_BODY if place.family == "bodies" else markers.ON_POINT
     spec.fix_tip(builder, thread, builder.add("markers", kind=kind, index=place.row, local=place.local), place.v)
     builder.names[name] = ("thread_ends", index)
     return True

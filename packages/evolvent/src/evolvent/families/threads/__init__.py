@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.families.threads import forces, lengths, limits, motion, positions, releases, rest
 from evolvent.kernels import constraint_rows, loads, thread
 from evolvent.kernels.blocks import POSITION, SCALAR
-from evolvent.kernels.drive import FREE, LAW
+from evolvent.kernels.drive import FREE, LAW, OPEN
 from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
 from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record
@@ -23,8 +23,6 @@ Array = np.ndarray
 _3, _6 = (3,), (6,)
 
 
-#: In place of a law: a table that a loop of feedback writes while it runs (`evolvent.analysis.feedback`).
-OPEN = -1
 #: Kinds of threads with segments of fixed length.
 _FIXED = (thread.INEXTENSIBLE, thread.JOINED)
 #: Kinds of threads with segments of springs.

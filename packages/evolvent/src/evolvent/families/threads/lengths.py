@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from evolvent.families.drives import ROUND_OFF, angles_of
-from evolvent.kernels.drive import FREE, LEAST_OUT
+from evolvent.kernels.drive import FREE, LEAST_OUT, ROUND_OFF, angles_of
 from evolvent.kernels.thread import MOVING
 from evolvent_base.errors import InputError
 

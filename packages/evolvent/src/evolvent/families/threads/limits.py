@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.kernels import rigid, thread
-from evolvent.kernels.springs import ON_BODY
+from evolvent.kernels.markers import ON_BODY
 
 #: Share of the weights on threads, lifted by the longest, beside which a gain of energy counts.
 _LIFTED = 1e-2

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.families.threads.lengths import deployed_lengths
-from evolvent.kernels import joint, rigid, sides, thread
+from evolvent.kernels import gaps, rigid, sides, thread
 from evolvent.kernels.thread.directions import write_directions, write_positions
 from evolvent.model import zeros
 from evolvent.model.questions import Positions
@@ -29,7 +29,7 @@ def with_positions(model: Any) -> Positions | None:
     threads = model.threads.copy()
     threads["kind"][fixed], threads["stiffness"][fixed], threads["damping"][fixed] = thread.JOINED, 0.0, 0.0
     segments = zeros("joints", int(threads["n"][fixed].sum()))
-    segments["kind"], segments["until"], segments["latest"] = joint.SEGMENT, -np.inf, -np.inf
+    segments["kind"], segments["until"], segments["latest"] = gaps.SEGMENT, -np.inf, -np.inf
     segments["event"], segments["switch"], segments["on"][:, 2] = -1, -1, sides.ON_NOTHING
     segments["first"] = np.repeat(fixed, threads["n"][fixed])
     segments["last"] = np.concatenate([np.arange(n) for n in threads["n"][fixed]])
@@ -68,7 +68,7 @@ def evaluate_tensions(rhs: Callable[..., None], assembly: Any, t: Array, y: Arra
 
 def segment_nodes(model: Any) -> Array:
     """Nodes at which the rows of segments of fixed length note their tensions, in the order of the rows."""
-    own = model.joints[model.joints["kind"] == joint.SEGMENT]
+    own = model.joints[model.joints["kind"] == gaps.SEGMENT]
     found: Array = model.threads["node"][own["first"]] + own["last"]
     return found
 
@@ -77,7 +77,7 @@ def hold_segments(t: float, y: Array, s: Array, model: Any) -> None:
     """Let the segments hold that are out in a state with positions, and give them their ends (`Family.hold`)."""
     joints, threads, rows = model.joints, model.threads, model.constraints
     rigid.kinematics(t, y, model)
-    for k in np.flatnonzero(joints["kind"] == joint.SEGMENT):
+    for k in np.flatnonzero(joints["kind"] == gaps.SEGMENT):
         p, i = int(joints["first"][k]), int(joints["last"][k])
         row, count, gone = threads[p], int(s[p]), bool(s[threads.size + p])
         q, v, body = int(row["iq"]) + 3 * i, int(row["iv"]) + 3 * i, int(row["body"])

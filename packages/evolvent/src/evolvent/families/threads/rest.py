@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.families.drives import angles_of, set_ramp
 from evolvent.families.threads.lengths import deployed_lengths, taken_lengths
-from evolvent.kernels import rigid, springs, thread
-from evolvent.kernels.drive import FREE, drive
+from evolvent.kernels import markers, rigid, thread
+from evolvent.kernels.drive import FREE, angles_of, drive, set_ramp
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
@@ -142,7 +141,7 @@ def _outer(model: Any, row: np.record, y: Array, nodes: Array, released: int, ti
     if released > 1 or row["end"] < 0:
         return np.array(nodes[released - 1])
     marker = model.markers[row["end"]]
-    if marker["kind"] == springs.ON_POINT:
+    if marker["kind"] == markers.ON_POINT:
         return np.array(y[model.points["iq"][marker["index"]] :][:3])
     rigid.kinematics(time, y, model)
     body = model.bodies[marker["index"]]

@@ -9,8 +9,8 @@ from numba import void
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.between import vector_at
+from evolvent.kernels.markers import marker_kinematics
 from evolvent.kernels.rotations import turn
-from evolvent.kernels.springs import marker_kinematics
 from evolvent.kernels.thread import MOVING, is_end, paid_out, spool, take_up
 from evolvent.model import MODEL
 
