@@ -255,7 +255,7 @@ class Family:
     interpolate : moves in a state between those of the ends of a step, (part, y0, y1), what lies on lines of its own;
         between : the same of a sample, (part, start, length, y0, y1), where it needs the time as well
     apply : torques on coordinates at their last evaluation, (t, share, kept, y, s, model) as of
-        `kernels.coordinate.add_applied`; returns energy (J), and the powers that it takes and gives (W);
+        `families.coordinates.coordinate.add_applied`; returns energy (J), and the powers that it takes and gives (W);
         apply_tangent : its derivatives, between different coordinates or into `motor_slope` and `motor_damper` of each
     until_turn : part of a step at which a friction turns back (`kernels.turning`), asked of families some records of
         which rub, or without an answer to that; with measure_rates of the state at its end, keep_rates at the start of
@@ -299,7 +299,7 @@ class Family:
     multipliers : function of the right-hand side of explicit methods, the assembly and times, states, switches and
         multipliers of samples, of which it writes those that follow from a state, not from a step
     releases : function of the assembly and `Equations` to what carries out events by which the number of its moving
-        nodes changes between the steps of implicit methods; see `families.threads.releases.Releases`
+        nodes changes between the steps of implicit methods; see `families.threads.family_releases.Releases`
     captures : function of a solution to events of its records that bring something to rest: record, time and duration,
         s, and what the record does
     rebalance : function of the model, times, states, load factors and energy balances to these as they are with what

@@ -1,7 +1,7 @@
 """Observations: the named results of every part of a finished run.
 
-`observe` reads them off a solution. Those of a family are found by the function of a module of this package that is
-its `variables.observer`; without one they are the fields that the family calls results (`Family.results`), to which
+`observe` reads them off a solution. Those of a family are found by the function beside it that is its
+`variables.observer`; without one they are the fields that the family calls results (`Family.results`), to which
 `Family.observe` may add. A part may add its own by `evolvent.parts.base.Part.observe`.
 """
 

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
-import importlib
-import pkgutil
 from collections.abc import Callable, Collection, Mapping
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from evolvent.model import RESULTS
+from evolvent.model import RESULTS, registry
 
 Array = np.ndarray
 #: Names of the three components of a vector.
@@ -122,16 +119,8 @@ def observer(family: str) -> Callable[[Observer], Observer]:
 
 def observers() -> dict[str, Callable[[Any, str], Observed]]:
     """Functions of a view of a run and the name of a part to its results, by the family of the part (`observer`)."""
-    _load()
+    registry.beside("observer")  # whose functions register themselves
     return _OBSERVERS
-
-
-@functools.cache
-def _load() -> None:
-    """Import what stands beside families, whose functions register themselves."""
-    package = importlib.import_module("evolvent.results.observe")
-    for module in pkgutil.iter_modules(package.__path__):
-        importlib.import_module(f"{package.__name__}.{module.name}")
 
 
 def norm(values: Array) -> Array:
