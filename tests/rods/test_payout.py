@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from evolvent.families.drives import angles_of
+from evolvent.kernels.drive import angles_of
 from scipy.integrate import solve_ivp
 
 from book import Book
