@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from evolvent.kernels.drive import angles_of
 from scipy.integrate import solve_ivp
 
 from book import Book
 from evolvent import InputError, System, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.elements import Material, Rectangle, Strip, Taper, TapeSection
+from evolvent.kernels.drive import angles_of
 from evolvent.solvers import solve
 from evolvent.solvers.time.implicit.plan import solve_implicit
 from helpers import fitted_order
