@@ -31,7 +31,8 @@ from evolvent.elements import (
     straight_beam,
     straight_cable,
 )
-from evolvent.kernels import ancf, cable
+from evolvent.families.beams import cable
+from evolvent.kernels import ancf
 
 COUNT, LENGTH, DAMPING, RATE = 1000, 0.3, 0.01, 100.0
 SECTION, MATERIAL = (

@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 from evolvent import InputError, System, parts
-from evolvent.kernels.cord import drum_cord
+from evolvent.families.joints.cord import drum_cord
 
 EXACT = {"method": "dopri5", "tolerance": 1e-10}
 G = 9.81

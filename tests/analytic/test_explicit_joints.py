@@ -11,7 +11,8 @@ from evolvent import InputError, System, elements, parts
 from evolvent.assembly.builder import Assembly
 from evolvent.equations import implicit
 from evolvent.equations.rhs import rhs
-from evolvent.kernels import constraint_rows, joint, rigid
+from evolvent.families.joints import joint
+from evolvent.kernels import constraint_rows, rigid
 from evolvent.model import powers
 from evolvent.solvers import solve
 

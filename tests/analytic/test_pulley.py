@@ -12,7 +12,8 @@ from scipy.optimize import brentq
 
 from book import Book
 from evolvent import InputError, System, parts
-from evolvent.kernels import gaps, joint, rigid
+from evolvent.families.joints import joint
+from evolvent.kernels import gaps, rigid
 from evolvent.results.observe import observe
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.modal.modes import modes

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, System, parts
-from evolvent.kernels import joint
+from evolvent.families.joints import joint
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.static.static import solve_static
 from evolvent.solvers.time.implicit.energy_momentum import solve_energy

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.elements import Form, beam_form, cable_form
-from evolvent.kernels import ancf, cable
+from evolvent.families.beams import cable
+from evolvent.kernels import ancf
 
 Array = np.ndarray
 WORK, CHANGES = np.zeros(ancf.WORK), np.zeros(2 * ancf.PRODUCTS)

@@ -21,7 +21,7 @@ from evolvent.elements import (
     cable_stretch_parts,
     straight_cable,
 )
-from evolvent.kernels import cable
+from evolvent.families.beams import cable
 from evolvent.kernels.ancf import STATE
 from evolvent_base.errors import InputError
 

@@ -32,7 +32,8 @@ from evolvent.elements import (
     straight_beam,
     straight_cable,
 )
-from evolvent.kernels import ancf, cable
+from evolvent.families.beams import cable
+from evolvent.kernels import ancf
 
 LENGTH, B_TIME = 1.3, 0.4
 MATERIAL = Material(young_modulus=2.1, poisson_ratio=0.3, density=1.7)

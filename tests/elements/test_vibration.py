@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 
 from elements.helpers import chain, damped_force, damped_tangent, is_beam
 from evolvent.elements import Material, Rectangle, beam_mass, cable_bending, cable_mass
-from evolvent.kernels import cable
+from evolvent.families.beams import cable
 
 SECTION, MATERIAL = (
     Rectangle(thickness=0.01, width=0.02),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, System, load, parts
-from evolvent.kernels.springs import taut_over
+from evolvent.families.springs.springs import taut_over
 
 G, MASS, LENGTH, STIFFNESS = 9.81, 70.0, 10.0, 200.0
 #: Largest extension of a jump from the anchor, and the time of the free fall: by energy.

@@ -11,7 +11,8 @@ from book import Book
 from evolvent import InputError, elements, model as mdl, parts
 from evolvent.analysis.system import System
 from evolvent.assembly.assembled import Assembly
-from evolvent.kernels import joint, rigid
+from evolvent.families.joints import joint
+from evolvent.kernels import rigid
 from evolvent.solvers import solve
 from evolvent.solvers.time.explicit.plan import choose_step
 from evolvent.solvers.time.explicit.stability import fastest_mode

@@ -10,8 +10,8 @@ import numpy as np
 import evolvent
 from evolvent import System, parts
 from evolvent.assembly.builder import Builder
+from evolvent.families.joints.part_sides import point_side
 from evolvent.parts.base import unit
-from evolvent.parts.joint_sides import point_side
 from implicit.test_tangent import JOINTS, beam, bodies, together
 
 FREE, SPIN, DRIVEN = ("free", (0.1, 0.2, -0.3)), ("spin", (0.2, -0.1, 0.3)), ("driven", (0.1, 0.2, -0.3))

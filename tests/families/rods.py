@@ -9,7 +9,7 @@ import numpy as np
 from evolvent import System, elements, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import bodies_of
-from evolvent.families.rods import arms
+from evolvent.families.rods.family import arms
 from families.beams import BETA, ORIGIN, SIGMA
 from families.case import Array, Case, columns, of
 

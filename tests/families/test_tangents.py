@@ -15,7 +15,8 @@ import families.plain  # noqa: F401  (all cases are entered)
 from evolvent import System
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations import energy_momentum as flow
-from evolvent.kernels import attitude, attitude_tangent, blocks
+from evolvent.families.attitude import attitude, attitude_tangent
+from evolvent.kernels import blocks
 from evolvent.model.family import ENERGY, IMPLICIT, STATIC
 from evolvent.solvers.common.coordinates import with_positions
 from evolvent.solvers.common.matrices import matrix_of

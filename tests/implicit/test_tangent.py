@@ -94,7 +94,7 @@ JOINTS: dict[str, list[parts.Joint]] = {
 def together(system: System, joint: parts.Joint) -> parts.Joint:
     """The joint as it is where its places coincide: `b` on a body is put where `a` stands."""
     from evolvent.assembly.builder import Builder
-    from evolvent.parts.joint_sides import point_side
+    from evolvent.families.joints.part_sides import point_side
 
     if joint.type == "distance":
         return joint

@@ -13,7 +13,7 @@ from scipy.linalg import null_space
 from book import Book
 from evolvent import InputError, System, elements, parts
 from evolvent.assembly.assembled import Assembly
-from evolvent.parts.contact import SLIDING_DAMPING
+from evolvent.families.contact.part import SLIDING_DAMPING
 from evolvent.solvers import Solution
 from evolvent.solvers.time.implicit.energy_momentum import solve_energy
 from evolvent.solvers.time.implicit.plan import solve_implicit

@@ -13,7 +13,7 @@ import pytest
 from evolvent import System, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.elements import Material, Rectangle
-from evolvent.results.observe.beams import observe_beam
+from evolvent.families.beams.observer import observe_beam
 from evolvent.results.observe.view import View
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.time.implicit.energy_momentum import solve_energy

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from evolvent import System, elements, parts
-from evolvent.results.observe.contact import touching_span
+from evolvent.families.contact.observer_surfaces import touching_span
 from observe.seeing import Array, Seen, at_rest, close, run
 
 SQUARE = elements.Rectangle(thickness=0.05, width=0.05)

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 import evolvent
 from evolvent import System, parts
 from evolvent.analysis.settings import sample_times
-from evolvent.results.observe.threads import curvature
+from evolvent.families.threads.observer import curvature
 from observe.seeing import Array, Seen, close, derivative, matrices, run
 
 #: Cases of the heliogyro, and the motion of its body.

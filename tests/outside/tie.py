@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from evolvent.algebra.sparse import add_entry
+from evolvent.families.joints.part_release import ReleaseName, release_fields
 from evolvent.kernels import calls, constraints
 from evolvent.kernels.watches import CHANGES
 from evolvent.model.family import Family, Kind, record
@@ -18,7 +19,6 @@ from evolvent.model.layout import Events, Switches
 from evolvent.model.questions import AdjointSupport, Rows
 from evolvent.model.shares import Shares
 from evolvent.parts.base import Part, PointReference
-from evolvent.parts.release import ReleaseName, release_fields
 from evolvent_base import units
 
 

@@ -68,6 +68,24 @@ def test_no_files_import_one_another_in_a_circle(package):
     assert not found, " -> ".join(found)
 
 
+def topics(of: dict[str, set[str]], package: str) -> dict[str, set[str]]:
+    """Which folders of a package import which, of imports of files."""
+    found: dict[str, set[str]] = {}
+    for name, targets in of.items():
+        if name.startswith(f"{package}."):
+            own = name.removeprefix(f"{package}.").split(".")[0]
+            others = {one.removeprefix(f"{package}.").split(".")[0] for one in targets if one.startswith(f"{package}.")}
+            found.setdefault(own, set()).update(others - {own})
+    return found
+
+
+def test_no_topics_of_families_import_one_another_in_a_circle():
+    (package,) = (one for one in PACKAGES if one.name == "evolvent")
+    found = topics(graph(modules(package)), "evolvent.families")
+    assert len(found) > 10
+    assert not circle(found), " -> ".join(circle(found))
+
+
 def test_a_circle_is_found():
     assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == ["b", "c", "b"]
     assert not circle({"a": {"b", "c"}, "b": {"c"}, "c": set()})

@@ -10,7 +10,8 @@ import pytest
 
 from evolvent import InputError, System, parts
 from evolvent.algebra.ordering import matrix_of, operations
-from evolvent.kernels import joint, rigid
+from evolvent.families.joints import joint
+from evolvent.kernels import rigid
 from evolvent.solvers import Solution, solve
 from evolvent.solvers.common.coordinates import with_positions
 from evolvent.solvers.common.graph import pattern_of

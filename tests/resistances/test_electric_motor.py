@@ -10,7 +10,7 @@ import pytest
 
 from book import Book
 from evolvent import InputError, System, parts
-from evolvent.kernels import drivetrain
+from evolvent.families.motors import drivetrain
 from resistances.rigs import INERTIA, METHODS, run, seen, wheel
 
 Array = np.ndarray

@@ -12,7 +12,8 @@ from pydantic_core import PydanticCustomError
 
 from book import Book
 from evolvent import InputError, cases, parts
-from evolvent.parts import hysteresis, table_file
+from evolvent.families.coordinates import part_hysteresis as hysteresis
+from evolvent.parts import table_file
 from evolvent.solvers.static.static import solve_static
 from evolvent_base.units import parse
 from resistances.rigs import IMPLICIT, METHODS, run, seen, turned, wheel

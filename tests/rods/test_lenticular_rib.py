@@ -12,7 +12,7 @@ import pytest
 
 from evolvent import closed_forms
 from evolvent.elements import Arc, Lenticular, Material, TapeSection
-from evolvent.kernels import tape as kernel
+from evolvent.families.rods import tape as kernel
 from evolvent_base.errors import InputError
 
 EXAMPLE = pathlib.Path(__file__).parents[2] / "examples" / "lenticular_rib.py"

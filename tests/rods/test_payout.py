@@ -12,7 +12,7 @@ from book import Book
 from evolvent import InputError, System, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.elements import Material, Rectangle, Strip, Taper, TapeSection
-from evolvent.families.drives import angles_of
+from evolvent.kernels.drive import angles_of
 from evolvent.solvers import solve
 from evolvent.solvers.time.implicit.plan import solve_implicit
 from helpers import fitted_order

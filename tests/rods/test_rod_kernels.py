@@ -11,7 +11,7 @@ from evolvent import System, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.elements import General, Material, Rectangle, SectionInertia, SectionStiffness, Taper, rods
 from evolvent.equations import energy_momentum as flow, implicit
-from evolvent.kernels import rod, rod_strains
+from evolvent.families.rods import rod, rod_strains
 from evolvent.kernels.blocks import displace
 from evolvent.kernels.rigid import kinematics
 from evolvent.model.powers import N_POWERS

@@ -15,7 +15,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.elements import Arc, Lenticular, Material, TapeSection
 from evolvent.elements.rods import quaternion
 from evolvent.equations import implicit
-from evolvent.kernels import tape as kernel
+from evolvent.families.rods import tape as kernel
 from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.static.static import solve_static
 from evolvent.solvers.static.work import sparse_of

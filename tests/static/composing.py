@@ -11,7 +11,7 @@ from evolvent import System, parts
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.elements import Material, Rectangle
-from evolvent.kernels.beam_strains import evaluate_beams
+from evolvent.families.beams.beam_strains import evaluate_beams
 from evolvent.solvers import Solution
 
 Array = np.ndarray

@@ -9,7 +9,7 @@ import pytest
 
 from evolvent import System, parts
 from evolvent.elements import Material, Rectangle
-from evolvent.kernels.beam_strains import POINTS
+from evolvent.families.beams.beam_strains import POINTS
 from evolvent.solvers.static.static import solve_static
 from static.composing import sections, solved
 

@@ -63,7 +63,7 @@ def test_a_change_of_how_functions_are_compiled_gives_another_cache_folder(copie
     assert cachefolder._source_hash() != before
 
 
-@pytest.mark.parametrize("name", ["kernels/rotations.py", "solvers/time/messages.py", "parts/point.py"])
+@pytest.mark.parametrize("name", ["kernels/rotations.py", "solvers/time/messages.py", "families/bodies/part_point.py"])
 def test_a_change_elsewhere_keeps_the_cache_folder(copied_package, name):
     before = cachefolder._source_hash()
     path = copied_package / name

@@ -13,7 +13,7 @@ ROOT = pathlib.Path(evolvent.__file__).parent
 #: From here on what names families is a list of them.
 SEVERAL = 5
 #: Lines that name a family, or import one, by folder: bounds that only fall. Some are words of another meaning.
-LEFT = {"solvers": 85, "equations": 26, "analysis": 34, "assembly": 35}
+LEFT = {"solvers": 84, "equations": 26, "analysis": 34, "assembly": 35}
 
 
 #: Modules whose functions have names of families.
@@ -27,8 +27,13 @@ def named(node: ast.AST, names: set[str]) -> set[str]:
     return (attributes | words) & names
 
 
+def is_of_part(module: str) -> bool:
+    """Whether a module of a topic is what users write (`model.registry.beside`)."""
+    return module.rpartition(".")[2].split("_")[0] == "part"
+
+
 def lines(tree: ast.AST, names: set[str]) -> set[int]:
-    """Lines of a module that name a family, as an attribute, a word or an argument, or import from one."""
+    """Lines of a module that name a family, as an attribute, a word or an argument, or import from one but its part."""
     found = set()
     for one in ast.walk(tree):
         if isinstance(one, ast.Attribute):
@@ -38,7 +43,7 @@ def lines(tree: ast.AST, names: set[str]) -> set[int]:
         elif isinstance(one, ast.Constant) and isinstance(one.value, str):
             word = one.value
         elif isinstance(one, ast.ImportFrom) and (one.module or "").startswith("evolvent.families"):
-            found.add(one.lineno)
+            found |= set() if is_of_part(one.module or "") else {one.lineno}
             continue
         else:
             continue

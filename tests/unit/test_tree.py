@@ -30,9 +30,9 @@ def observed(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """Names of the parts whose results were made, in order."""
     made: list[str] = []
     for family in ("points", "springs"):
-        real = observe.OBSERVERS[family]
+        real = observe.observers()[family]
         wrapped = lambda view, name, real=real: made.append(name) or real(view, name)  # noqa: E731
-        monkeypatch.setitem(observe.OBSERVERS, family, wrapped)
+        monkeypatch.setitem(observe.observers(), family, wrapped)
     return made
 
 

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases, closed_forms
+from evolvent.families.threads.observer import observe_thread
 from evolvent.results.observe import View
-from evolvent.results.observe.threads import observe_thread
 from evolvent_base.answer import Answer, Block, Section, Table
 from evolvent_base.errors import InputError, RunFailed
 from evolvent_base.figures import Figure, Line, Panel, stacked

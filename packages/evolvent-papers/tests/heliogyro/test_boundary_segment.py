@@ -13,8 +13,8 @@ import evolvent
 from evolvent import InputError, System, cases, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations import energy_momentum as flow
+from evolvent.families.threads.part import Thread
 from evolvent.kernels.thread import boundary
-from evolvent.parts.thread import Thread
 from evolvent.solvers import solve
 from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.common.observations import observe

@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 
 from evolvent import cases, closed_forms
+from evolvent.families.contact.observer_surfaces import mean_rate
 from evolvent.results import attributes, variable
-from evolvent.results.observe.contact import mean_rate
 from evolvent.results.tree import CAUSES
 
 WIND = {"phase": "wind", "drive": {"kind": "torque", "torque": 0.2}}

@@ -9,8 +9,8 @@ from scipy.optimize import minimize
 
 from evolvent import cases
 from evolvent.elements import cable_stretch_form
+from evolvent.families.beams.cable import stretch_energy
 from evolvent.kernels.ancf import WORK
-from evolvent.kernels.cable import stretch_energy
 from evolvent_base import schema
 from evolvent_base.errors import InputError
 from evolvent_papers.wrapped_rib import SYSTEM

@@ -15,7 +15,7 @@ import numpy as np
 
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Assembly
-from evolvent.kernels import constraint_rows, rigid, springs
+from evolvent.kernels import constraint_rows, markers, rigid
 from evolvent.solvers.common import balance as eb
 from evolvent.solvers.common.solution import Solution
 from evolvent_base.errors import InputError
@@ -102,7 +102,7 @@ def suspended_of(assembly: Assembly) -> Suspended:
             _refuse(name, "has its own law")
         if row["slack"] != 0:
             _refuse(name, "has `slack`")
-        on = [int(end["index"]) if end["kind"] == springs.ON_BODY else -1 for end in (a, b)]
+        on = [int(end["index"]) if end["kind"] == markers.ON_BODY else -1 for end in (a, b)]
         if sorted(on) != sorted([ground, bodies[0]]):
             _refuse(name, "does not join body and ground")
         first, second = (a, b) if on[0] == ground else (b, a)

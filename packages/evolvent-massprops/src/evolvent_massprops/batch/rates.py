@@ -13,7 +13,7 @@ import numpy as np
 from numba.np import numpy_support
 
 from evolvent.compiled.jit import inlined, kernel
-from evolvent.kernels.springs import distance, lateral_force
+from evolvent.families.springs.springs import distance, lateral_force
 
 WIDTH = 8
 #: Rows of a state.
@@ -65,7 +65,7 @@ def pull(bodies, spring):
 
     Notes
     -----
-    As `evolvent.kernels.springs`, with e = attachment - ground.
+    As `families.springs.springs`, with e = attachment - ground.
     """
     y, R, F, M, power = bodies.y, bodies.R, bodies.F, bodies.M, bodies.power
     own = bodies.spring  # in the same record as what is written: else the compiler must fear that they overlap

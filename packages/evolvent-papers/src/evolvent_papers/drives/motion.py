@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from evolvent.families.bodies.observer import observe_body
+from evolvent.families.threads.observer import observe_thread
 from evolvent.results.observe import View
-from evolvent.results.observe.lumped import observe_body
-from evolvent.results.observe.threads import observe_thread
 from evolvent_papers import links
 from evolvent_papers.drives.bounds import DriveTask
 

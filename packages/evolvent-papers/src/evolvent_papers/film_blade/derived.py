@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent.closed_forms import payout_buckling, payout_buckling_modes, payout_slack
+from evolvent.families.bodies.observer import observe_body
+from evolvent.families.rods.observer import observe_rod
 from evolvent.results.observe import View
-from evolvent.results.observe.lumped import observe_body
-from evolvent.results.observe.rods import observe_rod
 from evolvent_papers.film_blade.case import BUCKLED, Case
 
 if TYPE_CHECKING:

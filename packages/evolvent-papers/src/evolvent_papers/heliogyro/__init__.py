@@ -59,7 +59,7 @@ from typing import Any
 
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.assembly.assembled import Assembly
-from evolvent.families.threads.lengths import all_deployed
+from evolvent.families.threads.family_lengths import all_deployed
 from evolvent_base.errors import InputError
 from evolvent_papers.heliogyro import derived as fields, feedback, show
 from evolvent_papers.heliogyro.case import Case

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent import model as mdl
-from evolvent.families.threads.limits import pushing
+from evolvent.families.bodies.observer import observe_body
+from evolvent.families.threads.family_limits import pushing
+from evolvent.families.threads.observer import observe_thread
 from evolvent.results.observe import View
-from evolvent.results.observe.lumped import observe_body
-from evolvent.results.observe.threads import observe_thread
 from evolvent.results.observe.variables import unwrapped
 from evolvent.solvers.common import balance as eb
 from evolvent_papers.heliogyro import free_body

@@ -13,9 +13,9 @@ import numpy as np
 from evolvent import cases
 from evolvent.analysis.runs import plan
 from evolvent.analysis.settings import sample_times
+from evolvent.families.contact.observer_surfaces import touching_span
 from evolvent.results.fine_samples import Times
 from evolvent.results.observe import View
-from evolvent.results.observe.contact import touching_span
 from evolvent.view.drawing import smooth
 from evolvent_papers.wrapped_rib.derived import FOLLOWED, touching_angle, wrap_angle
 

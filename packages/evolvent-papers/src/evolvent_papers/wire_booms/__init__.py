@@ -25,8 +25,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from evolvent.analysis.definition import SystemDefinition
+from evolvent.families.bodies.observer import observe_body
 from evolvent.results.observe import View
-from evolvent.results.observe.lumped import observe_body
 from evolvent_papers.wire_booms import log, show
 from evolvent_papers.wire_booms.case import Case
 from evolvent_papers.wire_booms.structure import (

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from evolvent.analysis import closure
+from evolvent.families.bodies.observer import attitude
+from evolvent.families.contact.observer_surfaces import touching_span
 from evolvent.results.observe import View
-from evolvent.results.observe.contact import touching_span
-from evolvent.results.observe.lumped import attitude
 from evolvent.results.observe.variables import turned_back, unwrapped
 from evolvent.view.drawing import smooth
 from evolvent_papers.wrapped_rib import case_checks

@@ -12,14 +12,14 @@ import xarray as xr
 
 from evolvent import cases
 from evolvent.assembly.references import split_reference
-from evolvent.parts.beam import Beam
-from evolvent.parts.joint import TOUCHING, Joint
-from evolvent.parts.point import Point
-from evolvent.parts.reel import Reel
-from evolvent.parts.rigid_body import RigidBody
-from evolvent.parts.rod import Rod
+from evolvent.families.beams.part import Beam
+from evolvent.families.bodies.part import RigidBody
+from evolvent.families.bodies.part_point import Point
+from evolvent.families.joints.part import TOUCHING, Joint
+from evolvent.families.rods.part import Rod
+from evolvent.families.threads.part import Thread
+from evolvent.families.threads.part_reel import Reel
 from evolvent.parts.shapes import Box, Capsule, Cylinder, Sphere
-from evolvent.parts.thread import Thread
 from evolvent.results import variables
 from evolvent.results.motion import quantity, rotation_matrices
 from evolvent.results.solids import Solid

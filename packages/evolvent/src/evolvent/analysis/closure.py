@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.references import split_reference
+from evolvent.families.fields.part import Field
+from evolvent.families.loads.part import Load
+from evolvent.families.threads.part import Thread
 from evolvent.model.registry import asked
-from evolvent.parts.field import Field
-from evolvent.parts.load import Load
-from evolvent.parts.thread import Thread
 from evolvent.solvers.common import balance
 from evolvent.solvers.common.laws import states_energy
 from evolvent.solvers.common.limits import limitations

@@ -21,9 +21,9 @@ from evolvent.analysis.composition import Composition
 from evolvent.analysis.methods import choose_method
 from evolvent.analysis.settings import check_run, sample_times
 from evolvent.assembly.families import owner
+from evolvent.families.coordinates.part import JointSpring
+from evolvent.families.joints.part import Joint
 from evolvent.model.registry import families
-from evolvent.parts.joint import Joint
-from evolvent.parts.joint_spring import JointSpring
 from evolvent.results.fine_samples import Times
 from evolvent.results.kept import Kept, is_local, kept_of, refusal
 from evolvent.results.tree import root_of

@@ -8,8 +8,8 @@ from typing import Any
 from evolvent import cases
 from evolvent.analysis.composition import Composition
 from evolvent.assembly.assembled import Assembly
+from evolvent.families.loads.part import Load
 from evolvent.kernels import rigid
-from evolvent.parts.load import Load
 from evolvent_base.errors import InputError, nearest
 
 

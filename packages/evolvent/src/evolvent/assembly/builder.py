@@ -19,7 +19,7 @@ from evolvent.assembly.state import has_causes, number_accounts, number_switches
 from evolvent.compiled import laws
 from evolvent.compiled.pointer import zeros_record
 from evolvent.equations.implicit import add_weight
-from evolvent.kernels import ancf, rigid, rod_strains, springs
+from evolvent.kernels import ancf, markers, rigid
 from evolvent.model.registry import asked, constraining, families, is_by_rates, watched
 from evolvent_base.dense import product
 from evolvent_base.errors import InputError, nearest
@@ -228,19 +228,19 @@ class Builder:
             index = next(same, -1)
             if index < 0:
                 index = self.add("points", iq=at.iq, iv=at.iv, mass=0.0, compliance=0.0)
-            return self.add("markers", kind=springs.ON_POINT, index=index, local=at.local)
+            return self.add("markers", kind=markers.ON_POINT, index=index, local=at.local)
         if at.beam >= 0:
             raise InputError(
                 f"{key} is {where!r}, a node of a beam, which this part cannot act on; add a Point with at={where!r} "
                 f"and name that"
             )
-        kind = springs.ON_BODY if at.family == "bodies" else springs.ON_POINT
+        kind = markers.ON_BODY if at.family == "bodies" else markers.ON_POINT
         return self.add("markers", kind=kind, index=at.row, local=at.local)
 
     def marker_state(self, marker: int) -> tuple[Array, Array]:
         """Position and velocity of a marker at the start."""
         row = self.rows["markers"][marker]
-        if row["kind"] == springs.ON_POINT:
+        if row["kind"] == markers.ON_POINT:
             point = self.rows["points"][row["index"]]
             return np.array(self.q[point["iq"] :][:3]), np.array(self.v[point["iv"] :][:3])
         at = self.on_body(row["index"], row["local"])
@@ -309,7 +309,6 @@ class Builder:
         return dict(
             G=np.zeros(n_v),
             switches=s.copy(),
-            rod=np.zeros(rod_strains.WORK),
             F=np.zeros(n_v),
             P=np.zeros(n_v),
             work=np.zeros(ancf.WORK),

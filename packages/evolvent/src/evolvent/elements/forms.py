@@ -385,7 +385,7 @@ def cable_form(length: float, section: CrossSection, material: Material, *, rest
 
 
 def cable_bending(length: float, section: CrossSection, material: Material) -> Array:
-    """B : (2, 4) of `kernels.cable.add_bending_damping`: the root of weight and EI times r,xx at two points, and eps.
+    """B : (2, 4): the root of weight and EI times r,xx at two points, and eps, as `families.beams.cable` takes it.
 
     Notes
     -----
@@ -421,7 +421,7 @@ def cable_stretch_parts(
 def cable_stretch_form(
     length: float, section: CrossSection, material: Material, *, rest: ArrayLike | None = None
 ) -> Form:
-    """Constants of the thin cable with engineering strain, for `kernels.cable.stretch_force`.
+    """Constants of the thin cable with engineering strain, for `families.beams.cable.stretch_force`.
 
     They stand where those of a quadratic form would, but are none: not to be added, nor given to other elements.
 

@@ -1,4 +1,4 @@
-"""Constants and strains of the elements of geometrically exact rods (`evolvent.kernels.rod_strains`), in NumPy."""
+"""Constants and strains of the elements of geometrically exact rods (`families.rods.rod_strains`), in NumPy."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def element_stiffness(
     straight uniform element that of shear is 1/(k G A) + L^2/(12 E I) (residual bending flexibility, MacNeal 1978).
     Elements with it are exact at their nodes in linear statics and do not lock. Under a tension above 12 E I/L^2 they
     are unstable: so a strip has the stiffness of the section in its middle, with which its chord keeps the mean
-    direction of its ends. Bending about z of a section that flattens (`evolvent.kernels.tape`) is left out, row, column
+    direction of its ends. Bending about z of a section that flattens (`families.rods.tape`) is left out, row, column
     and residual flexibility.
     """
     if taut or isinstance(section, Strip):

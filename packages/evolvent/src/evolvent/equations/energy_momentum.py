@@ -21,14 +21,14 @@ Every force acts along the mean shape: J(qm) dq = dg of strains that are quadrat
 directions fixed to bodies, if a body turns by the rotation vector 2 tan(angle/2) e, for then dR = [theta]x (R0 + R1)/2.
 So `bodies` hold the mean of both rotation matrices while forces are evaluated, and velocities that are increments over
 h. Springs and distances have the factor 2 abs(dm)/(l0 + l1) more, contacts and cords on drums the directions of
-`kernels.surfaces` and `kernels.cord`, threads the lengths paid out at both ends, rods secants
-of functions of an angle (`kernels.rod`). A force by a user's law is the mean of the law along the increment
+`kernels.surfaces` and `families.joints.cord`, threads the lengths paid out at both ends, rods secants
+of functions of an angle (`families.rods.rod`). A force by a user's law is the mean of the law along the increment
 (`kernels.law_means`): its work is the line integral of the law, which of a law of position alone is the change of its
 potential.
 
 Rows of free bodies' rotations are (R0^T R1 p1 - p0)/h - R0^T torque, p = J w with the momenta of their wheels
-(`kernels.attitude`): times the rotation vector this is the change of the kinetic energy, and the angular momentum is
-kept.
+(`families.attitude.attitude`): times the rotation vector this is the change of the kinetic energy, and the angular
+momentum is kept.
 """
 
 from __future__ import annotations

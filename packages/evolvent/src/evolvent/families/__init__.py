@@ -1,1 +1,1 @@
-"""The families of parts: one module a topic, found by being here (`evolvent.model.registry`)."""
+"""The families of parts: one folder a topic, whose modules are found by their names (`evolvent.model.registry`)."""

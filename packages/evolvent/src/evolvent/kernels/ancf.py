@@ -1,9 +1,9 @@
 """Elastic forces and tangents of ANCF elements as quadratic forms in the inner products of their nodal vectors.
 
-A beam's coordinates are e = (r_p, r_p,x, r_p,y, r_p,z, r_q, r_q,x, r_q,y, r_q,z), a cable's (`kernels.cable`) its
-positions and slopes. Translation leaves n vectors v, those of e without r_p and with d = r_q - r_p in the place of r_q:
-n = 7 for the beam, 3 for the cable. The strain energy depends on their products v_i . v_j alone and, with Green strain,
-is quadratic in them. `evolvent.elements` builds the constants H, h, U0 of each formulation.
+A beam's coordinates are e = (r_p, r_p,x, r_p,y, r_p,z, r_q, r_q,x, r_q,y, r_q,z), a cable's its positions and
+slopes. Translation leaves n vectors v, those of e without r_p and with d = r_q - r_p in the place of r_q: n = 7 for the
+beam, 3 for the cable. The strain energy depends on their products v_i . v_j alone and, with Green strain, is quadratic
+in them. `evolvent.elements` builds the constants H, h, U0 of each formulation.
 
 Notes
 -----

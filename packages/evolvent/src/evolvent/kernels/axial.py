@@ -13,16 +13,21 @@ force f along the axis does the work f dx. A state is an interval of length zero
 
 import math
 
-from evolvent.compiled.jit import inlined
+from numba import types
+
+from evolvent.compiled.jit import INTEGERS, VECTOR, entry, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import ON_BODY, pull, side_vector
+from evolvent.model import family_type
 
 #: Kinds of coordinates.
 ANGLE, TRAVEL = 0, 1
 TURN, QUARTER = 2.0 * math.pi, 0.5 * math.pi
 #: Change of an angle below which secants are tangents, rad.
 SMALL = 1e-7
+#: An angle this near to that of a latch, rad, has reached it.
+REACHED = 1e-10
 
 
 @inlined
@@ -287,3 +292,10 @@ def _body_gradient(bodies, n_q, b, f, t, moves, J, row):
             J[row, c] = f[c]
         J[row, first + c] = x[c]
     return at + 3 - first, 3 + first
+
+
+@entry(VECTOR, INTEGERS, family_type("coordinates"), family_type("bodies"), types.int64)
+@inlined
+def measure_coordinate(y, s, coordinates, bodies, k):
+    """Coordinate k of a state and its rate, second side and direction of its force, into its record."""
+    measure_between(coordinates, bodies, k, y, 0.0, s[coordinates[k].switch])

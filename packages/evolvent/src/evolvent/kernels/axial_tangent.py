@@ -1,4 +1,4 @@
-"""Tangents of what acts along a coordinate (`kernels.axial`): of its value, and of its rate."""
+"""Tangents of what acts along a coordinate (`axial`): of its value, and of its rate."""
 
 from numba import types, void
 

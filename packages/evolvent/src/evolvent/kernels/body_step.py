@@ -5,7 +5,7 @@ from __future__ import annotations
 from evolvent.algebra import sparse
 from evolvent.algebra.sparse import add_block
 from evolvent.compiled.jit import inlined
-from evolvent.kernels import attitude, rigid
+from evolvent.kernels import rigid, rotor
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import add_turning
 
@@ -35,7 +35,7 @@ def _turned_momentum(b, model, work):
     """R0^T R1 p1 of a free body, and p0: 6 numbers; p = J w with the momenta of its wheels and of carried thread."""
     J, v = model.bodies[b].inertia, model.bodies[b].iv + 3
     w0, w1 = work.y0[v : v + 3], work.y1[v : v + 3]
-    g0, g1 = attitude.wheel_momentum(b, work.y0, model), attitude.wheel_momentum(b, work.y1, model)
+    g0, g1 = rotor.wheel_momentum(b, work.y0, model), rotor.wheel_momentum(b, work.y1, model)
     if model.threads.size > 0:
         p0, p1 = model.bodies[b].spin0, model.bodies[b].spin1
         g0 = (g0[0] + p0[0], g0[1] + p0[1], g0[2] + p0[2])

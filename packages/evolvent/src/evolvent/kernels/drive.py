@@ -1,5 +1,6 @@
 """Angle, rate and acceleration of a spool as functions of time."""
 
+import numpy as np
 from numba import types
 
 from evolvent.compiled.jit import REAL, VECTOR, entry, inlined, kernel
@@ -9,6 +10,10 @@ from evolvent.kernels.profile import row_before
 RAMPS, TABLE, LAW, FREE = 0, 1, 2, 3
 #: Part of the whole length of a thread or rod on a moving mesh that must be out.
 LEAST_OUT = 1e-3
+#: Share of a length by which a drive may run past its ends.
+ROUND_OFF = 1e-9
+#: In place of a law: a table that a loop of feedback writes while it runs (`evolvent.analysis.feedback`).
+OPEN = -1
 
 
 @inlined
@@ -88,3 +93,22 @@ def drive_angles(kind, p, address, times, angles):
     """Angles of a prescribed spool at many times, rad; times, angles : (nt,) float."""
     for k in range(times.size):
         angles[k] = drive(kind, p, address, times[k])[0]
+
+
+# ------------------------------------------------------------------------------------------------ not compiled
+
+
+def angles_of(row, model, times, prefix=""):
+    """Values of the drive of a row, rad or m, or of another one whose fields have a prefix: (nt,)."""
+    angles = np.empty(times.size)
+    first, last, law = (int(row[prefix + key]) for key in ("first", "last", "law"))
+    drive_angles(int(row[prefix + "drive"]), model.parameters[first:last], law, times, angles)
+    return angles
+
+
+def set_ramp(model, row, prefix, value, rate):
+    """The model in which the drive of a row, a view of one record, has a value at t = 0 and rises by a rate."""
+    first = model.parameters.size
+    row[prefix + "drive"], row[prefix + "law"] = RAMPS, 0
+    row[prefix + "first"], row[prefix + "last"] = first, first + 3
+    return model._replace(parameters=np.append(model.parameters, [value, rate, 0.0]))

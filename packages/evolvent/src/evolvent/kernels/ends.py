@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from evolvent.kernels import joint, sides, springs
+from evolvent.kernels import gaps, markers, sides
 from evolvent.model.family import End, Records
 
 Ends = Callable[[Any, Records], Iterator[End]]
@@ -23,7 +23,7 @@ def of_side(on: int, index: int, iv: int) -> Iterator[End]:
 def of_markers(own: Any, records: Records) -> Iterator[End]:
     """Of markers, by their indices."""
     for marker in records("markers")[own]:
-        if marker["kind"] == springs.ON_POINT:
+        if marker["kind"] == markers.ON_POINT:
             yield "vectors", int(records("points")["iv"][marker["index"]])
         else:
             yield "bodies", int(marker["index"])
@@ -54,7 +54,7 @@ def of_bodies(*names: str) -> Ends:
 
 def of_joint(row: Any, records: Records) -> Iterator[End]:
     """Of a joint: its sides, or those of a gear's coordinates."""
-    if row["kind"] == joint.GEAR:
+    if row["kind"] == gaps.GEAR:
         for coordinate in records("gear_coordinates")[int(row["first"]) : int(row["last"])]:
             yield from of_coordinate(coordinate, records)
         return

@@ -1,6 +1,6 @@
 """Fields: accelerations of every mass that follow from its position, its velocity and the time.
 
-Bodies and elements of beams are integrated by points (`evolvent.parts.field_points`) that have their mass, centre and
+Bodies and elements of beams are integrated by points (`families.fields.part_points`) that have their mass, centre and
 second moments; their forces are exact for a field that is linear in place and velocity, moments included. Under the
 energy-momentum step the points move on straight lines, so that a linear field conserves energy there exactly and a
 Coriolis force does no work.

@@ -16,7 +16,7 @@ from evolvent.model import MODEL
 _I = types.int64
 # kinds of joints: points coincide along a direction; directions keep their product; points keep their distance;
 # a spinning body keeps to an angle; a cord winds onto a drum of side a; points coincide along a direction that turns
-# two angles or travels stay in a ratio (`evolvent.kernels.gear`); a segment of a thread keeps its length; a cord from
+# two angles or travels stay in a ratio (`families.joints.gear`); a segment of a thread keeps its length; a cord from
 # a over the point d to b, of which `radius` parts run from d to b, keeps its length
 POINT, DIRECTION, DISTANCE, ANGLE, CORD, ALONG, GEAR, SEGMENT, PULLEY = 0, 1, 2, 3, 4, 5, 6, 7, 8
 #: Kinds of joints that keep a length, so that their multiplier is a tension: the sides along it, and what it is.

@@ -158,7 +158,7 @@ def add_element_law_gradient(law, p, t, work, m, at, size, scale, K):
 
     Parameters
     ----------
-    work : scratch (`kernels.custom`): positions x and velocities v, (m,) each; 8 m more numbers are overwritten
+    work : scratch: positions x and velocities v, (m,) each; 8 m more numbers are overwritten
     at : 0 for the derivatives by x, m for those by v; size : of these numbers, for differences
     K : (m, m) float
     """

@@ -9,11 +9,11 @@ from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.lookups import force_law_at
 from evolvent.kernels.law_means import add_mean_gradient, force_of, mean_force, turned_share
 from evolvent.kernels.law_slopes import force_law_gradient, torque_law_turns
+from evolvent.kernels.markers import ON_POINT, marker_kinematics, push_marker
 from evolvent.kernels.profile import factor_at, profile, window
 from evolvent.kernels.rigid import DRIVEN, FREE
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import ON_BODY, add_turning, side_columns, turn_axis
-from evolvent.kernels.springs import ON_POINT, marker_kinematics, push_marker
 from evolvent.kernels.work import note_load
 from evolvent.model import MODEL
 

@@ -12,7 +12,7 @@ from numba import types, void
 from evolvent.algebra.linalg import cholesky, cholesky_solve
 from evolvent.algebra.sparse import add_block, add_entry
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined, kernel
-from evolvent.kernels import rod_payout, tape
+from evolvent.kernels.calls import kinematics_at
 from evolvent.kernels.drive import drive
 from evolvent.kernels.points import add_angular_momentum
 from evolvent.kernels.rotations import (
@@ -32,14 +32,11 @@ DRIVEN, SPIN, FREE = 0, 1, 2
 def kinematics(t, y, model):
     """Orientation, position and velocities (R, x, v, w, inertial axes) of every body; wrenches and masses reset.
 
-    Coordinates of tape-spring rods go into the records of their nodes, lengths and masses of rods that pay out as well.
+    Before that families note what of their records follows from the state and changes masses (`State.kinematics`).
     """
-    bodies = model.bodies
-    if model.tapes.size > 0:
-        tape.measure_nodes(y, model)
-    for r in range(model.rods.size):
-        if model.rods[r].payout != 0:
-            rod_payout.spread(t, r, model)
+    bodies, calls = model.bodies, model.state_kinematics_calls
+    for k in range(calls.size):
+        kinematics_at(model, calls[k])(t, y, model)
     for b in range(bodies.size):
         q, v = bodies[b].iq, bodies[b].iv
         R = bodies[b].R

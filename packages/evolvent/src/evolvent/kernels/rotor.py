@@ -40,3 +40,29 @@ def acceleration_about(bodies, b, nx, ny, nz):
     """Angular acceleration of a body about the direction n, rad/s2."""
     a = bodies[b].a
     return nx * a[3] + ny * a[4] + nz * a[5]
+
+
+@inlined
+def wheel_momentum(b, y, model):
+    """Angular momentum of the wheels of body b relative to it, body axes, kg m2/s."""
+    wheels, hx, hy, hz = model.wheels, 0.0, 0.0, 0.0
+    for i in range(wheels.size):
+        if wheels[i].body == b:
+            h, n = wheels[i].inertia * y[wheels[i].iv], wheels[i].axis
+            hx, hy, hz = hx + h * n[0], hy + h * n[1], hz + h * n[2]
+    return hx, hy, hz
+
+
+@inlined
+def inertia_without_wheels(b, model, K):
+    """Inertia of body b less that of its wheels about their axes, body axes, into K[:3, :3]."""
+    wheels, J = model.wheels, model.bodies[b].inertia
+    for i in range(3):
+        for j in range(3):
+            K[i, j] = J[i, j]
+    for k in range(wheels.size):
+        if wheels[k].body == b:
+            S, n = wheels[k].inertia, wheels[k].axis
+            for i in range(3):
+                for j in range(3):
+                    K[i, j] -= S * n[i] * n[j]

@@ -35,8 +35,8 @@ class ModelFields(Struct):
     strands : (nodes + 1, 9) float, of each thread's segment under an implicit method: vector and direction at the last
         residual, tension, the one that its tangent uses, the one at the start of the step; last: time of that residual
     angles : (nodes of beams and rods,) float, scratch, angles about a layer's axis
-    custom : (k,) float, scratch of user-defined laws between points (`kernels.custom`)
-    rod : (k,) float, scratch of an element of a rod (`kernels.rod_strains`)
+    custom : (k,) float, scratch of user-defined laws between points (`families.springs.custom`)
+    rod : (k,) float, scratch of an element of a rod (`families.rods.rod_strains`)
     F, P : (nv,) float, scratch, generalised forces and the loads among them
     work, e, f, K24, K12 : scratch of an element, and of tangents
     J : (3, 3, 9) float, scratch, columns of sides

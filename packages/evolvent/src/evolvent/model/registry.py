@@ -1,8 +1,9 @@
 """Which families of records there are, and what they answer.
 
-A family is declared by one module: of the package `evolvent.families`, or of another distribution that has an entry
-point of the group `evolvent.families`. Nothing else names it: whatever the package asks about parts, it asks every
-family of a model.
+A topic is a folder of the package `evolvent.families`. Its modules whose names begin with "family" declare families,
+those with "part" what users write, those with "observer" what results show of them (`beside`); the others are the
+formulas of these. A module of another distribution, which has an entry point of the group `evolvent.families`, may hold
+all of it. Nothing else names a family: whatever the package asks about parts, it asks every family of a model.
 """
 
 from __future__ import annotations
@@ -33,11 +34,21 @@ GROUP, PACKAGE = "evolvent.families", "evolvent.families"
 
 
 @functools.cache
+def beside(role: str) -> tuple[Any, ...]:
+    """Modules of all topics with a role, which begins their names: "family", "part" or "observer"."""
+    package, found = importlib.import_module(PACKAGE), []
+    for topic in pkgutil.iter_modules(package.__path__, f"{PACKAGE}."):
+        folder = importlib.import_module(topic.name)
+        for one in pkgutil.iter_modules(folder.__path__):
+            if one.name == role or one.name.startswith(f"{role}_"):
+                found.append(importlib.import_module(f"{topic.name}.{one.name}"))
+    return tuple(sorted(found, key=lambda module: str(module.__name__)))
+
+
+@functools.cache
 def _modules_and_failures() -> tuple[list[Any], dict[str, str]]:
     """Modules that declare families: those of the package, then those of other distributions; and why others do not."""
-    package, wrong = importlib.import_module(PACKAGE), dict[str, str]()
-    found = [importlib.import_module(f"{PACKAGE}.{one.name}") for one in pkgutil.iter_modules(package.__path__)]
-    found.sort(key=lambda module: str(module.__name__))
+    found, wrong = [*beside("family")], dict[str, str]()
     for entry in plugins.entry_points(GROUP):
         try:
             found.append(plugins.load(entry, f"the families of the entry point {entry.name!r}"))

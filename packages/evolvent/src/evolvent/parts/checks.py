@@ -8,15 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.kernels import axial, rigid
+from evolvent.kernels import rigid
 from evolvent_base.errors import InputError
 from evolvent_base.schema import Section
 from evolvent_base.units import Measured
-
-#: Units of an angle and what belongs to it, and those of a travel.
-ANGLE_AND_TRAVEL = (
-    ("rad", "m"), ("rad/s", "m/s"), ("N m", "N"), ("N m/rad", "N/m"), ("N m s/rad", "N s/m"),
-)  # fmt: skip
 
 
 def number(name: str, value: Any, *, least: float = -math.inf, allowed: str = "a finite number") -> float:
@@ -70,30 +65,6 @@ def check_rotor(body: Mapping[str, Any], axis: np.ndarray, inertia: float, key: 
             f"{key} is {inertia!r} kg m2; the inertia of {name!r} includes it; it must be below {most:.6g} kg m2 "
             f"about this axis"
         )
-
-
-def check_units(key: str, value: Any, kind: int) -> None:
-    """Refuse values, also inside sections and lists, that have units of a travel on an angle, or the other way round.
-
-    Parameters
-    ----------
-    key : str, that holds the value, for messages
-    kind : `axial.ANGLE` or `axial.TRAVEL`
-    """
-    if isinstance(value, Section):
-        for inner in type(value).model_fields:
-            check_units(f"{key}.{inner}", getattr(value, inner), kind)
-    elif isinstance(value, tuple):
-        for inner in value:
-            check_units(key, inner, kind)
-    elif isinstance(value, Measured):
-        at = next((k for k, pair in enumerate(ANGLE_AND_TRAVEL) if value.unit in pair), None)
-        if at is not None and value.unit != ANGLE_AND_TRAVEL[at][kind != axial.ANGLE]:
-            what, wanted = ("an angle", 0) if kind == axial.ANGLE else ("a travel", 1)
-            raise InputError(
-                f"{key} is {float(value):g} {value.unit}, but its coordinate is {what}; give it in "
-                f"{ANGLE_AND_TRAVEL[at][wanted]}"
-            )
 
 
 def check_unit(key: str, value: Any, unit: str) -> None:

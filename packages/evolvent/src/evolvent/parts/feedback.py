@@ -11,7 +11,6 @@ from pydantic_core import PydanticCustomError
 
 from evolvent.assembly import expressions
 from evolvent.assembly.builder import Builder
-from evolvent.families.threads import OPEN
 from evolvent.kernels import drive as kernels
 from evolvent.parts.drive_kind import DriveKind, DriveRow, check_start
 from evolvent.parts.expression import VARIABLES, Constants, FeedbackLaw, refuse_unused
@@ -165,7 +164,7 @@ class FeedbackDrive(DriveKind):
             )
         period = self.sensor.period
         piece = [0.0, 0.0, -0.5 * self.rate / period, self.rate, self.angle]
-        return DriveRow(kernels.TABLE, *builder.parameters([2.0, 0.0, period, *piece]), law=OPEN)
+        return DriveRow(kernels.TABLE, *builder.parameters([2.0, 0.0, period, *piece]), law=kernels.OPEN)
 
     def at(self, builder: Builder, row: DriveRow, time: float) -> tuple[float, float, float]:
         """Angle and rate at the start."""

@@ -31,7 +31,7 @@ GROUP = "evolvent.parts"
 def kinds() -> Mapping[str, type[Part]]:
     """Every kind of part that a case file may name: "rigid-body" -> RigidBody, and so on.
 
-    Built in are those of the modules of `evolvent.parts`. A package outside adds one by an entry point of the group
+    Built in are those of `evolvent.parts`. A package outside adds one by an entry point of the group
     ``evolvent.parts``, whose object is a subclass of `parts.base.Part` with a field ``kind`` of its own, or beside the
     family of its records, in a module of the group ``evolvent.families``. Those that cannot be used are left out, see
     `unusable`.

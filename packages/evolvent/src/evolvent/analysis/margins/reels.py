@@ -17,10 +17,10 @@ from evolvent.analysis.margins.keys import Margin, MarginLine
 from evolvent.analysis.margins.shares import Share, with_keys
 from evolvent.analysis.margins.tables import MarginTable
 from evolvent.assembly.families import records
+from evolvent.families.threads.part import Thread
 from evolvent.kernels.drive import FREE as FREE_SPOOL
 from evolvent.kernels.profile import profile
 from evolvent.model.shares import DAMPING, FRICTION, INERTIA, MOTOR
-from evolvent.parts.thread import Thread
 from evolvent.results.observe import observe
 from evolvent_base.errors import InputError
 

@@ -6,9 +6,9 @@ from evolvent.algebra.sparse import SPARSE, add_block, add_entry
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.kernels.markers import ON_BODY
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import add_turning
-from evolvent.kernels.springs import ON_BODY
 from evolvent.kernels.thread.wound import wound_mass
 from evolvent.model import MODEL
 

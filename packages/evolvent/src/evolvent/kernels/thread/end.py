@@ -8,9 +8,9 @@ point's own mass, and the node has none. The node's coordinates in the state are
 import numpy as np
 
 from evolvent.compiled.jit import inlined
+from evolvent.kernels.markers import ON_BODY, marker_columns, marker_kinematics, push_marker
 from evolvent.kernels.rigid import DRIVEN, add_mass, add_wrench, centripetal
 from evolvent.kernels.sides import ON_COORDINATES, side_columns
-from evolvent.kernels.springs import ON_BODY, marker_columns, marker_kinematics, push_marker
 
 #: Below this distance from Q (m) a segment's direction is the pay-out direction (eq. 11).
 TINY = 1e-9

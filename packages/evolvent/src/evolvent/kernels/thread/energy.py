@@ -6,9 +6,9 @@ from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.kernels.markers import spring_energy
 from evolvent.kernels.points import add_angular_momentum
 from evolvent.kernels.rotations import cross, turn
-from evolvent.kernels.springs import spring_energy
 from evolvent.kernels.thread.chain import chain_points
 from evolvent.kernels.thread.moving_energy import moving_inventory
 from evolvent.kernels.thread.spool import INEXTENSIBLE, MOVING, SPRINGS, ring_radius, spool_direction

@@ -5,9 +5,9 @@ from numba import void
 from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.fields import acceleration, add_body_point
+from evolvent.kernels.markers import ON_BODY
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.rotations import cross
-from evolvent.kernels.springs import ON_BODY
 from evolvent.kernels.thread.end import is_end
 from evolvent.kernels.thread.spool import MOVING, ring_radius
 from evolvent.kernels.thread.wound import spool_axis, wound_mass

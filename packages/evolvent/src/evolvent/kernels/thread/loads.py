@@ -18,10 +18,10 @@ from evolvent.kernels.loads import (
     panel_slopes,
     thread_load,
 )
+from evolvent.kernels.markers import ON_BODY as MARKER_ON_BODY, marker_turning
 from evolvent.kernels.profile import window
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.sides import ON_BODY, add_product, add_turning, side_columns, write_axial
-from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY, marker_turning
 from evolvent.kernels.thread.end import TINY, is_end, node_columns
 from evolvent.kernels.thread.fields import note_end_fields
 from evolvent.kernels.thread.spool import MOVING

@@ -12,10 +12,10 @@ from numba import types, void
 from evolvent.algebra.sparse import SPARSE, add_block
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.kernels.markers import ON_BODY as MARKER_ON_BODY, marker_turning
 from evolvent.kernels.rigid import add_wrench
 from evolvent.kernels.rotations import turn_back
 from evolvent.kernels.sides import ON_BODY, add_product, add_turning, side_columns, write_axial
-from evolvent.kernels.springs import ON_BODY as MARKER_ON_BODY, marker_turning
 from evolvent.kernels.thread.boundary import interval_factor, length_factor, mean_square
 from evolvent.kernels.thread.end import TINY, is_end, node_columns, pull_end
 from evolvent.kernels.thread.spool import MOVING, SPRINGS, pull_spool

@@ -10,8 +10,8 @@ from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.kernels import rigid
 from evolvent.kernels.drive import FREE as FREE_SPOOL
+from evolvent.kernels.markers import ON_BODY
 from evolvent.kernels.rotations import cross, turn
-from evolvent.kernels.springs import ON_BODY
 from evolvent.kernels.thread.carried import add_carried_weights
 from evolvent.kernels.thread.end import is_end
 from evolvent.kernels.thread.fields import add_wound_field_tangents, wound_fields

@@ -18,6 +18,8 @@ class Energies:
     by_causes : whether the accounts of explicit methods tell apart what dissipates energy in a model with its records
     strained : function of the model to energies of which its strain energy is the difference, J
     round_off : function of the model to the energy whose round-off steps do not resolve, J
+    coupled : function of a time, the state of an explicit run, its switches, the model and (nv,) scratch to energies of
+        its records that differ from those between which `Family.energy` interpolates, J
     bending : function of the model after its last forces and of the state to the strain energy of bending, J
     rebalance : function of the model, times, states, load factors and energy balances to these as they are with what
         solvers leave out of energies
@@ -28,5 +30,6 @@ class Energies:
     strained: Callable[[Any], float] | None = None
     round_off: Callable[[Any], float] | None = None
     bending: Callable[[Any, Array], float] | None = None
+    coupled: Callable[[float, Array, Array, Any, Array], float] | None = None
     rebalance: Callable[[Any, Array, Array, Any, Any], Any] | None = None
     resists: tuple[str, ...] | None = None

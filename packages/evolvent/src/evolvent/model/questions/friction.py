@@ -22,6 +22,7 @@ class Friction:
     keep_rates : compiled: these are the rates at the start of the next step
     power : compiled: power of all frictions at the last evaluation, W
     end : compiled: under explicit methods, frictions at the end of a step into the accounts; returns what they take, J
+    change : compiled: largest change of its frictions by multipliers since the last call, beside their limits
     rubbed : function of its records to indices of the state, what friction has taken in an explicit run
     """
 
@@ -31,4 +32,5 @@ class Friction:
     keep_rates: Call = None
     power: Call = None
     end: Call = None
+    change: Call = None
     rubbed: Callable[[Array], Iterator[Array]] | None = None

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.model.questions.base import Array, Records
+from evolvent.model.questions.base import Array, Call, Records
 
 
 class Block(NamedTuple):
@@ -121,6 +121,8 @@ class State:
     flows : function of the model to indices of velocities of what material flows through at rest
     positions : function of the model to what differs (`Positions`) in one with positions as coordinates, as implicit
         methods have; None where nothing does
+    kinematics : compiled, (t, y, model): what of its records follows from a state, before the places of bodies
+        (`kernels.rigid.kinematics`)
     multipliers : function of the right-hand side of explicit methods, the assembly and times, states, switches and
         multipliers of samples, of which it writes those that follow from a state, not from a step
     """
@@ -135,3 +137,4 @@ class State:
     flows: Callable[[Any], Array] | None = None
     positions: Callable[[Any], Positions | None] | None = None
     multipliers: Callable[..., None] | None = None
+    kinematics: Call = None

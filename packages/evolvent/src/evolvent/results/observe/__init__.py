@@ -1,26 +1,21 @@
 """Observations: the named results of every part of a finished run.
 
-`observe` reads them off a solution. Those of a family are found by the function of a module of this package that is
-its `variables.observer`; without one they are the fields that the family calls results (`Family.results`), to which
+`observe` reads them off a solution. Those of a family are found by the function beside it that is its
+`variables.observer`; without one they are the fields that the family calls results (`Family.results`), to which
 `Family.observe` may add. A part may add its own by `evolvent.parts.base.Part.observe`.
 """
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from collections.abc import Iterable
 
 from evolvent.model.registry import families
 from evolvent.results.observe import symbols
-from evolvent.results.observe.variables import OBSERVERS, Observed, Variable
+from evolvent.results.observe.variables import Observed, Variable, observers
 from evolvent.results.observe.view import View
 from evolvent.solvers.common.solution import Solution
 
-__all__ = ["OBSERVERS", "Observed", "Variable", "View", "has_results", "observe", "observe_part"]
-
-for _module in pkgutil.iter_modules(__path__):  # whose functions register themselves
-    importlib.import_module(f"{__name__}.{_module.name}")
+__all__ = ["Observed", "Variable", "View", "has_results", "observe", "observe_part", "observers"]
 
 
 def observe(solution: Solution, parts: Iterable[str] | None = None) -> dict[str, Observed]:
@@ -58,7 +53,7 @@ def has_results(solution: Solution, name: str) -> bool:
 def observe_part(view: View, name: str) -> Observed:
     """Named results of a part, by its family and its own; nothing of an event."""
     own, index = view.assembly.names[name]
-    function, family = OBSERVERS.get(own), families().get(own)
+    function, family = observers().get(own), families().get(own)
     found = Observed() if function is None else function(view, name)
     if family is not None and function is None and family.results:
         found.results(own, view.fields[own], index)
@@ -71,4 +66,4 @@ def observe_part(view: View, name: str) -> Observed:
 def _has_observer(name: str) -> bool:
     """Whether the parts of a family have results."""
     family = families().get(name)
-    return name in OBSERVERS or (family is not None and (bool(family.results) or family.observe is not None))
+    return name in observers() or (family is not None and (bool(family.results) or family.observe is not None))

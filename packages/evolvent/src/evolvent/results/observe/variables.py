@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from evolvent.model import RESULTS
+from evolvent.model import RESULTS, registry
 
 Array = np.ndarray
 #: Names of the three components of a vector.
@@ -103,8 +103,7 @@ class Observed:
         self.coordinates[name] = Variable((dimension,), np.asarray(values), units, long_name)
 
 
-#: Functions of a view of a run and the name of a part to its results, by the family of the part (`observer`).
-OBSERVERS: dict[str, Callable[[Any, str], Observed]] = {}
+_OBSERVERS: dict[str, Callable[[Any, str], Observed]] = {}
 Observer = TypeVar("Observer", bound=Callable[[Any, str], Observed])
 
 
@@ -112,10 +111,16 @@ def observer(family: str) -> Callable[[Observer], Observer]:
     """Decorator of the function that finds the results of the parts of a family."""
 
     def register(function: Observer) -> Observer:
-        OBSERVERS[family] = function
+        _OBSERVERS[family] = function
         return function
 
     return register
+
+
+def observers() -> dict[str, Callable[[Any, str], Observed]]:
+    """Functions of a view of a run and the name of a part to its results, by the family of the part (`observer`)."""
+    registry.beside("observer")  # whose functions register themselves
+    return _OBSERVERS
 
 
 def norm(values: Array) -> Array:

@@ -13,7 +13,7 @@ import numpy as np
 from evolvent.assembly import families, needs
 from evolvent.compiled.pointer import address
 from evolvent.equations.sampling import evaluate_samples
-from evolvent.kernels import rigid, sides, springs
+from evolvent.kernels import markers, rigid, sides
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.drive import drive
 from evolvent.model import RECORDS, RESULTS
@@ -275,7 +275,7 @@ class View:
     def marker(self, index: int) -> tuple[Array, Array]:
         """Position and velocity (nt, 3) of a marker."""
         row = self.model.markers[index]
-        if row["kind"] == springs.ON_POINT:
+        if row["kind"] == markers.ON_POINT:
             point = self.model.points[row["index"]]
             return self.coordinates(int(point["iq"])), self.coordinates(int(point["iv"]))
         return self.on_body(int(row["index"]), row["local"])

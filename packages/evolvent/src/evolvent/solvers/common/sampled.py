@@ -12,7 +12,7 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations.kept_fields import write_forces
 from evolvent.equations.rhs import rhs
-from evolvent.kernels import constraints, coordinate
+from evolvent.kernels import constraints
 from evolvent.model.questions import CONSTRAINT
 from evolvent.model.registry import asked, families
 from evolvent.solvers.common import balance as eb
@@ -168,8 +168,9 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
         for name, bending in asked("energies.bending").items():
             if getattr(model, name).size:
                 found.balance.bending[k] += bending(model, y[k])
-        if model.coordinates.size:
-            coupled += coordinate.add_coordinates(t[k], y[k], mdl.KEPT, s[k], model, scratch)[0]
+        for name, own in asked("energies.coupled").items():
+            if getattr(model, name).size:
+                coupled += own(t[k], y[k], s[k], model, scratch)
         found.balance.coupled[k] = coupled
         found.balance.elastic[k] -= coupled
     if model.contact_surfaces.size:

@@ -9,9 +9,9 @@ from numba import types
 from evolvent.algebra import sparse_lu
 from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import REAL, indirect, inlined
-from evolvent.kernels import bearing, contact, thread
+from evolvent.kernels import contact, thread
 from evolvent.kernels.ancf_beams import is_finite
-from evolvent.kernels.calls import contact_set_at
+from evolvent.kernels.calls import contact_set_at, friction_change_at
 from evolvent.kernels.passing import note_places
 from evolvent.model import MODEL
 from evolvent.solvers.time.implicit import energy_step, methods as method
@@ -43,6 +43,15 @@ def count_touching(model):
     calls, found = model.implicit_contact_set_calls, 0
     for k in range(calls.size):
         found = contact_set_at(model, calls[k])(found, model)
+    return found
+
+
+@inlined
+def change_of_friction(model):
+    """Largest change of a friction by multipliers since the last call, beside its limit."""
+    calls, found = model.friction_change_calls, 0.0
+    for k in range(calls.size):
+        found = max(found, friction_change_at(model, calls[k])(model))
     return found
 
 
@@ -81,7 +90,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
     method.evaluate(t1, h, model, work)
     rubs, changed, repeated = model.info.reactive > 0, 0.0, 0
     if rubs:
-        bearing.change_of_friction(model)
+        change_of_friction(model)
     soft = work.step.step.soft != 1.0
     # what keeps momenta or energy takes its own tangent, and one correction more: both converge to round-off
     keeps = conserves and work.step.step.held == 0.0 and not soft
@@ -125,7 +134,7 @@ def iterate(t1, h, most, searches, model, matrix, work):
             work.la[k] += scale / method.tangent_factor(options) * work.x[info.nv + k]
         s = method.correct(t1, h, searches and (work.la.size == 0 or iteration > first), model, work)
         if rubs:  # by multipliers, which do not count in the size of a correction
-            changed = bearing.change_of_friction(model)
+            changed = change_of_friction(model)
         if iteration > first:
             ratio = norm / last if last > 0.0 else 0.0
         left = norm * ratio / (1.0 - ratio) if 0.0 < ratio < 0.9 else norm

@@ -1,0 +1,1 @@
+"""Wheels, thrusters and controllers of attitude."""

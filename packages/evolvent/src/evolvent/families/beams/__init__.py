@@ -1,0 +1,1 @@
+"""Beams and cables: elements by absolute nodal coordinates."""

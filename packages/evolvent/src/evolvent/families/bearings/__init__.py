@@ -1,0 +1,1 @@
+"""Bearings: friction by the reactions of a joint."""

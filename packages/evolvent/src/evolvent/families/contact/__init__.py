@@ -1,0 +1,1 @@
+"""Contact of beams, rods and bodies with surfaces and with one another."""

@@ -1,0 +1,1 @@
+"""What acts on coordinates of joints: springs with stops and latches, resistances, synchronizations."""

@@ -1,0 +1,1 @@
+"""Joints, links, gears and guides, and the coordinates that others act on."""

@@ -1,0 +1,1 @@
+"""Loads on points, bodies and along beams; light and magnetic fields."""

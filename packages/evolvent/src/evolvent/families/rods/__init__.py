@@ -1,0 +1,1 @@
+"""Rods, strips and tape springs: elements with directors."""

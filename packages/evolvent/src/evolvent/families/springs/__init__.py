@@ -1,0 +1,1 @@
+"""Springs between points, and users' forces between points."""

@@ -1,0 +1,120 @@
+"""Spring-damper between two points."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from evolvent.assembly.builder import Builder
+from evolvent.kernels import markers
+from evolvent.parts.applies import OF_LAW, Applies, given, left_out
+from evolvent.parts.base import Part, PointReference, unit
+from evolvent.parts.law import Constants, Parameters, SpringLaw, refuse_without_law, write_law
+from evolvent_base import units
+from evolvent_base.dense import norm
+from evolvent_base.errors import InputError
+
+
+class Spring(Part):
+    """A spring-damper along the line between two points of bodies, point masses, beams or the ground.
+
+    Parameters
+    ----------
+    a, b : point
+        Ends: "hub" (its origin), "hub.left" (a point of it), ("hub", (x, y, z)), a point mass, a node of a beam
+        ("boom.tip", "boom[5]"), the end of a thread ("tether.tip"), or a position on the ground.
+    stiffness : float, N/m
+        Along the line.
+    damping : float, N s/m
+        Along the line.
+    length : float, m, optional
+        Natural length; the distance at the start if left out.
+    slack : bool
+        Whether the spring only pulls, as a lanyard or a bungee: it has no force while it is shorter than its natural
+        length, nor while its damper would push.
+    law : optional
+        Tension (N) in place of stiffness and damping: an expression of the extension x (m), its rate v (m/s) and t (s),
+        or a function under ``@evolvent.spring_law``: ``law(extension, rate, t, parameters) -> tension``.
+    parameters : list of float
+        Of a Python law.
+    constants : mapping of names to float
+        Of an expression.
+    lateral_stiffness, lateral_damping : float, N/m and N s/m
+        Against displacement of `b` across the axis of the spring's mount; `a` must then be on the ground.
+    axis : (3,) float, optional
+        Of that mount, inertial axes; from `a` to `b` at the start if left out.
+    """
+
+    applies: ClassVar[Applies] = {
+        **OF_LAW,
+        "slack": (left_out("law", "lateral_stiffness", "lateral_damping"),),
+        "axis": (given("lateral_stiffness", "lateral_damping"),),
+    }
+    kind: Literal["spring"] = "spring"
+    a: PointReference
+    b: PointReference
+    stiffness: units.StiffnessOrZero = 0.0
+    damping: units.DampingOrZero = 0.0
+    length: units.LengthOrZero | None = None
+    slack: bool = False
+    law: SpringLaw | None = None
+    parameters: Parameters = ()
+    constants: Constants | None = None
+    lateral_stiffness: units.StiffnessOrZero = 0.0
+    lateral_damping: units.DampingOrZero = 0.0
+    axis: units.Direction | None = None
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the spring into the family `springs`."""
+        if self.a == self.b:
+            raise InputError(f"{name}.a and {name}.b are the same point, {self.a!r}; give two points")
+        a, b = (builder.marker(getattr(self, key), f"{name}.{key}", nodes=True) for key in ("a", "b"))
+        apart = builder.marker_state(b)[0] - builder.marker_state(a)[0]
+        if self.length and self.stiffness > 0.0 and not self.slack and not np.any(apart):
+            raise InputError(
+                f"{name}.a and {name}.b are at the same place at the start, where the force of the spring, "
+                f"{self.stiffness * self.length:.6g} N, has no direction; move one of them, or give {name}.length 0"
+            )
+        axis = np.zeros(3)
+        if self.lateral_stiffness > 0.0 or self.lateral_damping > 0.0:
+            marker = builder.rows["markers"][a]
+            if marker["kind"] != markers.ON_BODY or marker["index"] != builder.names["ground"][1]:
+                raise InputError(f"{name}.a is {self.a!r}; a spring with lateral stiffness must be on the ground")
+            if self.axis is None and not np.any(apart):
+                raise InputError(f"{name}.axis is missing; the spring's ends coincide at the start")
+            axis = unit(apart if self.axis is None else self.axis)
+        law = {"law": 0, "first": 0, "last": 0}
+        if self.law is None:
+            refuse_without_law(name, self)
+        else:
+            law = write_law(builder, name, self.law, "spring", self.parameters, self.constants)
+        length = norm(apart) if self.length is None else self.length
+        if self.slack:
+            self._check_slack(name, length)
+        index = builder.add(
+            "springs",
+            a=a,
+            b=b,
+            stiffness=self.stiffness,
+            damping=self.damping,
+            length=length,
+            slack=int(self.slack),
+            lateral_stiffness=self.lateral_stiffness,
+            lateral_damping=self.lateral_damping,
+            axis=axis,
+            **law,
+        )
+        builder.names[name] = ("springs", index)
+
+    def _check_slack(self, name: str, length: float) -> None:
+        """Refuse what cannot go slack."""
+        if self.law is not None:
+            raise InputError(f"{name}.slack is true beside {name}.law; a law says itself where the tension is zero")
+        for key in ("lateral_stiffness", "lateral_damping"):
+            if getattr(self, key) > 0.0:
+                raise InputError(f"{name}.slack is true beside {name}.{key}; what only pulls has no lateral force")
+        if self.stiffness == 0.0:
+            raise InputError(f"{name}.slack is true; it needs {name}.stiffness above 0")
+        if length == 0.0:
+            raise InputError(f"{name}.slack is true, but {name}.length is 0, below which no spring is; leave one out")

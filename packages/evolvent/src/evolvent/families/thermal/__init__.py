@@ -1,0 +1,1 @@
+"""Temperatures of beams and rods."""
