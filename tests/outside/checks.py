@@ -93,7 +93,7 @@ def test_margins_count_its_torque() -> None:
 def test_sensitivities(mode: str) -> None:
     value, key = "hinge 0.angle.last", "damper.damping"
     settings: dict[str, Any] = {"until": 1.0, "method": "generalized-alpha", "step": 5e-3}
-    found = wheels().sensitivity(value, [key], mode=mode, fine=False, **settings)
+    found = wheels().sensitivity(value, [key], mode=mode, fine=False, **settings).dataset
     ends = [wheels(damping=DAMPING + d).simulate(keep=[value], **settings)[value] for d in (-1e-4, 1e-4)]
     assert float(found.derivative[0, 0]) == pytest.approx((ends[1] - ends[0]) / 2e-4, rel=1e-5)
 
