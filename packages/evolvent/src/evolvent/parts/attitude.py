@@ -11,7 +11,7 @@ import scipy
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import attitude as kernels, drive as drives, rigid
 from evolvent.parts.applies import OF_LAW, Applies, given
-from evolvent.parts.base import BodyName, Part, PointReference, Reference, unit
+from evolvent.parts.base import BodyName, Group, Part, PointReference, Reference, unit
 from evolvent.parts.checks import check_rotor
 from evolvent.parts.expression import Constants, Parameters, SpringLaw, refuse_without_law, write_law
 from evolvent.parts.law import Drive
@@ -92,6 +92,8 @@ class ReactionWheel(Part):
         "slip_rate": (given("friction_torque"),),
     }
     kind: Literal["reaction-wheel"] = "reaction-wheel"
+    group = Group.CONTROL
+    symbol = "wheel"
     body: BodyName
     inertia: units.Inertia
     axis: units.Direction = (0.0, 0.0, 1.0)
@@ -156,6 +158,8 @@ class Thruster(Part):
     """
 
     kind: Literal["thruster"] = "thruster"
+    group = Group.CONTROL
+    symbol = "thruster"
     at: PointReference
     direction: units.Direction
     thrust: units.Force
@@ -223,6 +227,7 @@ class AttitudeController(Part):
     """
 
     kind: Literal["attitude-controller"] = "attitude-controller"
+    group = Group.CONTROL
     body: BodyName
     actuators: Actuators
     proportional: units.Gains

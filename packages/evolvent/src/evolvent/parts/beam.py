@@ -17,7 +17,7 @@ from evolvent.elements.shapes import CrossSection
 from evolvent.kernels import ancf_beams as kernels, element_calls
 from evolvent.kernels.beam_strains import POINTS
 from evolvent.parts.applies import Applies, given, left_out
-from evolvent.parts.base import Arrays, Part, unit
+from evolvent.parts.base import Arrays, Group, Part, unit
 from evolvent.parts.curve import AnyCurve, check_curve, is_curved, stress_free
 from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, halved, node_arc
 from evolvent_base import units
@@ -103,6 +103,7 @@ class Beam(Part):
         "damped": (given("stiffness_damping", "mass_damping"),),
     }
     kind: Literal["beam"] = "beam"
+    group = Group.BODIES
     length: units.Length
     section: AnySection
     material: MaterialOrName

@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import axial, sides
-from evolvent.parts.base import CoordinateName, Part, unit
+from evolvent.parts.base import CoordinateName, Group, Part, unit
 from evolvent.parts.checks import check_units
 from evolvent.parts.joint import Joint
 from evolvent.parts.joint_coordinate import PRESLIDING, add_coordinate, nearest_joint
@@ -64,6 +64,7 @@ class Bearing(Part):
     """
 
     kind: Literal["bearing"] = "bearing"
+    group = Group.SPRINGS
     joint: CoordinateName
     coefficient: units.PositiveNumber
     static_coefficient: units.PositiveNumber | None = None

@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import contact_laws
 from evolvent.parts.applies import Applies, given, left_out
-from evolvent.parts.base import Part, PointReference, Reference
+from evolvent.parts.base import Group, Part, PointReference, Reference
 from evolvent.parts.beam import Beam
 from evolvent.parts.contact_beams import add_surface, add_turns
 from evolvent.parts.contact_bodies import add_bodies, add_rods
@@ -141,6 +141,8 @@ class Contact(Part):
         **{key: (given("around"),) for key in ("axis", "sense", "thickness", "width")},
     }
     kind: Literal["contact"] = "contact"
+    group = Group.CONTACT
+    symbol = "cylinder"
     a: Annotated[
         tuple[str | tuple[str, units.Triple] | units.Triple, ...],
         Reference(what="beams, rods or a point of a body", points=True, several=True, alone=True),

@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import drive, fields as kernels
 from evolvent.parts.applies import OF_LAW, Applies, left_out, one_of, refuse_unfit
-from evolvent.parts.base import Part, unit
+from evolvent.parts.base import Group, Part, unit
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
 from evolvent.parts.field_points import write_field_points
 from evolvent_base import units
@@ -75,6 +75,7 @@ class Field(Part):
         "along": (one_of("type", "orbit"),),
     }
     kind: Literal["field"] = "field"
+    group = Group.LOADS
     type: Literal["acceleration", "orbit"] = "acceleration"
     law: ForceLaw | None = None
     parameters: Parameters = ()

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import axial
 from evolvent.parts.applies import Applies, given, left_out, one_of
-from evolvent.parts.base import CoordinateNames, Part, PointReference
+from evolvent.parts.base import CoordinateNames, Group, Part, PointReference
 from evolvent.parts.joint_coordinate import TYPES
 from evolvent.parts.joint_drive import DRIVEN, write_driven
 from evolvent.parts.joint_gear import write_gear
@@ -155,6 +155,8 @@ class Joint(Part):
     }
     needed: ClassVar[tuple[str, ...]] = ("a", "b")
     kind: Literal["joint"] = "joint"
+    group = Group.JOINTS
+    symbol = "joint"
     a: PointReference | None = None
     b: PointReference | None = None
     type: Literal[

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import axial
 from evolvent.parts.applies import Applies, given, left_out
-from evolvent.parts.base import BodyName, JointName, Part, PointReference, unit
+from evolvent.parts.base import BodyName, Group, JointName, Part, PointReference, unit
 from evolvent.parts.checks import check_units
 from evolvent.parts.joint_coordinate import PRESLIDING, TYPES, Ends, ends_of_joint, joint_of, rotation, translation
 from evolvent_base import units
@@ -74,6 +74,8 @@ class JointSpring(Part):
         "latch_damping": (given("latch"),),
     }
     kind: Literal["joint-spring"] = "joint-spring"
+    group = Group.SPRINGS
+    symbol = "hinge"
     joint: JointName | None = None
     a: BodyName | None = None
     b: PointReference | None = None

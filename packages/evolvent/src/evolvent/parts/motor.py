@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import coordinate_laws
 from evolvent.parts.applies import OF_LAW, Applies, given, left_out
-from evolvent.parts.base import CoordinateName, Part
+from evolvent.parts.base import CoordinateName, Group, Part
 from evolvent.parts.checks import check_units
 from evolvent.parts.drive import FreeSpool
 from evolvent.parts.joint_coordinate import PRESLIDING, find_coordinate
@@ -96,6 +96,8 @@ class Motor(Part):
         "holding_torque": (given("back_efficiency"),),
     }
     kind: Literal["motor"] = "motor"
+    group = Group.CONTROL
+    symbol = "motor"
     joint: CoordinateName
     torque: TorqueOrForceProfile | None = None
     law: MotorLaw | None = None

@@ -8,7 +8,7 @@ import numpy as np
 
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import joint as kernels
-from evolvent.parts.base import Part, PointReference
+from evolvent.parts.base import Group, Part, PointReference
 from evolvent.parts.joint_rows import add_row
 from evolvent.parts.joint_sides import point_side
 from evolvent.parts.thread_joint import carry_point
@@ -31,6 +31,7 @@ class Point(Part):
     """
 
     kind: Literal["point"] = "point"
+    group = Group.BODIES
     mass: units.Mass
     position: units.Position = (0.0, 0.0, 0.0)
     velocity: units.Velocity = (0.0, 0.0, 0.0)

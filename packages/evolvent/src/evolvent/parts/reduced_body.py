@@ -18,7 +18,7 @@ from evolvent.elements.reduced_models import MeanAxes, ReducedModel, mean_axes
 from evolvent.elements.rods import quaternion
 from evolvent.kernels import joint, rigid, sides
 from evolvent.kernels.rotations import rotation_from_quaternion
-from evolvent.parts.base import Part, unit
+from evolvent.parts.base import Group, Part, unit
 from evolvent.parts.joint_rows import add_row
 from evolvent.parts.joint_sides import Side
 from evolvent_base import units
@@ -81,6 +81,7 @@ class ReducedBody(Part):
     """
 
     kind: Literal["reduced-body"] = "reduced-body"
+    group = Group.BODIES
     file: Annotated[str, FileKey(endings=READ, reads=files_read)]
     bulk: Annotated[str, FileKey()] | None = None
     length_unit: units.Length = 1.0

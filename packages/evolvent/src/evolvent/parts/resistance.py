@@ -15,7 +15,7 @@ from evolvent.kernels import resistance as kernels
 from evolvent.kernels.bristle import DAHL, SLIP
 from evolvent.parts import hysteresis, table_file
 from evolvent.parts.applies import Applies, given, left_out, one_of, refuse_unfit
-from evolvent.parts.base import CoordinateName, Part
+from evolvent.parts.base import CoordinateName, Group, Part
 from evolvent.parts.checks import check_units
 from evolvent.parts.joint_coordinate import PRESLIDING, find_coordinate
 from evolvent.parts.profile import table_rows
@@ -175,6 +175,7 @@ class Resistance(Part):
         **{key: (one_of("type", "adhesion"),) for key in ("strength", "distance")},
     }
     kind: Literal["resistance"] = "resistance"
+    group = Group.SPRINGS
     joint: CoordinateName
     type: Literal["harness", "tape-spring", "adhesion"]
     torque: CurveTable | None = None

@@ -17,7 +17,7 @@ from evolvent.elements.shapes import CrossSection, Strip
 from evolvent.kernels import rigid, tape as tapes
 from evolvent.kernels.drive import LEAST_OUT
 from evolvent.parts.applies import Applies, given, left_out
-from evolvent.parts.base import Arrays, Part, unit
+from evolvent.parts.base import Arrays, Group, Part, unit
 from evolvent.parts.beam import _across
 from evolvent.parts.curve import AnyCurve, check_curve, stress_free
 from evolvent.parts.drive import FreeSpool, LineDrive
@@ -136,6 +136,7 @@ class Rod(Part):
         "folds": (left_out("nodes"), left_out("payout")),
     }
     kind: Literal["rod"] = "rod"
+    group = Group.BODIES
     length: units.Length
     section: RodSection
     material: MaterialOrName | None = None

@@ -1,26 +1,37 @@
 """Symbols of parts that have no extent of their own: joints, hinges, gears, motors, wheels, thrusters, panels.
 
-`add_symbols` is the one function that says what such a part is drawn as. A symbol is fixed to a body, or moves with a
-variable of the part. Its solids are in units of the symbols' size, which `view.drawing` takes from the structure;
-outlines are in m.
+A part states the name of its symbol (`Part.symbol`): "pin", "disc", "ball", "block", "hinge" and "motor" stand where
+any part acts; "joint", "wheel", "thruster", "panel" and "cylinder" are of the parts that have their keys. A symbol is
+fixed to a body, or moves with a variable of the part. Its solids are in units of the symbols' size, which
+`view.drawing` takes from the structure; outlines are in m.
 """
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from evolvent.assembly.ends import ends_of
 from evolvent.kernels import axial, joint as joints, sides
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.constraint_rows import CENTRE
+from evolvent.model.registry import families
+from evolvent.parts.base import unit
+from evolvent.parts.joint import Joint
+from evolvent.parts.joint_spring import JointSpring
 from evolvent.results.observe.shapes import point_on
 from evolvent.results.observe.variables import Observed, turned
 from evolvent.results.observe.view import View
+from evolvent_base.errors import InputError, nearest
 
 Array = np.ndarray
 _Z = (0.0, 0.0, 1.0)
+#: What draws symbols, by their names (`symbol`): a function of a view of a run, the name of a part and its results.
+SYMBOLS: dict[str, Callable[[View, str, Observed], None]] = {}
+Symbol = TypeVar("Symbol", bound=Callable[[View, str, Observed], None])
 
 
 class Seat(NamedTuple):
@@ -39,27 +50,55 @@ class Seat(NamedTuple):
 
 
 def add_symbols(view: View, name: str, found: Observed) -> None:
-    """Add the symbols of a part to what is drawn of it, and the variables with which they move."""
-    function = _SYMBOLS.get(str(getattr(view.part(name), "kind", "")))
-    if function is not None and view.t.size:
-        function(view, name, found)
+    """Add the symbol of a part to what is drawn of it, and the variables with which it moves.
+
+    Raises
+    ------
+    InputError
+        If the part states a symbol that there is not.
+    """
+    stated = view.part(name).symbol
+    if stated and stated not in SYMBOLS:
+        raise InputError(f"the symbol of {name!r} is {stated!r}; {nearest(stated, SYMBOLS)}")
+    if stated and view.t.size:
+        SYMBOLS[stated](view, name, found)
+
+
+def symbol(name: str) -> Callable[[Symbol], Symbol]:
+    """Decorator of the function that draws a symbol."""
+
+    def register(function: Symbol) -> Symbol:
+        SYMBOLS[name] = function
+        return function
+
+    return register
 
 
 # ------------------------------------------------------------------------------------------------ points
 
 
 def seat_of(view: View, name: str) -> Seat | None:
-    """Where a joint is, or a spring of a joint; None of other parts, and of a spring away from any known point."""
+    """Where a part is: a joint, a body, what acts on a joint, or else on bodies, at the centre of the first of them.
+
+    None of what acts on no body, and of a spring away from any known point.
+    """
     part = view.assembly.parts.get(name)
-    kind = getattr(part, "kind", "")
-    if kind == "joint":
+    if isinstance(part, Joint):
         return _joint_seat(view, name, part, 0)
-    if kind == "joint-spring":
+    if isinstance(part, JointSpring):
         return _hinge_seat(view, name, part)
-    if view.assembly.names.get(name, ("",))[0] == "bodies":
-        index = view.index(name)
+    if isinstance(joint := getattr(part, "joint", None), str):
+        return seat_of(view, joint)
+    family, index = view.assembly.names.get(name, ("", 0))
+    if family == "bodies":
         return Seat(index, np.zeros(3), np.asarray(view.model.bodies["axis"][index], dtype=float))
-    return None
+    if part is None or family not in families():
+        return None
+    records = functools.partial(getattr, view.model)
+    body = next((int(i) for what, i in ends_of(family, records(family)[index], records) if what == "bodies"), None)
+    if body is None:
+        return None
+    return Seat(body, np.zeros(3), view.initial.pose(body).R[0].T @ unit(getattr(part, "axis", _Z)))
 
 
 def _joint_seat(view: View, name: str, part: Any, side: int) -> Seat | None:
@@ -94,7 +133,7 @@ def _hinge_seat(view: View, name: str, part: Any) -> Seat | None:
         return seat_of(view, part.joint)
     other = int(row["other"])
     for joint, candidate in view.assembly.parts.items():
-        if getattr(candidate, "kind", "") == "joint" and candidate.type in ("revolute", "cylindrical", "universal"):
+        if isinstance(candidate, Joint) and candidate.type in ("revolute", "cylindrical", "universal"):
             found = _point_row(view, joint)
             if found is not None and {(int(found["on"][i]), int(found["index"][i])) for i in (0, 1)} == {
                 (sides.ON_BODY, body), (sides.ON_BODY, other),
@@ -161,6 +200,10 @@ def _ball(radius: float) -> dict[str, Any]:
     return _round([(-radius * float(np.cos(a)), radius * float(np.sin(a))) for a in angles], list(_Z))
 
 
+def _cube() -> dict[str, Any]:
+    return {"box": {"edges": [0.8, 0.8, 0.8]}}
+
+
 def _ring(radius: float, axis: Any, height: float = 0.0, *, spokes: int = 0) -> list[list[list[float]]]:
     """A circle about an axis through the seat, and its spokes: polylines, m."""
     x, y, z = _basis(axis)
@@ -185,6 +228,7 @@ def _basis(axis: Any) -> tuple[Array, Array, Array]:
 # ------------------------------------------------------------------------------------------------ joints
 
 
+@symbol("joint")
 def _joint(view: View, name: str, found: Observed) -> None:
     """A joint by its type: pins of rotations, rails of travels, balls, blocks of clamps, and the rod of a distance."""
     part = view.part(name)
@@ -224,7 +268,7 @@ _AT_ONE_PLACE: dict[str, Callable[[list[float]], list[dict[str, Any]]]] = {
     "revolute": lambda axis: [_pin(0.35, -1.0, 1.0, axis)],
     "universal": lambda axis: [_pin(0.25, -0.9, 0.9, axis), _ball(0.4)],
     "spherical": lambda _: [_ball(0.55)],
-    "clamp": lambda _: [{"box": {"edges": [0.8, 0.8, 0.8]}}],
+    "clamp": lambda _: [_cube()],
 }
 _RAILS: dict[str, Callable[[list[float]], dict[str, Any]]] = {
     "prismatic": lambda axis: _pin(0.18, -2.5, 2.5, axis),
@@ -234,6 +278,7 @@ _RAILS: dict[str, Callable[[list[float]], dict[str, Any]]] = {
 }
 
 
+@symbol("hinge")
 def _joint_spring(view: View, name: str, found: Observed) -> None:
     """Two flanges at the ends of a hinge's pin; nothing of a travel, whose ends are drawn."""
     seat = seat_of(view, name) if "angle" in found.variables else None
@@ -243,9 +288,10 @@ def _joint_spring(view: View, name: str, found: Observed) -> None:
         found.drawn.append(_entry(view, found, seat, solids=flanges))
 
 
+@symbol("motor")
 def _motor(view: View, name: str, found: Observed) -> None:
     """A rotor beside its joint that turns with the angle; of a travel a cone along the axis."""
-    seat = seat_of(view, view.part(name).joint)
+    seat = seat_of(view, name)
     if seat is None:
         return
     axis = _own_axis(view, seat)
@@ -279,7 +325,7 @@ def _gear(view: View, name: str, found: Observed) -> None:
         where, other = getattr(part, key), int(one["other"])
         axis = start.pose(int(one["body"])).R[0] @ one["axis"]
         place = np.zeros(3)
-        if getattr(view.assembly.parts[where], "kind", "") == "joint":
+        if isinstance(view.assembly.parts[where], Joint):
             place = np.array(_point_row(view, where)["local"][1])
         axes.append(axis)
         seats.append(Seat(other, place, start.pose(other).R[0].T @ axis))
@@ -350,9 +396,45 @@ _OF_TYPE: dict[str, Callable[[View, str, Observed], None]] = {
 }  # fmt: skip
 
 
+# ------------------------------------------------------------------------------------------------ any part
+
+
+@symbol("pin")
+def _pin_of(view: View, name: str, found: Observed) -> None:
+    """A pin along the axis."""
+    _add(view, name, found, lambda axis: _pin(0.35, -1.0, 1.0, axis))
+
+
+@symbol("disc")
+def _disc_of(view: View, name: str, found: Observed) -> None:
+    """A disc across the axis, which turns with the variable "angle", if there is one."""
+    turned_by = {"turned": "angle"} if "angle" in found.variables else {}
+    _add(view, name, found, lambda axis: _pin(1.2, -0.2, 0.2, axis, **turned_by))
+
+
+@symbol("ball")
+def _ball_of(view: View, name: str, found: Observed) -> None:
+    """A ball."""
+    _add(view, name, found, lambda _: _ball(0.55))
+
+
+@symbol("block")
+def _block_of(view: View, name: str, found: Observed) -> None:
+    """A cube."""
+    _add(view, name, found, lambda _: _cube())
+
+
+def _add(view: View, name: str, found: Observed, solid: Callable[[list[float]], dict[str, Any]]) -> None:
+    """A solid, a function of its axis, where a part is."""
+    seat = seat_of(view, name)
+    if seat is not None:
+        found.drawn.append(_entry(view, found, seat, solids=[solid(_own_axis(view, seat))]))
+
+
 # ------------------------------------------------------------------------------------------------ hardware
 
 
+@symbol("wheel")
 def _wheel(view: View, name: str, found: Observed) -> None:
     """A disc that turns, unless its radius is stated and it is drawn with that, and its axis."""
     part, row = view.part(name), view.model.wheels[view.index(name)]
@@ -367,6 +449,7 @@ def _wheel(view: View, name: str, found: Observed) -> None:
     found.drawn.append(_entry(view, found, seat, solids=solids, lift=True))
 
 
+@symbol("thruster")
 def _thruster(view: View, name: str, found: Observed) -> None:
     """A nozzle, and a plume whose size follows the thrust."""
     row = view.model.thrusters[view.index(name)]
@@ -377,6 +460,7 @@ def _thruster(view: View, name: str, found: Observed) -> None:
     found.drawn.append(_entry(view, found, seat, solids=[_round([(0.0, 0.25), (1.2, 0.7)], back), plume]))
 
 
+@symbol("panel")
 def _panel(view: View, name: str, found: Observed) -> None:
     """The outline of a square panel of the area that the light falls on."""
     part = view.part(name)
@@ -392,6 +476,7 @@ def _panel(view: View, name: str, found: Observed) -> None:
     found.drawn.append(_entry(view, found, seat, outline=outline))
 
 
+@symbol("cylinder")
 def _contact(view: View, name: str, found: Observed) -> None:
     """A cylinder that is touched as two circles and four lines; one without ends as long as it is wide."""
     part, family = view.part(name), view.assembly.names[name][0]
@@ -406,15 +491,3 @@ def _contact(view: View, name: str, found: Observed) -> None:
     for side in (x, y, -x, -y):
         lines.append([(radius * side - half * z).tolist(), (radius * side + half * z).tolist()])
     found.drawn.append(_entry(view, found, Seat(int(body), centre, z), outline=lines))
-
-
-#: What draws the symbols of a kind of part.
-_SYMBOLS: dict[str, Callable[[View, str, Observed], None]] = {
-    "joint": _joint,
-    "joint-spring": _joint_spring,
-    "motor": _motor,
-    "reaction-wheel": _wheel,
-    "thruster": _thruster,
-    "radiation": _panel,
-    "contact": _contact,
-}
