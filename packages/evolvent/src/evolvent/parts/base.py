@@ -46,6 +46,8 @@ class Part(Section):
     applies: ClassVar[Applies] = {}
     #: Keys that may be left out only where they do not apply.
     needed: ClassVar[tuple[str, ...]] = ()
+    #: Keys that may be given where they do not apply.
+    always_allowed: ClassVar[tuple[str, ...]] = ()
     #: Group of kinds in which lists show it: one of `Group`, or a name of its own.
     group: ClassVar[str] = Group.OTHERS
     #: Symbol that stands for it in drawings, of `evolvent.results.observe.symbols`, beside what `observe` draws.
