@@ -236,7 +236,7 @@ def test_a_cord_is_a_row_of_its_own() -> None:
         ({"over": (0.0, 0.0, -1.0)}, "cord.a and cord.over coincide at the start"),
         ({"over": "first"}, "cord.a and cord.over coincide at the start"),
         ({"ratio": 0.0}, "ratio"),
-        ({"position": (0.0, 0.0, 0.0)}, "cord.position is given; a joint of type 'pulley' has no position"),
+        ({"position": (0.0, 0.0, 0.0)}, "cord.position is given, but cord.type is 'pulley', which has none"),
         ({"pitch": 0.1}, "cord.pitch is given, but cord.type is 'pulley', not 'screw'"),
         ({"type": "distance"}, "cord.over is given, but cord.type is 'distance', not 'pulley'"),
         ({"type": "distance", "over": None, "ratio": 2.0}, "cord.ratio is given, but cord.type is 'distance'"),

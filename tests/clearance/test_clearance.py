@@ -2,6 +2,7 @@
 
 import json
 import math
+import pathlib
 import re
 import sys
 
@@ -11,7 +12,7 @@ import xarray as xr
 
 import evolvent
 from evolvent import cases
-from evolvent.analysis import accessor as accessor, clearance, clearance_results
+from evolvent.analysis import accessor as accessor, clearance
 from evolvent.results.motion import from_rotation_vectors, product, rotation_matrices
 
 I = (1.0, 0.0, 0.0, 0.0)  # noqa: E741
@@ -94,8 +95,8 @@ def test_shapes(first, second, x, q, distance, whole):
     if (first, second) == (PLATE, BOX):
         distance = -(0.5 + 1.0)  # along x: 1 + 0.5; along y: 0.5 + 1; along z: 0.01 + 1.5
     run = made([0.0], (first, *moved((0.0, 0.0, 0.0), I, whole)), (second, *moved(x, q, whole)))
-    there = run.ev.clearance([("body 0", "body 1")])
-    back = run.ev.clearance([("body 1", "body 0")])
+    there = run.ev.clearance([("body 0", "body 1")]).dataset
+    back = run.ev.clearance([("body 1", "body 0")]).dataset
     assert float(there.clearance[0, 0]) == pytest.approx(distance, abs=1e-5)
     assert float(back.clearance[0, 0]) == pytest.approx(distance, abs=1e-5)
     assert bool((there.exact == 1).all())
@@ -105,7 +106,7 @@ def test_shapes(first, second, x, q, distance, whole):
 def test_coaxial_round_bodies_in_one_another():
     """Any direction across is the way out: the depth by facets is within 3e-4 of the radii."""
     run = made([0.0], (CAN, (0.0, 0.0, 0.0), I), (CAN, (0.0, 0.0, 0.1), I))
-    assert float(run.ev.clearance().smallest[0]) == pytest.approx(-0.8, abs=3e-4)
+    assert float(run.ev.clearance().dataset.smallest[0]) == pytest.approx(-0.8, abs=3e-4)
 
 
 @pytest.mark.usefixtures("coal")
@@ -113,16 +114,17 @@ def test_axes_of_shapes():
     """A cylinder along (0.6, 0.8, 0) in body axes beside a ball at its end."""
     can = {"cylinder": {"radius": 0.4, "length": 1.5, "axis": [3.0, 4.0, 0.0]}}
     run = made([0.0], (can, (0.0, 0.0, 0.0), I), (BALL, (0.6 * 1.5, 0.8 * 1.5, 0.0), I))
-    assert float(run.ev.clearance().smallest[0]) == pytest.approx(1.5 - 0.75 - 0.3, abs=1e-6)
+    assert float(run.ev.clearance().dataset.smallest[0]) == pytest.approx(1.5 - 0.75 - 0.3, abs=1e-6)
 
 
 @pytest.mark.usefixtures("coal")
-def test_interference_in_time():
+def test_interference_in_time(tmp_path):
     """A ball flies past a box, 0.1 m too deep, at 1 m/s: |x| is below 0.8 m from t = 1.2 s to 2.8 s."""
     time = np.linspace(0.0, 4.0, 41)
     x = np.stack([time - 2.0, np.full(41, 1.2), np.zeros(41)], axis=1)
     run = made(time, (BOX, (0.0, 0.0, 0.0), I), (BALL, x, I, (1.0, 0.0, 0.0)))
-    found = run.ev.clearance()
+    shown = run.ev.clearance()
+    found = shown.dataset
     # beside the edge of the box x = 0.5 m, y = 1 m: sqrt(0.3^2 - 0.2^2) m further
     reach = 0.5 + math.sqrt(0.3**2 - 0.2**2)
     assert found.start.values == pytest.approx([2.0 - reach], abs=2e-3)
@@ -132,7 +134,16 @@ def test_interference_in_time():
         f"'body 0' is up to 100 mm inside 'body 1' from t = {float(found.start[0]):.5g} s to "
         f"{float(found.end[0]):.5g} s"
     ]
-    assert clearance_results.rows(found)[1][:2] == ["body 0 - body 1", "-100 mm"]
+    assert shown.rows()[1][:2] == ["body 0 - body 1", "-100 mm"]
+    assert shown.interfering == ["body 0 - body 1"]
+    assert "'body 0' is up to 100 mm inside 'body 1'" in str(shown)
+    assert "-100 mm" in shown._repr_html_()
+    assert repr(shown) == "<Clearances: 1 pairs, smallest -100 mm>"
+    kept = xr.load_dataset(shown.save(str(tmp_path / "c.nc")), engine="h5netcdf")
+    assert kept.smallest.values == pytest.approx(found.smallest.values)
+    assert json.loads(pathlib.Path(shown.save(str(tmp_path / "c.json"))).read_text())["pairs"][0]["smallest"] < 0.0
+    with pytest.raises(evolvent.InputError, match=re.escape("clearances are written as .nc, .json")):
+        shown.save(str(tmp_path / "c.csv"))
 
 
 @pytest.mark.usefixtures("coal")
@@ -140,19 +151,20 @@ def test_many_interferences_are_one_sentence():
     """A ball dives into a box five times, each time deeper: the table and the sentence stay short."""
     time = np.arange(11.0)
     x = np.stack([np.where(time % 2 == 0, 2.0, 0.8 - 0.01 * time), 0 * time, 0 * time], axis=1)
-    found = made(time, (BOX, (0.0, 0.0, 0.0), I), (BALL, x, I)).ev.clearance()
+    shown = made(time, (BOX, (0.0, 0.0, 0.0), I), (BALL, x, I)).ev.clearance()
+    found = shown.dataset
     assert found.depth.values == pytest.approx([0.01, 0.03, 0.05, 0.07, 0.09], abs=1e-6)
     (sentence,) = json.loads(found.attrs["sentences"])
     assert sentence.startswith("'body 0' is up to 90 mm inside 'body 1' from t = ")
     assert sentence.endswith(", and less deep in 4 more intervals")
-    assert clearance_results.rows(found)[1][4].endswith(" and 3 more")
+    assert shown.rows()[1][4].endswith(" and 3 more")
 
 
 @pytest.mark.usefixtures("coal")
 def test_far_bodies_have_bounds_and_an_exact_smallest_distance():
     time = np.linspace(0.0, 1.0, 11)
     x = np.stack([6.0 + 4.0 * time, np.zeros(11), np.zeros(11)], axis=1)
-    found = made(time, (BOX, (0.0, 0.0, 0.0), I), (BALL, x, I, (4.0, 0.0, 0.0))).ev.clearance()
+    found = made(time, (BOX, (0.0, 0.0, 0.0), I), (BALL, x, I, (4.0, 0.0, 0.0))).ev.clearance().dataset
     assert float(found.smallest[0]) == pytest.approx(6.0 - 0.5 - 0.3, abs=1e-6)
     assert found.exact.values[0, 0] == 1
     assert found.exact.values.min() == 0
@@ -165,11 +177,12 @@ def test_a_body_that_passes_another_between_samples():
     """A ball goes through a plate from 1 m below to 1 m above it in one interval."""
     x = np.array([[0.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
     run = made([0.0, 0.5], (PLATE, (0.0, 0.0, 0.0), I), (BALL, x, I, (0.0, 0.0, 4.0)))
-    found = run.ev.clearance()
+    shown = run.ev.clearance()
+    found = shown.dataset
     assert float(found.smallest[0]) == pytest.approx(0.69, abs=1e-6)
     assert float(found.least_between[0]) == pytest.approx(0.69 - 1.0, abs=1e-6)
     assert found.sizes["interference"] == 0
-    (warning,) = json.loads(found.attrs["warnings"])
+    (warning,) = shown.answer().warnings
     assert warning.startswith("'body 0' and 'body 1' may touch unseen between samples, by their rates, in one interval")
 
 
@@ -182,7 +195,7 @@ def test_bodies_that_turn_together_do_not_come_closer():
     q = from_rotation_vectors(np.stack([0 * c, 0 * c, rate * time], axis=1))
     v = rate * np.stack([-s, c, 0 * c], axis=1)
     spin = (0.0, 0.0, rate)
-    found = made(time, (BALL, 2.0 * out, q, 2.0 * v, spin), (BALL, 3.0 * out, q, 3.0 * v, spin)).ev.clearance()
+    found = made(time, (BALL, 2.0 * out, q, 2.0 * v, spin), (BALL, 3.0 * out, q, 3.0 * v, spin)).ev.clearance().dataset
     assert float(found.smallest[0]) == pytest.approx(0.4, abs=1e-6)
     assert float(found.least_between[0]) == pytest.approx(0.4, abs=1e-6)
     assert json.loads(found.attrs["warnings"]) == []
@@ -198,11 +211,11 @@ def test_pairs_and_what_is_left_out():
     }
     bodies = [(BALL, (n, 0.0, 0.0), I) for n in range(3)]
     run = made([0.0], *bodies, parts=parts)
-    found = run.ev.clearance()
+    found = run.ev.clearance().dataset
     assert found.pair.values.tolist() == ["body 0 - body 2", "body 1 - body 2"]
     assert json.loads(found.attrs["left_out"]) == ["'body 0' and 'body 1', held by 'hinge'"]
     assert json.loads(found.attrs["not_checked"]) == ["rigid body without a shape 'hub'", "point mass 'mast'"]
-    assert run.ev.clearance([("body 1", "body 0")]).smallest.values == pytest.approx([0.4], abs=1e-6)
+    assert run.ev.clearance([("body 1", "body 0")]).dataset.smallest.values == pytest.approx([0.4], abs=1e-6)
 
 
 def swinging(rate=0.5, every=0.01):
@@ -224,7 +237,8 @@ def swinging(rate=0.5, every=0.01):
 def test_first_contact_of_a_panel_that_swings_into_a_bus(tmp_path):
     """Its corner is at x = rho cos(phi + delta), rho^2 = 1 + 0.01^2, tan(delta) = 0.01, phi = -90 deg + w t."""
     run = evolvent.load(swinging()).simulate()
-    found = run.ev.clearance()
+    shown = run.ev.clearance()
+    found = shown.dataset
     rho, delta = math.hypot(1.0, 0.01), math.atan(0.01)
     contact = (math.pi / 2 - math.acos(0.8 / rho) - delta) / 0.5
     assert found.start.values == pytest.approx([contact], abs=1e-4)
@@ -233,12 +247,12 @@ def test_first_contact_of_a_panel_that_swings_into_a_bus(tmp_path):
     expected = 0.8 - np.cos(lead) - 0.01 * np.sin(lead)
     assert found.clearance.values[:, 0] == pytest.approx(expected, abs=5e-5)
     evolvent.save(run, str(tmp_path / "run.nc"))
-    again = evolvent.open(str(tmp_path / "run.nc")).ev.clearance()
+    again = evolvent.open(str(tmp_path / "run.nc")).ev.clearance().dataset
     assert again.clearance.values == pytest.approx(found.clearance.values)
     # marked from the contact on
-    motion = clearance_results.marked(run.ev.motion(), found)
+    motion = shown.marked(run.ev.motion())
     assert all(np.array_equal(frame.marked, found.time.values >= contact) for frame in motion.frames)
-    run.ev.animate(str(tmp_path / "a.html"), clearance=found)
+    run.ev.animate(str(tmp_path / "a.html"), clearance=shown)
     assert '"frame 0 marked"' in (tmp_path / "a.html").read_text().replace("&#34;", '"')
 
 
@@ -271,7 +285,7 @@ def array():
 @pytest.mark.slow
 def test_solar_array(array):
     """Panels open in a plane; folded, panel 3 is where panel 1 is. No panel meets the satellite."""
-    found = array.ev.clearance()
+    found = array.ev.clearance().dataset
     assert found.pair.values.tolist() == ["satellite - panel 2", "satellite - panel 3", "panel 1 - panel 3"]
     sides = {"satellite": (1.0, 1.0)}
     poses = {}

@@ -11,6 +11,7 @@ from PIL import Image
 
 import cf
 import evolvent
+from evolvent.analysis.clearance_results import Clearances
 from evolvent.exports import moving
 from evolvent.exports.request import Request
 
@@ -103,7 +104,7 @@ def test_films_show_bodies_that_interfere_in_red(tmp_path):
         {"between": ("interference", [0]), "start": ("interference", [0.0]), "end": ("interference", [1.2])},
         {"time": run.time.values, "a": ("pair", ["panel 1"]), "b": ("pair", ["panel 3"])},
     )
-    moving.gif(run, str(tmp_path / "struck.gif"), Request(frames=5, clearance=struck))
+    moving.gif(run, str(tmp_path / "struck.gif"), Request(frames=5, clearance=Clearances(struck)))
     moving.gif(run, str(tmp_path / "plain.gif"), Request(frames=5))
     (first, last), plain = red(tmp_path / "struck.gif"), red(tmp_path / "plain.gif")
     assert first > 5.0 * plain[0]

@@ -106,7 +106,8 @@ def test_it_is_forward_mode(name: str, radius: float) -> None:
     settings = {"method": "generalized-alpha", "until": 0.4, "every": 0.1, "step": 0.005, "spectral_radius": radius}
     keys = ["body.mass", "body.inertia.0"] if "tip" not in made(name).parts else ["tip.mass", "body.inertia.2"]
     forward, adjoint = (
-        made(name).sensitivity(values, keys, mode=mode, **settings).derivative.values for mode in ("forward", "adjoint")
+        made(name).sensitivity(values, keys, mode=mode, **settings).dataset.derivative.values
+        for mode in ("forward", "adjoint")
     )
     size = np.abs(forward).max(axis=0)
     assert np.abs(adjoint - forward).max() < WITHIN * size.max()

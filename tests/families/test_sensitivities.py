@@ -69,7 +69,7 @@ def test_they_are_central_differences(family: str, method: str) -> None:
     until = 0.37 * case.end
     step = until / 60.0
     settings = {"method": method, "step": step, "spectral_radius": 0.9}
-    found = system.sensitivity(VALUE, keys, until=until, fine=False, **settings)
+    found = system.sensitivity(VALUE, keys, until=until, fine=False, **settings).dataset
     samples = evolvent.analysis.settings.sample_times(until)
     scale = max(float(found.result[0]), 1e-9)
     for j, key in enumerate(keys):

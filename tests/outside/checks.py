@@ -21,6 +21,7 @@ from evolvent.equations.implicit import is_isolated
 from evolvent.model.family import ENERGY, EVERY, IMPLICIT, Kind
 from evolvent.model.registry import families
 from evolvent.solvers.common.graph import pattern_of
+from evolvent.view import show
 from evolvent_base.errors import InputError
 from families.rows import Row
 from families.test_families import VARIANTS, check_equilibrium, check_motion, check_poles
@@ -93,9 +94,22 @@ def test_margins_count_its_torque() -> None:
 def test_sensitivities(mode: str) -> None:
     value, key = "hinge 0.angle.last", "damper.damping"
     settings: dict[str, Any] = {"until": 1.0, "method": "generalized-alpha", "step": 5e-3}
-    found = wheels().sensitivity(value, [key], mode=mode, fine=False, **settings)
+    found = wheels().sensitivity(value, [key], mode=mode, fine=False, **settings).dataset
     ends = [wheels(damping=DAMPING + d).simulate(keep=[value], **settings)[value] for d in (-1e-4, 1e-4)]
     assert float(found.derivative[0, 0]) == pytest.approx((ends[1] - ends[0]) / 2e-4, rel=1e-5)
+
+
+def test_it_is_drawn_as_the_symbol_that_it_states(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A disc at the first body, across the axis, which is fixed to it."""
+    run = pair().simulate(until=0.2, every=0.1)
+    (disc,) = show.motion(run).symbols
+    assert (disc.name, len(disc.solids)) == ("damper", 1)
+    assert disc.origin == pytest.approx(run["a"].position.values)
+    assert disc.solids[0].axis == pytest.approx(np.array([0.3, 0.5, 0.8]) / np.linalg.norm([0.3, 0.5, 0.8]))
+    assert RotaryDamper.group == "springs and resistances"
+    monkeypatch.setattr(RotaryDamper, "symbol", "disk")
+    with pytest.raises(InputError, match="the symbol of 'damper' is 'disk'; did you mean 'disc'"):
+        show.motion(pair().simulate(until=0.2))
 
 
 def test_a_case_file_takes_it(tmp_path: Any) -> None:

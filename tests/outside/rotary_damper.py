@@ -13,7 +13,7 @@ from evolvent.model.family import Family, Kind, record
 from evolvent.model.powers import SPRINGS
 from evolvent.model.questions import AdjointSupport
 from evolvent.model.shares import DAMPING
-from evolvent.parts.base import BodyName, Part, unit
+from evolvent.parts.base import BodyName, Group, Part, unit
 from evolvent_base import units
 from evolvent_base.dense import product
 from evolvent_base.errors import InputError
@@ -72,6 +72,8 @@ class RotaryDamper(Part):
     """A viscous torque, `damping` times the rate of body `b` against body `a`, about `axis`, fixed to `a`."""
 
     kind: Literal["rotary-damper"] = "rotary-damper"
+    group = Group.SPRINGS
+    symbol = "disc"
     a: BodyName
     b: BodyName
     axis: units.Direction = (0.0, 0.0, 1.0)

@@ -109,7 +109,7 @@ def test_what_repeats_it_is_named() -> None:
 @pytest.mark.parametrize("mode", ["forward", "adjoint"])
 def test_sensitivities(mode: str) -> None:
     settings: dict[str, Any] = {"until": 0.5, "method": "generalized-alpha", "step": 5e-3}
-    found = pendulum().sensitivity("bob.position.z.last", ["gravity.2"], mode=mode, fine=False, **settings)
+    found = pendulum().sensitivity("bob.position.z.last", ["gravity.2"], mode=mode, fine=False, **settings).dataset
     ends = []
     for d in (-1e-4, 1e-4):
         ends.append(float(pendulum(weight=G - d).simulate(**settings)["bob"]["position"].values[-1, 2]))

@@ -33,7 +33,7 @@ def test_those_of_a_node_that_falls_on_its_spring_are_its_closed_form(file: str,
         system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="arm.root", type="clamp"), "root")
         found = system.sensitivity(
             "arm[1].interface_position.x.last", "gravity.0", until=t, step=step, method=method, spectral_radius=1.0
-        )
+        ).dataset
         errors.append(abs(found.derivative.item() - (1.0 - math.cos(w * t)) / w**2))
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.1)
     assert errors[1] < 1e-4
@@ -49,6 +49,6 @@ def test_those_of_a_panel_on_a_hinge_are_central_differences(file: str, method: 
     settings = {"until": 1.2, "step": 0.01, "method": method, "spectral_radius": 0.9}
     for name in ("spring.angle.last", "energy_kinetic.last"):
         for key, at in (("spring.stiffness", 4.0), ("panel.damping_ratio", 0.02), ("gravity.1", -2.0)):
-            found = system.sensitivity(name, key, **settings)
+            found = system.sensitivity(name, key, **settings).dataset
             compared = differences(system, name, key, at, **settings)
             assert found.derivative.item() == pytest.approx(compared, rel=1e-6, abs=1e-9), (name, key)

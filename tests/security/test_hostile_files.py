@@ -14,7 +14,6 @@ import numpy as np
 import pytest
 
 from evolvent import InputError, cases
-from evolvent.analysis import sensitivity
 from evolvent.elements import nastran
 from evolvent.elements.reduced_files import read_model
 from evolvent_base import files
@@ -171,12 +170,13 @@ def test_sensitivities_are_written_whole_or_not_at_all(call, tmp_path: pathlib.P
         def sensitivity(self, *_, mode):
             return self
 
-        attrs = {"method": "x"}  # noqa: RUF012
+        named = "sensitivities"
+
+        def answer(self):
+            return Answer(title="", files={"s.csv": lambda: as_csv([["value", "key"], ["a", "b"]])})
 
     monkeypatch.setattr(cases, "load", lambda *_: type("Case", (), {"system": "x"}))
     monkeypatch.setattr(cases, "system", lambda name: System())
-    table = [["value", "key"], ["a", "b"]]
-    monkeypatch.setattr(sensitivity, "answer", lambda _: Answer(title="", files={"s.csv": lambda: as_csv(table)}))
     (tmp_path / "s.csv").write_text("before")
     words = ("sensitivity", "x.yaml", "--of", "a", "--by", "b", "--quiet", "-o", "s.csv")
 

@@ -39,7 +39,7 @@ def test_those_of_a_motor_that_is_driven_are_its_closed_form(method: str) -> Non
 
     settings: dict[str, Any] = {"until": end, "step": 1e-3, "method": method}
     forward, adjoint = (
-        driven_wheel().sensitivity("hinge.angle.last", list(keys), mode=mode, **settings)
+        driven_wheel().sensitivity("hinge.angle.last", list(keys), mode=mode, **settings).dataset
         for mode in ("forward", "adjoint")
     )
     np.testing.assert_allclose(adjoint.derivative, forward.derivative, rtol=1e-6)
@@ -61,7 +61,7 @@ def test_those_of_the_adjoint_through_a_latch_are_central_differences(name: str,
     """Of energy-momentum, with fixed steps."""
     keys = ["hinge.stiffness", "flap.inertia"]
     settings: dict[str, Any] = {"until": 1.5, "step": 0.01, "method": ENERGY, "spectral_radius": 0.9}
-    found = hinge().sensitivity(name, keys, mode="adjoint", **settings)
+    found = hinge().sensitivity(name, keys, mode="adjoint", **settings).dataset
     for key in keys:
         compared = differences(hinge(), name, key, float(found["at"].sel(key=key)), change=change, **settings)
         assert float(found.derivative.sel(value=name, key=key)) == pytest.approx(compared, rel=within), key

@@ -63,8 +63,10 @@ def test_those_of_an_oscillator_are_its_closed_form(method: str) -> None:
     keys = ["spring.stiffness", "mass.mass", "parts.spring.length"]
     errors = []
     for step in (0.02, 0.01):
-        found = oscillator().sensitivity(
-            "mass.position.x.last", keys, until=t, step=step, method=method, spectral_radius=1.0
+        found = (
+            oscillator()
+            .sensitivity("mass.position.x.last", keys, until=t, step=step, method=method, spectral_radius=1.0)
+            .dataset
         )
         errors.append(np.abs(found.derivative.values[0] - expected))
     np.testing.assert_allclose(errors[0] / errors[1], 4.0, rtol=0.05)
@@ -85,7 +87,7 @@ def test_those_of_a_value_at_a_time_and_an_integral_are_closed_forms(method: str
     found = oscillator().sensitivity(
         ["mass.position.x.at(1 s)", "mass.position.x.integral"], ["spring.stiffness", "spring.length"], until=t,
         every=0.005, step=2e-3, method=method, spectral_radius=1.0,
-    )  # fmt: skip
+    ).dataset  # fmt: skip
     expected = [length + a * math.cos(w), length * t + a * math.sin(w * t) / w]
     np.testing.assert_allclose(found.result, expected, rtol=1e-4)
     np.testing.assert_allclose(found.derivative.sel(key="spring.stiffness"), by_rate * w / (2.0 * k), rtol=1e-4)
@@ -115,7 +117,7 @@ def test_that_of_the_time_of_a_latch_is_its_closed_form(method: str) -> None:
     found = hinge().sensitivity(
         ["hinge.latch_time", "hinge.latch_rate"], ["hinge.stiffness", "flap.inertia", "hinge.rest"], until=1.0,
         step=1e-3, method=method, spectral_radius=1.0,
-    )  # fmt: skip
+    ).dataset  # fmt: skip
     assert found.result[0] == pytest.approx(t, rel=1e-5)
     np.testing.assert_allclose(found.derivative[0], [-t / 4.0, t / 1.0, -by_rest], rtol=2e-5)
     rate = found.result.values[1]  # w^2 wound^2 sin^2: by k, rate/(2 k)
@@ -251,7 +253,7 @@ def test_those_of_runs_with_fixed_steps_are_central_differences(case: str, metho
     system, name, keys, settings, within = CASES[case]
     settings = {**settings, "method": method, "spectral_radius": 0.9}
     built = system()
-    found = built.sensitivity(name, list(keys), **settings)
+    found = built.sensitivity(name, list(keys), **settings).dataset
     for key, at in keys.items():
         change = {"latch": 2e-4, "release at a time": 1e-3}.get(case, 1e-4 if "release" in case else 1e-3)
         compared = differences(built, name, key, at, change=change, **settings)
@@ -279,7 +281,9 @@ def test_those_of_the_adjoint_are_those_of_neighbours(case: str, method: str) ->
         with pytest.raises(InputError, match=f"{REFUSED[case, method]}.*mode 'forward'"):
             built.sensitivity(name, list(keys), mode="adjoint", **settings)
         return
-    forward, adjoint = (built.sensitivity(name, list(keys), mode=mode, **settings) for mode in ("forward", "adjoint"))
+    forward, adjoint = (
+        built.sensitivity(name, list(keys), mode=mode, **settings).dataset for mode in ("forward", "adjoint")
+    )
     np.testing.assert_allclose(adjoint.derivative, forward.derivative, rtol=5e-6)
     assert adjoint.attrs["mode"] == "adjoint"
     assert adjoint.unit.values.tolist() == forward.unit.values.tolist()
@@ -298,7 +302,9 @@ def test_values_of_the_adjoint_follow_from_samples_and_events(name: str, method:
     """Of a hinge that latches: its time, values at a time and over time, and what a key changes in a value itself."""
     keys = ["hinge.stiffness", "flap.inertia", "hinge.latch", "hinge.latch_stiffness"]
     settings: dict[str, Any] = {"until": 1.5, "step": 0.01, "method": method, "spectral_radius": 0.6}
-    forward, adjoint = (hinge().sensitivity(name, keys, mode=mode, **settings) for mode in ("forward", "adjoint"))
+    forward, adjoint = (
+        hinge().sensitivity(name, keys, mode=mode, **settings).dataset for mode in ("forward", "adjoint")
+    )
     size = float(np.abs(forward.derivative).max())
     np.testing.assert_allclose(adjoint.derivative, forward.derivative, rtol=1e-6, atol=1e-6 * size)
 
@@ -379,9 +385,9 @@ def test_the_adjoint_of_a_chain_is_the_same_for_groups_of_keys(method: str) -> N
     count, chain = 30, masses_in_a_row(30)
     keys = [f"s{k}.stiffness" for k in range(count)] + [f"m{k}.mass" for k in range(count)]
     settings: dict[str, Any] = {"until": 1.0, "step": 0.01, "method": method, "spectral_radius": 0.6}
-    found = chain.sensitivity("m5.position.x.last", keys, mode="adjoint", **settings)
+    found = chain.sensitivity("m5.position.x.last", keys, mode="adjoint", **settings).dataset
     few = keys[::7]
-    compared = chain.sensitivity("m5.position.x.last", few, **settings)
+    compared = chain.sensitivity("m5.position.x.last", few, **settings).dataset
     scale = float(np.abs(compared.derivative).max())
     np.testing.assert_allclose(found.derivative.sel(key=few), compared.derivative, rtol=1e-5, atol=1e-6 * scale)
 
@@ -394,7 +400,9 @@ def test_those_through_latches_are_the_same_by_both_methods() -> None:
     settings: dict[str, Any] = {"until": 10.0, "spectral_radius": 0.6}
     steps = {ENERGY: 0.005, ALPHA: 0.002}
     found = {
-        method: array.sensitivity("hinge 1.latch_time", keys, method=method, step=step, **settings).derivative.values[0]
+        method: array.sensitivity(
+            "hinge 1.latch_time", keys, method=method, step=step, **settings
+        ).dataset.derivative.values[0]
         for method, step in steps.items()
     }
     np.testing.assert_allclose(found[ENERGY], found[ALPHA], rtol=2e-4)
@@ -406,7 +414,7 @@ def test_those_through_latches_are_the_same_by_both_methods() -> None:
 
 @pytest.mark.slow
 def test_steps_that_are_adaptive_are_those_of_the_run() -> None:
-    found = hinge().sensitivity("hinge.latch_time", "hinge.stiffness", until=1.0, method=ENERGY, tolerance=1e-9)
+    found = hinge().sensitivity("hinge.latch_time", "hinge.stiffness", until=1.0, method=ENERGY, tolerance=1e-9).dataset
     assert found.attrs["steps"] == "as in the run"
     assert float(found.derivative[0, 0]) == pytest.approx(-float(found.result[0]) / 4.0, rel=1e-4)
 
@@ -414,7 +422,9 @@ def test_steps_that_are_adaptive_are_those_of_the_run() -> None:
 @pytest.mark.slow
 def test_a_run_has_those_of_its_case() -> None:
     run = hinge().simulate(until=1.0, step=1e-2, method=ENERGY)
-    found = run.ev.sensitivity("hinge.latch_time", "parts.flap.inertia")
+    shown = run.ev.sensitivity("hinge.latch_time", "parts.flap.inertia")
+    found = shown.dataset
+    assert "hinge.latch_time  parts.flap.inertia" in str(shown)
     assert float(found.derivative[0, 0]) == pytest.approx(float(found.result[0]), rel=1e-3)
     assert float(found.result[0]) == float(run["hinge"].latch_time.values[-1])
 

@@ -565,7 +565,7 @@ def test_a_mass_at_a_place_starts_there_with_its_velocity() -> None:
         (parts.Joint(a="hub.left", b="bob", position=(0, 0, 1)), "held.position is given, but .* already define where"),
         (
             parts.Joint(a="hub", b="bob", type="distance", position=(0, 0, 1)),
-            "a joint of type 'distance' has no position",
+            "held.type is 'distance', which has none",
         ),
         (parts.Joint(a="boom.tip", b="boom.root", type="clamp"), "apart at the start; they must coincide"),
         (parts.Joint(a="boom.tip", b="near", type="clamp"), "held.type is 'clamp', but a point mass has no directions"),

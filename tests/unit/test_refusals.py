@@ -118,7 +118,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
         with_part(kind="joint", a="bob", b="wheel", type="guide"),
         "x.a is 'bob'; of a joint of type 'guide' it must be on the ground",
     ),
-    "one end": (with_part(kind="joint", b="wheel"), "x.a is missing; a joint of type 'spherical' needs x.a and x.b"),
+    "one end": (with_part(kind="joint", b="wheel"), "x.a is missing; x.type 'spherical' needs it"),
     "angle on a travel": (
         with_part(kind="joint", a="ground", b="bob", type="point-on-line", drive={"constant": {"rate": "6 rpm"}}),
         "x.drive.rate is 0.628319 rad/s, but its coordinate is a travel; give it in m/s",

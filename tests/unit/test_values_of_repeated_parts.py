@@ -56,7 +56,7 @@ def test_the_derivative_by_all_is_the_sum_of_those_by_each() -> None:
             method="energy-momentum",
             step=0.01,
         )
-        .derivative.values[0]
+        .dataset.derivative.values[0]
     )
     assert found[0] == pytest.approx(found[1] + found[2], rel=1e-5)
     assert abs(found[1]) > 0.0

@@ -30,15 +30,36 @@ def driven(kind: str, **given: Any) -> System:
     ("given", "words"),
     [
         ({"drive": {"free": {"inertia": 1.0}}}, r"hinge\.drive is a free spool, which prescribes no motion"),
-        ({"stiffness": 10.0}, r"hinge\.stiffness is 10\.0, but a drive prescribes a motion; leave it out"),
-        ({"damping": 2.0}, r"hinge\.damping is 2\.0, but a drive prescribes a motion; leave it out"),
-        ({"rotational_stiffness": 3.0}, r"hinge\.rotational_stiffness is 3\.0, but a drive prescribes a motion"),
-        ({"position": (1.0, 0.0, 0.0)}, r"hinge\.position is \(1\.0, 0\.0, 0\.0\), but a drive prescribes a motion"),
+        ({"stiffness": 10.0}, r"hinge\.stiffness and hinge\.drive are both given; leave one of them out"),
+        ({"damping": 2.0}, r"hinge\.damping and hinge\.drive are both given"),
+        ({"rotational_stiffness": 3.0}, r"hinge\.rotational_stiffness and hinge\.drive are both given"),
+        ({"position": (1.0, 0.0, 0.0)}, r"hinge\.position and hinge\.drive are both given"),
     ],
 )
 def test_a_drive_takes_no_penalties(kind: str, given: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
         driven(kind, **given).assemble()
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"type": "gear", "b": None}, r"pin\.b is missing; pin\.type 'gear' needs it"),
+        (
+            {"type": "pulley", "position": (1.0, 0.0, 0.0)},
+            r"pin\.position is given, but pin\.type is 'pulley', which has",
+        ),
+        ({"pitch": 0.1}, r"pin\.pitch is given, but pin\.type is 'spherical', not 'screw'"),
+        ({"rotational_stiffness": 1.0}, r"pin\.rotational_stiffness is given without pin\.stiffness"),
+        ({"type": "link", "sense": -1}, r"pin\.sense is given without pin\.drum"),
+    ],
+)
+def test_a_joint_has_the_keys_of_its_type(given: dict[str, Any], words: str) -> None:
+    system = System()
+    system.add(parts.Point(mass=1.0), "bob")
+    system.add(parts.Joint(**({"a": "ground", "b": "bob"} | given)), "pin")
+    with pytest.raises(InputError, match=words):
+        system.assemble()
 
 
 @pytest.mark.parametrize("kind", [parts.Beam, parts.Rod])

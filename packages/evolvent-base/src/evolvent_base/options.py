@@ -96,6 +96,8 @@ def write_files(
     if output is not None:
         echo(f"{named}: {showing.save(answer, output)}")
     if figure is not None:
+        if not answer.figures:
+            raise InputError(f"--figure {figure!r} is not written: there is nothing to draw")
         echo(f"figure: {plots.save(answer.figures[0], figure)}")
     if report is not None:
         files.write_file(report, showing.page(answer).encode())

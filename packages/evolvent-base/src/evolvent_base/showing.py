@@ -109,6 +109,8 @@ class Shown(Answered):
 def check_ending(path: str | os.PathLike[str], endings: Sequence[str], named: str) -> None:
     """Refuse a file whose ending is none of those in which something is written."""
     ending = os.path.splitext(path)[1]
+    if not endings:
+        raise InputError(f"{named} are not saved as files; report() writes a page, plot() a figure")
     if ending not in endings:
         raise InputError(f"{os.fspath(path)!r} ends with {ending!r}; {named} are written as {', '.join(endings)}")
 

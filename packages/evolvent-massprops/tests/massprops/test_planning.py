@@ -79,13 +79,20 @@ def test_what_a_longer_record_does_not_improve() -> None:
     assert found.best.duration == pytest.approx(60.0, abs=0.1)
     assert found.floor[0][0] == "stand.half_width"
     assert np.nanmax(found.best.noise) < 0.1 * found.best.worst
-    better = planning.plan(EXAMPLE, 2e-3)
+    better = planning.plan(EXAMPLE, 2e-3, points=4)
     assert better.best.reached
     assert better.best.worst <= 2e-3
     lengths = [o.duration for o in better.sensors if o.reached]
     assert lengths == sorted(lengths)  # fewer sensors need longer records
     assert [o.label for o in better.pulls[:4]] == [f"spring {k}" for k in (1, 2, 3, 4)]
     assert [o.pulls[0].kind for o in better.pulls[4:]] == ["two springs", "point"]
+    assert "release the pull at spring" in str(better)
+    (figure,) = better.answer().figures
+    assert [line.label for line in figure.panels[0].lines] == [*(one.label for one in better.pulls), "wanted"]
+    assert all(line.x.size <= 4 for line in figure.panels[0].lines)
+    assert found.curves is None
+    with pytest.raises(InputError, match="plans are not saved as files"):
+        better.save("plan.json")
     assert [rule.name for rule in better.rules] == ["(2.5)", "(2.6)", "(2.7)"]
     assert "(2.5) holds for the Cramér-Rao bound of as many samples, and is refuted for Prony" in better.rules[0].finds
     assert better.rules[0].verdict == "yes"

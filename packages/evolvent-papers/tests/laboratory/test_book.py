@@ -101,6 +101,10 @@ def test_all_sets_and_their_coverage(call, tmp_path, monkeypatch) -> None:
     assert (written["goals_met"], written["covered"]) == ([1, 2], [2, 2])
     assert [one["set"] for one in written["sets"]] == ["a", "b"]
     assert written["without_measurements"] == ["c"]
+    alone = sets["a"].validate()
+    assert str(alone).splitlines()[-1] == "1 of 1 goals are met; 1 of 1 differences are within their bands of 95 %"
+    assert "Set a" in alone._repr_html_()
+    assert json.loads(pathlib.Path(alone.save(tmp_path / "a.json")).read_text()) == written["sets"][0]
     code, _, err = call("validate", "c")
     assert (code, err.strip()) == (2, "evolvent: c needs --data FOLDER: ask")
     assert call("validate", "a")[0] == 0

@@ -4,26 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from evolvent.parts.base import Group
 from evolvent.parts.registry import kinds
-
-#: Groups of the kinds that are built in.
-GROUPS: dict[str, tuple[str, ...]] = {
-    "bodies, beams and threads": ("rigid-body", "reduced-body", "point", "beam", "rod", "reel", "thread"),
-    "joints": ("joint",),
-    "springs and resistances": ("spring", "joint-spring", "resistance", "bearing"),
-    "motors, control and events": ("motor", "reaction-wheel", "thruster", "attitude-controller", "event"),
-    "contact": ("contact",),
-    "loads and fields": ("load", "field", "radiation", "magnetic-torque", "thermal-load", "custom-force"),
-}  # fmt: skip
-#: The group of kinds that other packages add.
-OTHERS = "of other packages"
 
 
 def grouped() -> Iterator[tuple[str, list[str]]]:
-    """Groups, and the kinds of each that there are."""
-    known = kinds()
-    for name, members in GROUPS.items():
-        yield name, [kind for kind in members if kind in known]
-    others = sorted(set(known) - {kind for members in GROUPS.values() for kind in members})
-    if others:
-        yield OTHERS, others
+    """Groups that parts state (`Part.group`), and their kinds; a package's own groups come before the last one."""
+    found: dict[str, list[str]] = {str(group): [] for group in Group if group != Group.OTHERS}
+    for kind, part in sorted(kinds().items()):
+        if part.group != Group.OTHERS:
+            found.setdefault(str(part.group), []).append(kind)
+    yield from ((group, names) for group, names in found.items() if names)
+    if others := sorted(kind for kind, part in kinds().items() if part.group == Group.OTHERS):
+        yield str(Group.OTHERS), others

@@ -11,6 +11,7 @@ import pytest
 
 import evolvent
 from evolvent import cases, results
+from evolvent.parts.base import Group, Part
 from evolvent.parts.registry import kinds
 from evolvent.results import variables
 from evolvent.view import show
@@ -361,11 +362,19 @@ def test_keys_of_built_in_cases_apply(name):
             assert all(when.holds(values | content) for when in kind.applies[key]), f"{part}.{key}"
 
 
-def test_every_kind_is_in_one_group():
-    members = [kind for group in kindgroups.GROUPS.values() for kind in group]
-    assert sorted(members) == sorted(kinds())
-    assert len(members) == len(set(members))
-    assert [kind for _, names in kindgroups.grouped() for kind in names] == members
+def test_every_kind_is_in_the_group_that_it_states():
+    groups = dict(kindgroups.grouped())
+    assert sorted(kind for names in groups.values() for kind in names) == sorted(kinds())
+    assert list(groups) == [str(group) for group in Group if group != Group.OTHERS]  # every kind of the package says it
+    assert groups["springs and resistances"] == ["bearing", "joint-spring", "resistance", "spring"]
+
+
+def test_groups_of_other_packages(monkeypatch):
+    """Those of the package first, then a package's own, then kinds that state none."""
+    own = {"sail": type("Sail", (Part,), {"group": "sails"}), "hoop": type("Hoop", (Part,), {})}
+    monkeypatch.setattr(kindgroups, "kinds", lambda: {"point": kinds()["point"]} | own)
+    found = [("bodies, beams and threads", ["point"]), ("sails", ["sail"]), ("of other packages", ["hoop"])]
+    assert list(kindgroups.grouped()) == found
 
 
 # ------------------------------------------------------------------------------------------------ several parts

@@ -15,6 +15,9 @@ from evolvent_base.overrides import parse_assignments
 planning = lazy.load("evolvent_massprops.planning", suppress_warning=True)
 showing = lazy.load("evolvent_base.showing", suppress_warning=True)
 
+#: Lengths of the record in the figure.
+_POINTS = 24
+
 
 @click.command()
 @click.argument("stand", metavar="STAND.YAML|CASE")
@@ -45,10 +48,9 @@ def plan(stand: str, uncertainty: str, runs: int | None, output: str | None, ass
     wanted = _share(uncertainty)
     shared.check_files(figure=output)
     with showing_progress(quiet=False):
-        found = planning.plan(stand, wanted, overrides)
+        found = planning.plan(stand, wanted, overrides, points=0 if output is None else _POINTS)
         ratios = None if runs is None else planning.check(stand, found.best, overrides, runs=runs)
-        drawn = None if output is None else planning.curves(stand, found, overrides)
-    answer = planning.answer_of(found, drawn)
+    answer = found.answer()
     showing.show(answer)
     if ratios is not None and runs is not None:
         texts = ", ".join(

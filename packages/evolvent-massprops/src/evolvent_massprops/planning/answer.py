@@ -2,34 +2,34 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from evolvent_base import answer as an
 from evolvent_base.figures import Figure, Line, Panel
+from evolvent_base.showing import Shown
 from evolvent_massprops.rounding import shown
 from evolvent_massprops.spring_keys import CALIBRATED
 
 if TYPE_CHECKING:
+    from evolvent_massprops.planning.calibration import Calibration, Need
     from evolvent_massprops.planning.expected import Option
-    from evolvent_massprops.planning.search import MeasurementPlan
+    from evolvent_massprops.planning.mountings import Further, MountingSet
+    from evolvent_massprops.planning.predictions import Mode
+    from evolvent_massprops.planning.rules import Rule
 
 #: Inputs that are shown, and quantities of which each has its column.
 _MOST_ROWS, _MOST_QUANTITIES = 6, 3
 
 
-def answer_of(found: MeasurementPlan, drawn: tuple[np.ndarray, np.ndarray, Sequence[str]] | None = None) -> an.Answer:
-    """What is recommended, what was compared, what limits it, and the paper's rules.
-
-    Parameters
-    ----------
-    drawn : of `curves`, for a figure; None for none
-    """
-    figures: list[an.Block] = [] if drawn is None else [_figure(*drawn, found)]
+def answer_of(found: MeasurementPlan) -> an.Answer:
+    """What is recommended, what was compared, what limits it, the paper's rules, and a figure of `curves`."""
+    figures: list[an.Block] = [] if found.curves is None else [_figure(*found.curves, found)]
     best, several = found.best, len(found.names) > 1
     record = f"{best.duration:.3g} s at {best.rate:.4g} Hz ({best.samples} samples)"
     verdict = f"release the pull at {best.label} and record {record}"
@@ -169,3 +169,70 @@ def _figure(duration: np.ndarray, worst: np.ndarray, labels: Sequence[str], foun
     label = f"largest expanded uncertainty (k = {found.factor:g}), %"
     panel = Panel(x_label="length of the record, s", y_label=label, lines=[*lines, wanted], log_x=True, log=True)
     return Figure(name="plan", title="Uncertainty over the length of the record", panels=[panel], columns=1)
+
+
+class Curves(NamedTuple):
+    """Uncertainty over the length of the record, of every pull of one recording, or of the pulls chosen for several.
+
+    Attributes
+    ----------
+    duration : (points,) float, s
+    worst : (pulls, points) float, largest relative expanded uncertainty; NaN where there is none
+    labels : tuple of str, of the pulls
+    """
+
+    duration: np.ndarray
+    worst: np.ndarray
+    labels: tuple[str, ...]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class MeasurementPlan(Shown):
+    """A planned measurement.
+
+    Attributes
+    ----------
+    wanted : float, relative expanded uncertainty
+    factor : float, coverage factor k
+    best : Option, the recommended one
+    names : tuple of str, of the recordings; "" of the only one
+    pulls : tuple of Option, of one recording: the pulls at the rate of `best`, all sensors
+    rates : tuple of Option, with the best pulls, all sensors
+    sensors : tuple of Option, with the best pulls and fewer and fewer sensors
+    sets : tuple of MountingSet, of several mountings: the best of each number of them
+    further : tuple of Further, what one more mounting would give, the best first
+    modes : tuple of Mode, what `best` gives of the modes
+    units : tuple of str, of the quantities of `best`
+    rotations : tuple of str, of the body in the recordings, in words
+    needs : tuple of Need, how well half-length, half-width, stiffness and other inputs have to be known
+    calibrations : tuple of Calibration, what calibrating the stand gives
+    floor : tuple of (label, relative contribution), largest first: what a longer record does not improve
+    rules : tuple of Rule
+    warnings : tuple of str
+    curves : Curves, uncertainty over the length of the record, which the figure shows; None where it was not asked for
+    """
+
+    named = "plans"
+
+    wanted: float
+    factor: float
+    best: Option
+    names: tuple[str, ...]
+    pulls: tuple[Option, ...]
+    rates: tuple[Option, ...]
+    sensors: tuple[Option, ...]
+    sets: tuple[MountingSet, ...]
+    further: tuple[Further, ...]
+    modes: tuple[Mode, ...]
+    units: tuple[str, ...]
+    rotations: tuple[str, ...]
+    needs: tuple[Need, ...]
+    calibrations: tuple[Calibration, ...]
+    floor: tuple[tuple[str, float], ...]
+    rules: tuple[Rule, ...]
+    warnings: tuple[str, ...]
+    curves: Curves | None = None
+
+    def answer(self) -> an.Answer:
+        """What is recommended, what was compared, what limits it, the paper's rules, and the figure of `curves`."""
+        return answer_of(self)

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +21,8 @@ from evolvent_massprops import modal, springs
 from evolvent_massprops.identification.signals import DETREND
 from evolvent_massprops.inertia.least_squares import solve
 from evolvent_massprops.mounting_keys import Mounting
-from evolvent_massprops.planning.calibration import Calibration, Need, calibrations, needs
+from evolvent_massprops.planning.answer import Curves, MeasurementPlan
+from evolvent_massprops.planning.calibration import calibrations, needs
 from evolvent_massprops.planning.expected import (
     Expected,
     ExpectedLines,
@@ -34,10 +35,10 @@ from evolvent_massprops.planning.expected import (
     with_noise,
     with_sensors,
 )
-from evolvent_massprops.planning.mountings import Further, MountingSet, further, in_words, sets
-from evolvent_massprops.planning.predictions import Mode, at, modes_of, over, posed, predicted, without_result
+from evolvent_massprops.planning.mountings import further, in_words, sets
+from evolvent_massprops.planning.predictions import at, modes_of, over, posed, predicted, without_result
 from evolvent_massprops.planning.pulls import Pull
-from evolvent_massprops.planning.rules import Rule, rules
+from evolvent_massprops.planning.rules import rules
 from evolvent_massprops.springs_inputs import SpringsTask as SpringTask, label_of
 from evolvent_massprops.springs_search import occupied
 from evolvent_massprops.springs_uncertainty import amplitude_share, weighted
@@ -55,50 +56,9 @@ LEAST_PERIODS = 3.0
 MOST_SAMPLES, MOST_FAILED = 2_000_000, 0.05
 
 
-class MeasurementPlan(NamedTuple):
-    """A planned measurement.
-
-    Attributes
-    ----------
-    wanted : float, relative expanded uncertainty
-    factor : float, coverage factor k
-    best : Option, the recommended one
-    names : tuple of str, of the recordings; "" of the only one
-    pulls : tuple of Option, of one recording: the pulls at the rate of `best`, all sensors
-    rates : tuple of Option, with the best pulls, all sensors
-    sensors : tuple of Option, with the best pulls and fewer and fewer sensors
-    sets : tuple of MountingSet, of several mountings: the best of each number of them
-    further : tuple of Further, what one more mounting would give, the best first
-    modes : tuple of Mode, what `best` gives of the modes
-    units : tuple of str, of the quantities of `best`
-    rotations : tuple of str, of the body in the recordings, in words
-    needs : tuple of Need, how well half-length, half-width, stiffness and other inputs have to be known
-    calibrations : tuple of Calibration, what calibrating the stand gives
-    floor : tuple of (label, relative contribution), largest first: what a longer record does not improve
-    rules : tuple of Rule
-    warnings : tuple of str
-    """
-
-    wanted: float
-    factor: float
-    best: Option
-    names: tuple[str, ...]
-    pulls: tuple[Option, ...]
-    rates: tuple[Option, ...]
-    sensors: tuple[Option, ...]
-    sets: tuple[MountingSet, ...]
-    further: tuple[Further, ...]
-    modes: tuple[Mode, ...]
-    units: tuple[str, ...]
-    rotations: tuple[str, ...]
-    needs: tuple[Need, ...]
-    calibrations: tuple[Calibration, ...]
-    floor: tuple[tuple[str, float], ...]
-    rules: tuple[Rule, ...]
-    warnings: tuple[str, ...]
-
-
-def plan(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None = None) -> MeasurementPlan:
+def plan(
+    stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None = None, *, points: int = 0
+) -> MeasurementPlan:
     """A measurement that gives the moments of inertia with a wanted uncertainty.
 
     Parameters
@@ -111,10 +71,12 @@ def plan(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None = N
         Relative expanded uncertainty of every moment, mass and common factor that is asked, 1e-3 for 0.1 %; its
         coverage factor is ``uncertainty.coverage_factor``.
     overrides : mapping, dotted key -> value, put in place of the description's own
+    points : int, lengths of the record for the figure, `MeasurementPlan.curves`; 0 for no figure
 
     Returns
     -------
     MeasurementPlan
+        ``print(found)`` and notebooks show it; ``found.plot("plan.png")``, ``found.report("plan.html")``.
 
     Raises
     ------
@@ -175,6 +137,7 @@ def plan(stand: Any, uncertainty: float, overrides: Mapping[str, Any] | None = N
         floor=floor,
         rules=rules(task.recordings[k], best.pulls[k], best),
         warnings=warnings,
+        curves=_curves(task, uncertainty, best, tuple(by_pull), points) if points else None,
     )
 
 
@@ -199,33 +162,17 @@ def _chosen_pulls(task: PlanningTask, wanted: float, rate: float) -> tuple[Pull,
     return tuple(pulls)
 
 
-def curves(
-    stand: Any, found: MeasurementPlan, overrides: Mapping[str, Any] | None = None, *, points: int = 24
-) -> tuple[Array, Array, tuple[str, ...]]:
-    """Uncertainty over the length of the record, of every pull of one recording, or of the pulls chosen for several.
-
-    Parameters
-    ----------
-    stand, overrides : as of `plan`
-    found : MeasurementPlan
-    points : int, lengths
-
-    Returns
-    -------
-    duration : (points,) float, s
-    worst : (pulls, points) float, largest relative expanded uncertainty; NaN where there is none
-    labels : tuple of str, of the pulls
-    """
-    task = task_of(stand, found.wanted, overrides)
-    rate, compared = found.best.rate, found.pulls or (found.best,)
+def _curves(task: PlanningTask, wanted: float, best: Option, pulls: tuple[Option, ...], points: int) -> Curves:
+    """Uncertainty over the length of the record, at so many lengths."""
+    rate, compared = best.rate, pulls or (best,)
     slowest = max(float(one.modes.natural_frequency.max()) for one in task.recordings)
     least = min(LEAST_PERIODS * 2.0 * math.pi / slowest, 0.5 * task.planned.duration)
     samples = np.unique(np.geomspace(least * rate, task.planned.duration * rate, points).astype(int)) + 1
     worst = np.array(
-        [[at(task, found.wanted, one.pulls, rate, int(n), task.sensors).worst for n in samples] for one in compared]
+        [[at(task, wanted, one.pulls, rate, int(n), task.sensors).worst for n in samples] for one in compared]
     )
-    labels = tuple(one.label for one in found.pulls) or ("all recordings",)
-    return (samples - 1) / rate, np.where(np.isfinite(worst), worst, np.nan), labels
+    labels = tuple(one.label for one in pulls) or ("all recordings",)
+    return Curves((samples - 1) / rate, np.where(np.isfinite(worst), worst, np.nan), labels)
 
 
 def check(

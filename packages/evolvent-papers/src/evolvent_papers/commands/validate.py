@@ -12,7 +12,7 @@ from evolvent_base.console import echo, showing_progress
 from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
-    from evolvent_papers.laboratory.book import Set, Verdict
+    from evolvent_papers.laboratory.book import Verdict, Verdicts
 
 book = lazy.load("evolvent_papers.laboratory.book", suppress_warning=True)
 cases = lazy.load("evolvent.cases", suppress_warning=True)
@@ -56,18 +56,17 @@ def validate(
             _list()
             return
     shared.check_files(figure=figure, output=output)
+    found: Verdict | Verdicts
     found = _every(quiet=quiet) if every else _one(str(name), data, cases.parse_assignments(assignments), quiet=quiet)
-    answer = book.answer_of(found)
+    answer = found.answer()
     if not quiet:
         showing.show(answer)
     for k, drawn in enumerate(answer.figures if figure is not None else ()):
         path = str(figure) if k == 0 else str(figure).replace(".", f"-{k + 1}.", 1)
         echo(f"figure: {plots.save(drawn, path)}")
     shared.write_files(answer, "verdict", output=output)
-    verdicts = {of.name: one for of, one in found.items() if one is not None}
-    missed = [f"{key}: {one.what}" if every else one.what for key, v in verdicts.items() for one in v.missed]
-    if missed:
-        raise RunFailed(f"goals are missed: {'; '.join(missed)}", None)
+    if found.missed_goals:
+        raise RunFailed(f"goals are missed: {'; '.join(found.missed_goals)}", None)
 
 
 def _list() -> None:
@@ -78,15 +77,17 @@ def _list() -> None:
         echo(f"{name:<{width}}  {one.title}" + (f" (--data FOLDER: {one.needs})" if one.needs else ""))
 
 
-def _one(name: str, data: str | None, overrides: dict[str, Any], *, quiet: bool) -> dict[Set, Verdict | None]:
+def _one(name: str, data: str | None, overrides: dict[str, Any], *, quiet: bool) -> Verdict:
     """Predict and compare one set."""
     asked = laboratory.found(name)
     with showing_progress(quiet=quiet):
-        return {asked: asked.validate(overrides, data)}
+        found: Verdict = asked.validate(overrides, data)
+    return found
 
 
-def _every(*, quiet: bool) -> dict[Set, Verdict | None]:
+def _every(*, quiet: bool) -> Verdicts:
     """Predict and compare all sets whose measurements the package has."""
     sets = [laboratory.found(name) for name in laboratory.SETS]
     with showing_progress(quiet=quiet):
-        return {one: None if one.needs else one.validate() for one in sets}
+        found: Verdicts = book.Verdicts({one: None if one.needs else one.validate() for one in sets})
+    return found

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from evolvent_base import answer as an
 from evolvent_base.errors import InputError
 from evolvent_base.figures import Figure
 from evolvent_base.schema import Section
+from evolvent_base.showing import Shown
 
 Array = np.ndarray
 #: Half width of a band of 95 %, in standard deviations.
@@ -89,8 +89,8 @@ class Comparison:
         return not (self.compared and math.isfinite(self.allowed)) or abs(self.difference) <= self.allowed
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Verdict:
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Verdict(Shown):
     """What a set says.
 
     Attributes
@@ -98,16 +98,33 @@ class Verdict:
     comparisons : tuple of Comparison
     figures : tuple of Figure
     notes : tuple of str, sentences on what was done and what a reader must know
+    of : Set, of which it is; None before `Set.validate` says so
     """
 
     comparisons: tuple[Comparison, ...]
     figures: tuple[Figure, ...]
     notes: tuple[str, ...] = ()
+    of: Set | None = None
+
+    named, endings = "verdicts", (".json",)
+
+    def answer(self) -> an.Answer:
+        """The comparisons, a row each, figures, notes, and a file."""
+        title = "Set of measurements" if self.of is None else self.of.title
+        return an.Answer(
+            title=title, sections=[an.Section(title="", blocks=[table(self), *self.figures])],
+            notes=[*self.notes, self.text], files={"verdict.json": lambda: an.as_json(content(self))},
+        )  # fmt: skip
 
     @property
     def missed(self) -> list[Comparison]:
         """Comparisons that do not meet their goals."""
         return [one for one in self.comparisons if not one.meets]
+
+    @property
+    def missed_goals(self) -> list[str]:
+        """What does not meet its goal, in words."""
+        return [one.what for one in self.missed]
 
     @property
     def goals(self) -> tuple[int, int]:
@@ -166,7 +183,68 @@ class Set:
             raise InputError(str(error).replace(f"{self.Settings.__name__}.", "")) from None
         if self.needs and data is None:
             raise InputError(f"{self.name} needs --data FOLDER: {self.needs}")
-        return self.run(settings, data)
+        return dataclasses.replace(self.run(settings, data), of=self)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Verdicts(Shown):
+    """What several sets say.
+
+    Attributes
+    ----------
+    found : mapping, Set -> Verdict, None of one without measurements
+    """
+
+    found: Mapping[Set, Verdict | None]
+
+    named, endings = "verdicts", (".json",)
+
+    @property
+    def compared(self) -> list[Verdict]:
+        """Those of the sets with measurements."""
+        return [one for one in self.found.values() if one is not None]
+
+    @property
+    def missed_goals(self) -> list[str]:
+        """What does not meet its goal, in words, with the names of sets."""
+        return [f"{of.name}: {goal}" for of, one in self.found.items() if one for goal in one.missed_goals]
+
+    @property
+    def totals(self) -> tuple[tuple[int, int], tuple[int, int]]:
+        """Goals that are met of all, and differences within their bands of all."""
+        both = [(one.goals, one.coverage) for one in self.compared]
+        goals, coverage = ((sum(p[k][0] for p in both), sum(p[k][1] for p in both)) for k in (0, 1))
+        return goals, coverage
+
+    def answer(self) -> an.Answer:
+        """Sets, a row each, the counts over all, and a file."""
+        sections = [an.Section(title="", blocks=[self._overview()])]
+        notes = [sentence(*self.totals)]
+        return an.Answer(
+            title="Sets of measurements", sections=sections, notes=notes,
+            files={"verdict.json": lambda: an.as_json(self._content())},
+        )  # fmt: skip
+
+    def _overview(self) -> an.Table:
+        """Sets, a row each."""
+        rows = list[tuple[str, ...]]()
+        for of, one in self.found.items():
+            if one is None:
+                rows.append((of.name, "-", "-", "no measurements: needs --data FOLDER"))
+                continue
+            missed = "; ".join(each.what for each in one.missed) or "-"
+            rows.append((of.name, *(f"{a} of {b}" for a, b in (one.goals, one.coverage)), missed))
+        rows.append(("all", *(f"{a} of {b}" for a, b in self.totals), ""))
+        return an.Table(heads=("set", "goals met", "within their bands", "missed"), rows=rows)
+
+    def _content(self) -> dict[str, Any]:
+        """The sets with their comparisons, and the counts over all, for JSON."""
+        goals, coverage = self.totals
+        return {
+            "verdict": sentence(goals, coverage), "goals_met": list(goals), "covered": list(coverage),
+            "sets": [content(one) for one in self.compared],
+            "without_measurements": [of.name for of, one in self.found.items() if one is None],
+        }  # fmt: skip
 
 
 class NoSettings(Section):
@@ -278,45 +356,12 @@ def table(found: Verdict) -> an.Table:
     return an.Table(heads=heads, rows=rows)
 
 
-def totals(found: Iterable[Verdict]) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Goals that are met of all, and differences within their bands of all, over several sets."""
-    both = [(one.goals, one.coverage) for one in found]
-    goals, coverage = ((sum(p[k][0] for p in both), sum(p[k][1] for p in both)) for k in (0, 1))
-    return goals, coverage
-
-
-def answer_of(found: Mapping[Set, Verdict | None]) -> an.Answer:
-    """Comparisons of a set with figures; of several sets their counts. None stands for one without measurements."""
-    shown, figures, notes = _overview(found), list[Figure](), list[str]()
-    title, verdict = "Sets of measurements", sentence(*totals(one for one in found.values() if one is not None))
-    if len(found) == 1:
-        ((of, only),) = found.items()
-        assert only is not None
-        title, shown, figures, notes = of.title, table(only), list(only.figures), list(only.notes)
-    return an.Answer(
-        title=title, sections=[an.Section(title="", blocks=[shown, *figures])], notes=[*notes, verdict],
-        files={"verdict.json": lambda: as_json(found)},
-    )  # fmt: skip
-
-
-def _overview(found: Mapping[Set, Verdict | None]) -> an.Table:
-    """Sets, a row each."""
-    rows = list[tuple[str, ...]]()
-    for of, one in found.items():
-        if one is None:
-            rows.append((of.name, "-", "-", "no measurements: needs --data FOLDER"))
-            continue
-        missed = "; ".join(each.what for each in one.missed) or "-"
-        rows.append((of.name, *(f"{a} of {b}" for a, b in (one.goals, one.coverage)), missed))
-    goals, coverage = totals(one for one in found.values() if one is not None)
-    rows.append(("all", *(f"{a} of {b}" for a, b in (goals, coverage)), ""))
-    return an.Table(heads=("set", "goals met", "within their bands", "missed"), rows=rows)
-
-
-def content(of: Set, found: Verdict) -> dict[str, Any]:
+def content(found: Verdict) -> dict[str, Any]:
     """A set with its comparisons, for JSON."""
+    of = found.of
+    stated = {} if of is None else {"set": of.name, "title": of.title, "source": of.source}
     return {
-        "set": of.name, "title": of.title, "source": of.source, "verdict": found.text, "notes": list(found.notes),
+        **stated, "verdict": found.text, "notes": list(found.notes),
         "comparisons": [
             {
                 "what": one.what, "unit": one.unit, "predicted": one.predicted,
@@ -332,16 +377,3 @@ def content(of: Set, found: Verdict) -> dict[str, Any]:
             for one in found.comparisons
         ],
     }  # fmt: skip
-
-
-def as_json(found: Mapping[Set, Verdict | None]) -> str:
-    """Sets with their comparisons as JSON: of one set its content, of several a list and the counts over all."""
-    contents = [content(of, one) for of, one in found.items() if one is not None]
-    if len(found) == 1:
-        return json.dumps(contents[0], indent=1, allow_nan=False) + "\n"
-    goals, coverage = totals(one for one in found.values() if one is not None)
-    whole = {
-        "verdict": sentence(goals, coverage), "goals_met": list(goals), "covered": list(coverage), "sets": contents,
-        "without_measurements": [of.name for of, one in found.items() if one is None],
-    }  # fmt: skip
-    return json.dumps(whole, indent=1, allow_nan=False) + "\n"

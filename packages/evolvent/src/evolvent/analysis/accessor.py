@@ -12,7 +12,7 @@ import xarray as xr
 
 from evolvent import cases, results
 from evolvent.analysis.clearance import clearances
-from evolvent.analysis.clearance_results import marked
+from evolvent.analysis.clearance_results import Clearances
 from evolvent.results import WELL, display, happened, statistics_of, unfinished, variables
 from evolvent.view import animation, show
 from evolvent_base import answer as an, plots
@@ -22,6 +22,7 @@ from evolvent_base.showing import Answered, Page, Sheets
 from evolvent_base.units import unit_text
 
 if TYPE_CHECKING:
+    from evolvent.analysis.sensitivity_results import Sensitivities
     from evolvent.results.motion import Motion
 
 #: Names of parts that a notebook shows, at most.
@@ -152,7 +153,7 @@ class RunAccessor(Answered):
         found: Motion | None = self._system.motion(self._run)
         return found
 
-    def clearance(self, pairs: Iterable[Sequence[str]] | None = None) -> xr.Dataset:
+    def clearance(self, pairs: Iterable[Sequence[str]] | None = None) -> Clearances:
         """Signed distances over time between the rigid bodies that have a shape, and where they interfere.
 
         Parameters, results and errors are those of `evolvent.analysis.clearance.clearances`. Needs the package coal.
@@ -160,14 +161,14 @@ class RunAccessor(Answered):
         return clearances(self._run, pairs)
 
     def animate(
-        self, path: str | os.PathLike[str] | None = None, *, clearance: xr.Dataset | None = None
+        self, path: str | os.PathLike[str] | None = None, *, clearance: Clearances | None = None
     ) -> Any:  # fmt: skip
         """Write the animation, or of a single sample, such as an equilibrium, the picture as one HTML page.
 
         Parameters
         ----------
         path : str, optional, file that ends with .html; left out, nothing is written
-        clearance : xarray.Dataset, optional
+        clearance : Clearances, optional
             Of `clearance`; bodies that interfere are red at these samples.
 
         Returns
@@ -183,7 +184,7 @@ class RunAccessor(Answered):
         if found is None:
             raise InputError("the run has nothing to draw, so there is no animation")
         if clearance is not None:
-            found = marked(found, clearance)
+            found = clearance.marked(found)
         motion = found.labelled(unfinished(self._run))
         return Page(animation.page(motion)[0]) if path is None else animation.write(motion, path)
 
@@ -192,7 +193,7 @@ class RunAccessor(Answered):
         found: xr.DataTree = results.regular(self._run)
         return found
 
-    def sensitivity(self, values: str | Sequence[str], keys: str | Sequence[str]) -> xr.Dataset:
+    def sensitivity(self, values: str | Sequence[str], keys: str | Sequence[str]) -> Sensitivities:
         """Derivatives of values of the run by keys of its parts: it is run again, as its case says.
 
         Parameters
@@ -209,7 +210,7 @@ class RunAccessor(Answered):
             raise InputError("the run does not hold its case, so that it cannot be run again for sensitivities")
         cases.check_files_of_run(self._run)
         case = cases.of_run(text)
-        found: xr.Dataset = cases.system(case.system).system(case).sensitivity(values, keys)
+        found: Sensitivities = cases.system(case.system).system(case).sensitivity(values, keys)
         return found
 
     def save(self, path: str | os.PathLike[str]) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from evolvent import cases
+from evolvent.analysis.clearance_results import Clearances
 from evolvent.assembly.references import split_reference
 from evolvent.families.beams.part import Beam
 from evolvent.families.bodies.part import RigidBody
@@ -60,7 +61,7 @@ class Body(NamedTuple):
     radius: float
 
 
-def clearances(run: xr.DataTree, pairs: Iterable[Sequence[str]] | None = None) -> xr.Dataset:
+def clearances(run: xr.DataTree, pairs: Iterable[Sequence[str]] | None = None) -> Clearances:
     """Signed distances between the rigid bodies of a run that have a shape.
 
     Parameters
@@ -71,13 +72,7 @@ def clearances(run: xr.DataTree, pairs: Iterable[Sequence[str]] | None = None) -
 
     Returns
     -------
-    xarray.Dataset
-        ``clearance`` (time, pair), m, negative where one body is in another: minus the shortest translation that parts
-        them. Where ``exact`` is 0 it is a lower bound, the distance of the spheres about the bodies. ``smallest``
-        (pair), m, and ``time_of_smallest`` (pair), s, the first of its samples. ``least_between`` (pair), m: a bound
-        from below by the rates of the bodies, between samples too. ``start``, ``end`` (s), ``depth`` (m) and
-        ``between`` (index of the pair) of every ``interference``. Attributes, lists in JSON: ``sentences``,
-        ``warnings``, ``left_out`` and ``not_checked``.
+    Clearances, whose ``dataset`` holds them
 
     Raises
     ------
@@ -104,10 +99,10 @@ def clearances(run: xr.DataTree, pairs: Iterable[Sequence[str]] | None = None) -
     time = run.to_dataset()["time"].values
     found = [_Pair(seen[a], seen[b], time, measure) for a, b in chosen]
     left_out = [] if pairs is not None else [f"{a!r} and {b!r}, held by {by!r}" for (a, b), by in joined.items()]
-    return _dataset(time, found, {
+    return Clearances(_dataset(time, found, {
         "title": str(run.attrs.get("title", "")), "source": f"evolvent {__version__}",
         "left_out": json.dumps(left_out), "not_checked": json.dumps(_not_checked(parts, bodies)),
-    })  # fmt: skip
+    }))  # fmt: skip
 
 
 def check_package() -> None:

@@ -19,6 +19,7 @@ from evolvent.analysis import accuracy, gradient, runs, simulation, trees, varia
 from evolvent.analysis.closure import warning_of
 from evolvent.analysis.composition import Composition
 from evolvent.analysis.methods import choose_method
+from evolvent.analysis.sensitivity_results import Sensitivities
 from evolvent.analysis.settings import check_run, sample_times
 from evolvent.assembly.families import owner
 from evolvent.families.coordinates.part import JointSpring
@@ -32,7 +33,6 @@ from evolvent.solvers.common.laws import law_failure
 from evolvent.solvers.sensitivity.neighbours import Neighbours, TooFar
 from evolvent.solvers.time.implicit import plan as implicit
 from evolvent_base import schema, units
-from evolvent_base.answer import Answer, Section, Table, as_csv
 from evolvent_base.errors import EvolventError, InputError, RunFailed, nearest
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ def sensitivity(
     system: Composition, values: Sequence[str], keys: Sequence[str], *, progress: Callable[[float], None] | None,
     until: float, every: float | None = None, fine: bool = True, mode: str = "forward", check: bool = True,
     **settings: Any,
-) -> xr.Dataset:  # fmt: skip
+) -> Sensitivities:  # fmt: skip
     """Derivatives of values of a run by keys: see `evolvent.System.sensitivity`."""
     values, of = _names("values", values), [key_of(system, name) for name in _names("keys", keys)]
     if mode not in MODES:
@@ -168,8 +168,14 @@ def sensitivity(
         return _dataset(found, values, of, changes, plan=plan, warning=warning_of(lead))
 
     found = table(progress, settings)
-    if not check:
-        return found
+    return Sensitivities(_checked_by_other_steps(found, table, assembly, samples, settings) if check else found)
+
+
+def _checked_by_other_steps(
+    found: xr.Dataset, table: Callable[[None, Mapping[str, Any]], xr.Dataset], assembly: Assembly, samples: Array,
+    settings: Mapping[str, Any],
+) -> xr.Dataset:  # fmt: skip
+    """Values and derivatives with their errors of integration, or with the reason why there are none."""
     why = ""
     for level, factor in BESIDE.items():
         try:
@@ -405,21 +411,3 @@ def _ratio(unit: str, by: str) -> str:
     if by in ("", "1"):
         return unit
     return f"{unit}/({by})" if any(mark in by for mark in " /") else f"{unit}/{by}"
-
-
-def answer(found: xr.Dataset) -> Answer:
-    """Derivatives of `sensitivity`: a row for every value and key, what the errors rest on, and a file."""
-    rows = [["value", "key", "derivative", "unit", "relative", "error"]]
-    for i, value in enumerate(found["value"].values):
-        for j, key in enumerate(found["key"].values):
-            derivative, relative = float(found.derivative[i, j]), float(found.relative[i, j])
-            error = f"{float(found.derivative_error[i, j]):.2g}" if "derivative_error" in found else "-"
-            unit = str(found.unit.values[i, j])
-            rows.append([str(value), str(key), f"{derivative:.7g}", unit, f"{relative:.5g}", error])
-    attrs, title = found.attrs, f"Sensitivities, by {found.attrs['method']}"
-    return Answer(
-        title=title, sections=[Section(title=title, blocks=[Table.of(rows)])],
-        notes=[attrs["integration"]] if "integration" in attrs else [],
-        warnings=[attrs["warning"]] if "warning" in attrs else [],
-        files={"sensitivities.csv": lambda: as_csv(rows)},
-    )  # fmt: skip

@@ -25,6 +25,7 @@ from evolvent_base.showing import Answered
 if TYPE_CHECKING:
     import xarray as xr
 
+    from evolvent.analysis.sensitivity_results import Sensitivities
     from evolvent.results.kept import Kept
 
 
@@ -173,7 +174,7 @@ class System(Composition, Answered):
         fine: bool | None = None, method: str | None = None, step: Any = None, tolerance: float | None = None,
         spectral_radius: float | None = None, mode: str = "forward", check: bool = True,
         progress: Callable[[float], None] | None = None,
-    ) -> xr.Dataset:  # fmt: skip
+    ) -> Sensitivities:  # fmt: skip
         """Derivatives of values of a simulation by keys of its parts, of the discrete solution.
 
         Through latches, whose times are values like others, and through contacts where they are smooth. Adaptive steps
@@ -194,10 +195,11 @@ class System(Composition, Answered):
 
         Returns
         -------
-        xarray.Dataset
-            ``derivative`` (value, key), in units ``unit``; ``relative``, the relative change of the value by that of
-            the key; ``result`` (value) and ``at`` (key); ``derivative_error`` and ``result_error``, of integration,
-            where they are checked.
+        evolvent.analysis.sensitivity_results.Sensitivities
+            ``found.dataset`` with ``derivative`` (value, key), in units ``unit``; ``relative``, the relative change of
+            the value by that of the key; ``result`` (value) and ``at`` (key); ``derivative_error`` and
+            ``result_error``, of integration, where they are checked. ``print(found)`` shows them,
+            ``found.save("table.csv")`` and ``found.plot("bars.png")`` write them.
 
         Raises
         ------

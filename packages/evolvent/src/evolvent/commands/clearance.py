@@ -13,7 +13,7 @@ from evolvent_base.console import echo, showing_progress
 from evolvent_base.errors import InputError, RunFailed
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from evolvent.analysis.clearance_results import Clearances
 
 cases = lazy.load("evolvent.cases", suppress_warning=True)
 distances = lazy.load("evolvent.analysis.clearance", suppress_warning=True)
@@ -53,7 +53,7 @@ def clearance(
     evolvent clearance run.nc --pair "panel 1,satellite" --check
     """  # noqa: D301
     if output is not None:
-        showing.check_ending(output, shown.ENDINGS, "clearances")
+        shown.Clearances.check_ending(output)
     if animation is not None and os.path.splitext(animation)[1] not in _MOVING:
         raise InputError(f"--animation is {animation!r}; its name must end in {', '.join(_MOVING)}")
     shared.check_files(output=output, figure=figure, animation=animation)
@@ -61,18 +61,17 @@ def clearance(
     distances.check_package()
     made = _run(run, assignments, quiet)
     found = distances.clearances(made, asked)
-    answer = shown.answer(found)
+    answer = found.answer()
     if not quiet:
         showing.show(answer)
-    shared.write_files(answer, "clearances", output=output, figure=figure)
+    shared.write_files(answer, found.named, output=output, figure=figure)
     if animation is not None:
         _write_animation(made, animation, found)
-    if check and found.sizes["interference"]:
-        struck = dict.fromkeys(str(found.pair.values[k]) for k in found.between.values)
-        raise RunFailed(f"bodies interfere: {', '.join(struck)}", found)
+    if check and found.interfering:
+        raise RunFailed(f"bodies interfere: {', '.join(found.interfering)}", found)
 
 
-def _write_animation(run: Any, path: str, found: xr.Dataset) -> None:
+def _write_animation(run: Any, path: str, found: Clearances) -> None:
     """Write the animation in the format that its name has."""
     with showing_progress():
         echo(f"animation: {export.writer(os.path.splitext(path)[1][1:])(run, path, request.Request(clearance=found))}")

@@ -12,12 +12,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from PIL import Image
 
 from evolvent import cases
-from evolvent.analysis import clearance_results
 from evolvent.analysis.clearance import clearances
+from evolvent.analysis.clearance_results import Clearances
 from evolvent.analysis.margins import evaluation, factors, latches
 from evolvent.analysis.margins.results import MarginResults
 from evolvent.exports.pictures import pictures
@@ -64,7 +63,7 @@ def write(
     return len(page)
 
 
-def _page(run: Any, date: datetime.datetime, found: xr.Dataset | None, written: Sequence[str]) -> str:
+def _page(run: Any, date: datetime.datetime, found: Clearances | None, written: Sequence[str]) -> str:
     module = cases.presenter(run)
     results = [(n.label, n.value) for n in module.numbers(run) if n.label != "warning"]
     again = an.Remark("Saved as a file, this case can be run again: evolvent run case.yaml.")
@@ -73,7 +72,7 @@ def _page(run: Any, date: datetime.datetime, found: xr.Dataset | None, written: 
         "Animation": _animation(run, found),
         "Figures": _pictures(module.figures(run), written),
         "Margins": _margins(run),
-        "Clearances": [] if found is None else an.within(clearance_results.answer(found)),
+        "Clearances": [] if found is None else an.within(found.answer()),
         "Balances": _balances(run),
         "Case": [again, an.Listing(run.attrs["case"])],
         "Provenance": [an.Table(heads=(), rows=_provenance(run, date), words=2, kind="results")],
@@ -199,12 +198,12 @@ def _pictures(figures: Sequence[Figure], written: Sequence[str] = ()) -> list[pa
     return found
 
 
-def _animation(run: Any, found: xr.Dataset | None) -> list[an.Block]:
+def _animation(run: Any, found: Clearances | None) -> list[an.Block]:
     """The page of the animation, and stills for paper; empty if the run holds no motion."""
     motion = animation.of_run(run)
     if motion is None:
         return []
-    motion = motion if found is None else clearance_results.marked(motion, found)
+    motion = motion if found is None else found.marked(motion)
     stills = []
     plain = dataclasses.replace(motion, title="")
     times = np.linspace(motion.time[0], motion.time[-1], _STILLS + 1)[1:]

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from evolvent import cases
-from evolvent.analysis import clearance_results
 from evolvent.results import regular_samples
 from evolvent.view import animation
 from evolvent_base.errors import InputError, counted
 
 if TYPE_CHECKING:
+    from evolvent.analysis.clearance_results import Clearances
     from evolvent.results.motion import Motion
 
 #: Size above which a file is written only if that is asked for, bytes.
@@ -39,7 +39,7 @@ class Request:
         Whether more than `LARGE` bytes may be written.
     decimal : "." or ",", optional
         The decimal sign of tables; columns are separated by ';' where it is a comma.
-    clearance : xarray.Dataset, optional
+    clearance : Clearances, optional
         Of `evolvent.analysis.clearance`: bodies that interfere are red in an animation.
     """
 
@@ -48,7 +48,7 @@ class Request:
     axes: Literal["inertial", "body"] | None = None
     large: bool = False
     decimal: Literal[".", ","] = "."
-    clearance: Any = None
+    clearance: Clearances | None = None
 
     def __post_init__(self) -> None:
         if self.decimal not in DECIMALS:
@@ -105,7 +105,7 @@ def samples_text(samples: np.ndarray, count: int) -> str:
     return f"{samples.size} of {count} samples (--frames takes more)"
 
 
-def animation_of(run: Any, clearance: Any = None) -> Motion:
+def animation_of(run: Any, clearance: Clearances | None = None) -> Motion:
     """The motion of a run, labelled if the run did not end as it should; bodies that interfere are marked.
 
     Raises
@@ -116,7 +116,7 @@ def animation_of(run: Any, clearance: Any = None) -> Motion:
     motion = animation.of_run(run)
     if motion is None:
         raise InputError("the run holds a single sample, which makes no animation; --to vtk, csv and mat accept it")
-    return motion if clearance is None else clearance_results.marked(motion, clearance)
+    return motion if clearance is None else clearance.marked(motion)
 
 
 def motion_of(run: Any) -> Motion:

@@ -129,6 +129,14 @@ def contact_power(rows):
     return power
 
 
+@inlined
+def note_slips(found, rows):
+    """`found` with the senses in which rows of friction slip, as a contact set."""
+    for k in range(rows.size):
+        found = 3 * found + 1 + int(rows[k].slips)
+    return found
+
+
 # ------------------------------------------------------------------------------------------------ turns
 
 
@@ -149,6 +157,12 @@ def until_turn_of(kind, stick, limit, start, rate0, rate1, h):
     turned, _, _, _ = bristle_between(kind, stick, limit, far, back)
     straight, _, _, _ = bristle_between(kind, stick, limit, start, way + back)
     return part if abs(turned - straight) > NEAR * limit else NO_TURN
+
+
+@inlined
+def until_slider_turns(kind, stick, limit, start, slider, h):
+    """`until_turn_of` with the rates of a record of coordinates."""
+    return until_turn_of(kind, stick, limit, start, slider.start_rate, slider.end_rate, h)
 
 
 @inlined

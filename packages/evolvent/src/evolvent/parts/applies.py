@@ -60,27 +60,49 @@ def left_out(*keys: str) -> When:
 OF_LAW: Applies = {"parameters": (given("law"),), "constants": (given("law"),)}
 
 
+#: Values of another key that a message lists, at most.
+_LISTED = 3
+
+
 def refuse_unfit(name: str, part: Any) -> None:
-    """Refuse a key of a part that is given where it does not apply; one at its default is not given.
+    """Refuse a key of a part that is given where it does not apply, or is left out where it is needed.
+
+    A key at its default counts as left out.
 
     Parameters
     ----------
     name : str, of the part, for messages
     part : Part
+
+    Raises
+    ------
+    InputError
     """
     fields = type(part).model_fields
     values = {key: getattr(part, key) for key in fields}
     kept = {key: value for key, value in values.items() if value != fields[key].default}
     for key, conditions in part.applies.items():
-        for when in conditions if key in kept else ():
-            if when.holds(values if when.values else kept):
-                continue
-            others = [f"{name}.{other}" for other in when.keys]
-            if when.values:
-                value = values[when.keys[0]]
-                allowed = " or ".join(repr(word) for word in when.values if word)
-                raise InputError(f"{name}.{key} is given, but {others[0]} is {value!r}, not {allowed}")
-            if when.absent:
-                other = next(f"{name}.{other}" for other in when.keys if other in kept)
-                raise InputError(f"{name}.{key} and {other} are both given; leave one of them out")
-            raise InputError(f"{name}.{key} is given without {' or '.join(others)}, to which it belongs")
+        unmet = next((when for when in conditions if not when.holds(values if when.values else kept)), None)
+        if unmet is None and key in part.needed and key not in kept:
+            raise InputError(f"{name}.{key} is missing; {_with(name, conditions, values)} needs it")
+        if unmet is not None and key in kept and key not in part.always_allowed:
+            raise InputError(_unfit(name, key, unmet, values, kept))
+
+
+def _with(name: str, conditions: tuple[When, ...], values: Mapping[str, Any]) -> str:
+    """What a key applies to, for messages: the value of the key that says so."""
+    keys = [when.keys[0] for when in conditions if when.values]
+    return f"{name}.{keys[0]} {values[keys[0]]!r}" if keys else name
+
+
+def _unfit(name: str, key: str, unmet: When, values: Mapping[str, Any], kept: Mapping[str, Any]) -> str:
+    """A sentence on a key that is given and does not apply."""
+    others = [f"{name}.{other}" for other in unmet.keys]
+    if unmet.values:
+        is_what = f"{name}.{key} is given, but {others[0]} is {values[unmet.keys[0]]!r}"
+        allowed = [repr(word) for word in unmet.values if word]
+        return f"{is_what}, which has none" if len(allowed) > _LISTED else f"{is_what}, not {' or '.join(allowed)}"
+    if unmet.absent:
+        other = next(f"{name}.{other}" for other in unmet.keys if other in kept)
+        return f"{name}.{key} and {other} are both given; leave one of them out"
+    return f"{name}.{key} is given without {' or '.join(others)}, to which it belongs"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+import enum
 from collections.abc import Callable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal, Self, get_origin
 
@@ -19,7 +20,19 @@ from evolvent_base.dense import norm
 from evolvent_base.errors import InputError
 from evolvent_base.schema import Annotation, Section, marks
 
-__all__ = ["Arrays", "Part", "PointReference", "Reference", "check_name", "kind_of", "split_reference", "unit"]
+__all__ = ["Arrays", "Group", "Part", "PointReference", "Reference", "check_name", "kind_of", "split_reference", "unit"]
+
+
+class Group(enum.StrEnum):
+    """Groups of kinds of parts, in the order in which a structure is built up."""
+
+    BODIES = "bodies, beams and threads"
+    JOINTS = "joints"
+    SPRINGS = "springs and resistances"
+    CONTROL = "motors, control and events"
+    CONTACT = "contact"
+    LOADS = "loads and fields"
+    OTHERS = "of other packages"
 
 
 class Part(Section):
@@ -33,6 +46,12 @@ class Part(Section):
     applies: ClassVar[Applies] = {}
     #: Keys that may be left out only where they do not apply.
     needed: ClassVar[tuple[str, ...]] = ()
+    #: Keys that may be given where they do not apply.
+    always_allowed: ClassVar[tuple[str, ...]] = ()
+    #: Group of kinds in which lists show it: one of `Group`, or a name of its own.
+    group: ClassVar[str] = Group.OTHERS
+    #: Symbol that stands for it in drawings, of `evolvent.results.observe.symbols`, beside what `observe` draws.
+    symbol: ClassVar[str] = ""
 
     def write(self, builder: Builder, name: str) -> None:
         """Append rows, coordinates and parameters; register `name`."""

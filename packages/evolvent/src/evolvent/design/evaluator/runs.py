@@ -121,7 +121,7 @@ class CaseRuns(Runs):
         case = cases.load(self.content, point)
         system = cases.system(case.system).finer(level).system(case)
         found = system.sensitivity(others_of(self.keep), keys, fine=False, check=False, progress=lambda t: None)
-        return np.stack([found.derivative.sel(key=key).values for key in keys], axis=1)
+        return np.stack([found.dataset.derivative.sel(key=key).values for key in keys], axis=1)
 
     def _batch(self, task: EvaluationTask) -> Sequence[Run]:
         """Runs that their system makes together; none where it does not, or where one fails."""

@@ -53,7 +53,7 @@ def observe_controller(view: View, name: str) -> Observed:
     return found
 
 
-@symbol("reaction-wheel")
+@symbol("wheel")
 def _wheel(view: View, name: str, found: Observed) -> None:
     """A disc that turns, unless its radius is stated and it is drawn with that, and its axis."""
     part, row = view.part(name), view.model.wheels[view.index(name)]

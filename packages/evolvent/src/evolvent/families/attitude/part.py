@@ -12,7 +12,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.families.attitude import attitude as kernels
 from evolvent.kernels import drive as drives, rigid
 from evolvent.parts.applies import OF_LAW, Applies, given
-from evolvent.parts.base import BodyName, Part, PointReference, Reference, unit
+from evolvent.parts.base import BodyName, Group, Part, PointReference, Reference, unit
 from evolvent.parts.checks import check_rotor
 from evolvent.parts.expression import Constants, Parameters, SpringLaw, refuse_without_law, write_law
 from evolvent.parts.law import Drive
@@ -93,6 +93,8 @@ class ReactionWheel(Part):
         "slip_rate": (given("friction_torque"),),
     }
     kind: Literal["reaction-wheel"] = "reaction-wheel"
+    group = Group.CONTROL
+    symbol = "wheel"
     body: BodyName
     inertia: units.Inertia
     axis: units.Direction = (0.0, 0.0, 1.0)
@@ -157,6 +159,8 @@ class Thruster(Part):
     """
 
     kind: Literal["thruster"] = "thruster"
+    group = Group.CONTROL
+    symbol = "thruster"
     at: PointReference
     direction: units.Direction
     thrust: units.Force
@@ -224,6 +228,7 @@ class AttitudeController(Part):
     """
 
     kind: Literal["attitude-controller"] = "attitude-controller"
+    group = Group.CONTROL
     body: BodyName
     actuators: Actuators
     proportional: units.Gains

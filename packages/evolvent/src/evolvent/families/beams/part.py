@@ -18,7 +18,7 @@ from evolvent.families.beams import element_calls
 from evolvent.families.beams.beam_strains import POINTS
 from evolvent.kernels import ancf_beams as kernels
 from evolvent.parts.applies import Applies, given, left_out
-from evolvent.parts.base import Arrays, Part, unit
+from evolvent.parts.base import Arrays, Group, Part, unit
 from evolvent.parts.curve import AnyCurve, check_curve, is_curved, stress_free
 from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, halved, node_arc
 from evolvent_base import units
@@ -104,6 +104,7 @@ class Beam(Part):
         "damped": (given("stiffness_damping", "mass_damping"),),
     }
     kind: Literal["beam"] = "beam"
+    group = Group.BODIES
     length: units.Length
     section: AnySection
     material: MaterialOrName

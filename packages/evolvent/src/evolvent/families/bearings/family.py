@@ -137,19 +137,16 @@ def coupled_energy(t, model):
 @calls.contact_set
 def contact_set(found, model):
     """Which bearings slide."""
-    for k in range(model.bearings.size):
-        found = 3 * found + 1 + int(model.bearings[k].slips)
-    return found
+    return turning.note_slips(found, model.bearings)
 
 
 @calls.until_turn
 def until_turn(y0, y, h, model):
     """Where the friction of a bearing turns back."""
-    bearings, coordinates, part = model.bearings, model.coordinates, turning.NO_TURN
-    for k in range(bearings.size):
-        c, start = bearings[k].coordinate, bearings[k].stick * bearings[k].bristle0
-        a, b = coordinates[c].start_rate, coordinates[c].end_rate
-        part = min(part, turning.until_turn_of(SLIP, bearings[k].stick, bearings[k].limit, start, a, b, h))
+    rows, part = model.bearings, turning.NO_TURN
+    for k in range(rows.size):
+        slider, start = model.coordinates[rows[k].coordinate], rows[k].stick * rows[k].bristle0
+        part = min(part, turning.until_slider_turns(SLIP, rows[k].stick, rows[k].limit, start, slider, h))
     return part
 
 

@@ -13,7 +13,7 @@ from evolvent.families.joints.part import Joint
 from evolvent.families.joints.part_coordinate import PRESLIDING, add_coordinate, check_units, nearest_joint
 from evolvent.families.joints.part_sides import relative_coordinate
 from evolvent.kernels import axial, sides
-from evolvent.parts.base import CoordinateName, Part, unit
+from evolvent.parts.base import CoordinateName, Group, Part, unit
 from evolvent_base import units
 from evolvent_base.errors import InputError
 
@@ -63,6 +63,7 @@ class Bearing(Part):
     """
 
     kind: Literal["bearing"] = "bearing"
+    group = Group.SPRINGS
     joint: CoordinateName
     coefficient: units.PositiveNumber
     static_coefficient: units.PositiveNumber | None = None

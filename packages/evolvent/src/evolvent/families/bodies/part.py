@@ -16,7 +16,7 @@ from evolvent.families.joints.part import Joint
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import rotation_about_axis, rotation_from_quaternion
 from evolvent.parts.applies import Applies, given, left_out, one_of
-from evolvent.parts.base import Part, PointReference, unit
+from evolvent.parts.base import Group, Part, PointReference, unit
 from evolvent.parts.drive import FreeSpool, LineDrive, RampDrive
 from evolvent.parts.shapes import AnyShape
 from evolvent_base import units
@@ -95,6 +95,7 @@ class RigidBody(Part):
         "direction": (one_of("motion", "driven"), given("drive")),
     }
     kind: Literal["rigid-body"] = "rigid-body"
+    group = Group.BODIES
     motion: Literal["free", "spin", "driven"] = "free"
     mass: units.MassOrZero | None = None
     inertia: units.InertiaTensor | None = None

@@ -11,7 +11,7 @@ from evolvent.families.joints import joint as kernels
 from evolvent.families.joints.part_rows import add_row
 from evolvent.families.joints.part_sides import point_side
 from evolvent.families.threads.part_joint import carry_point
-from evolvent.parts.base import Part, PointReference
+from evolvent.parts.base import Group, Part, PointReference
 from evolvent_base import units
 from evolvent_base.errors import InputError
 
@@ -31,6 +31,7 @@ class Point(Part):
     """
 
     kind: Literal["point"] = "point"
+    group = Group.BODIES
     mass: units.Mass
     position: units.Position = (0.0, 0.0, 0.0)
     velocity: units.Velocity = (0.0, 0.0, 0.0)

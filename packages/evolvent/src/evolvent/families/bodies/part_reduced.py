@@ -20,7 +20,7 @@ from evolvent.families.joints.part_rows import add_row
 from evolvent.families.joints.part_sides import Side
 from evolvent.kernels import gaps, rigid, sides
 from evolvent.kernels.rotations import rotation_from_quaternion
-from evolvent.parts.base import Part, unit
+from evolvent.parts.base import Group, Part, unit
 from evolvent_base import units
 from evolvent_base.dense import product
 from evolvent_base.errors import InputError
@@ -81,6 +81,7 @@ class ReducedBody(Part):
     """
 
     kind: Literal["reduced-body"] = "reduced-body"
+    group = Group.BODIES
     file: Annotated[str, FileKey(endings=READ, reads=files_read)]
     bulk: Annotated[str, FileKey()] | None = None
     length_unit: units.Length = 1.0

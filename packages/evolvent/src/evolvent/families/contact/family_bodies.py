@@ -8,7 +8,16 @@ from typing import Any
 import numpy as np
 
 from evolvent.families.contact import contact_tangent
-from evolvent.families.contact.family_surfaces import RULES, book, book_end, kinds, pressing, slides_freely
+from evolvent.families.contact.family_surfaces import (
+    RULES,
+    add_energies,
+    book,
+    book_end,
+    kinds,
+    note_pressing,
+    pressing,
+    slides_freely,
+)
 from evolvent.kernels import body_gaps, calls, contact, surfaces, turning
 from evolvent.kernels.ends import of_bodies
 from evolvent.model.family import Family, Kind, has_friction, record
@@ -34,6 +43,8 @@ from evolvent.model.shares import Pressing, Shares
 
 Array = np.ndarray
 _3, _33, _6 = (3,), (3, 3), (6,)
+#: What tells contacts that press from points of beams that do, in a contact set.
+_WEIGHT = 104729
 
 
 def _is_of_box(found: Array) -> Array:
@@ -73,8 +84,7 @@ def measure(end, t, y, model):
 @calls.energy
 def energy(interval, model, out):
     """Energy by the last forces, of bristles too."""
-    for k in range(model.body_contacts.size):
-        out[1] += model.body_contacts[k].energy
+    add_energies(model.body_contacts, out)
 
 
 @calls.energy
@@ -103,11 +113,7 @@ def end_step(interval, model):
 @calls.contact_set
 def contact_set(found, model):
     """Which contacts press."""
-    rows = model.body_contacts
-    for i in range(rows.size):
-        if rows[i].force != 0.0:
-            found += 104729 * (i * i + 1)
-    return found
+    return note_pressing(found, model.body_contacts, _WEIGHT)
 
 
 @calls.rates

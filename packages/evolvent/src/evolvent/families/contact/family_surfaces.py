@@ -105,6 +105,22 @@ def book_end(interval, taken):
         interval.powers[CONTACTS] += taken[1]
 
 
+@inlined
+def add_energies(rows, out):
+    """Energies by the last forces, of bristles too."""
+    for k in range(rows.size):
+        out[1] += rows[k].energy
+
+
+@inlined
+def note_pressing(found, rows, weight):
+    """`found` with the rows that press, as a contact set."""
+    for i in range(rows.size):
+        if rows[i].force != 0.0:
+            found += weight * (i * i + 1)
+    return found
+
+
 def _of_surface(row: Any, records: Records) -> Iterator[End]:
     """Of a layer on other turns, whose points pass from element to element, its body alone."""
     yield "bodies", int(row["body"])
@@ -156,8 +172,7 @@ def measure(end, t, y, model):
 @calls.energy
 def energy(interval, model, out):
     """Energy by the last forces, of bristles too."""
-    for k in range(model.contact_surfaces.size):
-        out[1] += model.contact_surfaces[k].energy
+    add_energies(model.contact_surfaces, out)
 
 
 @calls.force
@@ -218,11 +233,7 @@ def end_step(interval, model):
 @calls.contact_set
 def contact_set(found, model):
     """Which contact points press."""
-    points = model.contact_points
-    for i in range(points.size):
-        if points[i].force != 0.0:
-            found += i * i + 1
-    return found
+    return note_pressing(found, model.contact_points, 1)
 
 
 @calls.rates

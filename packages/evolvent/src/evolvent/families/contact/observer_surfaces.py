@@ -124,7 +124,7 @@ def mean_rate(t: np.ndarray, total: np.ndarray, share: float) -> np.ndarray:
     return np.divide(gained, high - low, out=np.zeros(t.size), where=high > low)
 
 
-@symbol("contact")
+@symbol("cylinder")
 def _contact(view: View, name: str, found: Observed) -> None:
     """A cylinder that is touched as two circles and four lines; one without ends as long as it is wide."""
     part, family = view.part(name), view.assembly.names[name][0]

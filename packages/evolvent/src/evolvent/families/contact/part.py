@@ -16,7 +16,7 @@ from evolvent.families.contact.part_bodies import add_bodies, add_rods
 from evolvent.families.rods.part import Rod
 from evolvent.kernels import contact_laws
 from evolvent.parts.applies import Applies, given, left_out
-from evolvent.parts.base import Part, PointReference, Reference
+from evolvent.parts.base import Group, Part, PointReference, Reference
 from evolvent.parts.shapes import ContactShape, SolidContactShape
 from evolvent_base import units
 from evolvent_base.errors import InputError
@@ -141,6 +141,8 @@ class Contact(Part):
         **{key: (given("around"),) for key in ("axis", "sense", "thickness", "width")},
     }
     kind: Literal["contact"] = "contact"
+    group = Group.CONTACT
+    symbol = "cylinder"
     a: Annotated[
         tuple[str | tuple[str, units.Triple] | units.Triple, ...],
         Reference(what="beams, rods or a point of a body", points=True, several=True, alone=True),

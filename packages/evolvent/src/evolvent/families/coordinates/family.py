@@ -183,10 +183,10 @@ def keep_rates(model):
 @calls.until_turn
 def until_turn(y0, y, h, model):
     """Where the friction of a coordinate turns back."""
-    coordinates, part = model.coordinates, turning.NO_TURN
-    for k in range(coordinates.size):
-        a, b, start = coordinates[k].start_rate, coordinates[k].end_rate, y[coordinates[k].account + FRICTION_FORCE]
-        part = min(part, turning.until_turn_of(SLIP, coordinates[k].stick, coordinates[k].friction, start, a, b, h))
+    rows, part = model.coordinates, turning.NO_TURN
+    for k in range(rows.size):
+        start = y[rows[k].account + FRICTION_FORCE]
+        part = min(part, turning.until_slider_turns(SLIP, rows[k].stick, rows[k].friction, start, rows[k], h))
     return part
 
 

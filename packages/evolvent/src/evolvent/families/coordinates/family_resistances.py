@@ -118,13 +118,12 @@ def _power(mechanism: Any, share: Any, at: Any, direction: Any, still: bool) -> 
 @calls.until_turn
 def until_turn(y0, y, h, model):
     """Where a bristle turns back."""
-    rows, bristles, coordinates, part = model.resistances, model.bristles, model.coordinates, turning.NO_TURN
+    rows, part = model.resistances, turning.NO_TURN
     for k in range(rows.size):
-        c = rows[k].coordinate
-        a, b = coordinates[c].start_rate, coordinates[c].end_rate
+        slider = model.coordinates[rows[k].coordinate]
         for i in range(rows[k].first, rows[k].last):
-            kind, start = bristles[i].kind, y[bristles[i].account]
-            part = min(part, turning.until_turn_of(kind, bristles[i].stick, bristles[i].limit, start, a, b, h))
+            own = model.bristles[i]
+            part = min(part, turning.until_slider_turns(own.kind, own.stick, own.limit, y[own.account], slider, h))
     return part
 
 
@@ -222,9 +221,7 @@ CURVES = Family(
 @calls.contact_set
 def contact_set(found, model):
     """Which bristles slip."""
-    for i in range(model.bristles.size):
-        found = 3 * found + 1 + int(model.bristles[i].slips)
-    return found
+    return turning.note_slips(found, model.bristles)
 
 
 # before, force0: coordinate and force at the start of a step; slips: the sense in which it slips; account: of the

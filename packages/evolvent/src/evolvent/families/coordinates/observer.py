@@ -160,7 +160,7 @@ def _observe_losses(view: View, own: Any, found: Observed) -> None:
 # ------------------------------------------------------------------------------------------------ symbols
 
 
-@symbol("joint-spring")
+@symbol("hinge")
 def _joint_spring(view: View, name: str, found: Observed) -> None:
     """Two flanges at the ends of a hinge's pin; nothing of a travel, whose ends are drawn."""
     seat = seat_of(view, name) if "angle" in found.variables else None

@@ -19,7 +19,7 @@ from evolvent.families.joints.part_coordinate import (
 )
 from evolvent.kernels import axial
 from evolvent.parts.applies import Applies, given, left_out
-from evolvent.parts.base import BodyName, JointName, Part, PointReference, unit
+from evolvent.parts.base import BodyName, Group, JointName, Part, PointReference, unit
 from evolvent_base import units
 from evolvent_base.errors import InputError
 
@@ -82,6 +82,8 @@ class JointSpring(Part):
         "latch_damping": (given("latch"),),
     }
     kind: Literal["joint-spring"] = "joint-spring"
+    group = Group.SPRINGS
+    symbol = "hinge"
     joint: JointName | None = None
     a: BodyName | None = None
     b: PointReference | None = None

@@ -16,7 +16,7 @@ from evolvent.families.joints.part_coordinate import PRESLIDING, check_units, fi
 from evolvent.kernels.bristle import DAHL, SLIP
 from evolvent.parts import table_file
 from evolvent.parts.applies import Applies, given, left_out, one_of, refuse_unfit
-from evolvent.parts.base import CoordinateName, Part
+from evolvent.parts.base import CoordinateName, Group, Part
 from evolvent.parts.profile import table_rows
 from evolvent_base import tables, units
 from evolvent_base.errors import InputError
@@ -174,6 +174,7 @@ class Resistance(Part):
         **{key: (one_of("type", "adhesion"),) for key in ("strength", "distance")},
     }
     kind: Literal["resistance"] = "resistance"
+    group = Group.SPRINGS
     joint: CoordinateName
     type: Literal["harness", "tape-spring", "adhesion"]
     torque: CurveTable | None = None

@@ -13,7 +13,7 @@ from evolvent.assembly import expressions
 from evolvent.assembly.builder import Builder
 from evolvent.families.beams.part import node_of
 from evolvent.kernels import rigid
-from evolvent.parts.base import Part, split_reference
+from evolvent.parts.base import Group, Part, split_reference
 from evolvent.parts.expression import Constants, EventLaw, Parameters, write_law
 from evolvent_base.errors import InputError, nearest
 
@@ -57,6 +57,7 @@ class Event(Part):
     """
 
     kind: Literal["event"] = "event"
+    group = Group.CONTROL
     law: EventLaw
     variables: Annotated[dict[str, str], BeforeValidator(_read_variables)] | None = None
     parameters: Parameters = ()

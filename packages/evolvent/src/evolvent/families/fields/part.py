@@ -11,7 +11,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.families.fields.part_points import write_field_points
 from evolvent.kernels import drive, fields as kernels
 from evolvent.parts.applies import OF_LAW, Applies, left_out, one_of, refuse_unfit
-from evolvent.parts.base import Part, unit
+from evolvent.parts.base import Group, Part, unit
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
 from evolvent_base import units
 from evolvent_base.errors import InputError
@@ -75,6 +75,7 @@ class Field(Part):
         "along": (one_of("type", "orbit"),),
     }
     kind: Literal["field"] = "field"
+    group = Group.LOADS
     type: Literal["acceleration", "orbit"] = "acceleration"
     law: ForceLaw | None = None
     parameters: Parameters = ()

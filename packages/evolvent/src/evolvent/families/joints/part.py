@@ -15,8 +15,8 @@ from evolvent.families.joints.part_pairs import SLIDING, write_pair
 from evolvent.families.joints.part_release import ReleaseName
 from evolvent.families.joints.part_synchronization import write_synchronization
 from evolvent.kernels import axial
-from evolvent.parts.applies import Applies, given, left_out, one_of
-from evolvent.parts.base import CoordinateNames, Part, PointReference
+from evolvent.parts.applies import Applies, given, left_out, one_of, refuse_unfit
+from evolvent.parts.base import CoordinateNames, Group, Part, PointReference
 from evolvent.parts.law import PathDrive
 from evolvent_base import units
 from evolvent_base.errors import InputError
@@ -148,13 +148,16 @@ class Joint(Part):
         "hold": (one_of("type", "clamp"),),
         "position": (one_of("type", *TOUCHING), left_out("drive")),
         "stiffness": (one_of("type", *TOUCHING, "distance", "pulley", *_COUPLED), left_out("drive")),
-        "rotational_stiffness": (one_of("type", *TOUCHING), given("stiffness"), left_out("drive")),
-        "damping": (one_of("type", *TOUCHING, "distance", "pulley", *_COUPLED), given("stiffness"), left_out("drive")),
+        "rotational_stiffness": (one_of("type", *TOUCHING), left_out("drive"), given("stiffness")),
+        "damping": (one_of("type", *TOUCHING, "distance", "pulley", *_COUPLED), left_out("drive")),
         "until": (one_of("type", *TOUCHING, "distance", "pulley", "link", "gear", "involute"),),
         "released_by": (one_of("type", *TOUCHING, "distance", "pulley", "link", "gear", "involute"),),
     }
     needed: ClassVar[tuple[str, ...]] = ("a", "b")
+    always_allowed: ClassVar[tuple[str, ...]] = ("axis",)  # from which a clamp takes its first direction
     kind: Literal["joint"] = "joint"
+    group = Group.JOINTS
+    symbol = "joint"
     a: PointReference | None = None
     b: PointReference | None = None
     type: Literal[
@@ -194,22 +197,7 @@ class Joint(Part):
 
     def _check(self, name: str) -> None:
         """Refuse keys that the type does not have, ends that are missing, and units of the other kind of stiffness."""
-        for key, conditions in self.applies.items():
-            field = type(self).model_fields[key]
-            if key in self.needed and getattr(self, key) is None and self.type in conditions[0].values:
-                raise InputError(f"{name}.{key} is missing; a joint of type {self.type!r} needs {name}.a and {name}.b")
-            if key == "axis" or getattr(self, key) == field.default:  # a clamp takes its first direction from the axis
-                continue
-            for when in conditions:
-                if when.absent and self.drive is not None:
-                    value = getattr(self, key)
-                    shown = float(value) if isinstance(value, float) else value
-                    raise InputError(f"{name}.{key} is {shown!r}, but a drive prescribes a motion; leave it out")
-                if when.values and self.type not in when.values:
-                    if len(when.values) > 3:
-                        raise InputError(f"{name}.{key} is given; a joint of type {self.type!r} has no {key}")
-                    wanted = " or ".join(repr(one) for one in when.values)
-                    raise InputError(f"{name}.{key} is given, but {name}.type is {self.type!r}, not {wanted}")
+        refuse_unfit(name, self)
         for key, wanted in (("stiffness", "N/m"), ("damping", "N s/m")):
             value = getattr(self, key)
             if self.type not in _COUPLED and isinstance(value, units.Measured) and value.unit != wanted:

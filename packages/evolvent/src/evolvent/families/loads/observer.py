@@ -70,7 +70,7 @@ def _observe(view: View, family: str, own: slice, what: str, shares: Any = 1.0) 
     return found
 
 
-@symbol("radiation")
+@symbol("panel")
 def _panel(view: View, name: str, found: Observed) -> None:
     """The outline of a square panel of the area that the light falls on."""
     part = view.part(name)

@@ -25,7 +25,7 @@ from evolvent.families.loads.part_rows import (
 from evolvent.kernels import loads as kernels, markers
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS
 from evolvent.parts.applies import OF_LAW, Applies, given, left_out, one_of, refuse_unfit
-from evolvent.parts.base import Part, PointReference, Reference, unit
+from evolvent.parts.base import Group, Part, PointReference, Reference, unit
 from evolvent.parts.checks import check_unit
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
 from evolvent.parts.profile import ForceProfile, LineForceProfile, LoadProfile, TorqueProfile, write_profile
@@ -117,6 +117,7 @@ class Load(Part):
         "pitch": (given("along"), _TORQUE, left_out("force", "direction", "law")),
     }
     kind: Literal["load"] = "load"
+    group = Group.LOADS
     at: PointReference | None = None
     along: Annotated[str, Reference(what="a beam, a rod or a thread")] | None = None
     type: Literal["force", "torque"] | None = None

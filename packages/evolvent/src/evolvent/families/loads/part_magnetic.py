@@ -9,7 +9,7 @@ import numpy as np
 
 from evolvent.assembly.builder import Builder
 from evolvent.families.loads.part import Load
-from evolvent.parts.base import Part, PointReference
+from evolvent.parts.base import Group, Part, PointReference
 from evolvent_base import units
 from evolvent_base.errors import InputError
 
@@ -44,6 +44,7 @@ class MagneticTorque(Part):
     """
 
     kind: Literal["magnetic-torque"] = "magnetic-torque"
+    group = Group.LOADS
     at: PointReference
     moment: units.MagneticMoment
     field: units.MagneticField

@@ -8,7 +8,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.families.loads.part_rows import add_load, add_rod_loads, refuse_ground, window
 from evolvent.kernels import loads as kernels, markers
 from evolvent.parts.applies import Applies, given, left_out, refuse_unfit
-from evolvent.parts.base import Part, PointReference, Reference, unit
+from evolvent.parts.base import Group, Part, PointReference, Reference, unit
 from evolvent_base import units
 from evolvent_base.errors import InputError, nearest
 
@@ -59,6 +59,8 @@ class Radiation(Part):
         "width": (given("along"),),
     }
     kind: Literal["radiation"] = "radiation"
+    group = Group.LOADS
+    symbol = "panel"
     at: PointReference | None = None
     along: Annotated[str, Reference(what="a rod or a thread")] | None = None
     area: units.Area | None = None

@@ -236,19 +236,16 @@ def coupled_energy(t, model):
 @calls.contact_set
 def contact_set(found, model):
     """Which drivetrains slip."""
-    for k in range(model.drivetrains.size):
-        found = 3 * found + 1 + int(model.drivetrains[k].slips)
-    return found
+    return turning.note_slips(found, model.drivetrains)
 
 
 @calls.until_turn
 def until_turn(y0, y, h, model):
     """Where the friction of a drivetrain turns back."""
-    drives, coordinates, part = model.drivetrains, model.coordinates, turning.NO_TURN
-    for k in range(drives.size):
-        c, start = drives[k].coordinate, y[drives[k].account + FRICTION_FORCE]
-        a, b = coordinates[c].start_rate, coordinates[c].end_rate
-        part = min(part, turning.until_turn_of(SLIP, drives[k].stick, drives[k].friction, start, a, b, h))
+    rows, part = model.drivetrains, turning.NO_TURN
+    for k in range(rows.size):
+        slider, start = model.coordinates[rows[k].coordinate], y[rows[k].account + FRICTION_FORCE]
+        part = min(part, turning.until_slider_turns(SLIP, rows[k].stick, rows[k].friction, start, slider, h))
     return part
 
 

@@ -10,7 +10,7 @@ from evolvent.families.coordinates import coordinate_laws
 from evolvent.families.joints.part_coordinate import PRESLIDING, check_units, find_coordinate
 from evolvent.families.joints.part_release import ReleaseName, release_fields
 from evolvent.parts.applies import OF_LAW, Applies, given, left_out
-from evolvent.parts.base import CoordinateName, Part
+from evolvent.parts.base import CoordinateName, Group, Part
 from evolvent.parts.drive import FreeSpool
 from evolvent.parts.law import Constants, MotorLaw, Parameters, PathDrive, write_law
 from evolvent.parts.profile import CurrentProfile, Profile, TorqueOrForceProfile, VoltageProfile, write_profile
@@ -95,6 +95,8 @@ class Motor(Part):
         "holding_torque": (given("back_efficiency"),),
     }
     kind: Literal["motor"] = "motor"
+    group = Group.CONTROL
+    symbol = "motor"
     joint: CoordinateName
     torque: TorqueOrForceProfile | None = None
     law: MotorLaw | None = None

@@ -19,7 +19,7 @@ from evolvent.families.rods import tape as tapes
 from evolvent.kernels import rigid
 from evolvent.kernels.drive import LEAST_OUT
 from evolvent.parts.applies import Applies, given, left_out
-from evolvent.parts.base import Arrays, Part, unit
+from evolvent.parts.base import Arrays, Group, Part, unit
 from evolvent.parts.curve import AnyCurve, check_curve, stress_free
 from evolvent.parts.drive import FreeSpool, LineDrive
 from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, halved, node_arc
@@ -137,6 +137,7 @@ class Rod(Part):
         "folds": (left_out("nodes"), left_out("payout")),
     }
     kind: Literal["rod"] = "rod"
+    group = Group.BODIES
     length: units.Length
     section: RodSection
     material: MaterialOrName | None = None

@@ -9,7 +9,7 @@ import numpy as np
 from evolvent.assembly.builder import Builder
 from evolvent.kernels import markers
 from evolvent.parts.applies import OF_LAW, Applies, given, left_out
-from evolvent.parts.base import Part, PointReference, unit
+from evolvent.parts.base import Group, Part, PointReference, unit
 from evolvent.parts.law import Constants, Parameters, SpringLaw, refuse_without_law, write_law
 from evolvent_base import units
 from evolvent_base.dense import norm
@@ -52,6 +52,7 @@ class Spring(Part):
         "axis": (given("lateral_stiffness", "lateral_damping"),),
     }
     kind: Literal["spring"] = "spring"
+    group = Group.SPRINGS
     a: PointReference
     b: PointReference
     stiffness: units.StiffnessOrZero = 0.0

@@ -10,7 +10,7 @@ from pydantic import GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError
 
 from evolvent.assembly.builder import Builder
-from evolvent.parts.base import Part, PointReferences
+from evolvent.parts.base import Group, Part, PointReferences
 from evolvent_base import units
 from evolvent_base.errors import InputError
 from evolvent_base.schema import Annotation
@@ -65,6 +65,7 @@ class CustomForce(Part):
     """
 
     kind: Literal["custom-force"] = "custom-force"
+    group = Group.LOADS
     points: PointReferences
     law: ElementLaw | None = None
     parameters: units.Parameters = ()

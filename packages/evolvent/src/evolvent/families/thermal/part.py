@@ -11,7 +11,7 @@ from pydantic import BeforeValidator
 from evolvent.assembly.builder import Builder
 from evolvent.elements.sections import TapeSection
 from evolvent.model.registry import families
-from evolvent.parts.base import BeamName, Part
+from evolvent.parts.base import BeamName, Group, Part
 from evolvent.parts.profile import GradientProfile, TemperatureProfile, write_profile
 from evolvent_base import units
 from evolvent_base.dense import legendre, product
@@ -54,6 +54,7 @@ class ThermalLoad(Part):
     """
 
     kind: Literal["thermal-load"] = "thermal-load"
+    group = Group.LOADS
     part: BeamName
     temperature: TemperatureProfile | None = None
     gradient_y: GradientProfile | None = None

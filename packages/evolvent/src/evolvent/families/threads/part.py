@@ -13,7 +13,7 @@ from evolvent.families.threads.part_reel import Reel
 from evolvent.kernels import markers, rigid, thread as kernels
 from evolvent.kernels.drive import LEAST_OUT
 from evolvent.parts.applies import Applies, left_out, one_of
-from evolvent.parts.base import Part, PointReference, ReelName, unit
+from evolvent.parts.base import Group, Part, PointReference, ReelName, unit
 from evolvent.parts.drive import FreeSpool, RampDrive
 from evolvent.parts.feedback import FeedbackDrive
 from evolvent_base import units
@@ -144,6 +144,7 @@ class Thread(Part):
         "direction": (left_out("end"), left_out("take_up")),
     }
     kind: Literal["thread"] = "thread"
+    group = Group.BODIES
     reel: ReelName
     length: units.Length
     line_density: units.LineDensity

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.parts.base import BodyName, Part, unit
+from evolvent.parts.base import BodyName, Group, Part, unit
 from evolvent.parts.checks import check_rotor
 from evolvent.parts.drive import FreeSpool
 from evolvent.parts.law import Drive
@@ -39,6 +39,7 @@ class Reel(Part):
     """
 
     kind: Literal["reel"] = "reel"
+    group = Group.BODIES
     body: BodyName
     radius: units.Length
     drive: Drive

@@ -1,19 +1,24 @@
 """Symbols of parts that have no extent of their own, such as joints, motors and thrusters.
 
-What a kind of part is drawn as says a function beside its family that is its `symbol`. A symbol is fixed to a body, or
-moves with a variable of the part. Its solids are in units of the symbols' size, which `view.drawing` takes from the
-structure; outlines are in m.
+A part states the name of its symbol (`Part.symbol`). "pin", "disc", "ball" and "block" stand where any part acts; the
+others are functions beside the families that have them. A symbol is fixed to a body, or moves with a variable of the
+part. Its solids are in units of the symbols' size, which `view.drawing` takes from the structure; outlines are in m.
 """
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from evolvent.assembly.ends import ends_of
+from evolvent.model.registry import families
+from evolvent.parts.base import unit
 from evolvent.results.observe.variables import Observed, observers, turned
 from evolvent.results.observe.view import View
+from evolvent_base.errors import InputError, nearest
 
 Array = np.ndarray
 Z = (0.0, 0.0, 1.0)
@@ -36,15 +41,16 @@ class Seat(NamedTuple):
 
 Drawn = Callable[[View, str, Observed], None]
 Placed = Callable[[View, str, Any], Seat | None]
+#: What draws symbols, by their names, and where kinds of parts are.
 _SYMBOLS: dict[str, Drawn] = {}
 _SEATS: dict[str, Placed] = {}
 
 
-def symbol(kind: str) -> Callable[[Drawn], Drawn]:
-    """Decorator of the function of a view, a name and its results that adds what a kind of part is drawn as."""
+def symbol(name: str) -> Callable[[Drawn], Drawn]:
+    """Decorator of the function of a view, the name of a part and its results that draws a symbol."""
 
     def register(function: Drawn) -> Drawn:
-        _SYMBOLS[kind] = function
+        _SYMBOLS[name] = function
         return function
 
     return register
@@ -61,26 +67,45 @@ def placed(kind: str) -> Callable[[Placed], Placed]:
 
 
 def add_symbols(view: View, name: str, found: Observed) -> None:
-    """Add the symbols of a part to what is drawn of it, and the variables with which they move."""
+    """Add the symbol of a part to what is drawn of it, and the variables with which it moves.
+
+    Raises
+    ------
+    InputError
+        If the part states a symbol that there is not.
+    """
     observers()
-    function = _SYMBOLS.get(str(getattr(view.part(name), "kind", "")))
-    if function is not None and view.t.size:
-        function(view, name, found)
+    stated = view.part(name).symbol
+    if stated and stated not in _SYMBOLS:
+        raise InputError(f"the symbol of {name!r} is {stated!r}; {nearest(stated, _SYMBOLS)}")
+    if stated and view.t.size:
+        _SYMBOLS[stated](view, name, found)
 
 
 # ------------------------------------------------------------------------------------------------ points
 
 
 def seat_of(view: View, name: str) -> Seat | None:
-    """Where a part is that is `placed`, or a body; None of others, and of one away from any known point."""
+    """Where a part is: one that is `placed`, a body, what acts on a joint, or else on bodies, at the first of them.
+
+    None of what acts on no body, and of one away from any known point.
+    """
     part = view.assembly.parts.get(name)
     function = _SEATS.get(str(getattr(part, "kind", "")))
     if function is not None:
         return function(view, name, part)
-    if view.assembly.names.get(name, ("",))[0] == "bodies":
-        index = view.index(name)
+    if isinstance(joint := getattr(part, "joint", None), str):
+        return seat_of(view, joint)
+    family, index = view.assembly.names.get(name, ("", 0))
+    if family == "bodies":
         return Seat(index, np.zeros(3), np.asarray(view.model.bodies["axis"][index], dtype=float))
-    return None
+    if part is None or family not in families():
+        return None
+    records = functools.partial(getattr, view.model)
+    body = next((int(i) for what, i in ends_of(family, records(family)[index], records) if what == "bodies"), None)
+    if body is None:
+        return None
+    return Seat(body, np.zeros(3), view.initial.pose(body).R[0].T @ unit(getattr(part, "axis", Z)))
 
 
 def moved(view: View, seat: Seat) -> Array:
@@ -155,3 +180,38 @@ def add_cable(view: View, found: Observed, seats: list[Seat], text: str) -> None
     if len(seats) > 1:
         found.along("cable", "station", np.stack([moved(view, seat) for seat in seats], axis=1), "m", text)
         found.drawn.append({"line": {"points": "cable", "kind": "line", "tip": None}})
+
+
+# ------------------------------------------------------------------------------------------------ any part
+
+
+@symbol("pin")
+def _pin_of(view: View, name: str, found: Observed) -> None:
+    """A pin along the axis."""
+    _add(view, name, found, lambda axis: pin(0.35, -1.0, 1.0, axis))
+
+
+@symbol("disc")
+def _disc_of(view: View, name: str, found: Observed) -> None:
+    """A disc across the axis, which turns with the variable "angle", if there is one."""
+    turned_by = {"turned": "angle"} if "angle" in found.variables else {}
+    _add(view, name, found, lambda axis: pin(1.2, -0.2, 0.2, axis, **turned_by))
+
+
+@symbol("ball")
+def _ball_of(view: View, name: str, found: Observed) -> None:
+    """A ball."""
+    _add(view, name, found, lambda _: ball(0.55))
+
+
+@symbol("block")
+def _block_of(view: View, name: str, found: Observed) -> None:
+    """A cube."""
+    _add(view, name, found, lambda _: {"box": {"edges": [0.8, 0.8, 0.8]}})
+
+
+def _add(view: View, name: str, found: Observed, solid: Callable[[list[float]], dict[str, Any]]) -> None:
+    """A solid, a function of its axis, where a part is."""
+    seat = seat_of(view, name)
+    if seat is not None:
+        found.drawn.append(entry(view, found, seat, solids=[solid(own_axis(view, seat))]))
