@@ -1,13 +1,12 @@
 """The start of a case as a motion of one sample, before anything is run.
 
-``python -P -m evolvent_studio.preview`` is the process that draws it; see `evolvent_studio.reading`.
+`main` is the process that draws it; see `evolvent_studio.reading`.
 """
 
 from __future__ import annotations
 
 import base64
 import dataclasses
-import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -60,5 +59,6 @@ def _packed(note: Callable[[str], None], *, content: Any) -> str:
     return base64.b64encode(start_of(content, note)).decode()
 
 
-if __name__ == "__main__":
-    sys.exit(reading.answer({"start": _packed}))
+def main() -> int:
+    """Answer with starts of cases."""
+    return reading.answer({"start": _packed})

@@ -1,6 +1,6 @@
 """What the studio reads of the working folder, in a process of its own with limits of time and memory.
 
-``python -P -m evolvent_studio.reading`` is that process for texts, ``evolvent_studio.preview`` for starts of cases, for
+`main` of this module is that process for texts, that of `evolvent_studio.preview` for starts of cases, for
 which it loads much more. Each line on its stdin asks for one task, a JSON object; it answers with lines of JSON: any
 number of notes, then what was found, or the reason why not. It ends with its stdin. A task that takes too much ends the
 process (by `RLIMIT_CPU` and `RLIMIT_AS` where the system has them, else by the clock); the next task starts another
@@ -23,7 +23,6 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from evolvent import cases
-from evolvent_base import startup
 from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import child
 
@@ -249,8 +248,7 @@ def answer(tasks: Mapping[str, Callable[..., Any]]) -> int:
 
         _allow(seconds)
         try:
-            with startup.array_libraries_hidden():
-                send(found=tasks[asked["task"]](note, **asked["given"]))
+            send(found=tasks[asked["task"]](note, **asked["given"]))
         except EvolventError as error:
             send(error=str(error))
         except (MemoryError, RecursionError):
@@ -258,5 +256,6 @@ def answer(tasks: Mapping[str, Callable[..., Any]]) -> int:
     return 0
 
 
-if __name__ == "__main__":
-    sys.exit(answer({"content": _content, "facts": _facts}))
+def main() -> int:
+    """Answer what is asked about texts."""
+    return answer({"content": _content, "facts": _facts})

@@ -320,6 +320,16 @@ def test_the_link_of_the_browser_that_is_started_works_once():
 # ------------------------------------------------------------------------------------------------ queue
 
 
+def test_a_process_of_the_studio_loads_no_array_libraries():
+    """They are hidden before anything is loaded; xarray takes half a second to load those that it finds."""
+    script = (
+        "import sys, types; from evolvent_studio import child; main = lambda *given: print(given, sys.modules['dask']);"
+        "sys.modules['evolvent_studio.x'] = types.SimpleNamespace(main=main); child.main('x', 'y')"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.stdout == "('y',) None\n", done.stderr
+
+
 def until(condition, seconds=60.0):
     """Wait for something."""
     end = time.monotonic() + seconds

@@ -66,7 +66,7 @@ def started(monkeypatch):
     found = []
 
     def start(command, **options):
-        if "evolvent_studio.worker" not in command:  # of what reads files
+        if "worker" not in command:  # of what reads files
             return subprocess.Popen(command, **options)
         found.append({"command": command, **options, "in it": os.listdir(options["cwd"])})
         raise OSError("this test starts no process")
