@@ -431,7 +431,7 @@ def test_cycles_leave_nothing_behind(unit, tmp_path):
     python.write_text(f'#!/bin/sh\nunset MALLOC_PERTURB_ MALLOC_CHECK_\nexec {sys.executable} "$@"\n')
     python.chmod(0o755)
     environment = os.environ | {"MALLOC_CHECK_": "3", "MALLOC_PERTURB_": "85", "EVOLVENT_PYTHON": str(python)}
-    given = [sys.executable, "-c", HOST, unit.path, unit.folder, "12", "exit"]
+    given = [sys.executable, "-c", HOST, unit.path, unit.folder, "6", "exit"]
     found = subprocess.run(given, capture_output=True, text=True, env=environment, timeout=300, check=False)
     assert (found.returncode, found.stdout) == (0, "done\n"), found.stderr
     assert not [pid for pid in everyone() if f"{unit.folder}/resources" in command(pid) and not of_this_process(pid)]

@@ -23,10 +23,10 @@ from evolvent_massprops import description
 from evolvent_studio import charts, form
 from evolvent_studio.context import Context, Panel as StudioPanel
 from evolvent_studio.elements import ChartElement, report_frame, table, upload
-from evolvent_studio.folder import LARGEST, LARGEST_RECORDING, LARGEST_SIGNALS
 from evolvent_studio.formview import FormView, errors_text, first_error
 from evolvent_studio.job import Job
 from evolvent_studio.jobview import STATUS, draw_progress
+from evolvent_studio.places import LARGEST, LARGEST_RECORDING, LARGEST_SIGNALS
 from evolvent_studio.placing import SIGNALS
 from evolvent_studio.state import MEASURED, View
 

@@ -18,7 +18,7 @@ from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import form, reading, studydraft
 from evolvent_studio.context import Context
 from evolvent_studio.elements import upload
-from evolvent_studio.folder import LARGEST_RECORDING, LARGEST_SIGNALS
+from evolvent_studio.places import LARGEST_RECORDING, LARGEST_SIGNALS
 from evolvent_studio.placing import source_file
 from evolvent_studio.state import view_of
 

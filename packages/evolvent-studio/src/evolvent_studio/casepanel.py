@@ -16,10 +16,10 @@ from evolvent_base.schema import Section
 from evolvent_studio import parts
 from evolvent_studio.context import Context
 from evolvent_studio.elements import upload
-from evolvent_studio.folder import LARGEST
 from evolvent_studio.formview import FormView, errors_text, first_error
 from evolvent_studio.job import COMPUTED
 from evolvent_studio.partsview import PartsView
+from evolvent_studio.places import LARGEST
 from evolvent_studio.startview import StartView
 from evolvent_studio.state import Draft, view_of
 

@@ -1,8 +1,13 @@
-"""Processes of the studio's own: each sends messages to the studio, one JSON object a line."""
+"""Processes of the studio's own: each sends messages to the studio, one JSON object a line.
+
+``python -P -m evolvent_studio.child MODULE`` prepares such a process before it loads libraries, and calls `main` of a
+module of the studio.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import importlib
 import json
 import os
 import subprocess
@@ -13,15 +18,26 @@ from typing import Any
 from evolvent_base import startup
 
 
+def command(module: str, *arguments: str | os.PathLike[str]) -> list[str | os.PathLike[str]]:
+    """The command line of a process that calls `main` of a module of the studio with arguments."""
+    return [sys.executable, "-P", "-m", __name__, module, *arguments]
+
+
 def start(
     module: str, *arguments: str | os.PathLike[str], folder: str | os.PathLike[str], stderr: Any
 ) -> subprocess.Popen[str]:
     """Start a module of the studio in an empty folder, from which no module and no settings are picked up."""
     return subprocess.Popen(
-        [sys.executable, "-P", "-m", f"evolvent_studio.{module}", *arguments],
-        cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=stderr, text=True, encoding="utf-8",
-        errors="replace", start_new_session=os.name != "nt",  # Ctrl-C at the studio's terminal is the studio's alone
-    )  # fmt: skip
+        command(module, *arguments),
+        cwd=folder,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=stderr,
+        text=True,
+        encoding="utf-8",
+        errors="replace",
+        start_new_session=os.name != "nt",  # Ctrl-C at the studio's terminal is the studio's alone
+    )
 
 
 def close(process: subprocess.Popen[str]) -> None:
@@ -34,7 +50,6 @@ def close(process: subprocess.Popen[str]) -> None:
 
 def channel() -> Callable[..., None]:
     """What sends a message, its items as keywords, from this process; whatever else is printed goes to stderr."""
-    startup.prepare_process()
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
 
@@ -43,3 +58,15 @@ def channel() -> Callable[..., None]:
         out.flush()
 
     return send
+
+
+def main(module: str, *arguments: str) -> int:
+    """Call `main` of a module of the studio; libraries that it has no use for are not loaded."""
+    startup.prepare_process()
+    with startup.array_libraries_hidden():
+        code: int = importlib.import_module(f"evolvent_studio.{module}").main(*arguments)
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

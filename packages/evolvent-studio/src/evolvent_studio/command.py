@@ -43,6 +43,7 @@ def studio(host: str, port: int, token: str | None, no_token: bool, no_browser: 
     if token is None and not no_token:
         token = secrets.token_urlsafe(24)
     gate.check(host, token)
+    gate.free(host, port)  # before much is loaded; asked again when it is
     if importlib.util.find_spec("nicegui") is None:
         raise InputError("the studio needs the package nicegui; install it with: pip install nicegui")
     root = os.getcwd()

@@ -12,7 +12,7 @@ from nicegui.element import Element
 
 from evolvent_studio.charts import Chart
 from evolvent_studio.differences import whole
-from evolvent_studio.folder import LARGEST_SIGNALS
+from evolvent_studio.places import LARGEST_SIGNALS
 
 _STATIC = pathlib.Path(__file__).with_name("static")
 #: What NiceGUI ships of ECharts; charts import it, offline.

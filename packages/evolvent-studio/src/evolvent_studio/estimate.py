@@ -1,4 +1,4 @@
-"""The process that estimates the duration of a study: ``python -m evolvent_studio.estimate``.
+"""The process that estimates the duration of a study, as `evolvent_studio.child` starts it.
 
 It reads a study as YAML from stdin, computes a case in the middle of it and, where that is fast, cases at its ends, and
 writes one JSON object: the time of a case in s, the cases computed, and the reason where one failed.
@@ -16,7 +16,6 @@ from evolvent.design import studies
 from evolvent.design.evaluator.evaluator import Evaluator
 from evolvent.design.studies.runner import Points, runs_of
 from evolvent.design.studies.study import corners
-from evolvent_base import startup
 from evolvent_base.errors import EvolventError
 from evolvent_studio import child
 
@@ -28,8 +27,7 @@ def main() -> int:
     """Estimate the study on stdin."""
     send = child.channel()
     try:
-        with startup.array_libraries_hidden():
-            send(**estimated(sys.stdin.read()))
+        send(**estimated(sys.stdin.read()))
     except EvolventError as error:
         send(error=str(error))
     return 0
@@ -67,7 +65,3 @@ def estimated(text: str) -> dict[str, Any]:
             others = [index for index in corners(study) if index != middle][:3]
             taken = [timed(index) for index in (middle, *others)]
     return {"seconds": sum(taken) / len(taken), "computed": len(taken), "reasons": reasons}
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,4 +1,4 @@
-"""The process that writes one download: ``python -m evolvent_studio.exporter KIND RUN FILE``.
+"""The process that writes one download, as `evolvent_studio.child` starts it with KIND, RUN and FILE.
 
 Its progress goes to stdout, one JSON object a line; the end of stdin stops it.
 """
@@ -17,7 +17,7 @@ from evolvent import cases, results
 from evolvent.exports import drawings, gltf, matlab, moving, report, table, vtk
 from evolvent.exports.request import Request
 from evolvent.view import animation
-from evolvent_base import progress, startup
+from evolvent_base import progress
 from evolvent_base.errors import EvolventError, reason_of
 from evolvent_studio import child
 
@@ -33,10 +33,7 @@ def main(kind: str, run: str, target: str) -> int:
     send = child.channel()
     threading.Thread(target=_end_with_stdin, daemon=True).start()
     try:
-        with (
-            progress.shown_by(lambda stage: send(what=stage.what, done=stage.done, total=stage.total)),
-            startup.array_libraries_hidden(),
-        ):
+        with progress.shown_by(lambda stage: send(what=stage.what, done=stage.done, total=stage.total)):
             _write(kind, run, target)
     except EvolventError as error:
         send(error=str(error))
@@ -85,7 +82,3 @@ def _pack(folder: str, target: str) -> None:
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in progress.track(files, "compressing"):
             archive.write(path, path.relative_to(root).as_posix())
-
-
-if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))

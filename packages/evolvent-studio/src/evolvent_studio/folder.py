@@ -25,16 +25,22 @@ from evolvent_base import safe_open
 from evolvent_base.errors import InputError, reason_of
 from evolvent_studio import placing, reading
 from evolvent_studio.listing import Listing, Written
-from evolvent_studio.places import CREATE, HAS_DIR_FD, NO_LINK, READ, Place, is_junction, is_link
+from evolvent_studio.places import (
+    CREATE,
+    HAS_DIR_FD,
+    LARGEST,
+    LARGEST_SIGNALS,
+    NO_LINK,
+    READ,
+    Place,
+    is_junction,
+    is_link,
+)
 
 #: Folder inside the working folder that holds the queue, its runs, and what was dropped on the page.
 OWN = ".evolvent-studio"
 #: Files that are listed and entries that are looked at, at most, and levels of folders that are looked into.
 _MOST, _LOOKED, _DEEP = 500, 20_000, 3
-#: Largest YAML file that is read, bytes.
-LARGEST = 500_000
-#: Largest upload, and largest file of signals in the folder that is read, bytes.
-LARGEST_SIGNALS, LARGEST_RECORDING = 200_000_000, 4_000_000_000
 #: Uploads of one name, at most.
 _MOST_SAME = 1000
 

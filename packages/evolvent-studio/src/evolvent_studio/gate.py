@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import hmac
 import ipaddress
+import os
 import re
+import socket
 import urllib.parse
 from collections.abc import Awaitable, Callable, Iterator, MutableMapping
 from typing import Any
 
 from evolvent_base import pages
 from evolvent_base.errors import InputError
-from evolvent_studio.folder import LARGEST_SIGNALS
+from evolvent_studio.places import LARGEST_SIGNALS
 
 #: Cookie that holds the token once it was given; the port follows, for cookies are those of all ports of a host.
 COOKIE = "evolvent-studio"
@@ -64,6 +66,26 @@ def check(host: str, token: str | None) -> None:
             f"--host {host} is an address that others can reach; it needs --token TOKEN, a secret of 8 characters or "
             f"more, or the one that is made where --no-token is left out"
         )
+
+
+def free(host: str, port: int) -> int:
+    """The port to take; 0 stands for any that is free.
+
+    Raises
+    ------
+    InputError
+        If there is none, or the address is not this machine's.
+    """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        with socket.socket(family, socket.SOCK_STREAM) as probe:
+            if os.name != "nt":
+                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            probe.bind((host, port))
+            return int(probe.getsockname()[1])
+    except (OSError, OverflowError) as error:
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        raise InputError(f"cannot listen on {host}, port {port}: {reason}; give another with --port") from None
 
 
 class Gate:

@@ -23,8 +23,9 @@ from typing import Any
 
 from evolvent_base.errors import InputError
 from evolvent_studio import child, signing
-from evolvent_studio.folder import LARGEST_RECORDING, OWN, Folder
+from evolvent_studio.folder import OWN, Folder
 from evolvent_studio.job import FOREIGN, KEPT, LAST, REPORTS, RESULTS, RESUMED, Job, kept_job
+from evolvent_studio.places import LARGEST_RECORDING
 from evolvent_studio.worker import CASE, parsed
 
 #: Seconds that a cancelled job has to keep what it computed.

@@ -79,7 +79,7 @@ class Listing:
                 name, stamp = next(iter(self._wanted.items()))
             found = Written(frozenset(), False, "cannot be read")
             with contextlib.suppress(InputError, OSError):
-                facts = reading.reader("texts").ask("facts", reading.TEXT, source=self._text(name), name=name)
+                facts = reading.reader("reading").ask("facts", reading.TEXT, source=self._text(name), name=name)
                 if facts is not None:
                     found = Written(frozenset(facts["keys"]), facts["is_stand"], "")
             with self._listing:

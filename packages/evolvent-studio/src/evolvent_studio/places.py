@@ -9,6 +9,10 @@ import pathlib
 import stat
 from typing import NamedTuple
 
+#: Largest YAML file that is read, bytes.
+LARGEST = 500_000
+#: Largest upload, and largest file of signals in the folder that is read, bytes.
+LARGEST_SIGNALS, LARGEST_RECORDING = 200_000_000, 4_000_000_000
 NO_LINK = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 
 

@@ -1,7 +1,11 @@
-"""The start of a case as a motion of one sample, before anything is run."""
+"""The start of a case as a motion of one sample, before anything is run.
+
+`main` is the process that draws it; see `evolvent_studio.reading`.
+"""
 
 from __future__ import annotations
 
+import base64
 import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -13,6 +17,7 @@ from evolvent.view import animation
 from evolvent.view.drawing import motion_of
 from evolvent_base import progress
 from evolvent_base.errors import EvolventError, InputError
+from evolvent_studio import reading
 
 
 def start_of(content: Mapping[str, Any], note: Callable[[str], None] = lambda text: None) -> bytes:
@@ -48,3 +53,12 @@ def start_of(content: Mapping[str, Any], note: Callable[[str], None] = lambda te
         raise InputError("the case has no part that can be drawn; add a body, a beam or a point")
     lines = [dataclasses.replace(line, values={}) for line in motion.lines]  # nothing has a stress or a force yet
     return animation.pack(dataclasses.replace(motion, lines=lines, forces=[], numbers={}))
+
+
+def _packed(note: Callable[[str], None], *, content: Any) -> str:
+    return base64.b64encode(start_of(content, note)).decode()
+
+
+def main() -> int:
+    """Answer with starts of cases."""
+    return reading.answer({"start": _packed})

@@ -1,9 +1,10 @@
 """What the studio reads of the working folder, in a process of its own with limits of time and memory.
 
-``python -P -m evolvent_studio.reading`` is that process. Each line on its stdin asks for one task, a JSON object; it
-answers with lines of JSON: any number of notes, then what was found, or the reason why not. It ends with its stdin. A
-task that takes too much ends the process (by `RLIMIT_CPU` and `RLIMIT_AS` where the system has them, else by the
-clock); the next task starts another one.
+`main` of this module is that process for texts, that of `evolvent_studio.preview` for starts of cases, for
+which it loads much more. Each line on its stdin asks for one task, a JSON object; it answers with lines of JSON: any
+number of notes, then what was found, or the reason why not. It ends with its stdin. A task that takes too much ends the
+process (by `RLIMIT_CPU` and `RLIMIT_AS` where the system has them, else by the clock); the next task starts another
+one.
 """
 
 from __future__ import annotations
@@ -18,13 +19,12 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from evolvent import cases
-from evolvent_base import startup
 from evolvent_base.errors import EvolventError, InputError
-from evolvent_studio import child, preview
+from evolvent_studio import child
 
 #: Processor time of a task, s: a text, the start of a case; between its notes, and the time on the clock for each.
 TEXT, START, CLOCK = 3.0, 20.0, 5.0
@@ -39,9 +39,15 @@ _COUNTS, _TIMES = ("elements", "nodes"), ("multiplicity", "blades")
 
 
 class Reader:
-    """Asks a process for one task after another; it is started when it is needed, and again when it has died."""
+    """Asks a process for one task after another; it is started when it is needed, and again when it has died.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    module : str, of the studio, which the process runs
+    """
+
+    def __init__(self, module: str) -> None:
+        self._module = module
         self._lock = threading.Lock()
         self._process: subprocess.Popen[str] | None = None
         self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
@@ -88,7 +94,7 @@ class Reader:
         """Start the process in an empty folder, from which no module and no settings are picked up."""
         self.end()
         empty = self._empty.enter_context(tempfile.TemporaryDirectory(prefix="evolvent-reading-"))
-        process = child.start("reading", folder=empty, stderr=subprocess.DEVNULL)
+        process = child.start(self._module, folder=empty, stderr=subprocess.DEVNULL)
         self._process, self._lines = process, queue.SimpleQueue()
         threading.Thread(target=_listen, args=(process, self._lines), daemon=True).start()
         with contextlib.suppress(queue.Empty):
@@ -114,9 +120,9 @@ def _listen(process: subprocess.Popen[str], lines: queue.SimpleQueue[str]) -> No
 
 
 @functools.cache
-def reader(what: str) -> Reader:
-    """The process for texts or for starts, which do not wait for one another; it ends with this one."""
-    found = Reader()
+def reader(module: str) -> Reader:
+    """The process for texts ("reading") or for starts ("preview"); it ends with this one."""
+    found = Reader(module)
     atexit.register(found.end)
     return found
 
@@ -130,7 +136,7 @@ def content(source: str, name: str) -> Any:
         If it is not YAML, or holds more than a form can show.
     """
     try:
-        return reader("texts").ask("content", TEXT, source=source, name=name)
+        return reader("reading").ask("content", TEXT, source=source, name=name)
     except InputError as error:
         text = str(error)
         raise InputError(text if text.startswith(name) else f"{name}: {text}") from None
@@ -144,7 +150,7 @@ def start(case: Any, note: Callable[[str], None]) -> bytes:
     InputError
         If it cannot be drawn, or takes too long.
     """
-    return base64.b64decode(reader("starts").ask("start", START, note, content=case))
+    return base64.b64decode(reader("preview").ask("start", START, note, content=case))
 
 
 def check_size(case: Any) -> None:
@@ -208,10 +214,6 @@ def _facts(note: Callable[[str], None], *, source: str, name: str) -> Any:
     return {"keys": list(found)[:MOST_VALUES], "is_stand": isinstance(stand, dict) and "kind" in stand}
 
 
-def _packed(note: Callable[[str], None], *, content: Any) -> str:
-    return base64.b64encode(preview.start_of(content, note)).decode()
-
-
 def _allow(seconds: float) -> None:
     """Let this process take as much more processor time, where the system can limit it."""
     with contextlib.suppress(ImportError):
@@ -222,17 +224,20 @@ def _allow(seconds: float) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (limit, resource.getrlimit(resource.RLIMIT_CPU)[1]))
 
 
-def main() -> int:
-    """Answer until stdin ends."""
+def answer(tasks: Mapping[str, Callable[..., Any]]) -> int:
+    """Answer until stdin ends; returns the exit code.
+
+    Parameters
+    ----------
+    tasks : functions of what a task is given, and of what takes notes, by the names of the tasks
+    """
     send = child.channel()
-    assert cases  # loaded before the first task, whose time counts
     with contextlib.suppress(ImportError, ValueError, OSError):
         import resource  # not on Windows
 
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))
 
     send(ready=True)
-    tasks: dict[str, Callable[..., Any]] = {"content": _content, "facts": _facts, "start": _packed}
     for line in sys.stdin:
         asked = json.loads(line)
         seconds = asked["seconds"]
@@ -243,8 +248,7 @@ def main() -> int:
 
         _allow(seconds)
         try:
-            with startup.array_libraries_hidden():
-                send(found=tasks[asked["task"]](note, **asked["given"]))
+            send(found=tasks[asked["task"]](note, **asked["given"]))
         except EvolventError as error:
             send(error=str(error))
         except (MemoryError, RecursionError):
@@ -252,5 +256,6 @@ def main() -> int:
     return 0
 
 
-if __name__ == "__main__":
-    sys.exit(main())
+def main() -> int:
+    """Answer what is asked about texts."""
+    return answer({"content": _content, "facts": _facts})

@@ -6,17 +6,14 @@ import asyncio
 import contextlib
 import os
 import secrets
-import socket
 import urllib.parse
 
 from nicegui import app, background_tasks, ui
 
 from evolvent_base import safe_open
 from evolvent_base.console import echo
-from evolvent_base.errors import InputError
-from evolvent_studio import page, routes
+from evolvent_studio import gate, page, routes
 from evolvent_studio.folder import Folder
-from evolvent_studio.gate import Gate
 from evolvent_studio.state import Studio
 
 #: The involute of a circle.
@@ -34,7 +31,7 @@ def serve(root: str, *, host: str, port: int, token: str | None, browser: bool) 
     InputError
         If the address cannot be bound to.
     """
-    port = _free(host, port)
+    port = gate.free(host, port)
     studio = Studio(Folder(root))
     os.environ[safe_open.ONLY_BELOW] = str(studio.folder.root)
     if studio.jobs.note:
@@ -42,7 +39,7 @@ def serve(root: str, *, host: str, port: int, token: str | None, browser: bool) 
     routes.install(app, studio)
     page.install(studio)
     once = secrets.token_urlsafe(24) if token is not None and browser else ""
-    app.add_middleware(Gate, host=host, token=token, once=once)
+    app.add_middleware(gate.Gate, host=host, token=token, once=once)
     app.on_shutdown(studio.jobs.stop)
     shown = f"[{host}]" if ":" in host else host
     query = f"?token={urllib.parse.quote(token, safe='')}" if token is not None else ""
@@ -78,23 +75,3 @@ async def _announce(host: str, port: int, line: str) -> None:
         writer.close()
         echo(line)
         return
-
-
-def _free(host: str, port: int) -> int:
-    """The port to take; 0 stands for any that is free.
-
-    Raises
-    ------
-    InputError
-        If there is none, or the address is not this machine's.
-    """
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    try:
-        with socket.socket(family, socket.SOCK_STREAM) as probe:
-            if os.name != "nt":
-                probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            probe.bind((host, port))
-            return int(probe.getsockname()[1])
-    except (OSError, OverflowError) as error:
-        reason = (getattr(error, "strerror", None) or str(error)).lower()
-        raise InputError(f"cannot listen on {host}, port {port}: {reason}; give another with --port") from None

@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import dataclasses
 import pathlib
-import sys
 import tempfile
 from typing import Any
 
@@ -16,7 +15,7 @@ from evolvent import cases
 from evolvent.design.dispersions import dispersed
 from evolvent.design.studies import runner
 from evolvent_base.errors import EvolventError, InputError
-from evolvent_studio import reading, studydraft
+from evolvent_studio import child, reading, studydraft
 from evolvent_studio.context import Context
 from evolvent_studio.sentences import as_sentence, cases_text, estimated_text, names_key
 from evolvent_studio.state import View, view_of
@@ -246,7 +245,7 @@ class StudyPanel:
         try:
             asked = await asyncio.to_thread(self._asked_study)
             self._process = await asyncio.create_subprocess_exec(
-                sys.executable, "-P", "-m", "evolvent_studio.estimate", cwd=tempfile.gettempdir(),
+                *child.command("estimate"), cwd=tempfile.gettempdir(),
                 stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.DEVNULL,
             )  # fmt: skip
         except EvolventError as error:

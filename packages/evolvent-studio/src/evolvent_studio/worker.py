@@ -1,4 +1,4 @@
-"""The process that computes one job: ``python -m evolvent_studio.worker FOLDER``.
+"""The process that computes one job, as `evolvent_studio.child` starts it with the job's folder.
 
 The first line of stdin is the job, one JSON object: its kind, its case as YAML, and the files of its signals. Results
 are written to FOLDER, and its progress to stdout, one JSON object a line. Another line on stdin, or its end, stops the
@@ -7,7 +7,6 @@ work; what was computed is kept.
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import pathlib
@@ -16,15 +15,19 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
+import lazy_loader as lazy
+
 from evolvent import cases, results
-from evolvent.design import studies
-from evolvent.design.calibration import fit
-from evolvent.design.dispersions import dispersed
 from evolvent.view import animation
-from evolvent_base import progress, showing, startup
+from evolvent_base import progress, showing
 from evolvent_base.answer import Table
 from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import added_jobs, child
+
+# what most jobs do without
+studies = lazy.load("evolvent.design.studies", suppress_warning=True)
+dispersed = lazy.load("evolvent.design.dispersions.dispersed", suppress_warning=True)
+fit = lazy.load("evolvent.design.calibration.fit", suppress_warning=True)
 
 #: Files of a job.
 CASE, RUN, STUDY, CERTIFICATE = "case.yaml", "run.nc", "study", "certificate.html"
@@ -49,8 +52,7 @@ def main(folder: str) -> int:
             "disperse": _disperse, "calibrate": _calibrate,
         }  # fmt: skip
         compute = known.get(job["kind"]) or added_jobs.computation(job["kind"])
-        with contextlib.nullcontext() if job["kind"] in ("sweep", "disperse") else startup.array_libraries_hidden():
-            compute(place, job, report)
+        compute(place, job, report)
     except EvolventError as error:
         report.send(status="failed", message=str(error))
     except KeyboardInterrupt:
@@ -222,7 +224,3 @@ def _calibrate(place: pathlib.Path, job: dict[str, Any], report: _Report) -> Non
     count = len(found.parameters)
     message = f"{count} parameter{'s' * (count > 1)} fitted, root mean square {found.rms:.3g} {found.series[0].unit}"
     report.send(status="success", message=message.strip())
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1]))

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from studio.serving import WAIT, part, serving, settle
+from studio.serving import ABSENT, WAIT, part, serving, settle
 
 ARGUMENTS = [
     "--no-sandbox",
@@ -62,14 +62,16 @@ def browser() -> Iterator[Any]:
     sync_api = pytest.importorskip(
         "playwright.sync_api", reason="browser tests need playwright (pip install playwright)"
     )
+    if ABSENT:
+        pytest.skip(ABSENT[0])
     path = chromium()
     with sync_api.sync_playwright() as playwright:
         try:
             started = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
         except sync_api.Error as error:
-            pytest.skip(
-                f"browser tests need Chromium (on the path, or $EVOLVENT_CHROMIUM): {str(error).splitlines()[0]}"
-            )
+            reason = str(error).splitlines()[0]
+            ABSENT.append(f"browser tests need Chromium (on the path, or $EVOLVENT_CHROMIUM): {reason}")
+            pytest.skip(ABSENT[0])
         with pytest.MonkeyPatch.context() as patch:
             if not os.environ.get("EVOLVENT_SCREENSHOTS"):
                 leave_out_files(patch, sync_api.Page)

@@ -26,7 +26,8 @@ output: {every: 0.2 s}
 #: The same with springs so stiff that it takes a minute.
 LONG = SHORT.replace("nodes: 6}", "nodes: 20, stiffness: 1e8 N/m, damping: 0.1 N s/m}").replace("0.2 s", "0.05 s")
 
-
+#: Why no browser can be started, once one of the files has tried.
+ABSENT: list[str] = []
 #: Longest wait for a page, ms.
 WAIT = 120_000
 
@@ -84,11 +85,11 @@ def choose(page: Any, select: str, option: str | re.Pattern[str], *, typed: str 
 class Server:
     """A studio that runs in its own process."""
 
-    def __init__(self, folder: pathlib.Path, *options: str, needs_secret: bool = False) -> None:
+    def __init__(self, folder: pathlib.Path, *options: str) -> None:
         self.folder = folder
         self.log = folder.parent / f"{folder.name}.log"
         command = [sys.executable, "-m", "evolvent", "studio", "--port", "0", "--no-browser", *options]
-        if "--token" not in options and not needs_secret:
+        if "--token" not in options:
             command.append("--no-token")
         environment = os.environ | {"PYTHONUNBUFFERED": "1"}
         for name in list(environment):  # NiceGUI behaves otherwise where it believes that it is tested itself
@@ -120,9 +121,9 @@ class Server:
 
 
 @contextlib.contextmanager
-def serving(folder: pathlib.Path, *options: str, needs_secret: bool = False) -> Iterator[Server]:
+def serving(folder: pathlib.Path, *options: str) -> Iterator[Server]:
     pytest.importorskip("nicegui", reason="the studio needs nicegui (extra studio)")
-    server = Server(folder, *options, needs_secret=needs_secret)
+    server = Server(folder, *options)
     try:
         yield server
     finally:

@@ -20,6 +20,7 @@ import pytest
 
 from evolvent import cases
 from evolvent.design import studies
+from evolvent_base import cli
 from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import child
 from evolvent_studio.command import studio as command
@@ -65,7 +66,7 @@ def started(monkeypatch):
     found = []
 
     def start(command, **options):
-        if "evolvent_studio.worker" not in command:  # of what reads files
+        if "worker" not in command:  # of what reads files
             return subprocess.Popen(command, **options)
         found.append({"command": command, **options, "in it": os.listdir(options["cwd"])})
         raise OSError("this test starts no process")
@@ -567,14 +568,20 @@ def test_python_and_libraries_find_nothing_in_the_folder(root, started, monkeypa
 
 @pytest.mark.slow
 def test_a_worker_in_a_hostile_folder_computes(root):
-    """As above, with the process itself: a module of the folder would end it."""
+    """As above, with the process itself: a module of the folder would end it; a fit that cannot be made is told."""
     for name in ("numpy.py", "numba.py", "yaml.py", "json.py", "evolvent.py"):
         (root / name).write_text("raise SystemExit('code of the folder ran')")
+    (root / "log.csv").write_text("time (s),rate (rad/s)\n0,1\n1,2\n2,3\n")
+    content = {"case": cases.content_of("boom-slew"), "fit": ["parts.hub.masss"], "observe": ["hub.rate.z=rate"]}
     jobs = Jobs(Folder(root))
     try:
-        job = jobs.add("run", "mine", case="system: heliogyro")
+        extra = {"signals": [str(root / "log.csv")]}
+        job = jobs.add("calibrate", "mine", case=json.dumps(content), extra=extra)
         settled(jobs, 300.0)
-        assert "body is missing" in job.message
+        assert job.status == "failed"
+        assert "unknown key 'parts.hub.masss'; did you mean 'parts.hub.mass'?" in job.message
+        assert jobs.result(job.key) is None
+        assert jobs.report(job.key) is None
     finally:
         jobs.stop()
 
@@ -610,14 +617,17 @@ def test_names_of_uploads_stay_plain(root, outside, name):
 
 
 @pytest.mark.slow
-def test_the_command_refuses_a_state_folder_that_is_a_link(root, outside):
+def test_the_command_refuses_a_state_folder_that_is_a_link(root, outside, monkeypatch, capfd):
     for entry in sorted((root / OWN).rglob("*"), reverse=True):
         entry.rmdir() if entry.is_dir() else entry.unlink()
     (root / OWN).rmdir()
     (root / OWN).symlink_to(outside, target_is_directory=True)
-    line = [sys.executable, "-m", "evolvent", "studio", "--no-browser", "--port", "0"]
-    ended = subprocess.run(line, cwd=root, capture_output=True, text=True, timeout=120, check=False)
-    assert (ended.returncode, ended.stdout) == (2, "")
-    assert "'.evolvent-studio' is a link; it must be a folder" in ended.stderr
-    assert len(ended.stderr.strip().splitlines()) == 1
+    monkeypatch.chdir(root)
+    monkeypatch.setattr(sys, "argv", ["evolvent", "studio", "--no-browser", "--port", "0"])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    printed = capfd.readouterr()
+    assert (ended.value.code, printed.out) == (2, "")
+    assert "'.evolvent-studio' is a link; it must be a folder" in printed.err
+    assert len(printed.err.strip().splitlines()) == 1
     assert written(outside) == {"precious.txt": PRECIOUS.encode()}

@@ -9,7 +9,9 @@ import json
 import os
 import socket
 import time
+import urllib.error
 import urllib.parse
+import urllib.request
 
 import pytest
 
@@ -221,6 +223,18 @@ def test_odd_headers_reach_a_server_that_answers(server, asked):
     with socket.create_connection(("127.0.0.1", port)) as raw:
         raw.sendall(b"GET / HTTP/1.1\r\nHost: \xff\xfe\r\nCookie: \x80=\xff\r\n\r\n")
         assert raw.recv(100).split()[1] in (b"400", b"401", b"421")
+
+
+@pytest.mark.slow
+def test_the_link_that_is_printed_opens_the_page(server):
+    base, _, secret = server.url.partition("?token=")
+    assert secret == QUOTED
+    with pytest.raises(urllib.error.HTTPError, match="401"):
+        urllib.request.urlopen(base)
+    opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    with opener.open(server.url) as answer:
+        assert answer.status == 200
+        assert answer.url == base
 
 
 STEPS = ("../", "..%2f", "%2e%2e/", "..%5c", "..\\", "....//", "%252e%252e%252f", "..%c0%af", "/..;/")

@@ -88,7 +88,7 @@ def run(tmp_path_factory):
     """A short run."""
     place = tmp_path_factory.mktemp("html")
     (place / "short.yaml").write_text(SHORT)
-    return evolvent.run(place / "short.yaml")
+    return evolvent.run(place / "short.yaml", {"solver.duration": "2 s"})
 
 
 @pytest.mark.slow
@@ -120,7 +120,7 @@ def test_a_report_holds_texts_as_texts(run, attack, monkeypatch, tmp_path):
 @pytest.mark.slow
 def test_a_certificate_holds_texts_as_texts(tmp_path):
     """Texts of the description, names of the file and of its columns."""
-    t = np.arange(1500) / 240.0
+    t = np.arange(750) / 240.0
     swing = [100.0 * np.exp(-0.01 * t) * np.cos(6.0 * t + 0.3) + a * np.cos(0.01 * t + 1.0) for a in (15.0, 20.0)]
     data = np.column_stack(swing) + 0.1 * np.random.default_rng(4).standard_normal((len(t), 2))
     path = tmp_path / f"{IMAGE}.csv"
