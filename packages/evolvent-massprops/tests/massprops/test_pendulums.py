@@ -43,14 +43,14 @@ def wires(**changes: object) -> dict[str, object]:
 @NEEDED
 @pytest.mark.usefixtures("outlined")
 def test_real_recordings_give_the_platform(tmp_path: pathlib.Path) -> None:
-    """The published 0.23479(35) kg m2, scatter over every other of eleven; nothing is set by hand but the rig.
+    """The published 0.23479(35) kg m2, scatter over five of eleven; nothing is set by hand but the rig.
 
     All of them are evaluated in `evolvent-papers`, `tests/laboratory/test_trifilar.py`.
     """
-    page, given = tmp_path / "certificate.html", RECORDINGS[::2]
+    page, given = tmp_path / "certificate.html", RECORDINGS[-5:]
     done = CliRunner().invoke(identify, [*map(str, given), "--stand", str(TRIFILAR), "-o", str(page)])
     assert done.exit_code == 0, done.output
-    assert "scatter of 6 recordings" in done.output
+    assert "scatter of 5 recordings" in done.output
     text = page.read_text(encoding="utf-8")
     value = json.loads(re.search(r"values: (\[.*?\])", text)[1])[0]  # type: ignore[index]
     variance = json.loads(re.search(r"covariance: (\[\[.*?\]\])", text)[1])[0][0]  # type: ignore[index]

@@ -417,7 +417,7 @@ def _slopes(now: Solution, signal: Signal, noise: Array) -> Array:
     length, components = float(signal.time[-1]), now.components
     A = columns(components, signal)
     factors = [(*group, *np.linalg.qr(A[group[0]][:, group[2]])) for group in _groups(components, signal)]
-    found, penalties = [], []
+    found, penalties, seen = [], [], np.isfinite(now.residual)
     for k, one in enumerate(components):
         values, steps = one.values(), DIFFERENCE * one.resolution(length)
         own = slice(2 * k, 2 * k + 2)
@@ -435,7 +435,7 @@ def _slopes(now: Solution, signal: Signal, noise: Array) -> Array:
         slopes = np.full((len(D), len(noise), len(steps)), np.nan)
         for rows, sensors, used, Q, R in factors:
             E, left = D[rows], now.residual[rows][:, sensors]
-            direct = (E @ now.coefficients[own][:, sensors]).reshape(len(left), -1)
+            direct = (E.reshape(-1, 2) @ now.coefficients[own][:, sensors]).reshape(len(left), -1)
             turned = np.zeros((len(used), len(steps), len(sensors)))
             for place, column in enumerate(used.tolist()):
                 if column // 2 == k and column < 2 * len(components):
@@ -444,7 +444,7 @@ def _slopes(now: Solution, signal: Signal, noise: Array) -> Array:
             change = (Q @ inner - direct).reshape(len(left), len(steps), len(sensors)).transpose(0, 2, 1)
             slopes[rows if isinstance(rows, slice) else np.asarray(rows)[:, np.newaxis], sensors] = change
         slopes /= noise[:, np.newaxis]
-        found.append(slopes[np.isfinite(now.residual)])
+        found.append(slopes.reshape(-1, len(steps)) if seen.all() else slopes[seen])
     J = np.hstack(found)
     return np.vstack((J, np.array(penalties).T)) if penalties else J
 
