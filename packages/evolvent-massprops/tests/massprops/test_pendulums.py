@@ -42,19 +42,22 @@ def wires(**changes: object) -> dict[str, object]:
 
 @NEEDED
 @pytest.mark.usefixtures("outlined")
-def test_eleven_recordings_give_the_platform(tmp_path: pathlib.Path) -> None:
-    """The published 0.23479(35) kg m2, scatter over the eleven; nothing is set by hand but the rig."""
-    page = tmp_path / "certificate.html"
-    done = CliRunner().invoke(identify, [*map(str, RECORDINGS), "--stand", str(TRIFILAR), "-o", str(page)])
+def test_real_recordings_give_the_platform(tmp_path: pathlib.Path) -> None:
+    """The published 0.23479(35) kg m2, scatter over five of eleven; nothing is set by hand but the rig.
+
+    All of them are evaluated in `evolvent-papers`, `tests/laboratory/test_trifilar.py`.
+    """
+    page, given = tmp_path / "certificate.html", RECORDINGS[-5:]
+    done = CliRunner().invoke(identify, [*map(str, given), "--stand", str(TRIFILAR), "-o", str(page)])
     assert done.exit_code == 0, done.output
-    assert "scatter of 11 recordings" in done.output
+    assert "scatter of 5 recordings" in done.output
     text = page.read_text(encoding="utf-8")
     value = json.loads(re.search(r"values: (\[.*?\])", text)[1])[0]  # type: ignore[index]
     variance = json.loads(re.search(r"covariance: (\[\[.*?\]\])", text)[1])[0][0]  # type: ignore[index]
     assert value == pytest.approx(0.2348, abs=0.0002)
-    scatter = np.sqrt(11.0 * variance)
+    scatter = np.sqrt(len(given) * variance)
     assert 0.0002 < scatter < 0.0005  # of one recording; published 0.00035
-    assert text.count("<figure>") >= 2 * 11
+    assert text.count("<figure>") >= 2 * len(given)
 
 
 @NEEDED

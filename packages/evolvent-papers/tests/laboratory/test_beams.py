@@ -172,8 +172,14 @@ def test_page_of_the_rotating_beam(verdicts: dict[str, book.Verdict]) -> None:
 
 @pytest.mark.slow
 def test_a_shorter_free_part_meets_all_goals() -> None:
-    found = laboratory.found("rotating-beam").validate({"root": "4 in"})
-    assert found.text.startswith("27 of 27 goals are met")
+    """The 27 goals of the table, by the predictions alone: their bands do not count."""
+    beam, (share, least) = rotating_beam.Beam(root=4.0 * rotating_beam.INCH), rotating_beam.GOAL
+    table = tables.rows_of(tables.stored("rotating-beam.csv"), None, measured=())
+    for sweep in {row["sweep_deg"] for row in table}:
+        for speed, column in rotating_beam.SPEEDS.items():
+            measured = {int(row["mode"]): row[column] for row in table if row["sweep_deg"] == sweep}
+            for mode, value in enumerate(beam.flap(sweep, speed), start=1):
+                assert abs(value - measured[mode]) <= share * measured[mode] + least
 
 
 @pytest.mark.slow

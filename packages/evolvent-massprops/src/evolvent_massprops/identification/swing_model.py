@@ -309,17 +309,21 @@ def solve(components: tuple[Component, ...], signal: Signal) -> Solution:
         y = y - B @ coefficients[:, sensors]
         Q, R = np.linalg.qr(B[:, used])
         right = Q.T @ y
-        try:
-            found = np.linalg.solve(R, right)
-        except np.linalg.LinAlgError:
-            found = np.linalg.lstsq(R, right, rcond=None)[0]
-        coefficients[np.ix_(used, sensors)] = found
+        coefficients[np.ix_(used, sensors)] = _solved(R, right)
         left = y - Q @ right
         if isinstance(rows, slice):
             residual[:, sensors] = left
         else:
             residual[np.ix_(rows, sensors)] = left
     return Solution(components, coefficients, residual, _penalty(components, signal))
+
+
+def _solved(R: Array, right: Array) -> Array:
+    """Solution of R x = right; the shortest of least squares where R is singular."""
+    try:
+        return np.linalg.solve(R, right)
+    except np.linalg.LinAlgError:
+        return np.linalg.lstsq(R, right, rcond=None)[0]
 
 
 def _penalty(components: tuple[Component, ...], signal: Signal) -> Array:
@@ -366,7 +370,7 @@ def _minimise(now: Solution, signal: Signal, noise: Array) -> tuple[Solution, in
     if not np.isfinite(cost):
         return now, 0, False
     for step in range(1, MOST_STEPS + 1):
-        J = _differences(now, signal, noise, r)
+        J = _slopes(now, signal, noise)
         scale = np.sqrt((J**2).sum(axis=0))
         if not np.all(np.isfinite(scale)):
             return now, step, False
@@ -401,17 +405,48 @@ def _minimise(now: Solution, signal: Signal, noise: Array) -> tuple[Solution, in
     return now, MOST_STEPS, False
 
 
-def _differences(now: Solution, signal: Signal, noise: Array, r: Array) -> Array:
-    """(n, p) derivatives of the projected residual by differences."""
-    length = float(signal.time[-1])
-    values = np.concatenate([one.values() for one in now.components])
-    steps = DIFFERENCE * np.concatenate([one.resolution(length) for one in now.components])
-    J = np.empty((len(r), len(values)))
-    for k, h in enumerate(steps):
-        moved = values.copy()
-        moved[k] += h
-        J[:, k] = (_stacked(solve(_split(now.components, moved), signal), noise) - r) / h
-    return J
+def _slopes(now: Solution, signal: Signal, noise: Array) -> Array:
+    """(n, p) derivatives of the projected residual, see Notes.
+
+    Notes
+    -----
+    With A = Q R and the residual r = y - A a of the linear parameters a, a change dA of the columns changes r by
+    ``-(1 - Q Q^T) dA a - Q R^-T dA^T r`` (Golub and Pereyra, 1973). dA is that of differences; only the two columns of
+    the component whose parameter it is change. So one factorisation of A serves all parameters.
+    """
+    length, components = float(signal.time[-1]), now.components
+    A = columns(components, signal)
+    factors = [(*group, *np.linalg.qr(A[group[0]][:, group[2]])) for group in _groups(components, signal)]
+    found, penalties, seen = [], [], np.isfinite(now.residual)
+    for k, one in enumerate(components):
+        values, steps = one.values(), DIFFERENCE * one.resolution(length)
+        own = slice(2 * k, 2 * k + 2)
+        changes = []
+        for j, h in enumerate(steps):
+            moved = values.copy()
+            moved[j] += h
+            other = one.moved(moved)
+            changes.append((other.columns(signal.time) - A[:, own]) / h)
+            if now.penalty.size:
+                penalties.append((_penalty((*components[:k], other, *components[k + 1 :]), signal) - now.penalty) / h)
+        if not changes:
+            continue
+        D = np.stack(changes, axis=1)  # (N, own parameters, 2)
+        slopes = np.full((len(D), len(noise), len(steps)), np.nan)
+        for rows, sensors, used, Q, R in factors:
+            E, left = D[rows], now.residual[rows][:, sensors]
+            direct = (E.reshape(-1, 2) @ now.coefficients[own][:, sensors]).reshape(len(left), -1)
+            turned = np.zeros((len(used), len(steps), len(sensors)))
+            for place, column in enumerate(used.tolist()):
+                if column // 2 == k and column < 2 * len(components):
+                    turned[place] = E[:, :, column - 2 * k].T @ left
+            inner = Q.T @ direct - _solved(R.T, turned.reshape(len(used), -1))
+            change = (Q @ inner - direct).reshape(len(left), len(steps), len(sensors)).transpose(0, 2, 1)
+            slopes[rows if isinstance(rows, slice) else np.asarray(rows)[:, np.newaxis], sensors] = change
+        slopes /= noise[:, np.newaxis]
+        found.append(slopes.reshape(-1, len(steps)) if seen.all() else slopes[seen])
+    J = np.hstack(found)
+    return np.vstack((J, np.array(penalties).T)) if penalties else J
 
 
 def summary(components: tuple[Component, ...], coefficients: Array) -> Array:
