@@ -123,9 +123,43 @@ def test_complex_modes_have_no_effective_masses():
     assert np.iscomplexobj(found.shape)
     with pytest.raises(InputError, match="effective masses are defined for real modes"):
         _ = found.effective_mass
-    assert "mass" not in str(ModalResults.of(found))
+    assert "mass x" not in str(ModalResults.of(found))
     seen = found.to_dataset()
+    for text in (str(ModalResults.of(found)), seen.attrs["comment"]):
+        assert "these are complex, since the structure has damping" in text
+    assert found.warning == ""
     assert seen["beam.displacement"].dims == ("component", "mode", "beam.node", "axis")
+
+
+def test_a_torque_along_a_beam_makes_modes_grow():
+    """s^2 = -w^2 + i T/J and its conjugate: a force per mass of T/J times axis x arm, J that of the sections."""
+    side, torque = 2e-3, 1e-4
+    rate = torque / (2.0 * side**4 / 12.0 * STEEL.density)
+    square = Rectangle(thickness=side, width=side)
+    w = modes(beam("assumed_strain", 2, section=square), count=4).frequency
+    twist = parts.Load(along="beam", torque=(torque, 0.0, 0.0))
+    found = modes(beam("assumed_strain", 2, section=square, more=lambda it: it.add(twist, "twist")), count=4)
+    assert_allclose((found.pole**2).real, -(w**2), rtol=1e-6)
+    assert_allclose(np.abs((found.pole**2).imag), rate, rtol=1e-4)  # the equilibrium is twisted
+    grow = np.flatnonzero(found.pole.real > 0.0)
+    assert len(grow) == 2
+    shown = str(ModalResults.of(found))
+    assert "warning: 2 modes grow (real part of the pole above 0): " in shown
+    for k in grow:
+        assert f"mode {k} by {found.pole[k].real:.4g} 1/s, which moves 'beam' most" in shown
+    assert shown.count("forces without a potential ('twist')") == 2  # why they grow, and why there are no masses
+
+
+def test_an_equilibrium_that_falls_has_a_growing_mode():
+    """A pendulum on its head: s = sqrt(m g l/I), and its effective masses are there."""
+    system = System(gravity=(0.0, -9.81, 0.0))
+    system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.1), points={"pin": (0.0, -0.5, 0.0)}), "bob")
+    system.add(parts.Joint(a=(0.0, -0.5, 0.0), b="bob.pin", type="revolute", axis=(0.0, 0.0, 1.0)), "hinge")
+    found = system.modes(count=1)
+    rate = np.sqrt(2.0 * 9.81 * 0.5 / (0.1 + 2.0 * 0.25))
+    assert_allclose(found.pole, [rate], rtol=1e-9)
+    assert f"1 mode grows (real part of the pole above 0): mode 0 by {rate:.4g} 1/s without oscillation" in str(found)
+    assert "mass x, kg" in str(found)
 
 
 # ------------------------------------------------------------------------------------------------ shapes

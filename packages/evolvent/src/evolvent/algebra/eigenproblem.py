@@ -57,6 +57,21 @@ _UNRESOLVED = (
 )
 
 
+#: What makes modes complex: the skew-symmetric part of C, its symmetric part, and the skew-symmetric part of K.
+GYROSCOPIC, DAMPING, WITHOUT_POTENTIAL = "gyroscopic forces", "damping", "forces without a potential"
+
+
+def _causes(C: Any, reciprocal: bool) -> tuple[str, ...]:
+    """What makes modes complex: the matrix C of velocities, and a stiffness that is not `reciprocal`, so symmetric."""
+    size = SYMMETRIC * abs(C).max() if C.nnz else 0.0
+    found = {
+        GYROSCOPIC: bool(C.nnz) and abs(C - C.T).max() > size,
+        DAMPING: bool(C.nnz) and abs(C + C.T).max() > size,
+        WITHOUT_POTENTIAL: not reciprocal,
+    }
+    return tuple(cause for cause, acts in found.items() if acts)
+
+
 def _somewhere(shape: Array) -> str:
     return f"coordinate {int(np.argmax(np.abs(shape)))}"
 
@@ -97,7 +112,9 @@ class Eigenproblem:
         m = M.diagonal()
         self.fastest = float(np.max(np.abs(K.diagonal()) / m)) or 1.0  # of free bodies alone any shift serves
         off = scipy.sparse.diags(1.0 / np.maximum(scale, 1e-300)) @ abs(K - K.T)
-        self.symmetric = C.nnz == 0 and (conservative or float(off.max()) <= SYMMETRIC)
+        reciprocal = conservative or float(off.max()) <= SYMMETRIC
+        self.symmetric = C.nnz == 0 and reciprocal
+        self.causes = _causes(C, reciprocal)
         if self.symmetric:
             self.K = (0.5 * (K + K.T)).tocsc()
         self.weight = weight

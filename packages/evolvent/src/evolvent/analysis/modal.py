@@ -49,7 +49,8 @@ class ModalResults(Shown, VibrationModes):
         """Frequencies, damping ratios and effective masses, what the equilibrium is beyond, and a file."""
         parts = {"Modes": [self._modes()], "Effective masses": self._sums()}
         return an.Answer(
-            title=f"{len(self.pole)} modes", warnings=[self.warning] if self.warning else [],
+            title=f"{len(self.pole)} modes", warnings=self.warnings,
+            notes=[f"There is no table of masses: {self.without_masses}."] if self.without_masses else [],
             sections=[an.Section(title=title, blocks=blocks) for title, blocks in parts.items() if blocks],
             files={"modes.nc": self._netcdf}, made=results.made_with(),
         )  # fmt: skip
