@@ -56,11 +56,12 @@ class Load(Part):
     profile : optional
         Value along `direction` or about `axis` as a function of time: N, N/m or N m.
     law : list of three expressions, optional
-        fx, fy and fz, N or N/m, of the position x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t (s);
-        or a function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (fx, fy, fz)``. Of a torque (`type`)
-        Tx, Ty and Tz, N m: vx, vy, vz are the angular velocity (rad/s), and on a body r11 to r33 its rotation matrix,
-        whose columns are its axes; or a function under ``@evolvent.torque_law``: ``law(t, x, R, w, parameters)``. On a
-        beam's node there is no R: an expression without it, or a function under ``@evolvent.force_law``.
+        fx, fy and fz, N or N/m, of the position x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t (s),
+        such as a drag; or a function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (fx, fy, fz)``. Of a
+        torque (`type`) Tx, Ty and Tz, N m: vx, vy, vz are the angular velocity (rad/s), and on a body r11 to r33 its
+        rotation matrix, whose columns are its axes; or a function under ``@evolvent.torque_law``:
+        ``law(t, x, R, w, parameters)``. On a beam's node there is no R: an expression without it, or a function under
+        ``@evolvent.force_law``.
     parameters : list of float
         Of a Python law.
     constants : mapping of names to float
