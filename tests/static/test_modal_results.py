@@ -150,6 +150,26 @@ def test_a_torque_along_a_beam_makes_modes_grow():
     assert shown.count("forces without a potential ('twist')") == 2  # why they grow, and why there are no masses
 
 
+def test_round_off_is_shown_as_0():
+    """Damping of a free structure that turns, with three equal poles at its rate, and masses that no mode moves."""
+    system = System()
+    for k, x in enumerate((-0.5, 0.3, 0.7)):
+        system.add(parts.Point(mass=1.0 + k, position=(x, 0.0, 0.0)), f"mass {k}")
+    for a, b in ((0, 1), (1, 2)):
+        system.add(parts.Spring(a=f"mass {a}", b=f"mass {b}", stiffness=50.0 + a, length=0.4), f"spring {a}")
+    found = system.modes(count=9, rotating=(0.0, 0.0, 1.0))
+    assert np.iscomplexobj(found.shape)
+    assert "the structure has gyroscopic forces" in str(found)
+    assert_allclose(found.frequency[:6], [0.0, 0.0, 1.0, 1.0, 1.0, found.frequency[5]], atol=1e-7)
+    assert np.all(found.damping_ratio == 0.0)
+    pendulum = System(gravity=(0.0, 0.0, -9.81))
+    pendulum.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.1), position=(0.35, 0.0, -0.35)), "bob")
+    pendulum.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bob", type="revolute", axis=(0.0, 1.0, 0.0)), "pin")
+    found = pendulum.modes()
+    rows = {row[0]: row[1:] for table in found.answer().of_kind(Table) for row in table.rows}
+    assert [text != "0" for text in rows["sum"]] == [True, False, False, False, True, False]
+
+
 def test_an_equilibrium_that_falls_has_a_growing_mode():
     """A pendulum on its head: s = sqrt(m g l/I), and its effective masses are there."""
     system = System(gravity=(0.0, -9.81, 0.0))

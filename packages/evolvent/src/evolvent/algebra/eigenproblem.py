@@ -23,6 +23,8 @@ SYMMETRIC = 1e-12
 ZERO = 1e-6
 #: What a square of a frequency may owe to round-off, in parts of the sum of all products behind it.
 ROUND_OFF = 5e-14
+#: How many times its round-off the square of a frequency must be below 0 for the motion to grow.
+SURE = 10.0
 #: Squares of frequencies above so many times the shift are found without it.
 FAR = 1e8
 #: Modes below this part of the shift (poles, of its root) are computed again: by Rayleigh and Ritz, by a lower shift.
@@ -41,6 +43,8 @@ UNRESOLVED = 1e-4
 #: Real part, beside the modulus, from which a pole grows; what round-off adds to eigenvalues of the shifted inverse,
 #: beside its size; number of slowest motions that are examined where all are too many.
 GROWS, SPLIT, LOOKED_AT = 1e-6, 1e-13, 20
+#: Distance of poles, beside their size, up to which they may be equal; error of their mean beside that of one of them.
+ALIKE, TOGETHER = 1e-5, 10.0
 #: Free directions up to which dense algebra replaces a Krylov method that fails.
 MOST_DENSE = 3000
 _ROUND_OFF_LEFT = (
@@ -70,6 +74,19 @@ def _causes(C: Any, reciprocal: bool) -> tuple[str, ...]:
         WITHOUT_POTENTIAL: not reciprocal,
     }
     return tuple(cause for cause, acts in found.items() if acts)
+
+
+def _is_round_off(pole: Array, change: Array) -> Array:
+    """Whether the real parts of poles (k,) are round-off; `change` is what one of its size in the inverse changes.
+
+    Equal poles move apart by the root of round-off, in opposite directions: their mean is as exact as a single pole.
+    """
+    alone = np.abs(pole.real) <= SPLIT * change
+    apart = math.sqrt(SPLIT) * change
+    near = np.abs(pole[:, None] - pole) <= np.minimum(apart[:, None], ALIKE * np.abs(pole)[:, None])
+    mean = (near @ pole.real) / near.sum(axis=1)
+    found: Array = alone | ((np.abs(pole.real) <= apart) & (np.abs(mean) <= TOGETHER * SPLIT * change))
+    return found
 
 
 def _somewhere(shape: Array) -> str:
@@ -322,7 +339,8 @@ class Eigenproblem:
         noise = self.noise(V)
         quotient = np.einsum("ij,ij->j", V, self.stiffness(V)) / self._norms(V)
         found = np.where(slow | (noise < ROUND_OFF * s2), quotient, squares)
-        return np.where(np.abs(found) <= np.where(slow, noise, np.maximum(noise, ROUND_OFF * s2)), 0.0, found), V
+        least = np.where(slow, noise, np.maximum(noise, ROUND_OFF * s2))
+        return np.where((found <= least) & (found >= -SURE * least), 0.0, found), V
 
     def _by_ritz(self, V: Array) -> tuple[Array, Array]:
         """Squares by the symmetric stiffness, ascending, and shapes, u^T M u = 1, within the span of independent V."""
@@ -525,5 +543,6 @@ class Eigenproblem:
         keep = np.abs(mu) > 1e-13 * np.abs(mu).max()
         mu, V = mu[keep].astype(complex), V[:, keep].astype(complex)
         pole = s + 1.0 / mu
+        pole.real[_is_round_off(pole, np.abs(mu).max() / np.abs(mu) ** 2)] = 0.0
         own = self.momenta.T @ V[n:] * (s / np.where(np.abs(pole) > ZERO * s, pole, s))
         return pole, V[:n] + self.still @ own
