@@ -69,7 +69,7 @@ warning: it sways"""
 
 def test_page_and_notebook() -> None:
     page = showing.page(Bridge().answer())
-    for text in ("Shape", "Title of later", "Title of plan", "kind: mast", "deck", "it sways", "wind is left out"):
+    for text in ("Shape", "Title of later", "Title of plan", "kind: mast", "deck", "It sways", "Wind is left out"):
         assert text in page
     short = Bridge()._repr_html_()
     assert short.count("<img") == 1
