@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import scipy
 
+from evolvent.algebra.poles import SPLIT, SYMMETRIC, causes_of, is_round_off
 from evolvent.algebra.subspaces import all_of, orthonormal, regular_shift
 from evolvent_base.dense import facing
 from evolvent_base.errors import InputError
@@ -17,8 +18,6 @@ Array = np.ndarray
 
 #: Up to so many free directions modes are found by dense algebra; half as many where velocities count.
 DENSE = 300
-#: Asymmetry, beside the largest entries of rows, that is taken as round-off.
-SYMMETRIC = 1e-12
 #: Poles below this part of the shift are zero where zeros are double.
 ZERO = 1e-6
 #: What a square of a frequency may owe to round-off, in parts of the sum of all products behind it.
@@ -40,11 +39,9 @@ CANCELLED = 1e-4
 #: Residual of a mode beside its share of the shifted inverse, from which it is refused. Of symmetric matrices the error
 #: of the square is of second order in it.
 UNRESOLVED = 1e-4
-#: Real part, beside the modulus, from which a pole grows; what round-off adds to eigenvalues of the shifted inverse,
-#: beside its size; number of slowest motions that are examined where all are too many.
-GROWS, SPLIT, LOOKED_AT = 1e-6, 1e-13, 20
-#: Distance of poles, beside their size, up to which they may be equal; error of their mean beside that of one of them.
-ALIKE, TOGETHER = 1e-5, 10.0
+#: Real part, beside the modulus, from which a pole grows; number of slowest motions that are examined where all are
+#: too many.
+GROWS, LOOKED_AT = 1e-6, 20
 #: Free directions up to which dense algebra replaces a Krylov method that fails.
 MOST_DENSE = 3000
 _ROUND_OFF_LEFT = (
@@ -59,34 +56,6 @@ _UNRESOLVED = (
     "mode {k}, which moves {where} most, is not resolved: its equations are off by {share:.1g} of their terms, since "
     "the stiffness differs too much between directions; take fewer elements or a thicker section there"
 )
-
-
-#: What makes modes complex: the skew-symmetric part of C, its symmetric part, and the skew-symmetric part of K.
-GYROSCOPIC, DAMPING, WITHOUT_POTENTIAL = "gyroscopic forces", "damping", "forces without a potential"
-
-
-def _causes(C: Any, reciprocal: bool) -> tuple[str, ...]:
-    """What makes modes complex: the matrix C of velocities, and a stiffness that is not `reciprocal`, so symmetric."""
-    size = SYMMETRIC * abs(C).max() if C.nnz else 0.0
-    found = {
-        GYROSCOPIC: bool(C.nnz) and abs(C - C.T).max() > size,
-        DAMPING: bool(C.nnz) and abs(C + C.T).max() > size,
-        WITHOUT_POTENTIAL: not reciprocal,
-    }
-    return tuple(cause for cause, acts in found.items() if acts)
-
-
-def _is_round_off(pole: Array, change: Array) -> Array:
-    """Whether the real parts of poles (k,) are round-off; `change` is what one of its size in the inverse changes.
-
-    Equal poles move apart by the root of round-off, in opposite directions: their mean is as exact as a single pole.
-    """
-    alone = np.abs(pole.real) <= SPLIT * change
-    apart = math.sqrt(SPLIT) * change
-    near = np.abs(pole[:, None] - pole) <= np.minimum(apart[:, None], ALIKE * np.abs(pole)[:, None])
-    mean = (near @ pole.real) / near.sum(axis=1)
-    found: Array = alone | ((np.abs(pole.real) <= apart) & (np.abs(mean) <= TOGETHER * SPLIT * change))
-    return found
 
 
 def _somewhere(shape: Array) -> str:
@@ -131,7 +100,7 @@ class Eigenproblem:
         off = scipy.sparse.diags(1.0 / np.maximum(scale, 1e-300)) @ abs(K - K.T)
         reciprocal = conservative or float(off.max()) <= SYMMETRIC
         self.symmetric = C.nnz == 0 and reciprocal
-        self.causes = _causes(C, reciprocal)
+        self.causes = causes_of(C, reciprocal)
         if self.symmetric:
             self.K = (0.5 * (K + K.T)).tocsc()
         self.weight = weight
@@ -543,6 +512,6 @@ class Eigenproblem:
         keep = np.abs(mu) > 1e-13 * np.abs(mu).max()
         mu, V = mu[keep].astype(complex), V[:, keep].astype(complex)
         pole = s + 1.0 / mu
-        pole.real[_is_round_off(pole, np.abs(mu).max() / np.abs(mu) ** 2)] = 0.0
+        pole.real[is_round_off(pole, np.abs(mu).max() / np.abs(mu) ** 2)] = 0.0
         own = self.momenta.T @ V[n:] * (s / np.where(np.abs(pole) > ZERO * s, pole, s))
         return pole, V[:n] + self.still @ own

@@ -12,7 +12,7 @@ import lazy_loader as lazy
 import numpy as np
 import scipy
 
-from evolvent.algebra.eigenproblem import WITHOUT_POTENTIAL
+from evolvent.algebra.poles import WITHOUT_POTENTIAL
 from evolvent.algebra.subspaces import constrained
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
