@@ -16,6 +16,7 @@ from evolvent.design.evaluator import record
 from evolvent.design.evaluator.evaluator import Evaluator
 from evolvent.design.studies import label
 from evolvent.design.studies.runner import Points, runs_of
+from evolvent_base.answer import Table
 from evolvent_base.errors import InputError
 
 #: A closed form stands in for the runs of this study.
@@ -76,6 +77,19 @@ def test_bounds_moments_and_sensitivities(read):
     texts = str(found)
     assert "95/95 upper" in texts
     assert "the 2nd most extreme value" in texts
+
+
+def test_tables_have_units_and_long_words_at_the_left(read):
+    found = dispersions.evaluate(outcomes(read)[0])
+    (one,) = found.outputs
+    shown = {section.title: section for section in found.answer().sections}
+    drawn = shown["Keys that vary"].blocks[0]
+    assert [row[2].split()[1] for row in drawn.rows] == ["rad/s", "kg"]
+    tables = {block.title: block for block in shown["body_rate.last [rad/s]"].blocks if isinstance(block, Table)}
+    quantiles, extremes = tables["Quantiles, with intervals of 95 %"], tables["Extremes"]
+    assert quantiles.heads == ("probability", "quantile, rad/s", "from, rad/s", "to, rad/s")
+    assert (extremes.heads, extremes.words) == (("", "keys", "case", "value, rad/s"), 2)
+    assert [row[3] for row in extremes.rows] == [f"{one.moments[key]:.5g}" for key in ("least", "largest")]
 
 
 def test_failed_runs_count_as_beyond_the_bound(read):

@@ -422,7 +422,9 @@ def test_refusals() -> None:
     refused("slot.low is 0.3 m, above slot.high, 0.1 m", slot=stops)
     refused("spring.joint is 'ball', a joint of type 'spherical'", spring=parts.JointSpring(joint="ball"))
     beside = parts.JointSpring(joint="ball", a="body")
-    refused("spring.a and spring.joint, 'ball', are both given", spring=beside)
+    refused("spring.joint and spring.a are both given", spring=beside)
+    beside = parts.JointSpring(joint="ball", axis=(0.0, 0.0, 1.0))
+    refused("spring.axis and spring.joint, 'ball', are both given", spring=beside)
     refused("spring.b is missing", spring=parts.JointSpring(a="ground"))
     with pytest.raises(InputError, match=r"\(t, x, v, parameters\) -> torque"):
 

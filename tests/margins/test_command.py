@@ -22,7 +22,7 @@ def test_prints_and_writes(call):
     assert found["negative"] == []
     assert found["coordinates"]["hinge 1"]["least_margin"] == pytest.approx(5.8752, abs=1e-4)
     page = pathlib.Path("m.html").read_text()
-    assert "every margin holds" in page
+    assert "Every margin holds" in page
     assert "hinge 2: what counts where its margin is least" in page
 
 

@@ -1,5 +1,6 @@
 """Margins of mechanisms against calculations by hand: levers, reflected inertias, dead points, refusals."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -117,6 +118,23 @@ def test_half_a_spring_turns_the_verdict():
     less = hinged(stiffness=0.05, friction=0.015 - half["hinge"].friction_to_lose()).margin(**ask)
     assert less.least == pytest.approx(0.0, abs=1e-12)
     assert less.negative in ([], ["hinge"])  # 0 to round-off
+
+
+def test_a_change_names_the_station_that_decides_it():
+    """The least margin is the smallest ratio of 0.8 spring to 6 friction; a spring may lose their least difference."""
+    zero = [one for one in NONE if one != "friction"]
+    found = hinged(friction=0.015).margin(zero=zero, motion=False, stations=3)
+    table = found["hinge"]
+    spring, friction = np.array([1.0, 0.02, 1.0]), np.array([0.13, 0.002, 0.01])
+    found.still[0] = table = dataclasses.replace(table, values=np.array([spring, -friction, np.zeros(3)]))
+    assert [share.category for share in table.shares] == ["spring", "friction", "spring"]
+    assert table.governing()[1] == 0
+    assert table.spring_change() == (pytest.approx((6.0 * 0.002 - 0.8 * 0.02) / 0.8), 1)
+    assert table.friction_change() == (pytest.approx(0.002 - 0.8 * 0.02 / 6.0), 1)
+    row = dict(zip(*found.balance_rows(), strict=True))
+    assert (row["margin"], row["governed at"]) == (f"{0.8 / 0.78 - 1.0:+.4f} at rest", "0 deg")
+    assert (row["counts"], row["required"]) == ("0.8 N m", "0.78 N m")  # both where the margin is least
+    assert (row["spring"], row["friction"]) == ("spare 0.005 N m (45 deg)", "spare 0.0006667 N m (45 deg)")
 
 
 def test_measured_friction_and_the_source():

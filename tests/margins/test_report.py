@@ -57,7 +57,7 @@ def test_the_report_has_the_section(run, tmp_path):
     report.write(run, str(tmp_path / "r.html"))
     page = (tmp_path / "r.html").read_text()
     assert '<a href="#margins">Margins</a>' in page
-    assert "every margin holds" in page
+    assert "Every margin holds" in page
     assert 'alt="Margins by ECSS-E-ST-33-01C"' in page
     assert page.index('id="figures"') < page.index('id="margins"') < page.index('id="balances"')
 

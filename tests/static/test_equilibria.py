@@ -315,6 +315,23 @@ def test_a_strut_beyond_the_load_of_euler_is_told_to_be_unstable(formulation, wa
         assert ("unstable" in r.message) == (wanted > 0)
 
 
+@pytest.mark.parametrize("start", [(0.0, -0.5), (0.35, -0.35)])
+def test_what_gravity_holds_is_not_named_as_free(start):
+    """A pendulum has stiffness by its weight alone; a wheel beside it, which a torque turns, has none."""
+    system = System(gravity=(0.0, 0.0, -9.81))
+    system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.1), position=(start[0], 0.0, start[1])), "bob")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bob", type="revolute", axis=(0.0, 1.0, 0.0)), "pin")
+    system.add(parts.RigidBody(motion="spin", inertia=1.0, axis=(0.0, 1.0, 0.0), position=(0.0, 3.0, 0.0)), "wheel")
+    a = solved(solve_static(system.assemble()))
+    assert_allclose(np.linalg.norm(a.y[-1][:2]), 0.0, atol=1e-9)  # below its pin
+    assert a.message.endswith("nothing holds 'wheel' against one motion")
+    system.add(parts.Load(at="wheel", torque=(0.0, 1.0, 0.0)), "push")
+    r = solve_static(system.assemble())
+    assert not r.success
+    assert r.path.free == ["wheel"]
+    assert r.message == "nothing holds 'wheel' against one motion, on which 'push' acts at t = 0 s (argument `time`)"
+
+
 def test_slopes_do_not_turn_over():
     # a soft cable on a fast hub stretches by more than half; its root's slope could flip under the clamp
     section, material = (

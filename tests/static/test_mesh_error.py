@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pathlib
+import re
 from typing import Any
 
 import numpy as np
@@ -134,5 +135,6 @@ def test_the_commands_show_and_keep_it(tmp_path: pathlib.Path):
     shown = run.invoke(commands, ["equilibrium", str(case), "--mesh-error", "-o", str(tmp_path / "rest.nc")])
     assert shown.exit_code == 0, shown.output
     assert "strip.tip_deflection, mesh error" in shown.output
+    assert re.search(r"^message +the whole load is carried$", shown.output, re.MULTILINE)
     with xr.open_datatree(tmp_path / "rest.nc") as kept:
         assert 0.03 < float(kept["strip"].tip_deflection.attrs["mesh_error"]) < 0.12

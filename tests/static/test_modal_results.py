@@ -123,9 +123,63 @@ def test_complex_modes_have_no_effective_masses():
     assert np.iscomplexobj(found.shape)
     with pytest.raises(InputError, match="effective masses are defined for real modes"):
         _ = found.effective_mass
-    assert "mass" not in str(ModalResults.of(found))
+    assert "mass x" not in str(ModalResults.of(found))
     seen = found.to_dataset()
+    for text in (str(ModalResults.of(found)), seen.attrs["comment"]):
+        assert "these are complex, since the structure has damping" in text
+    assert found.warning == ""
     assert seen["beam.displacement"].dims == ("component", "mode", "beam.node", "axis")
+
+
+def test_a_torque_along_a_beam_makes_modes_grow():
+    """s^2 = -w^2 + i T/J and its conjugate: a force per mass of T/J times axis x arm, J that of the sections."""
+    side, torque = 2e-3, 1e-4
+    rate = torque / (2.0 * side**4 / 12.0 * STEEL.density)
+    square = Rectangle(thickness=side, width=side)
+    w = modes(beam("assumed_strain", 2, section=square), count=4).frequency
+    twist = parts.Load(along="beam", torque=(torque, 0.0, 0.0))
+    found = modes(beam("assumed_strain", 2, section=square, more=lambda it: it.add(twist, "twist")), count=4)
+    assert_allclose((found.pole**2).real, -(w**2), rtol=1e-6)
+    assert_allclose(np.abs((found.pole**2).imag), rate, rtol=1e-4)  # the equilibrium is twisted
+    grow = np.flatnonzero(found.pole.real > 0.0)
+    assert len(grow) == 2
+    shown = str(ModalResults.of(found))
+    assert "warning: 2 modes grow (real part of the pole above 0): " in shown
+    for k in grow:
+        assert f"mode {k} by {found.pole[k].real:.4g} 1/s, which moves 'beam' most" in shown
+    assert shown.count("forces without a potential ('twist')") == 2  # why they grow, and why there are no masses
+
+
+def test_round_off_is_shown_as_0():
+    """Damping of a free structure that turns, with three equal poles at its rate, and masses that no mode moves."""
+    system = System()
+    for k, x in enumerate((-0.5, 0.3, 0.7)):
+        system.add(parts.Point(mass=1.0 + k, position=(x, 0.0, 0.0)), f"mass {k}")
+    for a, b in ((0, 1), (1, 2)):
+        system.add(parts.Spring(a=f"mass {a}", b=f"mass {b}", stiffness=50.0 + a, length=0.4), f"spring {a}")
+    found = system.modes(count=9, rotating=(0.0, 0.0, 1.0))
+    assert np.iscomplexobj(found.shape)
+    assert "the structure has gyroscopic forces" in str(found)
+    assert_allclose(found.frequency[:6], [0.0, 0.0, 1.0, 1.0, 1.0, found.frequency[5]], atol=1e-7)
+    assert np.all(found.damping_ratio == 0.0)
+    pendulum = System(gravity=(0.0, 0.0, -9.81))
+    pendulum.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.1), position=(0.35, 0.0, -0.35)), "bob")
+    pendulum.add(parts.Joint(a=(0.0, 0.0, 0.0), b="bob", type="revolute", axis=(0.0, 1.0, 0.0)), "pin")
+    found = pendulum.modes()
+    rows = {row[0]: row[1:] for table in found.answer().of_kind(Table) for row in table.rows}
+    assert [text != "0" for text in rows["sum"]] == [True, False, False, False, True, False]
+
+
+def test_an_equilibrium_that_falls_has_a_growing_mode():
+    """A pendulum on its head: s = sqrt(m g l/I), and its effective masses are there."""
+    system = System(gravity=(0.0, -9.81, 0.0))
+    system.add(parts.RigidBody(mass=2.0, inertia=(0.1, 0.1, 0.1), points={"pin": (0.0, -0.5, 0.0)}), "bob")
+    system.add(parts.Joint(a=(0.0, -0.5, 0.0), b="bob.pin", type="revolute", axis=(0.0, 0.0, 1.0)), "hinge")
+    found = system.modes(count=1)
+    rate = np.sqrt(2.0 * 9.81 * 0.5 / (0.1 + 2.0 * 0.25))
+    assert_allclose(found.pole, [rate], rtol=1e-9)
+    assert f"1 mode grows (real part of the pole above 0): mode 0 by {rate:.4g} 1/s without oscillation" in str(found)
+    assert "mass x, kg" in str(found)
 
 
 # ------------------------------------------------------------------------------------------------ shapes

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -68,13 +69,22 @@ warning: it sways"""
 
 def test_page_and_notebook() -> None:
     page = showing.page(Bridge().answer())
-    for text in ("Shape", "Title of later", "Title of plan", "kind: mast", "deck", "it sways", "wind is left out"):
+    for text in ("Shape", "Title of later", "Title of plan", "kind: mast", "deck", "It sways", "Wind is left out"):
         assert text in page
     short = Bridge()._repr_html_()
     assert short.count("<img") == 1
     for text in ("it sways", "40 m", "mast [m]", "it stands", "see below"):
         assert text in short
     assert "wind is left out" not in short
+
+
+def test_a_table_of_many_columns_is_closer() -> None:
+    """Its heads are folded, as all heads of numbers, so that a page of usual width holds it whole."""
+    heads = ["mode", *(f"inertia about {a}, kg m2" for a in "abcdefgh")]
+    tables = [an.Table(heads=heads[:n], rows=[["1"] * n], kind=kind) for n, kind in ((9, ""), (9, "wide"), (8, ""))]
+    page = showing.page(an.Answer(title="modes", sections=[an.Section(title="", blocks=tables)]))
+    assert re.findall("<table.*>", page) == ['<table class="many">', '<table class="wide many">', "<table>"]
+    assert "th.n { white-space: normal; }" in page
 
 
 def test_files(tmp_path) -> None:

@@ -168,3 +168,54 @@ def test_schema() -> None:
     assert set(keys) == {"constant", "ramp", "table", "free", "feedback", "expression", "constants"}
     rate = schema["$defs"][keys["constant"]["anyOf"][0]["$ref"].rpartition("/")[2]]["properties"]["rate"]
     assert "rad/s" in rate["description"]
+
+
+def turned(expression: str, *, until: float | None = None, **constants: float) -> System:
+    """A wheel whose angle follows an expression, from rest."""
+    system = System()
+    drive = parts.ExpressionDrive(expression=expression, constants=constants or None)
+    system.add(parts.RigidBody(motion="spin", inertia=1.0), "wheel")
+    system.add(parts.Joint(a="ground", b="wheel", type="revolute", drive=drive, until=until), "pin")
+    return system
+
+
+@pytest.mark.parametrize(
+    ("expression", "words"),
+    [
+        ("where(t < 1, 0, 0.3*(t - 1))", r"the rate of pin\.drive jumps from 0 to 0\.3 rad/s at t = 1 s"),
+        ("0.3*max(t - t0, 0)", r"the rate of pin\.drive jumps from 0 to 0\.3 rad/s at t = 2 s"),
+        ("0.1*abs(2*t - 3) + 0.2*t", r"the rate of pin\.drive jumps from 0 to 0\.4 rad/s at t = 1\.5 s"),
+        ("max(0, min(t - 1, 1))", r"the rate of pin\.drive jumps from 0 to 1 rad/s at t = 1 s"),
+        ("where(t < 1, t**2, 5)", r"^pin\.drive jumps from 1 to 5 rad at t = 1 s"),
+        ("0.5*sign(t - 3)", r"^pin\.drive jumps from -0\.5 to 0\.5 rad at t = 3 s"),
+    ],
+)
+def test_an_expression_that_jumps_is_refused(expression: str, words: str) -> None:
+    constants = {"t0": 2.0} if "t0" in expression else {}
+    with pytest.raises(InputError, match=words + ", which needs an infinite force; give an expression whose rate"):
+        turned(expression, **constants).assemble()
+    assert turned(expression, until=0.5, **constants).assemble()  # the joint has let go by then
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        "where(t < 1, 0, 0.3*(t - 1)**2)",
+        "2.84 * min(t/20, 1)**3 * (10 - 15*min(t/20, 1) + 6*min(t/20, 1)**2)",
+        "where(t < pi, 1 - cos(t), 2 + 0*t)",
+        "sin(abs(t - 1)**2) - 1e3*t",
+        "where(t < 1, 0, 1e-5*(t - 1)**3) + 100*t",
+        "where(t < 3, t**2, log(2 - t))",  # which is not finite from 3 s on
+    ],
+)
+def test_an_expression_that_goes_over_smoothly_is_taken(expression: str) -> None:
+    assert turned(expression).assemble()
+
+
+def test_a_drive_that_begins_with_another_rate_is_explained() -> None:
+    words = (
+        r"'pin' does not fit the velocities at the start: at t = 0 s its drive has 0\.3 rad/s, and what it moves has 0 "
+        r"rad/s; give what it moves 0\.3 rad/s, or a drive that begins with 0 rad/s, such as a ramp"
+    )
+    with pytest.raises(InputError, match=words):
+        turned("0.3*t").simulate(until=1.0)

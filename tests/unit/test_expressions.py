@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 
 from evolvent import InputError
+from evolvent.assembly import expressions
 from evolvent.assembly.expressions import FUNCTIONS, LENGTH, check_grammar, compile_expression, is_true, sign, where
 from evolvent.kernels import expression as kernels
 
@@ -307,3 +308,19 @@ def test_constants_are_folded() -> None:
 def test_helpers() -> None:
     assert [sign(-2.0), sign(0.0), sign(3.0)] == [-1.0, 0.0, 1.0]
     assert where(True, 1.0, 2.0) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("text", "times"),
+    [
+        ("sin(t) + 3*t", []),
+        ("where(2*t - 1 < t, 1, t)", [1.0]),
+        ("where(1 < t < a, 0, 1)", [1.0, 4.0]),
+        ("max(0, min(t - 1, 1))", [1.0, 2.0]),
+        ("abs(-t/2 + a) + sign(t*t)", [8.0]),
+        ("min(t, a*2, 3) + abs(max(t, 5) - 6)", [3.0, 5.0, 6.0, 8.0]),
+        ("where(x < t, 1, 2)", []),
+    ],
+)
+def test_times_at_which_an_expression_goes_over(text, times):
+    assert expressions.corners_of(text, {"a": 4.0}) == pytest.approx(times)

@@ -271,6 +271,28 @@ BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
         ("hub", "kind"),
         "parts.hub.kind is 'rigid body'; did you mean 'rigid-body'?",
     ),
+    "a type without its kind": (
+        {"rod": {"type": "link", "a": "hub", "b": "bob"}},
+        ("rod", "kind"),
+        "parts.rod.kind is missing; 'link' is a type: give kind: joint, type: link",
+    ),
+    "a type as kind": (
+        {"rod": {"kind": "gear"}},
+        ("rod", "kind"),
+        "parts.rod.kind is 'gear'; 'gear' is a type: give kind: joint, type: gear",
+    ),
+    "a kind of more words": ({"c": {"kind": "beam-contact"}}, ("c", "kind"), "did you mean 'contact'?"),
+    "what a kind is for": ({"l": {"kind": "drag"}}, ("l", "kind"), "'drag' occurs in the description of load"),
+    "what no kind is": (
+        {"l": {"kind": "qqq"}},
+        ("l", "kind"),
+        "parts.l.kind is 'qqq'; known: attitude-controller, beam, ",
+    ),
+    "no type": (
+        {"r": {"kind": "resistance", "joint": "pin"}},
+        ("r", "type"),
+        "parts.r.type is missing; it must be one of harness, tape-spring, adhesion",
+    ),
     "a kind that is no word": ({"hub": {"kind": [1]}}, ("hub", "kind"), r"parts.hub.kind is \[1\]; "),
     "a bad name": ({"2nd": {"kind": "point", "mass": 1}}, ("2nd",), "parts: the name of a part is '2nd'; it must"),
     "a name with a dot": ({"a.b": {"kind": "point"}}, ("a.b",), "the name of a part is 'a.b'"),
@@ -303,13 +325,13 @@ BAD: dict[str, tuple[Any, tuple[Any, ...], str]] = {
     ),
     "a unit of another exponent": (
         {"c": {"kind": "contact", "a": "b", "b": "hub", "stiffness": "1e4 N/m^1.5"}},
-        ("c",),
-        "stiffness is '1e4 N/m\\^1.5', but exponent is 1.0; give stiffness in N/m\\^1",
+        ("c", "stiffness"),
+        r"parts\.c\.stiffness is '1e4 N/m\^1.5'; with an exponent of 1 it is in N/m",
     ),
     "a unit of another law": (
         {"c": {"kind": "contact", "a": "b", "b": "hub", "damping": "2 N s/m"}},
-        ("c",),
-        "damping is '2 N s/m'; law 'hunt-crossley' takes it in s/m",
+        ("c", "damping"),
+        r"parts\.c\.damping is '2 N s/m'; of the law 'hunt-crossley' it is in s/m",
     ),
     "out of its limits": (
         {"boom": {**BEAM, "elements": 0}},

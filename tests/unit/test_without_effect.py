@@ -1,4 +1,4 @@
-"""Keys of joints with a drive and of contacts that could have no effect, or name something twice, are refused."""
+"""Keys of joints and contacts that could have no effect, or name something twice, are refused."""
 
 from __future__ import annotations
 
@@ -60,6 +60,54 @@ def test_a_joint_has_the_keys_of_its_type(given: dict[str, Any], words: str) -> 
     system.add(parts.Joint(**({"a": "ground", "b": "bob"} | given)), "pin")
     with pytest.raises(InputError, match=words):
         system.assemble()
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"stop": 10.0}, r"spring\.stop is given without spring\.low or spring\.high, to which it belongs"),
+        ({"latch_stiffness": 10.0}, r"spring\.latch_stiffness is given without spring\.latch, to which it belongs"),
+        ({"latch_damping": 10.0}, r"spring\.latch_damping is given without spring\.latch, to which it belongs"),
+        ({"bristle_stiffness": 10.0}, r"spring\.bristle_stiffness is given without spring\.friction"),
+    ],
+)
+def test_a_spring_of_a_joint_takes_no_keys_without_effect(given: dict[str, Any], words: str) -> None:
+    system = pinned()
+    system.add(parts.JointSpring(joint="pin", stiffness=1.0, **given), "spring")
+    with pytest.raises(InputError, match=words):
+        system.assemble()
+
+
+def pinned() -> System:
+    """A body on a pin, and another one on the first."""
+    system = System()
+    for k, (name, pin) in enumerate((("arm", "pin"), ("hand", "wrist"))):
+        system.add(parts.RigidBody(mass=1.0, inertia=1.0, position=(float(k), 0.0, 0.0)), name)
+        a = (0.0, 0.0, 0.0) if k == 0 else ("arm", (1.0, 0.0, 0.0))
+        system.add(parts.Joint(a=a, b=name, type="revolute", axis=(0.0, 1.0, 0.0)), pin)
+    return system
+
+
+@pytest.mark.parametrize(
+    ("spring", "one"),
+    [
+        ({"joint": "pin"}, True),
+        ({"a": "ground", "b": "arm", "axis": (0.0, 1.0, 0.0)}, True),
+        ({"a": "arm", "b": "ground", "axis": (0.0, -1.0, 0.0)}, True),
+        ({"a": "ground", "b": "arm", "axis": (0.0, 0.0, 1.0)}, False),
+        ({"a": "ground", "b": "hand", "axis": (0.0, 1.0, 0.0)}, False),
+        ({"joint": "wrist"}, False),
+    ],
+)
+def test_a_synchronization_takes_each_coordinate_once(spring: dict[str, Any], one: bool) -> None:
+    system = pinned()
+    system.add(parts.JointSpring(stiffness=1.0, **spring), "spring")
+    system.add(parts.Joint(type="synchronization", joints=["pin", "spring"], stiffness=2.0), "cable")
+    if one:
+        with pytest.raises(InputError, match=r"cable\.joints names 'pin' and 'spring', which have one coordinate"):
+            system.assemble()
+    else:
+        assert system.assemble().model.synchronizations.size == 1
 
 
 @pytest.mark.parametrize("kind", [parts.Beam, parts.Rod])

@@ -45,6 +45,11 @@ class Spring(Section):
     latch_stiffness: units.RotationalStiffnessOrZero = Field(100.0, description="of the lock")
     latch_damping: units.RotationalDampingOrZero = Field(0.2, description="of the lock")
 
+    def of_joint(self) -> dict[str, Any]:
+        """Keys of a `JointSpring`, which takes those of a latch only where it has one."""
+        keys = self.model_dump()
+        return keys if self.latch is not None else {key: keys[key] for key in ("stiffness", "damping", "rest")}
+
 
 class PantographCase(Section):
     """A case of the system `pantograph`."""
@@ -90,7 +95,7 @@ class Pantograph(SystemDefinition):
             system.add(
                 parts.Joint(a=(a, (0.0, 0.0, 0.0)), b=b, type="revolute", axis=(0.0, 0.0, 1.0)), f"middle {k + 1}"
             )
-            spring = parts.JointSpring(a=a, b=b, start=2.0 * case.half_angle, **case.spring.model_dump())
+            spring = parts.JointSpring(a=a, b=b, start=2.0 * case.half_angle, **case.spring.of_joint())
             system.add(spring, f"spring {k + 1}")
             if k == 0:
                 continue

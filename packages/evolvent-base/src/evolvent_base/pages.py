@@ -50,6 +50,17 @@ def picture(content: bytes, kind: str, alt: str, *, titled: bool = False) -> Pic
     return Picture(f"data:image/{kind};base64,{base64.b64encode(content).decode()}", alt, titled)
 
 
+def sentence(text: str) -> str:
+    """A text as a sentence of a page: its first word with a capital, unless it is a key, a name or a method.
+
+    Examples
+    --------
+    >>> sentence("every margin holds"), sentence("spool.rate is 3 rad/s"), sentence("'hinge 1' holds")
+    ('Every margin holds', 'spool.rate is 3 rad/s', "'hinge 1' holds")
+    """
+    return text[0].upper() + text[1:] if re.match("[a-z]+[ ,:;]", text) else text
+
+
 def _json(value: Any, **options: Any) -> str:
     """A value as JSON in ASCII; its texts are made visible."""
     text = json.dumps(value, **options)
@@ -78,6 +89,7 @@ def _environment() -> jinja2.Environment:
     # `tojson` also replaces <, >, & and ', so that no value can close a script
     environment.policies["json.dumps_kwargs"] = {"separators": (",", ":")}
     environment.policies["json.dumps_function"] = _json
+    environment.filters["sentence"] = sentence
     environment.globals["style"] = lambda name: Markup((_TEMPLATES / name).read_text(encoding="utf-8"))
     return environment
 

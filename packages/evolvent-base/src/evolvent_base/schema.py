@@ -9,7 +9,7 @@ import inspect
 import re
 import types
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple, Protocol, Self, Union, get_args, get_origin, runtime_checkable
+from typing import Any, Literal, NamedTuple, Protocol, Self, Union, get_args, get_origin, runtime_checkable
 
 from pydantic import (
     BaseModel,
@@ -257,6 +257,13 @@ def sections(annotation: Any) -> Iterator[type[Section]]:
         yield from sections(argument)
 
 
+def literals(annotation: Any) -> list[str]:
+    """The words that an annotation allows, within unions."""
+    if get_origin(annotation) is Literal:
+        return [one for one in get_args(annotation) if isinstance(one, str)]
+    return [one for argument in get_args(annotation) for one in literals(argument)]
+
+
 def marks(field: Any) -> Iterator[Any]:
     """Annotations of a field, of its type and of the types that a union offers, such as `Quantity`."""
     yield from field.metadata
@@ -500,7 +507,8 @@ def _wanted(kind: type[Section], location: tuple[Any, ...]) -> str:
         allowed = getattr(annotation, "allowed", None)
         if allowed:
             return f"; it must be {allowed}"
-    return ""
+    words = literals(last.annotation) if last is not None else []
+    return f"; it must be one of {', '.join(words)}" if words else ""
 
 
 def shown(value: Any) -> str:

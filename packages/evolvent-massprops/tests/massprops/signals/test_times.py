@@ -170,7 +170,7 @@ def test_the_notes_are_in_what_is_measured(tmp_path: pathlib.Path, call: Any) ->
     found = mass_properties(path, stand)
     assert NO_UNIT in found.notes
     found.report(tmp_path / "c.html")
-    assert NO_UNIT in (tmp_path / "c.html").read_text(encoding="utf-8")
+    assert NO_UNIT[1:] in (tmp_path / "c.html").read_text(encoding="utf-8")  # with a capital letter
     code, out, _ = call("identify", str(path))
     assert code == 0
     assert NO_UNIT in " ".join(out.split())

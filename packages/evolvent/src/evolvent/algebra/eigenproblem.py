@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import scipy
 
+from evolvent.algebra.poles import SPLIT, SYMMETRIC, causes_of, is_round_off
 from evolvent.algebra.subspaces import all_of, orthonormal, regular_shift
 from evolvent_base.dense import facing
 from evolvent_base.errors import InputError
@@ -17,12 +18,12 @@ Array = np.ndarray
 
 #: Up to so many free directions modes are found by dense algebra; half as many where velocities count.
 DENSE = 300
-#: Asymmetry, beside the largest entries of rows, that is taken as round-off.
-SYMMETRIC = 1e-12
 #: Poles below this part of the shift are zero where zeros are double.
 ZERO = 1e-6
 #: What a square of a frequency may owe to round-off, in parts of the sum of all products behind it.
 ROUND_OFF = 5e-14
+#: How many times its round-off the square of a frequency must be below 0 for the motion to grow.
+SURE = 10.0
 #: Squares of frequencies above so many times the shift are found without it.
 FAR = 1e8
 #: Modes below this part of the shift (poles, of its root) are computed again: by Rayleigh and Ritz, by a lower shift.
@@ -38,9 +39,9 @@ CANCELLED = 1e-4
 #: Residual of a mode beside its share of the shifted inverse, from which it is refused. Of symmetric matrices the error
 #: of the square is of second order in it.
 UNRESOLVED = 1e-4
-#: Real part, beside the modulus, from which a pole grows; what round-off adds to eigenvalues of the shifted inverse,
-#: beside its size; number of slowest motions that are examined where all are too many.
-GROWS, SPLIT, LOOKED_AT = 1e-6, 1e-13, 20
+#: Real part, beside the modulus, from which a pole grows; number of slowest motions that are examined where all are
+#: too many.
+GROWS, LOOKED_AT = 1e-6, 20
 #: Free directions up to which dense algebra replaces a Krylov method that fails.
 MOST_DENSE = 3000
 _ROUND_OFF_LEFT = (
@@ -97,7 +98,9 @@ class Eigenproblem:
         m = M.diagonal()
         self.fastest = float(np.max(np.abs(K.diagonal()) / m)) or 1.0  # of free bodies alone any shift serves
         off = scipy.sparse.diags(1.0 / np.maximum(scale, 1e-300)) @ abs(K - K.T)
-        self.symmetric = C.nnz == 0 and (conservative or float(off.max()) <= SYMMETRIC)
+        reciprocal = conservative or float(off.max()) <= SYMMETRIC
+        self.symmetric = C.nnz == 0 and reciprocal
+        self.causes = causes_of(C, reciprocal)
         if self.symmetric:
             self.K = (0.5 * (K + K.T)).tocsc()
         self.weight = weight
@@ -305,7 +308,8 @@ class Eigenproblem:
         noise = self.noise(V)
         quotient = np.einsum("ij,ij->j", V, self.stiffness(V)) / self._norms(V)
         found = np.where(slow | (noise < ROUND_OFF * s2), quotient, squares)
-        return np.where(np.abs(found) <= np.where(slow, noise, np.maximum(noise, ROUND_OFF * s2)), 0.0, found), V
+        least = np.where(slow, noise, np.maximum(noise, ROUND_OFF * s2))
+        return np.where((found <= least) & (found >= -SURE * least), 0.0, found), V
 
     def _by_ritz(self, V: Array) -> tuple[Array, Array]:
         """Squares by the symmetric stiffness, ascending, and shapes, u^T M u = 1, within the span of independent V."""
@@ -508,5 +512,6 @@ class Eigenproblem:
         keep = np.abs(mu) > 1e-13 * np.abs(mu).max()
         mu, V = mu[keep].astype(complex), V[:, keep].astype(complex)
         pole = s + 1.0 / mu
+        pole.real[is_round_off(pole, np.abs(mu).max() / np.abs(mu) ** 2)] = 0.0
         own = self.momenta.T @ V[n:] * (s / np.where(np.abs(pole) > ZERO * s, pole, s))
         return pole, V[:n] + self.still @ own

@@ -20,6 +20,9 @@ from evolvent.view.drawing import motion_of
 from evolvent_base import __version__, answer as an
 from evolvent_base.showing import Shown
 
+#: Round-off of places beside the size of a structure, from which moments of inertia follow.
+OF_PLACES = 1e-9
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -49,14 +52,15 @@ class ModalResults(Shown, VibrationModes):
         """Frequencies, damping ratios and effective masses, what the equilibrium is beyond, and a file."""
         parts = {"Modes": [self._modes()], "Effective masses": self._sums()}
         return an.Answer(
-            title=f"{len(self.pole)} modes", warnings=[self.warning] if self.warning else [],
+            title=f"{len(self.pole)} modes", warnings=self.warnings,
+            notes=[f"no table of masses: {self.without_masses}"] if self.without_masses else [],
             sections=[an.Section(title=title, blocks=blocks) for title, blocks in parts.items() if blocks],
             files={"modes.nc": self._netcdf}, made=results.made_with(),
         )  # fmt: skip
 
     def _modes(self) -> an.Table:
         """A row a mode; effective masses of real modes alone."""
-        heads = ["mode", "frequency, Hz", "rad/s", "damping ratio"]
+        heads = ["mode", "frequency, Hz", "frequency, rad/s", "damping ratio"]
         masses = None if np.iscomplexobj(self.shape) else self.effective_mass
         if masses is not None:
             heads += [f"mass {a}, kg" for a in "xyz"] + [f"inertia {a}, kg m²" for a in "xyz"]
@@ -66,8 +70,7 @@ class ModalResults(Shown, VibrationModes):
         for k in range(len(self.pole)):
             row = [str(k), f"{self.frequency_hz[k]:.6g}", f"{self.frequency[k]:.6g}", f"{self.damping_ratio[k]:.4g}"]
             if masses is not None:
-                least = NOTHING * self.total_mass
-                row += [f"{m if m > f else 0.0:.4g}" for m, f in zip(masses[k], least, strict=True)]
+                row += self._masses(masses[k])
             if self.mesh is not None:
                 row += [f"{self.mesh.extrapolated[k]:.6g}", f"{100.0 * self.mesh.relative[k]:.2g}"]
             rows.append(row)
@@ -82,7 +85,13 @@ class ModalResults(Shown, VibrationModes):
             "held by supports": self.held_mass, "whole structure": self.total_mass,
         }  # fmt: skip
         heads = ["", *(f"mass {a}, kg" for a in "xyz"), *(f"inertia {a}, kg m²" for a in "xyz")]
-        return [an.Table(heads=heads, rows=[[word, *(f"{m:.4g}" for m in values)] for word, values in of.items()])]
+        return [an.Table(heads=heads, rows=[[word, *self._masses(values)] for word, values in of.items()])]
+
+    def _masses(self, values: np.ndarray) -> list[str]:
+        """Effective masses and inertias, (6,), as texts; what is round-off as 0."""
+        total = self.total_mass
+        least = np.maximum(NOTHING * total, OF_PLACES**2 * np.repeat([total[:3].max(), total[3:].max()], 3))
+        return [f"{value if value > floor else 0.0:.4g}" for value, floor in zip(values, least, strict=True)]
 
     def to_dataset(self) -> xr.Dataset:
         """As of `VibrationModes`, with extrapolated frequencies and the error of the mesh, where it is asked for."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import dataclasses
+import itertools
 import math
 import operator
 import re
@@ -67,6 +68,9 @@ FUNCTIONS: dict[str, tuple[int, int, Callable[..., float]]] = {
     "atan2": (run.ATAN2, 2, math.atan2),
 }
 CONSTANTS = {"pi": math.pi}
+#: Functions that change over where two of their arguments, or the argument and 0, are equal; most linear functions of
+#: which an expression is taken to consist.
+_SWITCHES, MOST_LINES = ("min", "max", "abs", "sign"), 64
 ALLOWED = (
     "allowed are numbers, names, + - * / **, parentheses, pi, the functions "
     + ", ".join(FUNCTIONS)
@@ -142,6 +146,63 @@ def compile_expression(
     except ValueError as error:
         raise InputError(f"{name} is {_short(text)}; {error}") from None
     return Program(tidy, (float(len(code)), *code), tuple(sorted(compiler.corners)))
+
+
+def corners_of(text: str, constants: Mapping[str, float] | None = None) -> list[float]:
+    """Times at which an expression that has been compiled may go over into another one, by functions linear in t.
+
+    Those are arguments of where, min, max, abs and sign, which change over where two of them are equal.
+    """
+    known, found = {**CONSTANTS, **(constants or {})}, set[float]()
+    for node in ast.walk(ast.parse(text, mode="eval")):
+        if isinstance(node, ast.Compare):
+            sides = [node.left, *node.comparators]
+            pairs = list(itertools.pairwise(sides))
+        elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _SWITCHES:
+            pairs = list(itertools.combinations([*node.args, ast.Constant(0.0)][: max(2, len(node.args))], 2))
+        else:
+            continue
+        for one, other in pairs:
+            for (a, b), (c, d) in itertools.product(_lines(one, known), _lines(other, known)):
+                if a != c and math.isfinite(time := (d - b) / (a - c)):
+                    found.add(time)
+    return sorted(found)
+
+
+def _lines(node: ast.AST, known: Mapping[str, float]) -> list[tuple[float, float]]:
+    """Slope and value at t = 0 of the linear functions of t of which an expression may consist; none where unknown."""
+    match node:
+        case ast.Constant():
+            return [(0.0, float(node.value))]  # type: ignore[arg-type]
+        case ast.Name():
+            return [(1.0, 0.0)] if node.id == "t" else [(0.0, known[node.id])] if node.id in known else []
+        case ast.UnaryOp():
+            sign_of = -1.0 if isinstance(node.op, ast.USub) else 1.0
+            return [(sign_of * a, sign_of * b) for a, b in _lines(node.operand, known)]
+        case ast.BinOp():
+            pairs = itertools.product(_lines(node.left, known), _lines(node.right, known))
+            return [line for one, other in pairs if (line := _combined(node.op, one, other))][:MOST_LINES]
+        case ast.Call(func=ast.Name(id="where" | "min" | "max" as name)):
+            own = node.args[1:] if name == "where" else node.args
+            return [line for one in own for line in _lines(one, known)][:MOST_LINES]
+        case ast.Call(func=ast.Name(id="abs")):
+            return [(s * a, s * b) for a, b in _lines(node.args[0], known) for s in (1.0, -1.0)][:MOST_LINES]
+    return []
+
+
+def _combined(op: ast.AST, one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float] | None:
+    """A linear function of t from two by an operation; None where it is none."""
+    (a, b), (c, d) = one, other
+    match op:
+        case ast.Add():
+            return a + c, b + d
+        case ast.Sub():
+            return a - c, b - d
+        case ast.Mult() if a == 0.0 or c == 0.0:
+            return a * d + b * c, b * d
+        case ast.Div() if c == 0.0 and d != 0.0:
+            return a / d, b / d
+    return None
 
 
 def is_true(text: Any, values: Mapping[str, float], *, name: str = "the comparison") -> bool:

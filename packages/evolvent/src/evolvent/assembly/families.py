@@ -35,6 +35,18 @@ def has_symmetric_stiffness(model: Model) -> bool:
     return all(kind.is_symmetric(model, found) for kind, found in own)
 
 
+def without_potential(assembly: Any) -> list[str]:
+    """Names of the parts whose stiffness need not be symmetric: their forces may have no potential."""
+    found: dict[str, None] = {}
+    for name, family in families().items():
+        rows = records(assembly.model, name)
+        for kind in family.kinds if rows.size else ():
+            for k in np.flatnonzero(kind.mask(rows)):
+                if not kind.is_symmetric(assembly.model, rows[k : k + 1]):
+                    found[owner(assembly, name, int(k))] = None
+    return list(found)
+
+
 def reacts(model: Model) -> bool:
     """Whether a part of a model reacts to what is measured, by a loop that is not closed."""
     own = ((kind, family.records(model)) for family in families().values() for kind in family.kinds if kind.reacts)

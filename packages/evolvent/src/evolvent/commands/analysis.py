@@ -86,7 +86,9 @@ def equilibrium(
     _check_targets(output, figures, case)
     loaded, definition = _loaded(case, assignments)
     found = definition.equilibrium(loaded, mesh_error=mesh_error)
-    rows = [("status", found.attrs["status"])] + [(n.label, n.value) for n in show.numbers(found)] + mesh.lines(found)
+    rows = [("status", found.attrs["status"])]
+    rows += [("message", found.attrs["message"])] if found.attrs["status"] != "failed" else []  # else the error says it
+    rows += [(n.label, n.value) for n in show.numbers(found)] + mesh.lines(found)
     print_rows(rows, status=found.attrs["status"])
     if output is not None:
         results.save(found, output)

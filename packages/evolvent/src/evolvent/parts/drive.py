@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Generic
 
 import numpy as np
@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
 from typing_extensions import TypeVar
 
+from evolvent.assembly import expressions
 from evolvent.assembly.builder import Builder
 from evolvent.compiled import laws
 from evolvent.kernels import drive as kernels
@@ -85,6 +86,12 @@ class RampDrive(DriveKind, Generic[A, R]):
             flat += [time, duration, rate]
         return DriveRow(kernels.RAMPS, *builder.parameters(flat))
 
+    remedy: ClassVar[str] = "give the step of the RampDrive a duration above 0 s"
+
+    def corners(self) -> Iterable[float]:
+        """Steps without a duration."""
+        return [time for time, duration, _ in self.steps if duration == 0.0]
+
 
 def _one_unit(values: Any) -> Any:
     """The values of a table; a unit that stands in the last one alone is that of all."""
@@ -151,6 +158,12 @@ class ExpressionDrive(DriveKind):
     def write(self, builder: Builder, name: str) -> DriveRow:
         """Store the expression."""
         return _law_row(builder, name, self.expression, constants=self.constants, key="expression")
+
+    remedy: ClassVar[str] = "give an expression whose rate goes over smoothly, or a ramp whose steps have durations"
+
+    def corners(self) -> Iterable[float]:
+        """Times at which the expression goes over into another one."""
+        return expressions.corners_of(self.expression, self.constants)
 
     def at(self, builder: Builder, row: DriveRow, time: float) -> tuple[float, float, float]:
         """Angle, rate and acceleration; refused unless finite."""

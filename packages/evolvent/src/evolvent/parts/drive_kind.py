@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Iterable
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -37,6 +38,13 @@ class DriveKind(Section):
     def write(self, builder: Builder, name: str) -> DriveRow:
         """Store parameters; returns the row's fields."""
         raise NotImplementedError
+
+    #: What to do about a jump, as the end of a sentence.
+    remedy: ClassVar[str] = "give a drive that does not jump"
+
+    def corners(self) -> Iterable[float]:
+        """Times, s, at which the rate or the angle may jump; none where both never do."""
+        return ()
 
     def at(self, builder: Builder, row: DriveRow, time: float) -> tuple[float, float, float]:
         """Angle, rate and acceleration at `time` (rad, rad/s, rad/s2)."""

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import difflib
 import functools
+import re
 from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
@@ -18,7 +20,7 @@ from evolvent.parts import repetition
 from evolvent.parts.base import Part, kind_of
 from evolvent_base import plugins
 from evolvent_base.errors import InputError, nearest
-from evolvent_base.schema import Annotation, error_priority, marks, sentence, shown
+from evolvent_base.schema import Annotation, error_priority, literals, marks, sentence, shown
 from evolvent_base.units import Either
 
 if TYPE_CHECKING:
@@ -26,6 +28,10 @@ if TYPE_CHECKING:
 
 #: Entry points by which a package outside adds parts: name of a kind -> class.
 GROUP = "evolvent.parts"
+#: From which likeness on a word is taken for a misspelt kind, and for a misspelt type.
+ALIKE, ALIKE_TYPE = 0.75, 0.8
+#: Letters of a word without its ending that must stand in a description, and most kinds that are named for that.
+LEAST_STEM, MOST_DESCRIBED = 4, 4
 
 
 def kinds() -> Mapping[str, type[Part]]:
@@ -45,10 +51,50 @@ def unusable() -> Mapping[str, str]:
 
 
 def not_known(kind: Any) -> str:
-    """What to say of a kind that no part has: why that of a package cannot be used, or the nearest one."""
+    """What to say of a kind that no part has: why that of a package cannot be used, or what may be meant.
+
+    That is a kind of nearly this name, one with such a type, or one whose keys or description have the word.
+    """
     if isinstance(kind, str) and kind in unusable():
         return unusable()[kind]
-    return nearest(str(kind), kinds())
+    word = str(kind).lower()
+    close = difflib.get_close_matches(word, kinds(), n=1, cutoff=ALIKE)
+    if close:
+        return f"did you mean {close[0]!r}?"
+    own = difflib.get_close_matches(word, _of_types(), n=1, cutoff=ALIKE_TYPE)
+    if own:
+        return _of_type(own[0])
+    heads = [one for one in kinds() if one.rpartition("-")[2] == word.rpartition("-")[2]]
+    if heads:
+        return nearest(word, heads)
+    found = _described(word)
+    return f"{word!r} occurs in the description of {', '.join(found)}" if found else nearest("", kinds())
+
+
+def _of_types() -> dict[str, list[str]]:
+    """The words that a key `type` of a part may have, and the kinds of which each is a type."""
+    found: dict[str, list[str]] = {}
+    for name, part in kinds().items():
+        field = part.model_fields.get("type")
+        for own in literals(field.annotation) if field is not None else ():
+            found.setdefault(own, []).append(name)
+    return found
+
+
+def _of_type(word: Any) -> str:
+    """The kinds that have a type, as the end of a sentence; all kinds where none has."""
+    of = _of_types().get(word, []) if isinstance(word, str) else []
+    if not of:
+        return nearest("", kinds())
+    return f"{word!r} is a type: give {' or '.join(f'kind: {one}, type: {word}' for one in of)}"
+
+
+def _described(word: str) -> list[str]:
+    """Kinds in whose docstrings all parts of a word occur, but for its ending; none where it is in many of them."""
+    stems = [one[: max(LEAST_STEM, len(one) - 2)] for one in re.findall(r"[a-z]+", word)]
+    texts = {name: (part.__doc__ or "").lower() for name, part in kinds().items()}
+    found = [name for name, text in texts.items() if stems and all(re.search(rf"\b{stem}", text) for stem in stems)]
+    return found if len(found) <= MOST_DESCRIBED else []
 
 
 @functools.cache
@@ -136,7 +182,7 @@ def _read(values: Any, key: str) -> tuple[dict[str, Part], list[InitErrorDetails
         here = f"{key}.{name}"
         if "kind" not in given:
             meant = [word for word in sorted(kinds()) if given.get("type") == word]
-            advice = f"give kind: {meant[0]} in place of type" if meant else f"known: {', '.join(sorted(kinds()))}"
+            advice = f"give kind: {meant[0]} in place of type" if meant else _of_type(given.get("type"))
             wrong(f"{here}.kind is missing; {advice}", given, name, "kind")
         elif not isinstance(given["kind"], str) or given["kind"] not in kinds():
             word = given["kind"]

@@ -156,16 +156,24 @@ class MarginResults(Shown):
         return found if runs else [[*row[:4], row[5]] for row in found]
 
     def balance_rows(self) -> list[list[str]]:
-        """What counts and what is asked for at the governing positions, and what it takes to reach a margin of 0."""
-        found = [["coordinate", "counts", "required", "spring", "friction"]]
-        for table in self.tables:
-            name, n, _ = least_of(table)
-            unit = table.coordinate.units[1]
-            found.append([
-                table.coordinate.name, f"{table.available[n]:.4g} {unit}", f"{table.required(name)[n]:.4g} {unit}",
-                _change(table.spring_to_add(), unit, "add", "spare"),
-                _change(table.friction_to_lose(), unit, "lose", "spare"),
-            ])  # fmt: skip
+        """What counts and what is asked for where a margin is least, and changes over the travel that bring it to 0.
+
+        A row for each margin, at rest and in the run. A change names the station that decides it where that is another
+        one: it is the largest difference, while the least margin is the smallest ratio.
+        """
+        found = [["coordinate", "margin", "governed at", "counts", "required", "spring", "friction"]]
+        for still, moving in zip(self.still, self.moving, strict=True):
+            for when, table in (("at rest", still), ("in the run", moving)):
+                if table is None:
+                    continue
+                name, n, margin = least_of(table)
+                unit = table.coordinate.units[1]
+                found.append([
+                    table.coordinate.name, f"{shown_margin(margin)} {when}", _place(table, n),
+                    f"{table.available[n]:.4g} {unit}", f"{table.required(name)[n]:.4g} {unit}",
+                    _change(table, table.spring_change(), "add", "spare"),
+                    _change(table, table.friction_change(), "lose", "spare"),
+                ])  # fmt: skip
         return found
 
     def contributions(self, name: str) -> list[list[str]]:
@@ -421,9 +429,13 @@ def shown_margin(margin: float) -> str:
     return "unlimited" if margin == math.inf else f"{margin:+.4f}"
 
 
-def _change(value: float, unit: str, lacks: str, spares: str) -> str:
-    """What is lacking or to spare, '-' where it does not help."""
-    return f"{lacks if value > 0.0 else spares} {abs(value):.4g} {unit}" if math.isfinite(value) else "-"
+def _change(table: MarginTable, change: tuple[float, int], lacks: str, spares: str) -> str:
+    """What is lacking or to spare, and where where that is not the least margin; '-' where it does not help."""
+    value, n = change
+    if not math.isfinite(value):
+        return "-"
+    where = "" if n == least_of(table)[1] else f" ({_place(table, n)})"
+    return f"{lacks if value > 0.0 else spares} {abs(value):.4g} {table.coordinate.units[1]}{where}"
 
 
 def _shown(value: float, unit: str) -> str:

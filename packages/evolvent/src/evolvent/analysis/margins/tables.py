@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 Array = np.ndarray
 
+#: Relative difference of what two stations ask for that is round-off.
+ALIKE = 1e-9
 #: Loss of elastic energy beside its range over the travel that is a snap.
 _SNAP = 0.05
 
@@ -109,31 +111,48 @@ class MarginTable:
 
         Below 0: what springs may lose.
         """
+        return self.spring_change()[0]
+
+    def spring_change(self) -> tuple[float, int]:
+        """`spring_to_add`, and the station that decides it: of the largest deficit, not always of the least margin."""
         counts = self.standard.driving.get(SPRING, 0.0)
         if counts == 0.0:
-            return np.nan
-        return max(float((self.required(name) - self.available).max()) for name in self.standard.requirements) / counts
+            return np.nan, -1
+        deficit = np.max([self.required(name) - self.available for name in self.standard.requirements], axis=0)
+        return self._largest(deficit / counts)
 
     def friction_to_lose(self) -> float:
         """Friction (N m or N) that has to go for the least margin to be 0; not a number where no friction does it.
 
         Below 0: what friction may grow by.
         """
+        return self.friction_change()[0]
+
+    def friction_change(self) -> tuple[float, int]:
+        """`friction_to_lose`, and the station that decides it; -1 where no friction does it."""
         friction = {key: value for key, value in self.resists().items() if key[0] == FRICTION}
         there = np.zeros(self.x.size) + sum(friction.values())
         words = [evidence for _, evidence in friction] or [self.evidence]
-        lost = -np.inf
+        lost = np.full(self.x.size, -np.inf)
         for name, one in self.standard.requirements.items():
             factor = min(one.factor(FRICTION, evidence) for evidence in words)
             deficit = self.required(name) - self.available
             if factor == 0.0:
-                lost = np.nan if np.any(deficit > 0.0) else lost
+                if np.any(deficit > 0.0):
+                    return np.nan, -1
                 continue
             asked = deficit / factor
             if np.any(asked > there * (1.0 + 1e-12)):
-                return np.nan
-            lost = max(lost, float(asked.max()))
-        return lost
+                return np.nan, -1
+            lost = np.maximum(lost, asked)
+        return self._largest(lost)
+
+    def _largest(self, asked: Array) -> tuple[float, int]:
+        """The largest of what stations ask for, and its station: that of the least margin where it asks for as much."""
+        _, governing = self.governing()
+        n = int(np.argmax(asked))
+        alike = abs(asked[n] - asked[governing]) <= ALIKE * abs(asked[n])
+        return float(asked[n]), governing if alike else n
 
 
 def along_travel(

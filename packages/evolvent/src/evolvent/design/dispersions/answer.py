@@ -18,6 +18,7 @@ from evolvent_base import answer as an
 from evolvent_base.errors import InputError, counted, visible
 from evolvent_base.figures import Figure, Line, Panel
 from evolvent_base.showing import Shown
+from evolvent_base.units import unit_text
 
 Array = np.ndarray
 #: Most failed runs that are listed.
@@ -26,19 +27,22 @@ _MOST_FAILURES = 50
 _NAME = 40
 
 
-def number(value: float) -> str:
-    """A number of five digits; a dash where there is none."""
+def number(value: float, unit: str = "") -> str:
+    """A number of five digits, with its unit; a dash where there is none."""
     if math.isnan(value):
         return "-"
     if math.isinf(value):
         return "above all" if value > 0 else "below all"
-    return f"{value:.5g}"
+    return f"{value:.5g} {unit}" if unit else f"{value:.5g}"
 
 
 def answer_of(found: Dispersion) -> an.Answer:
     """What the runs say."""
     bounds = an.Section(title="Results", blocks=[_summary(found), *sentences(found)])
-    draws = [(d.name, d.text, number(float(np.mean(d.values))), number(float(np.std(d.values)))) for d in found.draws]
+    draws = [
+        (d.name, d.text, *(number(float(of(d.values)), unit_text(d.unit)) for of in (np.mean, np.std)))
+        for d in found.draws
+    ]
     drawn = ("key", "distribution", "mean, drawn", "standard deviation, drawn")
     again = an.Remark("Saved as a file, this study can be run again: evolvent disperse study.yaml.")
     return an.Answer(
@@ -73,10 +77,12 @@ def _section(found: Dispersion, one: Output) -> an.Section:
     rows, about = sensitivities(found, one)
     title = f"Quantiles, with intervals of {100 * found.confidence:.6g} %"
     quantiles = [(f"{100 * q.probability:.6g} %", *map(number, (q.value, q.low, q.high))) for q in one.quantiles]
+    unit = f", {one.unit}" if one.unit else ""
     tables = [
         an.Table(heads=sensitivity_heads(one), rows=rows),
-        an.Table(heads=("probability", "quantile", "from", "to"), rows=quantiles, title=title, level=an.PAGE),
-        an.Table(heads=("", "value", "case", "keys"), rows=worst(found, one), title="Extremes",
+        an.Table(heads=("probability", *(f"{word}{unit}" for word in ("quantile", "from", "to"))), rows=quantiles,
+                 title=title, level=an.PAGE),
+        an.Table(heads=("", "keys", "case", f"value{unit}"), rows=worst(found, one), title="Extremes", words=2,
                  level=an.EVERYWHERE if found.sample == "corners" else an.PAGE),
     ]  # fmt: skip
     return an.Section(title=_named(one), blocks=[one.text, *figures(found, one), about, *tables])
@@ -163,12 +169,12 @@ def sensitivity_heads(one: Output) -> tuple[str, ...]:
 
 
 def worst(found: Dispersion, one: Output) -> list[tuple[str, ...]]:
-    """Rows of the smallest and the largest value: case, value and its keys."""
+    """Rows of the smallest and the largest value: its keys, case and value."""
     rows: list[tuple[str, ...]] = []
     for which, case in zip(("smallest", "largest"), one.extremes, strict=True):
         if case >= 0:
             keys = ", ".join(f"{d.name} = {d.values[case]:.5g}{f' {d.unit}' if d.unit else ''}" for d in found.draws)
-            rows.append((which, number(float(one.values[case])), str(case), keys))
+            rows.append((which, keys, str(case), number(float(one.values[case]))))
     return rows
 
 

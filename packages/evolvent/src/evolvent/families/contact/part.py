@@ -6,8 +6,8 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
-from pydantic import field_serializer, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import ValidationError, field_serializer, model_validator
+from pydantic_core import InitErrorDetails, PydanticCustomError
 
 from evolvent.assembly.builder import Builder
 from evolvent.families.beams.part import Beam
@@ -50,6 +50,12 @@ _TURNS = _Touch(
     "turns of beams", add_turns, ("hunt-crossley", "paper"),
     frozenset(("points", "around", "axis", "sense", "thickness", "width")),
 )  # fmt: skip
+
+
+def _wrong_unit(key: str, values: Mapping[str, Any], message: str) -> ValidationError:
+    """An error of one key of a section, for a validator of all of them."""
+    error = PydanticCustomError("contact", "{message}", {"message": message})
+    return ValidationError.from_exception_data("Contact", [InitErrorDetails(type=error, loc=(key,), input=values[key])])
 
 
 class Contact(Part):
@@ -180,15 +186,13 @@ class Contact(Part):
         power = re.search(r"N/m(?:\^(\d+(?:\.\d+)?))?\s*$", str(values.get("stiffness", "")))
         exponent = str(values.get("exponent", cls.model_fields["exponent"].default)).strip()
         if power is not None and re.fullmatch(r"\d+\.?\d*", exponent) and float(power[1] or 1) != float(exponent):
-            wanted = f"N/m^{float(exponent):g}"
-            message = f"stiffness is {values['stiffness']!r}, but exponent is {exponent}; give stiffness in {wanted}"
-            raise PydanticCustomError("contact", "{message}", {"message": message})
+            wanted = "N/m" if float(exponent) == 1.0 else f"N/m^{float(exponent):g}"
+            raise _wrong_unit("stiffness", values, f"with an exponent of {float(exponent):g} it is in {wanted}")
         damping, paper = str(values.get("damping", "")), values.get("law") == "paper"
         newtons = re.search(r"N s/m\s*$", damping) is not None
         if re.search(r"[a-z]", damping) and newtons != paper and damping.rstrip().endswith("s/m"):
             law = values.get("law", cls.model_fields["law"].default)
-            message = f"damping is {damping!r}; law {law!r} takes it in {'N s/m' if paper else 's/m'}"
-            raise PydanticCustomError("contact", "{message}", {"message": message})
+            raise _wrong_unit("damping", values, f"of the law {law!r} it is in {'N s/m' if paper else 's/m'}")
         return values
 
     @field_serializer("stiffness", when_used="json")

@@ -18,7 +18,7 @@ from evolvent.families.joints.part_coordinate import (
     translation,
 )
 from evolvent.kernels import axial
-from evolvent.parts.applies import Applies, given, left_out
+from evolvent.parts.applies import Applies, given, left_out, refuse_unfit
 from evolvent.parts.base import BodyName, Group, JointName, Part, PointReference, unit
 from evolvent_base import units
 from evolvent_base.errors import InputError
@@ -75,7 +75,7 @@ class JointSpring(Part):
 
     applies: ClassVar[Applies] = {
         "joint": (left_out("a", "b"),),
-        **{key: (left_out("joint"),) for key in ("a", "b", "axis", "zero")},
+        **{key: (left_out("joint"),) for key in ("a", "b", "axis")},
         "bristle_stiffness": (given("friction"),),
         "stop": (given("low", "high"),),
         "latch_stiffness": (given("latch"),),
@@ -124,8 +124,6 @@ class JointSpring(Part):
             raise InputError(
                 f"{name}.latch_stiffness is {float(self.latch_stiffness)!r}; a latch needs one above 0 {stiffness}"
             )
-        if self.bristle_stiffness is not None and self.friction == 0.0:
-            raise InputError(f"{name}.bristle_stiffness is given, but {name}.friction is 0.0; give one above 0")
         if self.bristle_stiffness == 0.0:
             raise InputError(f"{name}.bristle_stiffness is 0.0; friction needs one above 0 {stiffness}")
         if kind == axial.TRAVEL and self.zero is not None:
@@ -139,16 +137,14 @@ class JointSpring(Part):
                     raise InputError(f"{name}.{key} is missing; give {name}.a and {name}.b, or {name}.joint")
             index = builder.find(str(self.a), "bodies")
             return Ends(self.a, self.b, index, builder.location(self.b, f"{name}.b"), unit(self.axis))
-        given = [key for key in ("a", "b", "axis") if key in self.model_fields_set and getattr(self, key) is not None]
-        if given:
-            raise InputError(
-                f"{name}.{given[0]} and {name}.joint, {self.joint!r}, are both given; leave one of them out"
-            )
+        if "axis" in self.model_fields_set:  # also where it is that of the default
+            raise InputError(f"{name}.axis and {name}.joint, {self.joint!r}, are both given; leave one of them out")
         types = TYPES[kind] if self.motion is not None else dict.fromkeys(sum(TYPES.values(), ()))
         return ends_of_joint(builder, f"{name}.joint", self.joint, tuple(types))
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the row of the family `coordinates`."""
+        refuse_unfit(name, self)
         joint = joint_of(builder, self.joint)
         own = "translation" if joint is not None and joint.type == TYPES[axial.TRAVEL][0] else "rotation"
         kind = MOTIONS[self.motion or own]

@@ -15,7 +15,8 @@ from evolvent.families.joints.part_rows import add_row
 from evolvent.families.joints.part_sides import Side, across, ground_end, side_of
 from evolvent.kernels import axial, rigid, sides
 from evolvent.parts.base import unit
-from evolvent.parts.drive import FreeSpool, RampDrive
+from evolvent.parts.drive import FreeSpool
+from evolvent.parts.drive_kind import DriveKind, DriveRow
 from evolvent_base.dense import dot, norm, product
 from evolvent_base.errors import InputError
 
@@ -23,6 +24,10 @@ from evolvent_base.errors import InputError
 DRIVEN = ("revolute", "point-on-line", "involute")
 #: What the axis of a driven body and its point on the driven line may be off those of the joint.
 _LEAST_OFF = 1e-6
+#: How far beside a time a drive is looked at, beside that time; jumps of a coordinate and of its rate, beside their
+#: sizes, that are round-off and that count.
+_BESIDE, ROUND_OFF, _JUMP = 1e-6, 1e-9, 1e-6
+Array = np.ndarray
 
 
 def write_driven(joint: Any, builder: Builder, name: str) -> None:
@@ -47,7 +52,7 @@ def write_driven(joint: Any, builder: Builder, name: str) -> None:
     on_line = joint.type == "point-on-line"
     check_units(f"{name}.drive", joint.drive, axial.TRAVEL if on_line else axial.ANGLE)
     drive, release = joint.drive.write(builder, name), release_fields(builder, name, joint)
-    _check_jumps(joint, name, release["until"], "m/s" if on_line else "rad/s")
+    _check_jumps(joint.drive, builder, name, drive, release["until"], "m" if on_line else "rad")
     path: dict[str, Any] = {"drive": drive.kind, "law": drive.law, "first": drive.first, "last": drive.last, **release}
     builder.names[name] = ("joints", len(builder.rows["joints"]))
     if joint.type == "revolute":
@@ -92,16 +97,35 @@ def _write_involute(
         )  # fmt: skip
 
 
-def _check_jumps(joint: Any, name: str, until: float, unit_of: str) -> None:
-    """Refuse a drive whose rate jumps under a constraint: it would take an infinite force."""
-    drive = joint.drive
-    if not isinstance(drive, RampDrive):
+def _check_jumps(drive: DriveKind, builder: Builder, name: str, row: DriveRow, until: float, unit: str) -> None:
+    """Refuse a drive that jumps, or whose rate does, under a constraint: it would take an infinite force."""
+    corners = np.array(sorted({0.0, *(time for time in drive.corners() if 0.0 < time < until)}))
+    if corners.size == 1:
         return
-    before = drive.rate
-    for time, duration, rate in drive.steps:
-        if duration == 0.0 and rate != before and 0.0 < time < until:
-            raise InputError(
-                f"{name}.drive jumps from {before:.6g} to {rate:.6g} {unit_of} at t = {time:.6g} s, which needs "
-                "an infinite force; give the step of the RampDrive a duration above 0 s"
-            )
-        before = rate
+
+    def at(time: float) -> Array:
+        try:
+            return np.array(drive.at(builder, row, time)[:2])
+        except InputError:  # not finite there: a run that comes to it says so
+            return np.full(2, np.nan)
+
+    def beside(time: float, step: float) -> tuple[Array, float]:
+        """Coordinate and rate at the end of an interval, from two points within it, and how much the rate varies."""
+        (x, rate), (_, far) = at(time + step), at(time + 2.0 * step)
+        return np.array([x - step * rate, 2.0 * rate - far]), abs(far - rate)
+
+    size = np.fmax.reduce([np.abs(at(time)) for time in 0.5 * (corners[1:] + corners[:-1])])
+    gaps = np.diff(corners)
+    for time, gap in zip(corners[1:], np.minimum(gaps, np.append(gaps[1:], np.inf)), strict=True):
+        step = min(_BESIDE * time, 0.1 * gap)
+        (before, varies), (after, varies_after) = beside(time, -step), beside(time, step)
+        varies = 10.0 * max(varies, varies_after)
+        size = np.fmax.reduce([size, np.abs(before), np.abs(after)])
+        least = np.array([ROUND_OFF * (size[0] + time * size[1]) + step * varies, _JUMP * size[1] + varies])
+        for k, what in enumerate((f"{name}.drive", f"the rate of {name}.drive")):
+            if abs(after[k] - before[k]) > least[k]:
+                found = [f"{value if abs(value) > least[k] else 0.0:.6g}" for value in (before[k], after[k])]
+                raise InputError(
+                    f"{what} jumps from {found[0]} to {found[1]} {unit}{'/s' * k} at t = {time:.6g} s, which needs an "
+                    f"infinite force; {drive.remedy}"
+                )

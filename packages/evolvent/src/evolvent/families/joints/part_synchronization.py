@@ -5,9 +5,28 @@ from __future__ import annotations
 import itertools
 from typing import Any
 
+import numpy as np
+
 from evolvent.assembly.builder import Builder
 from evolvent.families.joints.part_coordinate import check_units, find_coordinate
+from evolvent.kernels import axial
+from evolvent_base.dense import product
 from evolvent_base.errors import InputError
+
+#: What the cosine of the angle between two axes may be off 1 where they are one: round-off.
+SAME_AXIS = 1e-12
+
+
+def _is_one(builder: Builder, first: dict[str, Any], second: dict[str, Any]) -> bool:
+    """Whether two rows of the family `coordinates` are of one angle or travel: of the same ends about the same axis."""
+    if any(first[key] != second[key] for key in ("kind", "on", "iq", "iv")):
+        return False
+    if {first["body"], first["other"]} != {second["body"], second["other"]}:
+        return False
+    if first["kind"] == axial.TRAVEL and (first["body"] != second["body"] or any(first["local"] != second["local"])):
+        return False
+    axes = [product(builder.poses[row["body"]].R, row["axis"]) for row in (first, second)]
+    return abs(float(np.dot(*axes))) > 1.0 - SAME_AXIS
 
 
 def write_synchronization(joint: Any, builder: Builder, name: str) -> None:
@@ -30,6 +49,11 @@ def write_synchronization(joint: Any, builder: Builder, name: str) -> None:
     rows = [builder.rows["coordinates"][k] for k in found]
     if len({row["kind"] for row in rows}) > 1:
         raise InputError(f"{name}.joints has both angles and travels; they must all be of one kind")
+    for i, j in itertools.combinations(range(count), 2):
+        if _is_one(builder, rows[i], rows[j]):
+            raise InputError(
+                f"{name}.joints names {joints[i]!r} and {joints[j]!r}, which have one coordinate; leave one of them out"
+            )
     for key in ("stiffness", "damping"):
         check_units(f"{name}.{key}", getattr(joint, key), rows[0]["kind"])
     first = len(builder.rows["synchronizations"])

@@ -49,7 +49,9 @@ class Load(Part):
         reel is zero.
     along : str, optional
         In place of `at`: the beam, rod or thread along which it acts, as a force per stress-free length, or as a torque
-        that is spread over the mass of a beam. It does not act on the tip mass of a thread.
+        that is spread over the mass of a beam. Such a torque is a field of forces around a fixed axis; it has no
+        potential and can make vibrations grow: to twist a beam, give torques `at` its nodes. No load along a thread
+        acts on its tip mass.
     type : {"force", "torque"}, optional
         If left out, a torque where one of the keys `torque`, `axis` and `slope` is given, else a force.
     force : (3,) float, N, along a part N/m, optional
@@ -63,11 +65,12 @@ class Load(Part):
     profile : optional
         Value along `direction` or about `axis` as a function of time: N, N/m or N m.
     law : list of three expressions, optional
-        fx, fy and fz, N or N/m, of the position x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t (s);
-        or a function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (fx, fy, fz)``. Of a torque (`type`)
-        Tx, Ty and Tz, N m: vx, vy, vz are the angular velocity (rad/s), and on a body r11 to r33 its rotation matrix,
-        whose columns are its axes; or a function under ``@evolvent.torque_law``: ``law(t, x, R, w, parameters)``. On a
-        beam's node there is no R: an expression without it, or a function under ``@evolvent.force_law``.
+        fx, fy and fz, N or N/m, of the position x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t (s),
+        such as a drag; or a function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (fx, fy, fz)``. Of a
+        torque (`type`) Tx, Ty and Tz, N m: vx, vy, vz are the angular velocity (rad/s), and on a body r11 to r33 its
+        rotation matrix, whose columns are its axes; or a function under ``@evolvent.torque_law``:
+        ``law(t, x, R, w, parameters)``. On a beam's node there is no R: an expression without it, or a function under
+        ``@evolvent.force_law``.
     parameters : list of float
         Of a Python law.
     constants : mapping of names to float
@@ -95,11 +98,16 @@ class Load(Part):
     The power of a torque M on a beam's node is M . w, with the angular velocity w of the section. A cable has no
     section: the component of M along its tangent does no work and is ignored.
 
-    A torque along a beam is a force per mass proportional to axis x arm + pitch/(2 pi) axis. On a rod the force per
-    length of half an element acts on its node, a sixth of the element from it: in linear statics a rod under a constant
-    load is exact at its nodes. A law is evaluated at these points, one for each node. On a thread the force on a node
-    is the value times the length that the node represents; for the tip node this is half a segment, independently of
-    the tip mass. Along a thread a load is constant or follows a law, at all times.
+    A torque along a beam is a force per mass T/J (axis x arm + pitch/(2 pi) axis), J being the moment of inertia of the
+    beam about the axis: a field that is fixed in space and has no potential, since its force around the axis does work
+    on every turn. Where the beam lies along the axis, J is that of its sections alone, and the forces that a deflection
+    brings in are large: bending of a round beam, of frequency w, has poles with s^2 = -w^2 + i T/J and -w^2 - i T/J,
+    some of which grow where nothing damps them.
+
+    On a rod the force per length of half an element acts on its node, a sixth of the element from it: in linear statics
+    a rod under a constant load is exact at its nodes. A law is evaluated at these points, one for each node. On a
+    thread the force on a node is the value times the length that the node represents; for the tip node this is half a
+    segment, independently of the tip mass. Along a thread a load is constant or follows a law, at all times.
     """
 
     applies: ClassVar[Applies] = {

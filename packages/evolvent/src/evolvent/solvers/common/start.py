@@ -41,10 +41,23 @@ def check_start(assembly: Assembly, t: float) -> None:
                 f"move the parts that it joins, or its drive"
             )
         if not abs(rate) <= _FITS * speed:
+            if rows["drives"][k]:
+                raise InputError(_unlike_its_drive(row_owner(assembly, k), rows[k], t))
             raise InputError(
                 f"{row_owner(assembly, k)!r} does not fit the velocities at the start: its two points separate "
                 f"at {rate:.6g}{unit}/s; give velocities that keep it"
             )
+
+
+def _unlike_its_drive(name: str, row: Any, t: float) -> str:
+    """What to say of a drive that begins with another rate than what it moves."""
+    drive, own = -float(row["driven"]), float(row["rate"] - row["driven"])
+    unit = "rad/s" if row["turns"] else "m/s"
+    return (
+        f"{name!r} does not fit the velocities at the start: at t = {t:g} s its drive has {drive:.6g} {unit}, and what "
+        f"it moves has {own:.6g} {unit}; give what it moves {drive:.6g} {unit}, or a drive that begins with {own:.6g} "
+        f"{unit}, such as a ramp"
+    )
 
 
 def acts_from_outside(model: mdl.Model, t: float = -math.inf) -> bool:

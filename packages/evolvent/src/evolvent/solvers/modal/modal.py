@@ -12,17 +12,21 @@ import lazy_loader as lazy
 import numpy as np
 import scipy
 
+from evolvent.algebra.poles import WITHOUT_POTENTIAL
 from evolvent.algebra.subspaces import constrained
+from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.blocks import owner_of
+from evolvent.assembly.families import MOST_NAMED
 from evolvent.assembly.references import split_reference
-from evolvent.kernels.blocks import displace
+from evolvent.kernels.blocks import block_at, displace
 from evolvent.model.questions import LinearizedPoint
 from evolvent.parts.checks import positive, vector
 from evolvent.solvers.common.limits import limitation_of
 from evolvent.solvers.common.sizes import sizes
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.modal.positions import find_moving, linearized_points, moving, nodal, rigid_motions
-from evolvent_base.errors import InputError
+from evolvent_base.errors import InputError, counted
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -91,6 +95,7 @@ class VibrationModes:
     equilibrium : Solution, whose last state the modes are about
     assembly : Assembly
     M, G : (nv, nv) and (nc, nv) sparse, mass matrix and gradients of the constraints at the equilibrium
+    causes : tuple of str, of complex shapes: what makes them so, such as "damping"
     point : (3,) float, m, through which the axes of rotation of `participation` and `effective_mass` go (see `about`)
     """
 
@@ -100,12 +105,54 @@ class VibrationModes:
     assembly: Assembly = dataclasses.field(repr=False)
     M: scipy.sparse.csr_matrix = dataclasses.field(repr=False)
     G: scipy.sparse.csr_matrix = dataclasses.field(repr=False)
+    causes: tuple[str, ...] = ()
     point: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @functools.cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What the equilibrium is beyond (`evolvent.solvers.common.limits`), and which modes grow: a sentence each."""
+        beyond = limitation_of(self.equilibrium)
+        return tuple(([beyond] if beyond else []) + self._growing())
+
+    @property
     def warning(self) -> str:
-        """What the equilibrium is beyond (`evolvent.solvers.common.limits`), one text; '' for nothing."""
-        return limitation_of(self.equilibrium)
+        """`warnings` as one text; '' for none."""
+        return "; ".join(self.warnings)
+
+    def _growing(self) -> list[str]:
+        """A sentence on the modes that grow, what each moves most, and what feeds them; none where none grows."""
+        which = np.flatnonzero(self.unstable)
+        if not which.size:
+            return []
+        weight, _ = sizes(self.assembly)
+        each = []
+        for k in which[:MOST_NAMED]:
+            block = block_at(self.assembly.model, int(np.argmax(np.abs(self.shape[k]) / weight)))
+            name, how = (
+                families.owner(self.assembly, *owner_of(block)),
+                "" if self.frequency[k] else " without oscillation",
+            )
+            each.append(f"mode {k} by {self.pole[k].real:.4g} 1/s{how}, which moves {name!r} most")
+        more = [f"{which.size - MOST_NAMED} more"] if which.size > MOST_NAMED else []
+        causes = f"; the structure has {self._causes()}" if WITHOUT_POTENTIAL in self.causes else ""
+        return [f"{counted(which.size, 'mode')} grow{'s' * (which.size == 1)} (real part of the pole above 0): "
+                f"{'; '.join([*each, *more])}{causes}"]  # fmt: skip
+
+    def _causes(self) -> str:
+        """What makes the shapes complex; forces without a potential with the parts that may have them."""
+        names = families.without_potential(self.assembly) if WITHOUT_POTENTIAL in self.causes else []
+        of = ", ".join(map(repr, names[:MOST_NAMED])) + (
+            f" and {len(names) - MOST_NAMED} more" * (len(names) > MOST_NAMED)
+        )
+        return " and ".join(f"{cause} ({of})" if cause == WITHOUT_POTENTIAL and of else cause for cause in self.causes)
+
+    @property
+    def without_masses(self) -> str:
+        """Why there are no effective masses, a sentence; '' where there are."""
+        if not np.iscomplexobj(self.shape):
+            return ""
+        causes = self._causes()
+        return f"effective masses are defined for real modes, and these are complex, since the structure has {causes}"
 
     # -------------------------------------------------------------------------------------------- frequencies
 
@@ -206,11 +253,8 @@ class VibrationModes:
 
         Columns: base motion along inertial x, y, z, and about these axes through `point`.
         """
-        if np.iscomplexobj(self.shape):
-            raise InputError(
-                "effective masses are defined for real modes: these are complex, since the structure spins, is damped "
-                "or has loads that follow its shape; use the modes at rest, with damped=False"
-            )
+        if self.without_masses:
+            raise InputError(f"{self.without_masses}; take modes without them, such as damped=False and at rest")
         return np.asarray(self.shape @ (self.M @ self._rigid))
 
     @property
@@ -371,4 +415,5 @@ class VibrationModes:
                     data[f"{name}.{what}"] = (("component", *dims), pair, attributes)
                 else:
                     data[f"{name}.{what}"] = (dims, values, attributes)
-        return xr.Dataset(data, coords=coords, attrs={"warning": self.warning} if self.warning else {})
+        texts = {"warning": self.warning, "comment": self.without_masses}
+        return xr.Dataset(data, coords=coords, attrs={key: text for key, text in texts.items() if text})

@@ -74,7 +74,7 @@ def modes(
     M u'' + (C + Gy) u' + (K + Z) u + G^T la = 0, G u = 0: K is the tangent with the stresses and multipliers of the
     equilibrium, Z and Gy are what accelerations of the turn, or of an orbital frame, add by position and velocity
     (Coriolis); Gy has the gyroscopic moments of reaction wheels as well, at their rates at the start. Poles of
-    velocities are those of the linear problem of twice the size; `VibrationModes.unstable` shows which grow. A steady
+    velocities are those of the linear problem of twice the size; `VibrationModes.warning` says which grow. A steady
     drift, as along an orbit, is a double zero and given once, as frequency 0. Of an acceleration field by a law the
     derivatives at rest count, without `damped` only the skew-symmetric part of those by velocity.
     Modes nearest to zero come from the inverse, shifted, by SciPy (ARPACK, or LAPACK for small systems). Of real modes
@@ -100,7 +100,8 @@ def modes(
     if not np.iscomplexobj(shape):
         motions = rigid_motions(assembly, equilibrium.y[-1], np.zeros(3))
         shape = along_axes(-(pole**2).real, shape, M, motions)
-    return VibrationModes(pole=pole, shape=shape, equilibrium=equilibrium, assembly=assembly, M=M, G=G)
+    causes = problem.causes if np.iscomplexobj(shape) else ()
+    return VibrationModes(pole=pole, shape=shape, equilibrium=equilibrium, assembly=assembly, M=M, G=G, causes=causes)
 
 
 def of_turns(model: Any, K: Any) -> Array:

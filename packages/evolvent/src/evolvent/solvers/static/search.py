@@ -376,6 +376,7 @@ class StaticSearch:
         found = w.probe(self.reached)
         if found > 0 and b.loop.holds == 0:  # else no force acts along what is free
             free = w.free_motions(self.reached)
+            found, free = self._free_under_load(found, free)
             if free:
                 self.free = free
                 return f"nothing holds {_names(free)} against {_motions(found)}{self._acting(free)}"
@@ -385,6 +386,17 @@ class StaticSearch:
             return f"the tangent is singular at load factor {factor:.6g}: a limit of the load, or something is not held"
         beyond = f"{self.reached:.6g}{self._hint()}"
         return f"Newton's method does not converge beyond load factor {beyond}; arc_length may lead on"
+
+    def _free_under_load(self, count: int, free: list[str]) -> tuple[int, list[str]]:
+        """Of motions that are free at the factor reached, and the parts that they move, those that no load holds."""
+        w, la = self.work, self.work.balance.la.copy()
+        if free and w.carry():
+            count = w.probe(1.0)
+            under = w.free_motions(1.0) if count > 0 else []
+            free = [name for name in free if name in under]
+            w.balance.la[:] = la
+            w.probe(self.reached)
+        return count, free
 
     def _hint(self) -> str:
         """What may be wrong in the last equilibrium, in words; "" of nothing."""

@@ -272,6 +272,22 @@ class Work:
             return -1
         return int(np.sum(lu.U.diagonal() < -PIVOT_ROUND_OFF)) if np.array_equal(lu.perm_r, lu.perm_c) else -1
 
+    def carry(self) -> bool:
+        """Set the multipliers to those that carry most of the whole load in this state; False of large systems.
+
+        What only weight holds, as a pendulum, is held by the multipliers: without load nothing shows it.
+        """
+        b = self.balance
+        if self.n_v + self.n_j > MOST_DENSE:
+            return False
+        b.la[:] = 0.0
+        self.probe(1.0)
+        held = np.flatnonzero(redundancy.is_held(self.model.constraints, self.time))
+        across = self.tangent(0.0, 0.0)[: self.n_v, self.n_v :].toarray()[:, held]
+        weight = b.weight[: self.n_v]
+        b.la[held] = np.linalg.lstsq(weight[:, None] * across, -weight * b.r[: self.n_v], rcond=1e-9)[0]
+        return True
+
     def free_motions(self, factor: float) -> list[str]:
         """Which parts move without resistance, by the tangent."""
         b = self.balance
