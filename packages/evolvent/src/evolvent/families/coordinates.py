@@ -119,8 +119,9 @@ def evaluate(interval, model):
 
 @calls.force
 def end_step(interval, model):
-    """Accounts of all coordinates, anchors of their frictions, and what these have taken."""
+    """Accounts of all coordinates, anchors of their frictions, and what these and relaxation have taken."""
     step = interval.step
+    interval.powers[JOINTS] += coordinate.end_relaxation(step.h, interval.y1, model)
     taken = coordinate_laws.end_coordinate_step(step.h, step.share, interval.y1, interval.s, model)
     interval.powers[RUBBED] += taken
 
@@ -257,7 +258,7 @@ def fire(t, k, ends, y, s, model):
 COORDINATES = Family(
     "coordinates",
     record(
-        "kind body on other iq iv switch account",
+        "kind body on other iq iv switch account prony prony_end branch",
         "axis zero local stiffness damping rest low high stop latch latch_stiffness latch_damping side friction stick",
         "angle rate torque before pace leaves comes slope damper applied applied_slope applied_damper motor_slope "
         "motor_damper u g p0 q0 p1 q1 bristle slips rubs relax stored lost latch_lost latch_torque bristle0 rubs0 "

@@ -13,7 +13,7 @@ from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent, t
 from evolvent.kernels.blocks import SCALAR
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.rod import evaluate_rods
-from evolvent.model.family import BETWEEN, ENERGY, EVERY, End, Family, Kind, Records, record
+from evolvent.model.family import BETWEEN, ENERGY, EVERY, EXPLICIT, End, Family, Kind, Records, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
 from evolvent.model.questions import (
     DRIVE,
@@ -113,6 +113,12 @@ def explicit_end(interval, model):
 
 
 @calls.force
+def end_step(interval, model):
+    """What relaxation of all rods takes over a step."""
+    interval.powers[STIFFNESS_DAMPING] += rod.relaxed_rods(interval.step.h, model)
+
+
+@calls.force
 def evaluate(interval, model):
     """Strains, forces, energies, momenta and nodes of all rods, with their free strains."""
     step = interval.step
@@ -170,6 +176,11 @@ def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Ite
 def _heat(builder: Any, name: str, load: Any) -> dict[str, int]:
     """Free strains of the elements at a temperature of 1 K: of the mean of the factor over each."""
     rod, index = builder.specs[name], builder.names[name][1]
+    if builder.rows["rods"][index]["relaxes"]:
+        raise InputError(
+            f"a thermal load acts on {name!r}, which is viscoelastic; the free strains of heat and relaxation together "
+            f"are not implemented; leave one of them out"
+        )
     builder.parameters(rod.material.thermal_expansion * load.means(rod.arc / rod.length))
     first = builder.rows["rods"][index]["first_element"]
     for row in builder.rows["rod_elements"][first : first + rod.elements]:
@@ -217,13 +228,13 @@ def interpolate(theta, y0, y1, model, y):
 
 
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
-# tape: 1 + tape of which the section flattens, or 0; payout: 1 where the length that is out follows a drive
+# tape: 1 + tape of which the section flattens, or 0; relaxes: 1 of a viscoelastic one; payout: 1 where the length that is out follows a drive
 # (`kernels.rod_payout`): density and gyration, mass and inertia per length; out, rate, acceleration: of the length;
 # grown0, grown1: of a sample, ratios of its length to those at the ends of its step
 RODS = Family(
     "rods",
     record(
-        "first_element elements first_body first_node tape payout drive law first last",
+        "first_element elements first_body first_node tape payout relaxes drive law first last",
         "length alpha density gyration",
         "kinetic linear angular out rate acceleration drive_force grown0 grown1",
         linear=_3, angular=_3, gyration=_33,
@@ -237,7 +248,13 @@ RODS = Family(
         "rate": ("payout_rate", "m s-1", "rate of the length that is out"),
     },
     kinds=(
-        Kind("a rod", which=lambda r: (r["tape"] == 0) & (r["payout"] == 0), symmetric=True),
+        Kind("a rod", which=lambda r: (r["tape"] == 0) & (r["payout"] == 0) & (r["relaxes"] == 0), symmetric=True),
+        Kind(
+            "a viscoelastic rod", EVERY - {EXPLICIT},
+            "use generalized-alpha or energy-momentum: rods have far shorter periods than relaxation times",
+            which=lambda found: found["relaxes"] != 0,
+            symmetric=True,
+        ),
         Kind(
             "a rod that pays out", EVERY - {ENERGY},
             "use generalized-alpha: a discrete gradient of a kinetic energy whose masses depend on the length is not "
@@ -255,6 +272,7 @@ RODS = Family(
     momentum=momentum,
     explicit_force=explicit_force,
     explicit_end=explicit_end,
+    end_step=end_step,
     consists=lambda row, _: _nodes(row),
     smooth=lambda found: found["payout"] == 0,
     shares=Shares((Rule(ELASTIC),), place=11, elastic=Elastic(_stiff)),
@@ -310,7 +328,7 @@ def note_step(model):
 ROD_ELEMENTS = Family(
     "rod_elements",
     record(
-        "a b heated tape tape_node flows",
+        "a b heated tape tape_node flows prony prony_end branch",
         "length beta arm_a arm_b stiffness rest section fibres",
         "free m0 m1 before stored bent energy_density strain shear_strain_y shear_strain_z twist curvature_y "
         "curvature_z axial_force shear_force_y shear_force_z torsional_moment bending_moment_y bending_moment_z "

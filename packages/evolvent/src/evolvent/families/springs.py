@@ -58,6 +58,12 @@ def evaluate(interval, model):
     springs.evaluate_springs(interval.step.t, interval.ym, model)
 
 
+@calls.force
+def end_step(interval, model):
+    """What relaxation of all springs takes over a step."""
+    interval.powers[BY_SPRINGS] += springs.relaxed_springs(interval.step.h, model)
+
+
 def _at_ends(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
     length, *_others, rate = springs.spring_ends(moment[1], 0.0, k, model)[2]
     yield length - float(model.springs["length"][k]), rate, moment[0]
@@ -112,7 +118,7 @@ def _passages(model: Any) -> Iterator[tuple[int, float, str]]:
 SPRINGS = Family(
     "springs",
     record(
-        "a b law first last slack",
+        "a b law first last slack prony prony_end branch",
         "stiffness damping length lateral_stiffness lateral_damping axis",
         "length0 length1 end line line0 passed distance extension rate tension lateral stored lost",
         axis=_3, end=_3, line=_3, line0=_3, lateral=_3,
@@ -138,6 +144,7 @@ SPRINGS = Family(
     tangent=tangent,
     measure=measure,
     energy=energy,
+    end_step=end_step,
     by_rates=False,
     local=True,
     changes="stiffness damping length lateral_stiffness lateral_damping",

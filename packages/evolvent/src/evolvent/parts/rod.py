@@ -14,6 +14,8 @@ from evolvent.elements import OWN_INERTIA, rods
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import MaterialOrName, RodSection, SectionStiffness, TapeSection
 from evolvent.elements.shapes import CrossSection, Strip
+from evolvent.elements.viscoelastic import Viscoelastic
+from evolvent.families.viscoelastic import add_branches, add_terms
 from evolvent.kernels import rigid, tape as tapes
 from evolvent.kernels.drive import LEAST_OUT
 from evolvent.parts.applies import Applies, given, left_out
@@ -67,6 +69,8 @@ class Rod(Part):
     material : Material, or the name of a known one; none beside a section that is given by its stiffness matrix
         Linearly elastic: {young_modulus, poisson_ratio, density}, or aluminium, beryllium-copper, cfrp, cfrp-ud,
         cfrp-woven, elgiloy, invar, kapton, kevlar, mylar, steel, titanium.
+    viscoelastic : mapping, optional
+        Relaxation of the whole stiffness matrix by a Prony series, in place of that of the material.
     tension_twist : bool, optional
         Whether twist strains the outer fibres, so that tension resists twist: of a strip, rectangle, tube or circle; if
         left out, of a strip.
@@ -139,6 +143,7 @@ class Rod(Part):
     length: units.Length
     section: RodSection
     material: MaterialOrName | None = None
+    viscoelastic: Viscoelastic | None = None
     tension_twist: bool | None = None
     payout: LineDrive | None = None
     inertia: SectionInertia | None = None
@@ -314,13 +319,16 @@ class Rod(Part):
         first_body, first = self._write_nodes(builder, x, R, shares), len(builder.rows["rod_elements"])
         if paid:
             self._spread(builder, first_body, R[0][:, 0], drive, (out, rate))
-        tape, tape_node = self._write_tape(builder, name, rest, rods.strains(x, R, h)[:, 5])
+        strains = rods.strains(x, R, h)
+        tape, tape_node = self._write_tape(builder, name, rest, strains[:, 5])
+        terms = add_terms(builder, self._relaxation(name))
         for i in range(n):
             builder.add(
                 "rod_elements", tape=tape, tape_node=tape_node + i, flows=int(paid), a=first_body + i,
                 b=first_body + i + 1,
                 length=float(h[i]), beta=self.stiffness_damping, heated=0, arm_a=arms[i], arm_b=arms[i + 1],
                 stiffness=stiffness[i], rest=rest[i], section=sections[i], fibres=fibres[i],
+                branch=add_branches(builder, terms, strains[i] - rest[i]), **terms,
             )  # fmt: skip
         node = len(builder.rows["beam_nodes"])
         places = (x - x[0]) @ R[0] if self.rest == "start" and self.nodes is not None else stress_free(self)[0]
@@ -328,7 +336,8 @@ class Rod(Part):
             builder.add("beam_nodes", undeformed=place, share=share)
         index = builder.add(
             "rods", first_element=first, elements=n, first_body=first_body, first_node=node, length=self.length,
-            tape=tape, alpha=self.mass_damping, payout=int(paid), **drive,
+            tape=tape, alpha=self.mass_damping, payout=int(paid), relaxes=int(self._relaxation(name) is not None),
+            **drive,
         )  # fmt: skip
         builder.names[name] = ("rods", index)
 
@@ -430,6 +439,27 @@ class Rod(Part):
                 f"strip, rectangle, tube or circle"
             )
         return self.material.E * middle.properties(self.material.nu).area * np.array(means)
+
+    def _relaxation(self, name: str) -> Viscoelastic | None:
+        """Relaxation of the rod, its own or that of its material; refused beside what cannot relax."""
+        law = self.viscoelastic
+        if self.material is not None and self.material.viscoelastic is not None:
+            if law is not None:
+                raise InputError(
+                    f"{name}.viscoelastic and {name}.material.viscoelastic are both given; leave one of them out"
+                )
+            law = self.material.viscoelastic
+        if law is None:
+            return None
+        others = {
+            f"{name}.section is a tape": isinstance(self.section, TapeSection),
+            f"{name}.payout is given": self.payout is not None,
+            f"{name} couples tension and twist (`tension_twist`)": self.couples_twist,
+        }
+        for what, is_so in others.items():
+            if is_so:
+                raise InputError(f"{what}, but {name} is viscoelastic; relaxation of that is not implemented")
+        return law
 
     def _check_material(self, name: str) -> None:
         """Refuse a missing material, and one beside a stiffness matrix."""
