@@ -21,7 +21,7 @@ GAS = 8.314462618
 MOST_DECADES = 60.0
 
 
-def _rows(value: Any, columns: str) -> Any:
+def rows_of(value: Any, columns: str) -> Any:
     """Rows of a table of two columns; a unit that stands in the last row alone is that of its column."""
     rows = value.tolist() if isinstance(value, np.ndarray) else value
     if not isinstance(rows, (list, tuple)) or not rows:
@@ -36,11 +36,11 @@ def _rows(value: Any, columns: str) -> Any:
 
 
 def _terms(value: Any) -> Any:
-    return _rows(value, "[share, time]")
+    return rows_of(value, "[share, time]")
 
 
 def _decades(value: Any) -> Any:
-    return _rows(value, "[temperature, decades]")
+    return rows_of(value, "[temperature, decades]")
 
 
 class WLF(Section):

@@ -10,6 +10,7 @@ from evolvent.kernels import calls
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.layout import Accounts
 from evolvent.model.questions import AdjointSupport
+from evolvent.model.shares import Shares
 
 Array = np.ndarray
 
@@ -57,6 +58,8 @@ PRONY_TERMS = Family(
     local=True,
     smooth=True,
     changes="share time",
+    shares=Shares((), unforced=lambda model: {}),
+    reads_inertia=False,
     adjoint=AdjointSupport(
         "", refused={"a part is viscoelastic": lambda found: np.ones(found.size, dtype=bool)}
     ),
@@ -107,6 +110,7 @@ def add_terms(builder: Any, law: Any) -> dict[str, int]:
     if law is None:
         return {"prony": 0, "prony_end": 0}
     rows = [builder.add("prony_terms", share=share, time=time) for share, time in law.terms]
+    builder.relaxations[rows[0]] = law
     return {"prony": rows[0], "prony_end": rows[-1] + 1}
 
 
