@@ -145,7 +145,7 @@ class Composition:
         return other
 
     def assemble(self, variants: Variants | None = None) -> Assembly:
-        """All parts as one Model of flat arrays, with the initial state, after storage where there is a section `store`.
+        """All parts as one Model of flat arrays, with the initial state; after storage where `sections` have `store`.
 
         Parameters
         ----------

@@ -102,7 +102,8 @@ class ShiftTable(Section):
 
     Parameters
     ----------
-    rows : rows [temperature, decades], temperatures (K) in rising order, decades log10 of the factor of relaxation times
+    rows : rows [temperature, decades]
+        Temperatures, K, in rising order; decades, log10 of the factor of relaxation times.
     reference : float, K, optional
         Temperature of the Prony series, within the rows; where the decades are 0 if left out.
     """
@@ -174,7 +175,7 @@ class Viscoelastic(Section):
         total = math.fsum(share for share, _ in self.prony)
         if total >= 1.0:
             raise PydanticCustomError(
-                "prony", "the shares of `prony` sum to {total}; they must sum to less than 1: what is left never relaxes",
+                "prony", "the shares of `prony` sum to {total}; they must sum to less than 1: the rest never relaxes",
                 {"total": f"{total:.6g}"},
             )  # fmt: skip
         if self.temperature is not None and self.shift is None:

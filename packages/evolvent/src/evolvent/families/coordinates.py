@@ -11,6 +11,7 @@ import numpy as np
 from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent, turning, watches
 from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate
+from evolvent.families.viscoelastic import set_of
 from evolvent.kernels.joint_friction import RELAX
 from evolvent.model import COORDINATE_ACCOUNTS, FRICTION_FORCE, KEPT
 from evolvent.model.family import Family, Kind, has_friction, record
@@ -243,6 +244,12 @@ def fire(t, k, ends, y, s, model):
     return watches.CHANGES if released else 0
 
 
+def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
+    row = model.coordinates[index]
+    name, unit = ("angle", "rad") if row["kind"] == axial.ANGLE else ("travel", "m")
+    yield f"{name} beyond that of rest", float(set_of(model, row)[0]), unit
+
+
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
 # beam's slope (on 1, at iq, iv) or `local` of the body `other` (on 0); kind 1: travel along the body's `axis` from
 # its point `zero` to a second point. switch: the first of two switches, the angle in quarter turns, rounded, and 1
@@ -305,6 +312,7 @@ COORDINATES = Family(
     explicit_force=explicit_force,
     explicit_energy=explicit_energy,
     is_motion=True,
+    sets=_sets,
     resists=("angle", "torque", "applied"),
     local=True,
     changes="stiffness damping rest friction stick low high stop latch_stiffness latch_damping",

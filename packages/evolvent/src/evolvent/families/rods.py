@@ -9,6 +9,7 @@ import numpy as np
 
 from evolvent.families import rod_limits
 from evolvent.families.bodies import node_point
+from evolvent.families.viscoelastic import set_of
 from evolvent.kernels import calls, rod, rod_payout, rod_strains, rod_tangent, thermal
 from evolvent.kernels.blocks import SCALAR
 from evolvent.kernels.drive import LAW
@@ -227,8 +228,17 @@ def interpolate(theta, y0, y1, model, y):
     rod_strains.keep_chords(theta, y0, y1, model, y)
 
 
+def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
+    row = model.rods[index]
+    elements = model.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
+    found = np.array([set_of(model, element, 6) for element in elements])
+    for k, words, unit in ((5, "curvature about z", "1/m"), (4, "curvature about y", "1/m"), (3, "twist", "1/m")):
+        yield words, float(found[np.abs(found[:, k]).argmax(), k]), unit
+    yield "strain", float(found[np.abs(found[:, 0]).argmax(), 0]), "1"
+
+
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
-# tape: 1 + tape of which the section flattens, or 0; relaxes: 1 of a viscoelastic one; payout: 1 where the length that is out follows a drive
+# relaxes: 1 of a viscoelastic one; tape: 1 + tape of which the section flattens, or 0; payout: 1 where the length that is out follows a drive
 # (`kernels.rod_payout`): density and gyration, mass and inertia per length; out, rate, acceleration: of the length;
 # grown0, grown1: of a sample, ratios of its length to those at the ends of its step
 RODS = Family(
@@ -307,6 +317,7 @@ RODS = Family(
     totals={"slender": lambda found: found.size},
     note_part=note_part,
     interpolate=interpolate,
+    sets=_sets,
 )  # fmt: skip
 
 

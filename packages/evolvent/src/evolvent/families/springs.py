@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.families.viscoelastic import set_of
 from evolvent.kernels import calls, springs
 from evolvent.kernels.ends import of_markers
 from evolvent.model.family import End, Family, Kind, Records, record
@@ -112,6 +113,10 @@ def _passages(model: Any) -> Iterator[tuple[int, float, str]]:
         yield k, t, why
 
 
+def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
+    yield "extension beyond the natural length", float(set_of(model, model.springs[index])[0]), "m"
+
+
 # slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; line, line0: vector
 # from a to b, of the last state and of the last step; passed: see `kernels.springs.note_lines`; the others are in
 # `RESULTS`, and lost: W, dissipated
@@ -168,6 +173,7 @@ SPRINGS = Family(
     no_balance=_no_balance,
     passages=_passages,
     note_stage=springs.note_lines,
+    sets=_sets,
     resists=("extension", "tension"),
     isolated=True,
 )  # fmt: skip

@@ -110,7 +110,7 @@ def add_terms(builder: Any, law: Any) -> dict[str, int]:
     if law is None:
         return {"prony": 0, "prony_end": 0}
     rows = [builder.add("prony_terms", share=share, time=time) for share, time in law.terms]
-    builder.relaxations[rows[0]] = law
+    builder.relaxations[builder.part] = rows[0], law
     return {"prony": rows[0], "prony_end": rows[-1] + 1}
 
 
@@ -128,3 +128,16 @@ def add_branches(builder: Any, terms: dict[str, int], start: Any) -> int:
         for x in np.atleast_1d(start)
     ]
     return rows[0] if rows else 0
+
+
+def set_of(model: Any, row: Any, count: int = 1) -> Array:
+    """Strains that a record keeps just after all stress is released at once: sum of g (x - w), (count,) float.
+
+    Parameters
+    ----------
+    row : record with the fields `prony`, `prony_end` and `branch`
+    count : int, strains of the record
+    """
+    terms = model.prony_terms[int(row["prony"]) : int(row["prony_end"])]
+    rows = model.branch_strains[int(row["branch"]) :][: terms.size * count].reshape(terms.size, count)
+    return np.asarray(terms["share"] @ (rows["x"] - rows["w"]))

@@ -8,7 +8,8 @@ with the shares g_i and relaxation times tau_i of a Prony series, and the strain
 dashpot has the rest of x. The energy is K (1 - sum g_i) x^2/2 + sum_i g_i K w_i^2/2, the power dissipated
 sum_i g_i K w_i^2/tau_i. Over a step of length h in which x changes by dx at a constant rate, with u = h/tau_i,
 
-    w_1 = w_0 exp(-u) + phi_1 dx,    mean of w = w_0 phi_1 + phi_2 dx,    phi_1 = (1 - exp(-u))/u,  phi_2 = (1 - phi_1)/u
+    w_1 = w_0 exp(-u) + phi_1 dx,          phi_1 = (1 - exp(-u))/u,
+    mean of w = w_0 phi_1 + phi_2 dx,      phi_2 = (1 - phi_1)/u
 
 exactly, for steps of any length (Taylor, Pister & Goudreau 1970; Simo & Hughes 1998, section 10.3).
 
@@ -143,7 +144,7 @@ def lost_square(first, last, branch, model):
 
 @indirect(REAL(_I, _I, _I, REAL, MODEL))
 def relaxed_over(first, last, branch, h, model):
-    """What relaxation takes over a step of length h that is accepted, over K: sum of g (w mean dx - (w1^2 - w0^2)/2)."""
+    """What relaxation takes over a step of length h that is accepted, over K: sum of g (mean w dx - (w1^2 - w0^2)/2)."""
     rows, found = model.branch_strains, 0.0
     if h <= 0.0:
         return 0.0

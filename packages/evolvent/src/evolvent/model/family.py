@@ -330,6 +330,8 @@ class Family:
     jumps : function of its records to contacts whose force jumps at the touch
     passages : function of the model to records whose force has lost its direction in a run: time, s, and what happened
     without_normal : function of its records to contacts without a normal at the start of a step
+    sets : function of the model and the index of a viscoelastic record to what deformation it keeps just after all
+        stress is released at once: words, largest value, unit
     """
 
     name: str
@@ -504,6 +506,7 @@ class Family:
     jumps: Callable[[Array], Array] | None = None
     passages: Callable[[Any], Iterator[tuple[int, float, str]]] | None = None
     without_normal: Callable[[Array], Array] | None = None
+    sets: Callable[[Any, int], Iterator[tuple[str, float, str]]] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:
         """Whether no record of it acts from outside but by its ends (see `isolated`)."""

@@ -14,7 +14,6 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.model import family
 from evolvent.solvers.common.laws import refusing_laws
 from evolvent.solvers.common.solution import Solution
-from evolvent.solvers.static import equilibrium as eq
 from evolvent.solvers.static.search import StaticSearch
 from evolvent.solvers.static.work import Work, spin_of
 from evolvent_base.errors import InputError
@@ -80,8 +79,8 @@ def store(
     Notes
     -----
     Every step is an equilibrium at its end, with strains that change at a constant rate over it, by which relaxation is
-    exact (`evolvent.kernels.viscoelastic`): of strains that are held, steps of any length have no error. The length of a
-    step follows from how the rates of the strains change.
+    exact (`evolvent.kernels.viscoelastic`): of strains that are held, steps of any length have no error. Their length
+    follows from how the rates of the strains change.
     """
     if not relaxes(assembly):
         raise InputError(
@@ -91,7 +90,7 @@ def store(
     rows = None if temperature is None else np.atleast_2d(np.array(temperature, dtype=float))
     if rows is not None and rows.shape == (1, 1):
         rows = np.array([[0.0, rows[0, 0]]])
-    for law in assembly.relaxations.values() if rows is not None else ():
+    for _, law in assembly.relaxations.values() if rows is not None else ():
         for value in rows[:, 1]:
             law.factor(float(value), "store.temperature")
     families.check(assembly, family.STATIC)
@@ -153,7 +152,7 @@ class _Storage:
     def _shift(self, step: float) -> None:
         """Set the relaxation times of a step, by its temperatures."""
         terms, start = self.work.model.prony_terms, self.times[-1]
-        for first, law in self.work.assembly.relaxations.items() if self.rows is not None else ():
+        for first, law in self.work.assembly.relaxations.values() if self.rows is not None else ():
             factor = step / reduced_time(law, self.rows, start, start + step)
             terms["time"][first : first + len(law.prony)] = [time * factor for _, time in law.prony]
         terms["span"] = step
@@ -174,8 +173,8 @@ class _Storage:
                 self._accept(reached, step)
             elif step <= _SMALLEST * duration:
                 raise InputError(
-                    f"storage: no equilibrium is found beyond t = {reached:.6g} s: what is stowed may move off there as "
-                    f"its stiffness relaxes; hold it"
+                    f"storage: no equilibrium is found beyond t = {reached:.6g} s: what is stowed may move off there "
+                    f"as its stiffness relaxes; hold it"
                 )
             step *= min(max(0.9 / max(error, 1e-12) ** 0.5, 0.2), _GROWTH)
         terms["time"] = self._own_times

@@ -44,7 +44,7 @@ MOST_DEFERRED = 600
 _HUGE = 1e40
 #: Compliance of redundant constraints, beside that of the stiffest part or of the loads.
 _STATIC_COMPLIANCE = 1e-10
-#: Pivot, beside its column, that round-off leaves as it is; how often a compliance with a smaller one is raised tenfold.
+#: Pivot, beside its column, that round-off leaves as it is; how often a compliance is raised tenfold for it.
 _RESOLVED, _RAISES = 1e-11, 4
 #: Pivot of constraints, beside the largest, below which they are redundant.
 REDUNDANT = 1e-9
