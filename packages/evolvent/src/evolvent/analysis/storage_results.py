@@ -151,8 +151,8 @@ class StorageResults(Shown):
     def notes(self) -> Iterator[str]:
         """Sentences on what was assumed."""
         yield (
-            "linear viscoelasticity: creep that depends on the stress, ageing, damage and moisture are not modelled; the "
-            "release and what follows are at the temperature of each material while it moves"
+            "linear viscoelasticity: creep that depends on the stress, ageing, damage and moisture are not modelled; "
+            "the release and what follows are at the temperature of each material while it moves"
         )
         if self.runs is not None:
             missing = [

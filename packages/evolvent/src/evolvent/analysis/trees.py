@@ -119,7 +119,7 @@ def tree(
 
 
 def over(tree: xr.DataTree, times: np.ndarray, words: str) -> xr.DataTree:
-    """A tree of equilibria with times of their own, (nt,) float, s, in place of that at which drives and loads stand."""
+    """A tree of equilibria with times of their own, (nt,) float, s, in place of that of drives and loads."""
     groups = {path: one.drop_vars("time", errors="ignore") for path, one in tree.to_dict().items()}
     groups["/"] = groups["/"].assign_coords(time=("time", times, {"units": "s", "long_name": words}))
     return xr.DataTree.from_dict(groups)

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.families.viscoelastic import set_of
 from evolvent.kernels import axial, calls, coordinate, coordinate_laws, coordinate_tangent, turning, watches
 from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate
-from evolvent.families.viscoelastic import set_of
 from evolvent.kernels.joint_friction import RELAX
 from evolvent.model import COORDINATE_ACCOUNTS, FRICTION_FORCE, KEPT
 from evolvent.model.family import Family, Kind, has_friction, record

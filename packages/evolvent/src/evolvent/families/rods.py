@@ -237,10 +237,10 @@ def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
     yield "strain", float(found[np.abs(found[:, 0]).argmax(), 0]), "1"
 
 
-# geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
-# relaxes: 1 of a viscoelastic one; tape: 1 + tape of which the section flattens, or 0; payout: 1 where the length that is out follows a drive
-# (`kernels.rod_payout`): density and gyration, mass and inertia per length; out, rate, acceleration: of the length;
-# grown0, grown1: of a sample, ratios of its length to those at the ends of its step
+# geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass; relaxes: 1 of a
+# viscoelastic one; tape: 1 + tape of which the section flattens, or 0; payout: 1 where the length that is out follows a
+# drive (`kernels.rod_payout`): density and gyration, mass and inertia per length; out, rate, acceleration: of the
+# length; grown0, grown1: of a sample, ratios of its length to those at the ends of its step
 RODS = Family(
     "rods",
     record(

@@ -144,7 +144,7 @@ def lost_square(first, last, branch, model):
 
 @indirect(REAL(_I, _I, _I, REAL, MODEL))
 def relaxed_over(first, last, branch, h, model):
-    """What relaxation takes over a step of length h that is accepted, over K: sum of g (mean w dx - (w1^2 - w0^2)/2)."""
+    """What relaxation takes over an accepted step of length h, over K: sum of g (mean w dx - (w1^2 - w0^2)/2)."""
     rows, found = model.branch_strains, 0.0
     if h <= 0.0:
         return 0.0

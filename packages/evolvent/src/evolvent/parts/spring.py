@@ -98,6 +98,9 @@ class Spring(Part):
         length = norm(apart) if self.length is None else self.length
         if self.slack:
             self._check_slack(name, length)
+        for key in ("law", "lateral_stiffness", "lateral_damping"):
+            if self.viscoelastic is not None and getattr(self, key):
+                raise InputError(f"{name}.viscoelastic and {name}.{key} are both given; relaxation is that of stiffness")
         terms = add_terms(builder, self.viscoelastic)
         index = builder.add(
             "springs",

@@ -11,7 +11,9 @@ import numpy as np
 
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
+from evolvent.kernels import axial
 from evolvent.model import family
+from evolvent.model.registry import motions, motions_of
 from evolvent.solvers.common.laws import refusing_laws
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.static.search import StaticSearch
@@ -25,6 +27,8 @@ _FIRST, _GROWTH = 1e-3, 2.0
 _SMALL = 1e-3
 #: Steps after which storage ends as failed, and step beside the whole time below which it does.
 MOST_STEPS, _SMALLEST = 20_000, 1e-12
+#: What an angle (rad) or a travel (m) of a mechanism may move from the start to the stowed equilibrium.
+MOST_MOVED = 0.05
 #: Correction at which an iteration has converged.
 _CONVERGED = 1e-11
 
@@ -142,10 +146,19 @@ class _Storage:
 
     def stow(self) -> None:
         """Find the stowed equilibrium, before any relaxation."""
+        rows = motions_of(self.work.model)
+        start = rows["angle"].copy()
         with refusing_laws(self.work.assembly):
             self.search.by_steps(np.ones(1), whole=True)
         if self.search.status != "success":
             raise InputError(f"storage: the stowed position is in no equilibrium: {self.search.message}")
+        for k in np.flatnonzero(np.abs(rows["angle"] - start) > MOST_MOVED):
+            name, moved = families.owner(self.work.assembly, motions(), int(k)), float(rows["angle"][k] - start[k])
+            unit = "rad" if rows["kind"][k] == axial.ANGLE else "m"
+            raise InputError(
+                f"storage: nothing holds {name!r} in its stowed position: its equilibrium is {moved:.3g} {unit} from "
+                f"the start; hold it by a joint with `until`, a contact or a drive"
+            )
         del self.search.kept[:-1]
         self.times.append(0.0)
 
