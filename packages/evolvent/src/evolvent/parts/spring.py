@@ -100,7 +100,7 @@ class Spring(Part):
             self._check_slack(name, length)
         for key in ("law", "lateral_stiffness", "lateral_damping"):
             if self.viscoelastic is not None and getattr(self, key):
-                raise InputError(f"{name}.viscoelastic and {name}.{key} are both given; relaxation is that of stiffness")
+                raise InputError(f"{name}.viscoelastic and {name}.{key} are both given; leave one of them out")
         terms = add_terms(builder, self.viscoelastic)
         index = builder.add(
             "springs",

@@ -61,6 +61,7 @@ def store(
     temperature: float | Sequence[tuple[float, float]] | None = None,
     *,
     tolerance: float = 1e-6,
+    most_moved: float = MOST_MOVED,
     progress: Callable[[float], None] | None = None,
 ) -> Stored:
     """Let a stowed system stand for a time, in equilibrium with its loads and with what holds it.
@@ -72,6 +73,7 @@ def store(
     temperature : float, K, or rows [time since the start of storage (s), temperature (K)] with straight lines between
         them, the first and last are held before and after; that of each part while it moves if left out
     tolerance : error of the strains of a step beside their size
+    most_moved : float, rad or m, that mechanisms may be from the start in the stowed equilibrium
     progress : called with the time reached (s)
 
     Raises
@@ -105,7 +107,7 @@ def store(
         work = Work(own, y, 0.0, spin_of(own, None, None))
         work.allow_redundant()
     search = _Storage(work, rows, tolerance, progress)
-    search.stow()
+    search.stow(most_moved)
     search.relax(time)
     return Stored(search.stored(assembly), search.search.solution(0.0, 0.0), np.array(search.times))
 
@@ -144,7 +146,7 @@ class _Storage:
         self._own_times = work.model.prony_terms["time"].copy()
         self._rate: Array | None = None
 
-    def stow(self) -> None:
+    def stow(self, most_moved: float) -> None:
         """Find the stowed equilibrium, before any relaxation."""
         rows = motions_of(self.work.model)
         start = rows["angle"].copy()
@@ -152,7 +154,7 @@ class _Storage:
             self.search.by_steps(np.ones(1), whole=True)
         if self.search.status != "success":
             raise InputError(f"storage: the stowed position is in no equilibrium: {self.search.message}")
-        for k in np.flatnonzero(np.abs(rows["angle"] - start) > MOST_MOVED):
+        for k in np.flatnonzero(np.abs(rows["angle"] - start) > most_moved):
             name, moved = families.owner(self.work.assembly, motions(), int(k)), float(rows["angle"][k] - start[k])
             unit = "rad" if rows["kind"][k] == axial.ANGLE else "m"
             raise InputError(
