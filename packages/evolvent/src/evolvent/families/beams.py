@@ -197,8 +197,8 @@ def interpolate(theta, y0, y1, model, y):
 
 
 # beams; a node's coordinates stand together, node after node; first_node: number of the first among
-# the nodes of all beams and rods; relaxes: 1 of a viscoelastic one; paper: 1 where the damping is the paper's, which a turn of the whole feels; held:
-# 1 where rows of constraint act on its nodes; axes: rows x along, y and z of the root
+# the nodes of all beams and rods; relaxes: 1 of a viscoelastic one; paper: 1 where the damping is the paper's, which a
+# turn of the whole feels; held: 1 where rows of constraint act on its nodes; axes: rows x along, y and z of the root
 BEAMS = Family(
     "beams",
     record(

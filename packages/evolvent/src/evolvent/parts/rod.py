@@ -36,7 +36,7 @@ RodNodes = Annotated[tuple[tuple[units.Triple, ...], ...], Arrays(shape="of the 
 
 
 class Fold(Section):
-    """A fold or coil of a tape spring at the start: an arc, straight before and after.
+    """A fold or coil of a rod at the start: an arc, straight before and after.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class Fold(Section):
     angle : float, rad
         Angle by which it turns the rod about z, above 0 in opposite sense, with the edges of the section inside.
     radius : float, m, optional
-        Of the arc; the section's if left out.
+        Of the arc; of a section that is a tape its own if left out.
     """
 
     at: units.Length
@@ -106,7 +106,8 @@ class Rod(Part):
         Positions and unit axes x, y and z of the sections at the start, in place of `position`, `direction` and
         `normal`.
     folds : list of Fold, optional
-        Folds of a rod whose section is a tape at the start: [{at: 0.1 m, angle: 90 deg}].
+        Arcs in which the rod is bent at the start, such as folds of a tape or a coil on a drum: [{at: 0.1 m, angle: 90
+        deg, radius: 30 mm}].
     rest : {"straight", "start"}
         Stress-free shape where `nodes` are given: that of `curvature` or `shape`, or that of `nodes`.
     velocity : (3,) float, m/s
@@ -216,11 +217,14 @@ class Rod(Part):
 
     def _folded(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Nodes with the folds, as of `stress_free`."""
-        if not isinstance(self.section, TapeSection):
-            raise InputError(f"{name}.folds is given, but its section is no tape; give folds to one that flattens")
+        own = self.section.radius if isinstance(self.section, TapeSection) else None
         turn, reached = np.zeros(self.elements), 0.0
         for k, fold in enumerate(self.folds):
-            radius = self.section.radius if fold.radius is None else fold.radius
+            radius = own if fold.radius is None else fold.radius
+            if radius is None:
+                raise InputError(
+                    f"{name}.folds[{k}].radius is missing; only a section that is a tape has a radius of its own"
+                )
             if fold.angle == 0.0:
                 raise InputError(f"{name}.folds[{k}].angle is 0; it must not be 0: leave out a fold that does not turn")
             half = 0.5 * radius * abs(fold.angle)
