@@ -22,7 +22,7 @@ from evolvent.model.powers import STIFFNESS_DAMPING
 Array = np.ndarray
 #: Coordinates of an element.
 _SIZE = 24
-#: Places in the scratch `Model.work`: vectors and their rates, products at the mean and at the end; what relaxation adds
+#: Places in the scratch `Model.work`: vectors, their rates, products at the mean and the end; what relaxation adds
 #: and stresses stand behind.
 _V, _W, _MEAN, _END = 0, 21, 42, 70
 
