@@ -115,6 +115,10 @@ Area = Annotated[float, Quantity(what="an area", unit="m^2", example="2 mm^2", a
 ProductOfArea = Annotated[float, Quantity(what="a product of area", unit="m^4", example="-4 mm^4")]
 ThermalExpansion = Annotated[float, Quantity(what="a thermal expansion", unit="1/K", example="24e-6 1/K")]
 Temperature = Annotated[float, Quantity(what="a change of temperature", unit="K", example="50 K")]
+AbsoluteTemperature = Annotated[float, Quantity(what="an absolute temperature", unit="K", example="20 degC", above=0.0)]
+EnergyPerMole = Annotated[
+    float, Quantity(what="an energy per amount of substance", unit="J/mol", example="150 kJ/mol", above=0.0)
+]
 TemperatureGradient = Annotated[float, Quantity(what="a gradient of temperature", unit="K/m", example="200 K/m")]
 LineInertia = Annotated[float, Quantity(what="an inertia per length", unit="kg m", example="2e-5 kg m", above=0.0)]
 LineProduct = Annotated[float, Quantity(what="an inertia per length", unit="kg m", example="2e-5 kg m")]

@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from evolvent import cases
 from evolvent.analysis.settings import seconds, settings_of
+from evolvent.analysis.storage import storage_of, stored
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.order import in_order
@@ -144,7 +145,7 @@ class Composition:
         return other
 
     def assemble(self, variants: Variants | None = None) -> Assembly:
-        """All parts as one Model of flat arrays, with the initial state.
+        """All parts as one Model of flat arrays, with the initial state; after storage where `sections` have `store`.
 
         Parameters
         ----------
@@ -154,8 +155,13 @@ class Composition:
         ------
         InputError
             If there is no part, a part refers to one that is not there, parts refer to one another in a circle, or the
-            start breaks a constraint.
+            start breaks a constraint; where storage comes to no equilibrium.
         """
+        found, section = self._unstored(variants), storage_of(self.sections)
+        return found if section is None else stored(found, section).assembly
+
+    def _unstored(self, variants: Variants | None = None) -> Assembly:
+        """The assembly as its parts are written, before any storage."""
         if not self._parts:
             raise InputError("the system has no parts; add one of evolvent.parts, or name one under `parts` in a case")
         shared = variants or self._variants

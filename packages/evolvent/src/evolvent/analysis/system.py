@@ -14,11 +14,13 @@ from evolvent.analysis.linear import LinearModel
 from evolvent.analysis.loop_modes import loop_modes
 from evolvent.analysis.margins import evaluation
 from evolvent.analysis.modal import ModalResults
+from evolvent.analysis.storage import storage_of, stored
+from evolvent.analysis.storage_results import StorageResults
 from evolvent.solvers.modal.linear import linearize
 from evolvent.solvers.modal.modes import modes
 from evolvent.solvers.static.static import solve_static
 from evolvent_base.answer import Answer, Section, Table
-from evolvent_base.errors import RunFailed
+from evolvent_base.errors import InputError, RunFailed
 from evolvent_base.progress import on_stderr
 from evolvent_base.showing import Answered
 
@@ -242,18 +244,64 @@ class System(Composition, Answered):
         asked = evaluation.with_keys(self.sections.get("margin", {}), keys)
         assembly = self.assemble()
 
-        def run() -> Any:
-            settings = self._run_settings({})
-            with on_stderr(settings["until"]) as shown:
-                listener = shown if progress is None else progress
-                solution, _, _ = runs.solve(assembly, progress=listener, **settings)
-            if solution.status == "failed":
-                raise RunFailed(solution.message, solution)
-            return solution
-
         found = evaluation.at_rest(assembly, asked)
         moves = motion or (motion is None and "until" in self.settings)
-        return found.results(run() if moves else None, title=self.title, case=self._case(self.settings))
+        solution = self._solved(assembly, progress) if moves else None
+        return found.results(solution, title=self.title, case=self._case(self.settings))
+
+    def storage(self, *, motion: bool | None = None, progress: Callable[[float], None] | None = None) -> StorageResults:
+        """What storage in the stowed position leaves: forces and shapes, margins and deployment, before and after.
+
+        Every other analysis of a system with the section `store` begins after the storage; this one shows both sides.
+
+        Parameters
+        ----------
+        motion : bool, whether the deployment is simulated before and after; left out, where the system has settings
+            that say how long
+        progress : as of `simulate`
+
+        Returns
+        -------
+        evolvent.analysis.storage_results.StorageResults
+            Margins among it where the system has the section `margin`.
+
+        Raises
+        ------
+        InputError
+            Without the section `store`, or viscoelastic parts; where the stowed position is in no equilibrium.
+        RunFailed
+            If a deployment did not reach its end.
+        """
+        section = storage_of(self.sections)
+        if section is None:
+            raise InputError("store is missing; give how long the system is stored, such as store: {time: 10 years}")
+        before = self._unstored()
+        done = stored(before, section)
+        moves = motion or (motion is None and "until" in self.settings)
+        solutions = [self._solved(one, progress) for one in (before, done.assembly)] if moves else [None, None]
+        margins = None
+        if "margin" in self.sections:
+            asked = evaluation.with_keys(self.sections["margin"], {})
+            margins = tuple(
+                evaluation.at_rest(one, asked).results(run, title=self.title)
+                for one, run in zip((before, done.assembly), solutions, strict=True)
+            )
+        case = self._case(self.settings)
+        deployments = [trees.tree(run, case=case, why="", title=self.title) for run in solutions if run is not None]
+        over = trees.tree(done.solution, case=case, why="equilibria over storage", title=self.title)
+        return StorageResults(
+            section, done, trees.over(over, done.times, "time since the start of storage"), margins=margins,
+            runs=tuple(deployments) or None, title=self.title, case=case,
+        )  # fmt: skip
+
+    def _solved(self, assembly: Any, progress: Callable[[float], None] | None) -> Any:
+        """The motion of an assembly by the system's settings, as a `Solution`."""
+        settings = self._run_settings({})
+        with on_stderr(settings["until"]) as shown:
+            solution, _, _ = runs.solve(assembly, progress=shown if progress is None else progress, **settings)
+        if solution.status == "failed":
+            raise RunFailed(solution.message, solution)
+        return solution
 
     def equilibrium(
         self, *, load_steps: int | Sequence[float] | None = None, arc_length: bool = False, time: float = 0.0,

@@ -118,6 +118,13 @@ def tree(
     return found
 
 
+def over(tree: xr.DataTree, times: np.ndarray, words: str) -> xr.DataTree:
+    """A tree of equilibria with times of their own, (nt,) float, s, in place of that of drives and loads."""
+    groups = {path: one.drop_vars("time", errors="ignore") for path, one in tree.to_dict().items()}
+    groups["/"] = groups["/"].assign_coords(time=("time", times, {"units": "s", "long_name": words}))
+    return xr.DataTree.from_dict(groups)
+
+
 def latches_of(solution: Solution) -> str:
     """Sentences on the latches that have locked in a run, in order of time; '' where none has."""
     rows, found = motions_of(solution.assembly.model), []

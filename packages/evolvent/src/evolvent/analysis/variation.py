@@ -15,7 +15,7 @@ from evolvent_base.errors import InputError, counted, nearest
 
 Composed = TypeVar("Composed", bound=Composition)
 #: Keys of a case that a system has beside its parts.
-_OTHERS = ("title", "gravity", "simulate", "equilibrium", "modes", "margin")
+_OTHERS = ("title", "gravity", "store", "simulate", "equilibrium", "modes", "margin")
 
 
 def with_values(system: Composed, values: Mapping[str, Any]) -> Composed:

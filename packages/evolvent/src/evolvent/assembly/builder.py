@@ -49,6 +49,7 @@ class Builder:
         self.breaks: set[float] = set()
         self.laws: dict[int, Any] = {}
         self.expressions: dict[int, tuple[Any, str]] = {}
+        self.relaxations: dict[str, tuple[int, Any]] = {}
         #: Indices of parameters that hold indices in the velocities, counted from their start while parts are written.
         self.velocity_parameters: list[int] = []
         self.pools: dict[str, list[Any]] = {name: [] for name in _POOLS}
@@ -297,7 +298,7 @@ class Builder:
         assembly = Assembly(
             model, y, s, dict(self.names), dict(self.laws),
             [part for name in constraining() for part in self.writers(name)], dict(self.specs),
-            dict(self.expressions),
+            dict(self.expressions), dict(self.relaxations),
         )  # fmt: skip
         check_constraints(assembly)
         return assembly

@@ -29,7 +29,7 @@ from evolvent_base.errors import InputError
 #: Lists of a builder that parts append to, beside its rows.
 _LISTS = ("q", "v", "released", "values", "velocity_parameters", "poses", "row_parts", "at_end")
 #: Mappings and sets that parts add to.
-_TABLES = ("names", "specs", "body_points", "laws", "expressions", "breaks")
+_TABLES = ("names", "specs", "body_points", "laws", "expressions", "relaxations", "breaks")
 
 
 class _State(NamedTuple):

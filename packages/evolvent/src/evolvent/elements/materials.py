@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from evolvent.elements.viscoelastic import Viscoelastic
 from evolvent_base import units
 from evolvent_base.schema import Section
 
@@ -21,6 +22,8 @@ class Material(Section):
         Shear modulus of a material that is not isotropic, such as a laminate; E/(2 (1 + nu)) if left out.
     thermal_expansion : float, 1/K, optional
         Coefficient of linear thermal expansion along the beam.
+    viscoelastic : mapping, optional
+        Relaxation of both moduli by a Prony series; the moduli are those of an instant.
     """
 
     young_modulus: units.Modulus
@@ -28,6 +31,7 @@ class Material(Section):
     density: units.Density
     shear: units.Modulus | None = None
     thermal_expansion: units.ThermalExpansion | None = None
+    viscoelastic: Viscoelastic | None = None
 
     @property
     def E(self) -> float:  # noqa: N802  (the letter of the formulas)

@@ -27,7 +27,7 @@ def end_step(t, h, share, again, y, dq, model, booked):
     interval = state_interval(at, y, dq, dq, dq, booked, model.switches, y)
     for k in range(calls.size):
         force_at(model, calls[k])(interval, model)
-    at.h = at.again = 0.0
+    at.h = at.again = at.rub = 0.0  # no time has passed since
 
 
 @indirect(void(REAL, REAL, REAL, VECTOR, MODEL, VECTOR))

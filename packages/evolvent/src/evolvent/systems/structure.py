@@ -9,6 +9,7 @@ from pydantic import Field
 
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.analysis.margins.keys import Margin
+from evolvent.analysis.storage import Store
 from evolvent.analysis.system import System
 from evolvent.parts.registry import PartsByName
 from evolvent.solvers.time.explicit import methods as explicit_methods
@@ -69,6 +70,7 @@ class StructureCase(Section):
     title: str = Field("", description="title of figures")
     gravity: units.Acceleration = Field((0.0, 0.0, 0.0), description="acts on every mass, inertial axes")
     parts: PartsByName
+    store: Store | None = None
     simulate: Simulate | None = None
     equilibrium: Equilibrium = Equilibrium()
     modes: ModesSection = ModesSection()
@@ -82,7 +84,8 @@ class Structure(SystemDefinition):
 
     def build(self, case: StructureCase, *, laws: Mapping[str, Any] | None = None) -> System:
         """The parts of a case."""
-        system = System(gravity=case.gravity, title=case.title)
+        store = {} if case.store is None else {"store": case.store.model_dump(exclude_defaults=True)}
+        system = System(gravity=case.gravity, title=case.title, sections=store)
         for name, part in case.parts.items():
             system.add(part, name)
         return system
@@ -92,9 +95,9 @@ class Structure(SystemDefinition):
         return {} if case.simulate is None else case.simulate.settings()
 
     def sections(self, case: StructureCase) -> dict[str, Any]:
-        """The sections `equilibrium`, `modes` and `margin` of a case, where it says something of them."""
+        """The sections `store`, `equilibrium`, `modes` and `margin` of a case, where it says something of them."""
         given = case.model_dump(mode="json", exclude_defaults=True)
-        return {name: given[name] for name in ("equilibrium", "modes", "margin") if name in given}
+        return {name: given[name] for name in ("store", "equilibrium", "modes", "margin") if name in given}
 
 
 SYSTEM = Structure()

@@ -105,6 +105,7 @@ class MechanismModels(abc.ABC):
         self.with_torque = [self.bare._replace(**{motions(): still[k : k + 1].copy()}) for k in range(still.size)]
         for one in self.with_torque:
             motions_of(one)["stiffness"] = 1.0
+            motions_of(one)["prony_end"] = motions_of(one)["prony"]  # nothing relaxes
         self._models: dict[str, Any] = {}
         self.powers = np.zeros(N_POWERS)
         self.none = np.zeros(self.n_v), np.zeros(self.n_j)

@@ -16,7 +16,7 @@ from evolvent.kernels import ancf, ancf_beams, calls, free_strains
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS, beam_energies
 from evolvent.kernels.between import keep_lengths
 from evolvent.kernels.blocks import POSITION, SLOPE
-from evolvent.model.family import ENERGY, EVERY, Family, Kind, Records, record, where
+from evolvent.model.family import ENERGY, EVERY, EXPLICIT, Family, Kind, Records, record, where
 from evolvent.model.powers import MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
 from evolvent.model.questions import (
     AdjointSupport,
@@ -39,6 +39,7 @@ from evolvent.model.questions import (
     skew,
 )
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 #: Stretch of a beam's axis beyond which Green's strain with a constant modulus is reported.
@@ -128,6 +129,11 @@ def _factor_within(load: Any, first: float, last: float, xi: float) -> float:
 def _heat(builder: Any, name: str, load: Any) -> dict[str, int]:
     """Forms of the elements that are linear and quadratic in temperature, and free strains at a temperature of 1 K."""
     beam = builder.specs[name]
+    if beam.material.viscoelastic is not None:
+        raise InputError(
+            f"a thermal load acts on {name!r}, which is viscoelastic; the free strains of heat and relaxation together "
+            f"are not implemented; leave one of them out"
+        )
     unloaded, ends = beam.rest_nodes(name), beam.arc / beam.length
     for i, length in enumerate(beam.lengths):
         first, last = ends[i], ends[i + 1]
@@ -211,12 +217,12 @@ def interpolate(theta, y0, y1, model, y):
 
 
 # beams; a node's coordinates stand together, node after node; first_node: number of the first among
-# the nodes of all beams and rods; paper: 1 where the damping is the paper's, which a turn of the whole feels; held:
-# 1 where rows of constraint act on its nodes; axes: rows x along, y and z of the root
+# the nodes of all beams and rods; relaxes: 1 of a viscoelastic one; paper: 1 where the damping is the paper's, which a
+# turn of the whole feels; held: 1 where rows of constraint act on its nodes; axes: rows x along, y and z of the root
 BEAMS = Family(
     "beams",
     record(
-        "kind iq iv nodes first_element elements first_node paper held", "length",
+        "kind iq iv nodes first_element elements first_node paper held relaxes", "length",
         "kinetic elastic bending linear angular axes", linear=_3, angular=_3, axes=_33,
     ),
     order=10,
@@ -229,7 +235,13 @@ BEAMS = Family(
         "axes": ("root_axes", "1", "axes of the root, rows x along, y and z across, inertial axes"),
     },
     kinds=(
-        Kind("a beam", which=where("paper", 0), symmetric=True),
+        Kind("a beam", which=lambda found: (found["paper"] == 0) & (found["relaxes"] == 0), symmetric=True),
+        Kind(
+            "a viscoelastic beam", EVERY - {EXPLICIT},
+            "use generalized-alpha or energy-momentum: beams have far shorter periods than relaxation times",
+            which=where("relaxes", 1),
+            symmetric=True,
+        ),
         Kind(
             "a beam with the paper's damping", EVERY - {ENERGY}, "use `damping` 'objective', or generalized-alpha",
             which=where("paper", 1),

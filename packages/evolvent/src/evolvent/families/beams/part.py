@@ -16,6 +16,7 @@ from evolvent.elements.sections import AnySection, MaterialOrName
 from evolvent.elements.shapes import CrossSection
 from evolvent.families.beams import element_calls
 from evolvent.families.beams.beam_strains import POINTS
+from evolvent.families.beams.family_relaxation import add_relaxation
 from evolvent.kernels import ancf_beams as kernels
 from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Arrays, Group, Part, unit
@@ -251,6 +252,7 @@ class Beam(Part):
             elements=n,
             first_node=node,
             paper=int(beta > 0.0 and self.damping == element_calls.PAPER),
+            relaxes=int(self.material.viscoelastic is not None),
             length=self.length,
         )
         builder.names[name] = ("beams", index)
@@ -290,6 +292,26 @@ class Beam(Part):
                 alpha=alpha if i in damped else 0.0,
                 beta=beta if i in damped else 0.0,
             )
+        if self.material.viscoelastic is not None:
+            self._write_relaxation(builder, name, first, nodes, unloaded)
+
+    def _write_relaxation(
+        self, builder: Builder, name: str, first: int, nodes: np.ndarray, unloaded: np.ndarray | None
+    ) -> None:
+        """Write the relaxation of the elements from `first` on; refuses what has none."""
+        if self.vectors != 4:
+            raise InputError(
+                f"{name}.material is viscoelastic and {name}.formulation is {self.formulation!r}; a cable has no "
+                f"directions across it, in which curvatures could be remembered: use a formulation with sections, or a "
+                f"Rod"
+            )
+        if self.stiffness_damping > 0.0 and self.damping == element_calls.PAPER:
+            raise InputError(f"{name}.material is viscoelastic, but {name}.damping is 'paper'; use 'objective'")
+        if unloaded is None:
+            unloaded = np.tile(np.concatenate([np.zeros((1, 3)), np.eye(3)]), (self.elements + 1, 1, 1))
+            unloaded[:, 0, 0] = self.arc
+        pairs = [np.stack([one[i : i + 2].ravel() for i in range(self.elements)]) for one in (nodes, unloaded)]
+        add_relaxation(builder, self.material.viscoelastic, first, *pairs)
 
     def _shape(self, unloaded: np.ndarray | None) -> np.ndarray:
         """Nodes of the shape without stress (n + 1, 3) from the root, in its axes; straight where none is given."""

@@ -25,7 +25,8 @@ from evolvent.families.coordinates.resistance import resistance_bound, until_end
 from evolvent.kernels import axial, rigid
 from evolvent.kernels.axial import QUARTER, REACHED, SMALL, TRAVEL, measure_coordinate
 from evolvent.kernels.calls import apply_at
-from evolvent.model import BY_FRICTION, MODEL
+from evolvent.kernels.viscoelastic import excess_square, lost_square, note_rate, relax, relaxed_over
+from evolvent.model import BY_DAMPER, BY_FRICTION, MODEL
 
 USED_FOR = "coordinates"
 _I = types.int64
@@ -110,6 +111,8 @@ def add_coordinates(t, y, h, s, model, F):
         latched, x, rate = s[coordinates[k].switch + 1], coordinates[k].angle, coordinates[k].rate
         start = x if h == 0.0 else coordinates[k].before
         torque, stiffness, damping, stored, lost = coordinate_law(coordinates, k, latched, start, x, rate)
+        if coordinates[k].prony_end > coordinates[k].prony:
+            torque, stiffness, stored, lost = _relaxed(h, kept, k, start, torque, stiffness, stored, lost, model)
         if kept:
             moved = x - coordinates[k].before if model.info.stepping != 0 else 0.0
             rubs, stick = kept_friction(y, coordinates, k, moved), 0.0
@@ -126,6 +129,34 @@ def add_coordinates(t, y, h, s, model, F):
         power += lost
         axial.push(coordinates, model.bodies, n_q, k, coordinates[k].torque + coordinates[k].applied, F)
     return energy, power, driven
+
+
+@inlined
+def _relaxed(h, kept, k, start, torque, stiffness, stored, lost, model):
+    """Torque, stiffness, energy and dissipated power of `coordinate_law` with a spring that relaxes."""
+    row = model.coordinates[k]
+    first, last, branch, own, x1 = row.prony, row.prony_end, row.branch, row.stiffness, row.angle - row.rest
+    added, factor = relax(first, last, branch, h, 0.5 * (start + row.angle) - row.rest, x1, model)
+    torque, stiffness = torque + own * added, stiffness + own * (factor - 1.0)
+    stored += 0.5 * own * excess_square(first, last, branch, x1, model)
+    if kept:
+        note_rate(first, last, branch, row.rate, model)
+        lost += own * lost_square(first, last, branch, model)
+    return torque, stiffness, stored, lost
+
+
+@inlined
+def end_relaxation(h, y, model):
+    """What relaxation of all coordinates takes over a step of length h that is accepted, J; into the accounts in y."""
+    coordinates, taken = model.coordinates, 0.0
+    for k in range(coordinates.size):
+        if coordinates[k].prony_end > coordinates[k].prony:
+            lost = coordinates[k].stiffness * relaxed_over(
+                coordinates[k].prony, coordinates[k].prony_end, coordinates[k].branch, h, model
+            )
+            y[coordinates[k].account + BY_DAMPER] += lost
+            taken += lost
+    return taken
 
 
 @inlined
@@ -152,6 +183,10 @@ def coordinate_energy(s, model):
         found += coordinate_law(coordinates, k, s[coordinates[k].switch + 1], x, x, 0.0)[3] + bristle_energy(
             coordinates, k
         )
+        if coordinates[k].prony_end > coordinates[k].prony:
+            first, last = coordinates[k].prony, coordinates[k].prony_end
+            square = excess_square(first, last, coordinates[k].branch, x - coordinates[k].rest, model)
+            found += 0.5 * coordinates[k].stiffness * square
     return found
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from evolvent.families.coordinates import coordinate, coordinate_laws, coordinate_tangent
 from evolvent.families.coordinates.joint_friction import RELAX
+from evolvent.families.relaxation.family import set_of
 from evolvent.kernels import axial, calls, turning, watches
 from evolvent.kernels.bristle import SLIP
 from evolvent.kernels.ends import of_coordinate
@@ -138,8 +139,9 @@ def evaluate(interval, model):
 
 @calls.force
 def end_step(interval, model):
-    """Accounts of all coordinates, anchors of their frictions, and what these have taken."""
+    """Accounts of all coordinates, anchors of their frictions, and what these and relaxation have taken."""
     step = interval.step
+    interval.powers[JOINTS] += coordinate.end_relaxation(step.h, interval.y1, model)
     taken = coordinate_laws.end_coordinate_step(step.h, step.share, interval.y1, interval.s, model)
     interval.powers[RUBBED] += taken
 
@@ -261,6 +263,12 @@ def fire(t, k, ends, y, s, model):
     return watches.CHANGES if released else 0
 
 
+def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
+    row = model.coordinates[index]
+    name, unit = ("angle", "rad") if row["kind"] == axial.ANGLE else ("travel", "m")
+    yield f"{name} beyond that of rest", float(set_of(model, row)[0]), unit
+
+
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
 # beam's slope (on 1, at iq, iv) or `local` of the body `other` (on 0); kind 1: travel along the body's `axis` from
 # its point `zero` to a second point. switch: the first of two switches, the angle in quarter turns, rounded, and 1
@@ -276,7 +284,7 @@ def fire(t, k, ends, y, s, model):
 COORDINATES = Family(
     "coordinates",
     record(
-        "kind body on other iq iv switch account",
+        "kind body on other iq iv switch account prony prony_end branch",
         "axis zero local stiffness damping rest low high stop latch latch_stiffness latch_damping side friction stick",
         "angle rate torque before pace leaves comes slope damper applied applied_slope applied_damper motor_slope "
         "motor_damper u g p0 q0 p1 q1 bristle slips rubs relax stored lost latch_lost latch_torque bristle0 rubs0 "
@@ -356,7 +364,7 @@ COORDINATES = Family(
     implicit=Implicit(end_step=end_step, contact_set=contact_set, start=start),
     step=Step(measure=measure, longest=longest_turn, energy=coupled_energy),
     switching=Switching(until=until_latch, reached=reached),
-    statics=Statics(uneven=_uneven),
+    statics=Statics(uneven=_uneven, sets=_sets),
     energies=Energies(resists=("angle", "torque", "applied"), coupled=_coupled),
     samples=Samples(local=True, evaluate=evaluate),
     advice=Advice(implicit=(lambda found: found["friction"] > 0.0, "has friction, which sticks by stiff bristles")),

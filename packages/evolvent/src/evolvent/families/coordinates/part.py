@@ -6,7 +6,10 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Literal
 
+import numpy as np
+
 from evolvent.assembly.builder import Builder
+from evolvent.elements.viscoelastic import Viscoelastic
 from evolvent.families.joints.part_coordinate import (
     PRESLIDING,
     TYPES,
@@ -17,6 +20,7 @@ from evolvent.families.joints.part_coordinate import (
     rotation,
     translation,
 )
+from evolvent.families.relaxation.family import add_branches, add_terms
 from evolvent.kernels import axial
 from evolvent.parts.applies import Applies, given, left_out, refuse_unfit
 from evolvent.parts.base import BodyName, Group, JointName, Part, PointReference, unit
@@ -54,6 +58,8 @@ class JointSpring(Part):
         Of the spring; of the damper, or of viscous friction.
     rest : float, rad or m
         Angle or travel at which the spring has no torque or force.
+    viscoelastic : mapping, optional
+        Relaxation of the spring by a Prony series (`evolvent.elements.viscoelastic.Viscoelastic`).
     friction : float, N m or N
         Coulomb friction: the torque or force at which the joint slips.
     bristle_stiffness : float, N m/rad or N/m, optional
@@ -77,6 +83,7 @@ class JointSpring(Part):
         "joint": (left_out("a", "b"),),
         **{key: (left_out("joint"),) for key in ("a", "b", "axis")},
         "bristle_stiffness": (given("friction"),),
+        "viscoelastic": (given("stiffness"),),
         "stop": (given("low", "high"),),
         "latch_stiffness": (given("latch"),),
         "latch_damping": (given("latch"),),
@@ -94,6 +101,7 @@ class JointSpring(Part):
     stiffness: units.CoordinateStiffnessOrZero = 0.0
     damping: units.CoordinateDampingOrZero = 0.0
     rest: units.AngleOrTravel = 0.0
+    viscoelastic: Viscoelastic | None = None
     friction: units.TorqueOrForceOrZero = 0.0
     bristle_stiffness: units.CoordinateStiffnessOrZero | None = None
     low: units.AngleOrTravel | None = None
@@ -156,9 +164,11 @@ class JointSpring(Part):
             found = translation(builder, name, ends, self.start or 0.0)
         keys = ("stiffness", "damping", "rest", "friction", "stop", "latch_stiffness", "latch_damping")
         stick = self.bristle_stiffness
+        terms = add_terms(builder, self.viscoelastic)
+        branch = add_branches(builder, terms, np.array([found.start - self.rest]))
         row = found.write(
             builder,
-            {key: getattr(self, key) for key in keys},
+            {key: getattr(self, key) for key in keys} | terms | {"branch": branch},
             low=-math.inf if self.low is None else self.low,
             high=math.inf if self.high is None else self.high,
             latch=math.inf if self.latch is None else self.latch,

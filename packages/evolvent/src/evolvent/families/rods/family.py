@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from evolvent.families.bodies.family import node_point
+from evolvent.families.relaxation.family import set_of
 from evolvent.families.rods import family_limits as rod_limits, rod, rod_payout, rod_strains, rod_tangent
 from evolvent.families.rods.rod import evaluate_rods
 from evolvent.kernels import calls, free_strains
 from evolvent.kernels.blocks import SCALAR
 from evolvent.kernels.drive import LAW
-from evolvent.model.family import ENERGY, EVERY, End, Family, Kind, Records, record
+from evolvent.model.family import ENERGY, EVERY, EXPLICIT, End, Family, Kind, Records, record
 from evolvent.model.powers import DRIVEN, MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
 from evolvent.model.questions import (
     BETWEEN,
@@ -25,6 +26,7 @@ from evolvent.model.questions import (
     Drives,
     Energies,
     Explicit,
+    Implicit,
     Law,
     LinearizedPoint,
     Notes,
@@ -133,6 +135,12 @@ def explicit_end(interval, model):
 
 
 @calls.force
+def end_step(interval, model):
+    """What relaxation of all rods takes over a step."""
+    interval.powers[STIFFNESS_DAMPING] += rod.relaxed_rods(interval.step.h, model)
+
+
+@calls.force
 def evaluate(interval, model):
     """Strains, forces, energies, momenta and nodes of all rods, with their free strains."""
     step = interval.step
@@ -190,6 +198,11 @@ def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Ite
 def _heat(builder: Any, name: str, load: Any) -> dict[str, int]:
     """Free strains of the elements at a temperature of 1 K: of the mean of the factor over each."""
     rod, index = builder.specs[name], builder.names[name][1]
+    if builder.rows["rods"][index]["relaxes"]:
+        raise InputError(
+            f"a thermal load acts on {name!r}, which is viscoelastic; the free strains of heat and relaxation together "
+            f"are not implemented; leave one of them out"
+        )
     builder.parameters(rod.material.thermal_expansion * load.means(rod.arc / rod.length))
     first = builder.rows["rods"][index]["first_element"]
     for row in builder.rows["rod_elements"][first : first + rod.elements]:
@@ -236,14 +249,23 @@ def interpolate(theta, y0, y1, model, y):
     rod_strains.keep_chords(theta, y0, y1, model, y)
 
 
-# geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass;
-# tape: 1 + tape of which the section flattens, or 0; payout: 1 where the length that is out follows a drive
-# (`rod_payout`): density and gyration, mass and inertia per length; out, rate, acceleration: of the length;
-# grown0, grown1: of a sample, ratios of its length to those at the ends of its step
+def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
+    row = model.rods[index]
+    elements = model.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
+    found = np.array([set_of(model, element, 6) for element in elements])
+    for k, words, unit in ((5, "curvature about z", "1/m"), (4, "curvature about y", "1/m"), (3, "twist", "1/m")):
+        yield words, float(found[np.abs(found[:, k]).argmax(), k]), unit
+    yield "strain", float(found[np.abs(found[:, 0]).argmax(), 0]), "1"
+
+
+# geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass; relaxes: 1 of a
+# viscoelastic one; tape: 1 + tape of which the section flattens, or 0; payout: 1 where the length that is out follows a
+# drive (`rod_payout`): density and gyration, mass and inertia per length; out, rate, acceleration: of the
+# length; grown0, grown1: of a sample, ratios of its length to those at the ends of its step
 RODS = Family(
     "rods",
     record(
-        "first_element elements first_body first_node tape payout drive law first last",
+        "first_element elements first_body first_node tape payout relaxes drive law first last",
         "length alpha density gyration",
         "kinetic linear angular out rate acceleration drive_force grown0 grown1",
         linear=_3, angular=_3, gyration=_33,
@@ -257,7 +279,13 @@ RODS = Family(
         "rate": ("payout_rate", "m s-1", "rate of the length that is out"),
     },
     kinds=(
-        Kind("a rod", which=lambda r: (r["tape"] == 0) & (r["payout"] == 0), symmetric=True),
+        Kind("a rod", which=lambda r: (r["tape"] == 0) & (r["payout"] == 0) & (r["relaxes"] == 0), symmetric=True),
+        Kind(
+            "a viscoelastic rod", EVERY - {EXPLICIT},
+            "use generalized-alpha or energy-momentum: rods have far shorter periods than relaxation times",
+            which=lambda found: found["relaxes"] != 0,
+            symmetric=True,
+        ),
         Kind(
             "a rod that pays out", EVERY - {ENERGY},
             "use generalized-alpha: a discrete gradient of a kinetic energy whose masses depend on the length is not "
@@ -292,11 +320,12 @@ RODS = Family(
     ),
     explicit=Explicit(force=explicit_force, end=explicit_end),
     stability=Stability(waves=lambda _: 1.0),
+    implicit=Implicit(end_step=end_step),
     step=Step(measure=measure),
     drives=Drives(
         paid_out=_paid_out, check=rod_limits.check_lengths, freeze=rod_limits.freeze, place=rod_limits.lengthen,
     ),
-    statics=Statics(uneven=never),
+    statics=Statics(uneven=never, sets=_sets),
     energies=Energies(bending=_bending, by_causes=True, round_off=_stretched),
     samples=Samples(evaluate=evaluate, kept={"drive_force": BETWEEN}, note_part=note_part, interpolate=interpolate),
     advice=Advice(conserved="rods"),
@@ -322,7 +351,7 @@ def note_step(model):
 ROD_ELEMENTS = Family(
     "rod_elements",
     record(
-        "a b heated tape tape_node flows",
+        "a b heated tape tape_node flows prony prony_end branch",
         "length beta arm_a arm_b stiffness rest section fibres",
         "free m0 m1 before stored bent energy_density strain shear_strain_y shear_strain_z twist curvature_y "
         "curvature_z axial_force shear_force_y shear_force_z torsional_moment bending_moment_y bending_moment_z "

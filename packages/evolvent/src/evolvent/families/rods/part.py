@@ -14,7 +14,9 @@ from evolvent.elements import OWN_INERTIA, rods
 from evolvent.elements.inertia import SectionInertia
 from evolvent.elements.sections import MaterialOrName, RodSection, SectionStiffness, TapeSection
 from evolvent.elements.shapes import CrossSection, Strip
+from evolvent.elements.viscoelastic import Viscoelastic
 from evolvent.families.beams.part import _across
+from evolvent.families.relaxation.family import add_branches, add_terms
 from evolvent.families.rods import tape as tapes
 from evolvent.kernels import rigid
 from evolvent.kernels.drive import LEAST_OUT
@@ -35,7 +37,7 @@ RodNodes = Annotated[tuple[tuple[units.Triple, ...], ...], Arrays(shape="of the 
 
 
 class Fold(Section):
-    """A fold or coil of a tape spring at the start: an arc, straight before and after.
+    """A fold or coil of a rod at the start: an arc, straight before and after.
 
     Parameters
     ----------
@@ -44,7 +46,7 @@ class Fold(Section):
     angle : float, rad
         Angle by which it turns the rod about z, above 0 in opposite sense, with the edges of the section inside.
     radius : float, m, optional
-        Of the arc; the section's if left out.
+        Of the arc; of a section that is a tape its own if left out.
     """
 
     at: units.Length
@@ -68,6 +70,8 @@ class Rod(Part):
     material : Material, or the name of a known one; none beside a section that is given by its stiffness matrix
         Linearly elastic: {young_modulus, poisson_ratio, density}, or aluminium, beryllium-copper, cfrp, cfrp-ud,
         cfrp-woven, elgiloy, invar, kapton, kevlar, mylar, steel, titanium.
+    viscoelastic : mapping, optional
+        Relaxation of the whole stiffness matrix by a Prony series, in place of that of the material.
     tension_twist : bool, optional
         Whether twist strains the outer fibres, so that tension resists twist: of a strip, rectangle, tube or circle; if
         left out, of a strip.
@@ -103,7 +107,8 @@ class Rod(Part):
         Positions and unit axes x, y and z of the sections at the start, in place of `position`, `direction` and
         `normal`.
     folds : list of Fold, optional
-        Folds of a rod whose section is a tape at the start: [{at: 0.1 m, angle: 90 deg}].
+        Arcs in which the rod is bent at the start, such as folds of a tape or a coil on a drum: [{at: 0.1 m, angle: 90
+        deg, radius: 30 mm}].
     rest : {"straight", "start"}
         Stress-free shape where `nodes` are given: that of `curvature` or `shape`, or that of `nodes`.
     velocity : (3,) float, m/s
@@ -141,6 +146,7 @@ class Rod(Part):
     length: units.Length
     section: RodSection
     material: MaterialOrName | None = None
+    viscoelastic: Viscoelastic | None = None
     tension_twist: bool | None = None
     payout: LineDrive | None = None
     inertia: SectionInertia | None = None
@@ -213,11 +219,14 @@ class Rod(Part):
 
     def _folded(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Nodes with the folds, as of `stress_free`."""
-        if not isinstance(self.section, TapeSection):
-            raise InputError(f"{name}.folds is given, but its section is no tape; give folds to one that flattens")
+        own = self.section.radius if isinstance(self.section, TapeSection) else None
         turn, reached = np.zeros(self.elements), 0.0
         for k, fold in enumerate(self.folds):
-            radius = self.section.radius if fold.radius is None else fold.radius
+            radius = own if fold.radius is None else fold.radius
+            if radius is None:
+                raise InputError(
+                    f"{name}.folds[{k}].radius is missing; only a section that is a tape has a radius of its own"
+                )
             if fold.angle == 0.0:
                 raise InputError(f"{name}.folds[{k}].angle is 0; it must not be 0: leave out a fold that does not turn")
             half = 0.5 * radius * abs(fold.angle)
@@ -316,13 +325,16 @@ class Rod(Part):
         first_body, first = self._write_nodes(builder, x, R, shares), len(builder.rows["rod_elements"])
         if paid:
             self._spread(builder, first_body, R[0][:, 0], drive, (out, rate))
-        tape, tape_node = self._write_tape(builder, name, rest, rods.strains(x, R, h)[:, 5])
+        strains = rods.strains(x, R, h)
+        tape, tape_node = self._write_tape(builder, name, rest, strains[:, 5])
+        terms = add_terms(builder, self._relaxation(name))
         for i in range(n):
             builder.add(
                 "rod_elements", tape=tape, tape_node=tape_node + i, flows=int(paid), a=first_body + i,
                 b=first_body + i + 1,
                 length=float(h[i]), beta=self.stiffness_damping, heated=0, arm_a=arms[i], arm_b=arms[i + 1],
                 stiffness=stiffness[i], rest=rest[i], section=sections[i], fibres=fibres[i],
+                branch=add_branches(builder, terms, strains[i] - rest[i]), **terms,
             )  # fmt: skip
         node = len(builder.rows["beam_nodes"])
         places = (x - x[0]) @ R[0] if self.rest == "start" and self.nodes is not None else stress_free(self)[0]
@@ -330,7 +342,8 @@ class Rod(Part):
             builder.add("beam_nodes", undeformed=place, share=share)
         index = builder.add(
             "rods", first_element=first, elements=n, first_body=first_body, first_node=node, length=self.length,
-            tape=tape, alpha=self.mass_damping, payout=int(paid), **drive,
+            tape=tape, alpha=self.mass_damping, payout=int(paid), relaxes=int(self._relaxation(name) is not None),
+            **drive,
         )  # fmt: skip
         builder.names[name] = ("rods", index)
 
@@ -432,6 +445,27 @@ class Rod(Part):
                 f"strip, rectangle, tube or circle"
             )
         return self.material.E * middle.properties(self.material.nu).area * np.array(means)
+
+    def _relaxation(self, name: str) -> Viscoelastic | None:
+        """Relaxation of the rod, its own or that of its material; refused beside what cannot relax."""
+        law = self.viscoelastic
+        if self.material is not None and self.material.viscoelastic is not None:
+            if law is not None:
+                raise InputError(
+                    f"{name}.viscoelastic and {name}.material.viscoelastic are both given; leave one of them out"
+                )
+            law = self.material.viscoelastic
+        if law is None:
+            return None
+        others = {
+            f"{name}.section is a tape": isinstance(self.section, TapeSection),
+            f"{name}.payout is given": self.payout is not None,
+            f"{name} couples tension and twist (`tension_twist`)": self.couples_twist,
+        }
+        for what, is_so in others.items():
+            if is_so:
+                raise InputError(f"{what}, but {name} is viscoelastic; relaxation of that is not implemented")
+        return law
 
     def _check_material(self, name: str) -> None:
         """Refuse a missing material, and one beside a stiffness matrix."""

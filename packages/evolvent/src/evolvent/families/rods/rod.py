@@ -42,6 +42,7 @@ from evolvent.families.rods.rod_strains import (
 from evolvent.families.rods.strip import add_fibre_stress, fibre_energy
 from evolvent.kernels import rigid
 from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.viscoelastic import add_branches, branch_energy, relax_strains, relaxed_by
 from evolvent.model import MODEL
 
 USED_FOR = "rods"
@@ -193,6 +194,13 @@ def evaluate_element(k, h, chi, ratio, model, S, p):
         e0, e1 = m0[STRAIN + i], m1[STRAIN + i]
         mean[i] = 0.5 * (e0 + e1) + 0.5 * chi * (e1 - e0 - ratio * rows[k].before[i])
         S[i] = viscous[i] = 0.0
+    if rows[k].prony_end > rows[k].prony:
+        plain, end = work[_B + 6 : _B + 12], work[_B + 12 : _B + 18]
+        for i in range(6):
+            plain[i], end[i] = 0.5 * (m0[STRAIN + i] + m1[STRAIN + i]), m1[STRAIN + i]
+        relax_strains(rows[k].prony, rows[k].prony_end, rows[k].branch, 6, h, plain, end, model, mean)
+        for i in range(6):
+            viscous[i] = 0.0
     stress(rows, k, mean, 0, length, S)
     stored = 0.0
     for i in range(6):
@@ -348,6 +356,53 @@ def evaluate_nodes(model):
                 node.slope[c] = body.R[c, 0]
 
 
+@inlined
+def relaxed_rods(h, model):
+    """What relaxation of all rods takes over a step of length h that is accepted, J."""
+    rows, taken = model.rod_elements, 0.0
+    for k in range(rows.size):
+        if rows[k].prony_end > rows[k].prony and h > 0.0:
+            first, last, branch = rows[k].prony, rows[k].prony_end, rows[k].branch
+            taken += rows[k].length * relaxed_by(first, last, branch, 6, rows[k].stiffness, h, model)
+    return taken
+
+
+@inlined
+def _note_relaxed(rows, k, E, S, model):
+    """Results of element k beside those of its instantaneous stiffness; returns what its energies change by, J.
+
+    Returns
+    -------
+    whole, bent : float, of all strains, and of those of moments
+    """
+    C, m, length, whole, bent = rows[k].stiffness, rows[k].m1, rows[k].length, 0.0, 0.0
+    first, last, branch = rows[k].prony, rows[k].prony_end, rows[k].branch
+    for i in range(last - first):
+        share, at = model.prony_terms[first + i].share, branch + 6 * i
+        whole += branch_energy(share, model.branch_strains, at, C, 0, 6)
+        bent += branch_energy(share, model.branch_strains, at, C, 3, 6)
+        for a in range(6):
+            force = 0.0
+            for b in range(6):
+                force += C[a, b] * m[STRAIN + b]
+            whole -= 0.5 * share * force * m[STRAIN + a]
+            bent -= 0.5 * share * force * m[STRAIN + a] if a > 2 else 0.0
+    for i in range(6):
+        E[i] = S[i] = 0.0
+    add_branches(first, last, branch, 6, STRAIN, m, model, E)
+    stress(rows, k, E, 0, 1.0, S)
+    rows[k].axial_force += S[0]
+    rows[k].shear_force_y += S[1]
+    rows[k].shear_force_z += S[2]
+    rows[k].torsional_moment += S[3]
+    rows[k].bending_moment_y += S[4]
+    rows[k].bending_moment_z += S[5]
+    rows[k].energy_density += whole
+    rows[k].stored += length * whole
+    rows[k].bent += length * bent
+    return length * whole, length * bent
+
+
 @indirect(void(MODEL, VECTOR))
 def evaluate_rods(model, out):
     """Evaluate all rods at a state, after `kinematics`, into their records; add the energies of their whole strains.
@@ -378,6 +433,10 @@ def evaluate_rods(model, out):
             E[i], S[i] = m[STRAIN + i] - rows[k].free[i], 0.0
         stress(rows, k, E, 0, 1.0, S)
         _note_results(rows, k, E, S)
+        if rows[k].prony_end > rows[k].prony:
+            energy, bent = _note_relaxed(rows, k, E, S, model)
+            out[1] += energy
+            out[2] += bent
         if rows[k].tape > 0:
             energy = tape.evaluate_results(k, model)
             out[1] += energy

@@ -33,6 +33,7 @@ from evolvent.families.rods.rod_strains import (
 )
 from evolvent.families.rods.strip import add_fibre_tangent
 from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.viscoelastic import stiffness_factor
 from evolvent.model import MODEL
 
 USED_FOR = "rods"
@@ -274,7 +275,8 @@ def add_rod_tangents(h, c_rate, chi, ratio, model, matrix):
             fill_columns(k, model, A1, B1, v1, J1)
             dphi, dpsi = secants(m1, m1)
             strain_columns(m1, m1, dphi, dpsi, length, D1)
-        multiply_columns(rows, k, length * (1.0 + chi + c_rate * rows[k].beta), D0, D1, B, A)
+        factor = stiffness_factor(rows[k].prony, rows[k].prony_end, h, model)
+        multiply_columns(rows, k, length * (factor + chi + c_rate * rows[k].beta), D0, D1, B, A)
         add_fibre_tangent(rows[k], m0, m1, D0, D1, A)
         if rows[k].tape > 0:
             tape.evaluate_tape(k, h, chi, ratio, c_rate, rows[k].curvature_rate, model)

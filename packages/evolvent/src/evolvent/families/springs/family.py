@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.families.relaxation.family import set_of
 from evolvent.families.springs import springs
 from evolvent.kernels import calls, markers
 from evolvent.kernels.ends import of_markers
@@ -18,6 +19,7 @@ from evolvent.model.questions import (
     Bound,
     Energies,
     Explicit,
+    Implicit,
     Law,
     Moment,
     Notes,
@@ -73,6 +75,12 @@ def evaluate(interval, model):
     springs.evaluate_springs(interval.step.t, interval.ym, model)
 
 
+@calls.force
+def end_step(interval, model):
+    """What relaxation of all springs takes over a step."""
+    interval.powers[BY_SPRINGS] += springs.relaxed_springs(interval.step.h, model)
+
+
 def _at_ends(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
     length, *_others, rate = springs.spring_ends(moment[1], 0.0, k, model)[2]
     yield length - float(model.springs["length"][k]), rate, moment[0]
@@ -121,13 +129,17 @@ def _passages(model: Any) -> Iterator[tuple[int, float, str]]:
         yield k, t, why
 
 
+def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
+    yield "extension beyond the natural length", float(set_of(model, model.springs[index])[0]), "m"
+
+
 # slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; line, line0: vector
 # from a to b, of the last state and of the last step; passed: see `springs.note_lines`; the others are in
 # `RESULTS`, and lost: W, dissipated
 SPRINGS = Family(
     "springs",
     record(
-        "a b law first last slack",
+        "a b law first last slack prony prony_end branch",
         "stiffness damping length lateral_stiffness lateral_damping axis",
         "length0 length1 end line line0 passed distance extension rate tension lateral stored lost",
         axis=_3, end=_3, line=_3, line0=_3, lateral=_3,
@@ -169,8 +181,9 @@ SPRINGS = Family(
     parts=Parts(changes="stiffness damping length lateral_stiffness lateral_damping", reads_inertia=False),
     explicit=Explicit(note_stage=springs.note_lines),
     stability=Stability(by_rates=False, bound=_bound),
+    implicit=Implicit(end_step=end_step),
     step=Step(measure=measure),
-    statics=Statics(uneven=_uneven, no_balance=_no_balance),
+    statics=Statics(uneven=_uneven, no_balance=_no_balance, sets=_sets),
     energies=Energies(resists=("extension", "tension")),
     samples=Samples(local=True, evaluate=evaluate),
     notes=Notes(passages=_passages),

@@ -7,6 +7,8 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
+from evolvent.elements.viscoelastic import Viscoelastic
+from evolvent.families.relaxation.family import add_branches, add_terms
 from evolvent.kernels import markers
 from evolvent.parts.applies import OF_LAW, Applies, given, left_out
 from evolvent.parts.base import Group, Part, PointReference, unit
@@ -30,6 +32,8 @@ class Spring(Part):
         Along the line.
     length : float, m, optional
         Natural length; the distance at the start if left out.
+    viscoelastic : mapping, optional
+        Relaxation of the spring by a Prony series (`evolvent.elements.viscoelastic.Viscoelastic`).
     slack : bool
         Whether the spring only pulls, as a lanyard or a bungee: it has no force while it is shorter than its natural
         length, nor while its damper would push.
@@ -49,6 +53,7 @@ class Spring(Part):
     applies: ClassVar[Applies] = {
         **OF_LAW,
         "slack": (left_out("law", "lateral_stiffness", "lateral_damping"),),
+        "viscoelastic": (given("stiffness"), left_out("law", "lateral_stiffness", "lateral_damping")),
         "axis": (given("lateral_stiffness", "lateral_damping"),),
     }
     kind: Literal["spring"] = "spring"
@@ -58,6 +63,7 @@ class Spring(Part):
     stiffness: units.StiffnessOrZero = 0.0
     damping: units.DampingOrZero = 0.0
     length: units.LengthOrZero | None = None
+    viscoelastic: Viscoelastic | None = None
     slack: bool = False
     law: SpringLaw | None = None
     parameters: Parameters = ()
@@ -93,6 +99,10 @@ class Spring(Part):
         length = norm(apart) if self.length is None else self.length
         if self.slack:
             self._check_slack(name, length)
+        for key in ("law", "lateral_stiffness", "lateral_damping"):
+            if self.viscoelastic is not None and getattr(self, key):
+                raise InputError(f"{name}.viscoelastic and {name}.{key} are both given; leave one of them out")
+        terms = add_terms(builder, self.viscoelastic)
         index = builder.add(
             "springs",
             a=a,
@@ -105,11 +115,17 @@ class Spring(Part):
             lateral_damping=self.lateral_damping,
             axis=axis,
             **law,
+            **terms,
+            branch=add_branches(builder, terms, norm(apart) - length),
         )
         builder.names[name] = ("springs", index)
 
     def _check_slack(self, name: str, length: float) -> None:
         """Refuse what cannot go slack."""
+        if self.viscoelastic is not None:
+            raise InputError(
+                f"{name}.slack is true beside {name}.viscoelastic; a spring that only pulls cannot relax; leave one out"
+            )
         if self.law is not None:
             raise InputError(f"{name}.slack is true beside {name}.law; a law says itself where the tension is zero")
         for key in ("lateral_stiffness", "lateral_damping"):

@@ -28,6 +28,15 @@ from evolvent.kernels.markers import (
 )
 from evolvent.kernels.rigid import DRIVEN
 from evolvent.kernels.sides import add_product, add_turning
+from evolvent.kernels.viscoelastic import (
+    excess_square,
+    is_kept,
+    lost_square,
+    note_rate,
+    relax,
+    relaxed_over,
+    stiffness_factor,
+)
 from evolvent.model import MODEL
 
 USED_FOR = "springs"
@@ -109,7 +118,8 @@ def evaluate_spring(t, y, h, k, model):
     -------
     a, b, n : its ends (six floats each) and the direction of its force
     length, T : its length and tension
-    lost, given : power that its damping along n takes, and that of a user's law, W
+    lost, given : power that its damping along n takes, and relaxation in a state of an explicit method, and that of a
+        user's law, W
     """
     springs = model.springs
     a, b, (length, nx, ny, nz, rate) = spring_ends(y, h, k, model)
@@ -117,11 +127,18 @@ def evaluate_spring(t, y, h, k, model):
         line = springs[k].line
         line[0], line[1], line[2] = b[0] - a[0], b[1] - a[1], b[2] - a[2]
     extension = length - springs[k].length
-    elastic = damping = given = 0.0
+    elastic = damping = given = relaxed = 0.0
     if length == 0.0:  # without a line there is no force
         pass
     elif springs[k].law == 0 and springs[k].slack == 0:
         elastic, damping = springs[k].stiffness * extension, springs[k].damping * rate
+        if springs[k].prony_end > springs[k].prony:
+            first, last, branch = springs[k].prony, springs[k].prony_end, springs[k].branch
+            end = extension if h == 0.0 else springs[k].length1 - springs[k].length
+            elastic += springs[k].stiffness * relax(first, last, branch, h, extension, end, model)[0]
+            if is_kept(model):
+                note_rate(first, last, branch, rate, model)
+                relaxed = springs[k].stiffness * lost_square(first, last, branch, model)
     elif springs[k].law == 0:
         mean, share = taut_over(extension - 0.5 * h * rate, extension + 0.5 * h * rate)
         elastic = springs[k].stiffness * mean
@@ -135,7 +152,7 @@ def evaluate_spring(t, y, h, k, model):
         given = -elastic * rate
     T = elastic + damping
     springs[k].extension, springs[k].rate, springs[k].tension = extension, rate, T
-    return a, b, (nx, ny, nz), length, T, damping * rate, given
+    return a, b, (nx, ny, nz), length, T, damping * rate + relaxed, given
 
 
 @inlined
@@ -209,9 +226,23 @@ def evaluate_springs(t, y, model):
             if springs[k].slack != 0:
                 extension = max(extension, 0.0)
             springs[k].stored = spring_energy(springs[k].stiffness, extension)
+            if springs[k].prony_end > springs[k].prony:
+                square = excess_square(springs[k].prony, springs[k].prony_end, springs[k].branch, extension, model)
+                springs[k].stored += 0.5 * springs[k].stiffness * square
             springs[k].stored += lateral_energy(springs[k].axis, kl, b[0] - a[0], b[1] - a[1], b[2] - a[2])
         energy += springs[k].stored
     return energy
+
+
+@inlined
+def relaxed_springs(h, model):
+    """What relaxation of all springs takes over a step of length h that is accepted, J."""
+    springs, taken = model.springs, 0.0
+    for k in range(springs.size):
+        if springs[k].prony_end > springs[k].prony:
+            first, last, branch = springs[k].prony, springs[k].prony_end, springs[k].branch
+            taken += springs[k].stiffness * relaxed_over(first, last, branch, h, model)
+    return taken
 
 
 @entry(REAL, types.int64, MODEL)
@@ -339,7 +370,8 @@ def _slope_over(t, h, c_rate, k, model):
         by_end = 2.0 * (taut * end - mean) / (end - start) if (start > 0.0) != (end > 0.0) else taut
         return springs[k].stiffness * by_end + c_rate * springs[k].damping * taut
     if h == 0.0 or springs[k].law == 0:
-        return spring_slope(t, x, v, c_rate, k, model)
+        relaxed = stiffness_factor(springs[k].prony, springs[k].prony_end, h, model) - 1.0
+        return spring_slope(t, x, v, c_rate, k, model) + springs[k].stiffness * relaxed
     p, size = model.parameters[springs[k].first : springs[k].last], max(x + springs[k].length, 1e-3)
     return scalar_slope(SPRING, springs[k].law, x, 1.0, v, c_rate, t, h, p, 0.0, math.inf, size, model)
 

@@ -44,6 +44,8 @@ MOST_DEFERRED = 600
 _HUGE = 1e40
 #: Compliance of redundant constraints, beside that of the stiffest part or of the loads.
 _STATIC_COMPLIANCE = 1e-10
+#: Pivot, beside its column, that round-off leaves as it is; how often a compliance is raised tenfold for it.
+_RESOLVED, _RAISES = 1e-11, 4
 #: Pivot of constraints, beside the largest, below which they are redundant.
 REDUNDANT = 1e-9
 #: Stiffness, beside the largest, below which coordinates are alike in what depends on what.
@@ -201,6 +203,10 @@ class Work:
         energy = max(float(b.loop.stiffest), load) or mass * length**2
         info = model.info
         info.compliance = _STATIC_COMPLIANCE / self.redundancy.compliance * length**2 / energy
+        for _ in range(_RAISES):
+            if self.probe(1.0) >= 0 and b.loop.quality > _RESOLVED:
+                break
+            info.compliance *= 10.0
 
     def probe(self, factor: float, shift: float = 0.0) -> int:
         """Unbalance and factors of the tangent of the state."""

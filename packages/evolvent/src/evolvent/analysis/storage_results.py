@@ -1,0 +1,284 @@
+"""What storage in the stowed position leaves: stresses and shapes, margins and deployment, before and after."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import lazy_loader as lazy
+import numpy as np
+
+from evolvent.analysis.margins.results import MarginResults, least_of, shown_margin
+from evolvent.analysis.storage import Store
+from evolvent.model.registry import asked
+from evolvent.results import display, made_with, netcdf
+from evolvent.results.happened import latches_of
+from evolvent.results.variables import group_of, parts as parts_of
+from evolvent.solvers.static.storage import Stored
+from evolvent_base import answer as an
+from evolvent_base.figures import Figure, Line, Panel, stacked
+from evolvent_base.showing import Shown
+from evolvent_base.units import unit_text
+
+if TYPE_CHECKING:
+    import xarray as xr
+else:
+    xr = lazy.load("xarray")
+
+#: Units of what relaxes.
+_FORCES = ("N", "N m")
+#: Part of the largest force of a part below which one of its forces is not shown.
+_SMALL = 1e-6
+_DAY, _YEAR = 86_400.0, 365.25 * 86_400.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Relaxed:
+    """A force or moment of a part: its name, unit, and largest size before and after storage."""
+
+    part: str
+    name: str
+    unit: str
+    before: float
+    after: float
+
+
+class StorageResults(Shown):
+    """A system before and after its storage.
+
+    Attributes
+    ----------
+    section : Store, what was asked
+    run : xarray.DataTree, the equilibria over storage: a group a part, times since its start
+    forces : list of Relaxed
+    sets : list of (part, words, value, unit), deformation that is kept just after a sudden release of all stress
+    margins : (MarginResults, MarginResults) before and after; None where none are asked for
+    runs : (xarray.DataTree, xarray.DataTree), of the deployments before and after; None without one
+    title, case : str
+    """
+
+    named, endings = "storage", (".nc", ".json", ".csv")
+
+    def __init__(
+        self, section: Store, stored: Stored, run: xr.DataTree, *,
+        margins: tuple[MarginResults, MarginResults] | None = None,
+        runs: tuple[xr.DataTree, xr.DataTree] | None = None, title: str = "", case: str = "",
+    ) -> None:  # fmt: skip
+        self.section, self.run, self.margins, self.runs = section, run, margins, runs
+        self.title, self.case, self.steps = title, case, stored.times.size - 1
+        relaxing = list(stored.assembly.relaxations)
+        self.forces = [one for name in relaxing for one in _forces(run, name)]
+        self.sets = [one for name in relaxing for one in _sets(stored, name)]
+
+    def answer(self) -> an.Answer:
+        """Facts, tables before and after, figures and files."""
+        table = an.Table.of(self.rows(), words=2)
+        sections = [an.Section(title="Forces that relax", blocks=[table])]
+        kept = [["part", "deformation", "value"], *([part, words, f"{value:.4g} {unit_text(unit)}".rstrip(" 1")]
+                for part, words, value, unit in self.sets)]  # fmt: skip
+        if self.sets:
+            title = "Deformation just after a sudden release of all stress"
+            sections.append(an.Section(title=title, blocks=[an.Table.of(kept, words=2)]))
+        if self.margins is not None:
+            sections.append(an.Section(title="Margins", blocks=[an.Table.of(self.margin_rows(), words=2)]))
+        if self.runs is not None:
+            sections.append(an.Section(title="Deployment", blocks=[an.Table.of(self.latch_rows(), words=1)]))
+        figures = [figure for figure in (self.margin_figure(), self.figure()) if figure is not None]
+        sections += [an.Section(title=figure.title, blocks=[figure], level=an.PAGE) for figure in figures]
+        if self.case:
+            sections.append(an.Section(title="Case", blocks=[an.Listing(self.case)], level=an.PAGE))
+        warnings = []
+        if self.margins is not None and (negative := self.margins[1].negative):
+            warnings.append(f"after storage the margin of {', '.join(map(repr, negative))} is below 0")
+        return an.Answer(
+            title=f"Storage of {self.title or 'a system'}",
+            facts=[("stored", self.stored_for), ("steps", str(self.steps))],
+            warnings=warnings, sections=sections, notes=list(self.notes()), made=made_with(),
+            files={"storage.nc": lambda: netcdf.image(self.run), "storage.json": lambda: an.as_json(self.to_dict()),
+                   "storage.csv": lambda: an.as_csv(self.rows())},
+        )  # fmt: skip
+
+    @property
+    def stored_for(self) -> str:
+        """How long, and at which temperature, in words."""
+        found, T = shown_time(self.section.time), self.section.temperature
+        if T is None:
+            return found
+        if isinstance(T, float | int):
+            return f"{found} at {T - 273.15:.4g} °C"
+        values = [row[1] - 273.15 for row in T]
+        return f"{found} at {min(values):.4g} to {max(values):.4g} °C"
+
+    def rows(self) -> list[list[str]]:
+        """Largest forces of each part before and after: a head, then a row a force."""
+        found = [["part", "largest", "before", "after", "left"]]
+        for one in self.forces:
+            unit = unit_text(one.unit)
+            left = f"{100.0 * one.after / one.before:.4g} %" if one.before else "-"
+            words = one.name.replace("_", " ")
+            found.append([one.part, words, f"{one.before:.4g} {unit}", f"{one.after:.4g} {unit}", left])
+        return found
+
+    def margin_rows(self) -> list[list[str]]:
+        """Least margins before and after: a head, then a row a coordinate."""
+        assert self.margins is not None
+        found = [["coordinate", "requirement", "before", "after", "verdict"]]
+        before, after = self.margins
+        for name in after.names:
+            n = after.names.index(name)
+            pair = [one.still[n] or one.moving[n] for one in (before, after)]
+            if pair[1] is None:
+                found.append([name, "-", "-", "-", "-"])
+                continue
+            shown = ["-" if table is None else shown_margin(least_of(table)[2]) for table in pair]
+            verdict = "NEGATIVE" if name in after.negative else "holds"
+            found.append([name, least_of(pair[1])[0], *shown, verdict])
+        return found
+
+    def latch_rows(self) -> list[list[str]]:
+        """Latches of the deployments before and after: a head, then a row a latch."""
+        assert self.runs is not None
+        found = [["latch", "time before", "after", "rate before", "after", "peak before", "after", "energy before",
+                  "after"]]  # fmt: skip
+        before, after = (latches_of(run) for run in self.runs)
+        for name in _latching(self.runs[0]):
+            cells = [_latch(one, name) for one in (before, after)]
+            found.append([name, *(cell for pair in zip(*cells, strict=True) for cell in pair)])
+        return found
+
+    def notes(self) -> Iterator[str]:
+        """Sentences on what was assumed."""
+        yield (
+            "linear viscoelasticity: creep that depends on the stress, ageing, damage and moisture are not modelled; "
+            "the release and what follows are at the temperature of each material while it moves"
+        )
+        if self.runs is not None:
+            missing = [
+                name for name in _latching(self.runs[0])
+                if name in latches_of(self.runs[0])["latch"] and name not in latches_of(self.runs[1])["latch"]
+            ]  # fmt: skip
+            for name in missing:
+                yield f"{name!r} latches in the run before storage, and does not after it"
+
+    # -------------------------------------------------------------------------------------------------- figures
+
+    def margin_figure(self) -> Figure | None:
+        """Actuation before and after storage, and requirement, over each coordinate; the margin after it shaded."""
+        if self.margins is None:
+            return None
+        panels = []
+        for old, new in zip(self.margins[0].still, self.margins[1].still, strict=True):
+            if old is None or new is None:
+                continue
+            one = new.coordinate
+            scale, unit = (np.degrees(1.0), "deg") if one.angle else (1.0, "m")
+            name = least_of(new)[0]
+            x, up, down = scale * new.x, new.available, new.required(name)
+            top, back = np.maximum(up, down), np.concatenate([x, x[::-1]])
+            drawn = [
+                Line(x=back, y=np.concatenate([top, low[::-1]]), style="", fill=color)
+                for low, color in ((down, "#cfe8cf"), (up, "#f3c9c9"))
+            ]
+            drawn.append(Line(x=scale * old.x, y=old.available, label="actuation before storage", style="--"))
+            drawn.append(Line(x=x, y=up, label="actuation after storage"))
+            drawn.append(Line(x=x, y=down, label="required", color=1))
+            margins = [shown_margin(least_of(table)[2]) for table in (old, new)]
+            what = "torque" if one.angle else "force"
+            panels.append(
+                Panel(
+                    x_label=f"{one.name}, {unit}", y_label=f"{what}, {one.units[1]}", lines=drawn,
+                    title=f"{one.name}: margin {margins[0]} before, {margins[1]} after {shown_time(self.section.time)}",
+                )
+            )  # fmt: skip
+        if not panels:
+            return None
+        title = "Margins before and after storage"
+        return Figure(name="storage_margins", title=title, panels=panels, height=stacked(len(panels)))
+
+    def figure(self) -> Figure | None:
+        """Forces over storage, beside those of its start, over the logarithm of time."""
+        lines, times = [], self.run["time"].values
+        for k, one in enumerate(self.forces):
+            values = _largest(group_of(self.run, one.part)[one.name])
+            if one.before and times.size > 2:
+                label = f"{one.part}: {one.name.replace('_', ' ')}"
+                lines.append(Line(x=times[1:], y=values[1:] / one.before, label=label, color=k))
+        if not lines:
+            return None
+        panel = Panel(
+            x_label="time in storage, s", y_label="part of the force that is left, 1", lines=lines, log_x=True
+        )
+        return Figure(name="storage", title="Relaxation in storage", panels=[panel])
+
+    def to_dict(self) -> dict[str, Any]:
+        """All numbers, as the JSON file has them."""
+        found: dict[str, Any] = {
+            "time": self.section.time, "temperature": self.section.temperature,
+            "forces": [dataclasses.asdict(one) for one in self.forces],
+            "sets": [dict(zip(("part", "deformation", "value", "unit"), one, strict=True)) for one in self.sets],
+        }  # fmt: skip
+        if self.margins is not None:
+            found |= dict(
+                zip(("margins_before", "margins_after"), (one.to_dict() for one in self.margins), strict=True)
+            )
+        return found
+
+
+def shown_time(seconds: float) -> str:
+    """A time in the largest unit of which it has one."""
+    for unit, size in (("years", _YEAR), ("days", _DAY), ("h", 3600.0)):
+        if seconds >= size:
+            return f"{seconds / size:.4g} {unit}"
+    return f"{seconds:.4g} s"
+
+
+def _largest(values: xr.DataArray) -> np.ndarray:
+    """Largest size over a part at each time: (n,)."""
+    found = np.abs(values.values)
+    return np.asarray(found.reshape(found.shape[0], -1).max(axis=1))
+
+
+def _forces(run: xr.DataTree, part: str) -> list[Relaxed]:
+    """Forces and moments of a part that are not zero at the start, or not small beside its largest."""
+    if part not in parts_of(run):
+        return []
+    group, found = group_of(run, part), []
+    for name, values in group.data_vars.items():
+        unit = str(values.attrs.get("units", ""))
+        if unit in _FORCES and values.dims[:1] == ("time",):
+            largest = _largest(values)
+            found.append(Relaxed(part, str(name), unit, float(largest[0]), float(largest[-1])))
+    most = {
+        unit: max((max(one.before, one.after) for one in found if one.unit == unit), default=0.0) for unit in _FORCES
+    }
+    return [one for one in found if one.before > _SMALL * most[one.unit] > 0.0]
+
+
+def _sets(stored: Stored, part: str) -> Iterator[tuple[str, str, float, str]]:
+    """Deformations of a part that are kept."""
+    family, index = stored.assembly.names[part]
+    found = list(asked("statics.sets")[family](stored.assembly.model, index))
+    largest = {unit: max(abs(value) for _, value, one in found if one == unit) for _, _, unit in found}
+    for words, value, unit in found:
+        if abs(value) > 1e-9 and abs(value) > 1e-3 * largest[unit]:
+            factor, shown = display.shown_unit(unit)
+            yield part, words, factor * value, shown
+
+
+def _latching(run: xr.DataTree) -> Sequence[str]:
+    """Parts with a latch."""
+    return [name for name in parts_of(run) if "latch_rate" in group_of(run, name)]
+
+
+def _latch(latches: xr.Dataset, name: str) -> list[str]:
+    """Time, rate, peak and energy of a latch, as texts; "-" where it has not locked."""
+    if name not in latches["latch"].values:
+        return ["-"] * 4
+    one: Mapping[Any, Any] = latches.sel(latch=name)
+    factor, unit = (180.0 / math.pi, "deg/s") if str(one["rate_unit"].values) == "rad/s" else (1.0, "m/s")
+    return [
+        f"{float(one['time']):.4g} s", f"{factor * float(one['rate']):.4g} {unit}",
+        f"{float(one['peak']):.4g} {one['peak_unit'].values}", f"{float(one['work']):.4g} J",
+    ]  # fmt: skip

@@ -1,0 +1,247 @@
+"""Relaxation of beams of viscoelastic materials.
+
+The strains that relax are the products of an element's nodal vectors less those of its shape without stress, of which
+its energy is quadratic (`kernels.ancf`): s = H (x + sum g (w - x)) with their branches' strains w.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from evolvent.compiled.jit import inlined
+from evolvent.compiled.views import matrix_view
+from evolvent.families.beams.beam_strains import MIDDLE, OF_BEAM, POINTS
+from evolvent.families.relaxation.family import add_branches, add_terms
+from evolvent.kernels import ancf, ancf_beams, calls
+from evolvent.kernels.viscoelastic import branch_energy, relax_strains, relaxed_by, stiffness_factor
+from evolvent.model.family import Family, record
+from evolvent.model.powers import STIFFNESS_DAMPING
+from evolvent.model.questions import Implicit, Samples, Stability
+
+Array = np.ndarray
+#: Coordinates of an element.
+_SIZE = 24
+#: Places in the scratch `Model.work`: vectors, their rates, products at the mean and the end; what relaxation adds
+#: and stresses stand behind.
+_V, _W, _MEAN, _END = 0, 21, 42, 70
+
+
+@inlined
+def _relax(k, interval, model, out):
+    """What relaxation adds to the products of element k over an interval, into out : (28,); its vectors into `work`."""
+    row, work, n, m = model.beam_relaxations[k], model.work, ancf.N, ancf.PRODUCTS
+    iq, iv, h = model.elements[row.element].iq, model.elements[row.element].iv, interval.step.h
+    v, w, mean, end = work[_V:_W], work[_W:_MEAN], work[_MEAN:_END], work[_END : _END + m]
+    ancf.nodal_vectors(interval.ym[iq : iq + _SIZE], n, v)
+    ancf.nodal_vectors(interval.ym[iv : iv + _SIZE], n, w)
+    ancf.products(v, n, mean)
+    for i in range(m):
+        end[i] = mean[i]
+    if h != 0.0:
+        ancf.add_product_rates(w, w, 0.125 * h * h, n, mean)
+        ancf.add_product_rates(w, w, 0.125 * h * h, n, end)
+        ancf.add_product_rates(v, w, 0.5 * h, n, end)
+    for i in range(m):
+        rest = model.parameters[row.rest + i]
+        mean[i] -= rest
+        end[i] -= rest
+        out[i] = 0.0
+    relax_strains(row.prony, row.prony_end, row.branch, m, h, mean, end, model, out)
+
+
+@calls.force
+def force(interval, model):
+    """Forces by which relaxation changes those of all elements."""
+    rows, m = model.beam_relaxations, ancf.PRODUCTS
+    out, s = model.work[_END + m : _END + 2 * m], model.work[_END + 2 * m : _END + 3 * m]
+    for k in range(rows.size):
+        _relax(k, interval, model, out)
+        at, H = model.elements[rows[k].element].iv - model.info.nq, model.H[model.elements[rows[k].element].form]
+        ancf.multiply(H, out, ancf.N, s)
+        ancf.add_force(s, model.work[_V:_W], ancf.N, model.F[at : at + _SIZE])
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    rows, n, m, h = model.beam_relaxations, ancf.N, ancf.PRODUCTS, interval.step.h
+    work, K = model.work, model.K24
+    out, s, v, w = work[_END + m : _END + 2 * m], work[_MEAN:_END], work[_V:_W], work[_W:_MEAN]
+    for k in range(rows.size):
+        _relax(k, interval, model, out)
+        element = model.elements[rows[k].element]
+        H, at = model.H[element.form], element.iv - model.info.nq
+        ancf.multiply(H, out, n, s)
+        factor = stiffness_factor(rows[k].prony, rows[k].prony_end, h, model) - 1.0
+        for i in range(3 * n):
+            w[i] = factor * (v[i] + 0.5 * h * w[i])
+        ancf.write_tangent(H, s, v, w, n, matrix_view(work, _END, 3 * n, m), K)
+        ancf_beams.add_with_mass(matrix, at, _SIZE, K, 0.0, model.M[element.mass])
+
+
+@inlined
+def _strains(k, y, model, x):
+    """Strains x : (28,) of element k in a state."""
+    row, v, m = model.beam_relaxations[k], model.work[_V:_W], ancf.PRODUCTS
+    iq = model.elements[row.element].iq
+    ancf.nodal_vectors(y[iq : iq + _SIZE], ancf.N, v)
+    ancf.products(v, ancf.N, x)
+    for i in range(m):
+        x[i] -= model.parameters[row.rest + i]
+
+
+@inlined
+def _energy(k, H, x, model):
+    """What relaxation changes the energy of element k by, by a form H, J."""
+    row, m, found = model.beam_relaxations[k], ancf.PRODUCTS, 0.0
+    for i in range(row.prony_end - row.prony):
+        share = model.prony_terms[row.prony + i].share
+        found += branch_energy(share, model.branch_strains, row.branch + m * i, H, 0, m)
+        for a in range(m):
+            part = 0.0
+            for b in range(m):
+                part += H[a, b] * x[b]
+            found -= 0.5 * share * part * x[a]
+    return found
+
+
+@calls.energy
+def energy(interval, model, out):
+    """What relaxation changes the energies of all elements by."""
+    rows, x = model.beam_relaxations, model.work[_MEAN:_END]
+    for k in range(rows.size):
+        _strains(k, interval.ym, model, x)
+        element = model.elements[rows[k].element]
+        out[1] += _energy(k, model.H[element.form], x, model)
+        out[2] += _energy(k, model.H[element.bending], x, model)
+
+
+@calls.force
+def end_step(interval, model):
+    """What relaxation of all elements takes over a step."""
+    rows, taken, h = model.beam_relaxations, 0.0, interval.step.h
+    for k in range(rows.size):
+        if h > 0.0:
+            H = model.H[model.elements[rows[k].element].form]
+            taken += relaxed_by(rows[k].prony, rows[k].prony_end, rows[k].branch, ancf.PRODUCTS, H, h, model)
+    interval.powers[STIFFNESS_DAMPING] += taken
+
+
+@inlined
+def _product(out, i, j):
+    return out[ancf.pair(i, j, ancf.N)]
+
+
+@inlined
+def _line(length, xi, out, strains):
+    """Strains of the axis (`ancf.line_strains`) of products `out` of the nodal vectors, linear in these."""
+    # factors of a = r,x, b, b', c, c' by the nodal vectors: slopes p, y, z of the first node, d, slopes of the second
+    a = (1.0 - 4.0 * xi + 3.0 * xi * xi, 0.0, 0.0, 6.0 * xi * (1.0 - xi) / length, 3.0 * xi * xi - 2.0 * xi, 0.0, 0.0)
+    b, b1 = (0.0, 1.0 - xi, 0.0, 0.0, 0.0, xi, 0.0), (0.0, -1.0 / length, 0.0, 0.0, 0.0, 1.0 / length, 0.0)
+    c, c1 = (0.0, 0.0, 1.0 - xi, 0.0, 0.0, 0.0, xi), (0.0, 0.0, -1.0 / length, 0.0, 0.0, 0.0, 1.0 / length)
+    for i in range(9):
+        strains[i] = 0.0
+    for i in range(ancf.N):
+        for j in range(ancf.N):
+            g = _product(out, i, j)
+            strains[0] += 0.5 * a[i] * a[j] * g
+            strains[1] += a[i] * b[j] * g
+            strains[2] += a[i] * c[j] * g
+            strains[3] += 0.5 * (b1[i] * c[j] - c1[i] * b[j]) * g
+            strains[4] += a[i] * b1[j] * g
+            strains[5] += a[i] * c1[j] * g
+            strains[6] += 0.5 * b[i] * b[j] * g
+            strains[7] += 0.5 * c[i] * c[j] * g
+            strains[8] += b[i] * c[j] * g
+
+
+@calls.force
+def evaluate(interval, model):
+    """Relaxed forces and moments of all elements into their records, and energies into those of their beams."""
+    rows, work, p, m = model.beam_relaxations, model.work, model.parameters, ancf.PRODUCTS
+    x, out = work[_MEAN:_END], work[_END : _END + m]
+    off, S = work[_END + m : _END + m + 9], work[_END + m + 9 : _END + m + 18]
+    for k in range(rows.size):
+        element, pull = model.elements[rows[k].element], 0.0
+        _strains(k, interval.ym, model, x)
+        beam = model.beams[element.beam]
+        beam.elastic += _energy(k, model.H[element.form], x, model)
+        beam.bending += _energy(k, model.H[element.bending], x, model)
+        for i in range(m):
+            out[i] = 0.0
+        for i in range(rows[k].prony_end - rows[k].prony):
+            share = model.prony_terms[rows[k].prony + i].share
+            for j in range(m):
+                out[j] += share * (model.branch_strains[rows[k].branch + m * i + j].w - x[j])
+        iq = element.iq
+        e = interval.ym[iq : iq + _SIZE]
+        for i in range(len(POINTS)):
+            at, N, shear_y, shear_z, square = element.section + OF_BEAM * i, 0.0, 0.0, 0.0, 0.0
+            _line(element.length, POINTS[i], out, off)
+            for r in range(9):
+                S[r] = 0.0
+                for c in range(9):
+                    S[r] += p[at + 9 * r + c] * off[c]
+            for r in range(3):
+                a, b, b1, c, c1 = ancf.line_vectors(e, element.length, POINTS[i], r)
+                g = S[0] * a + S[1] * b + S[2] * c + S[4] * b1 + S[5] * c1
+                N, shear_y, shear_z, square = N + g * a, shear_y + g * b, shear_z + g * c, square + a * a
+            N /= np.sqrt(square)
+            if i < 2:
+                element.axial_force[i] += N
+                element.shear_force_y[i] += shear_y
+                element.shear_force_z[i] += shear_z
+                pull -= 0.5 * N
+            else:
+                pull += (5.0, 8.0, 5.0)[i - 2] / 18.0 * N
+            if i == MIDDLE:
+                element.torsional_moment += S[3]
+                element.bending_moment_y += S[5]
+                element.bending_moment_z -= S[4]
+        for i in range(2):
+            element.axial_force[i] += pull
+
+
+# element: of a beam; rest: index among the parameters of the products without stress
+BEAM_RELAXATIONS = Family(
+    "beam_relaxations",
+    record("element prony prony_end branch rest"),
+    order=31,
+    of="beams",
+    force=force,
+    tangent=tangent,
+    energy=energy,
+    of_step=False,
+    stability=Stability(by_rates=False),
+    implicit=Implicit(end_step=end_step),
+    samples=Samples(evaluate=evaluate),
+)  # fmt: skip
+
+
+def _products(e: Array) -> Array:
+    """Products of the nodal vectors of an element with the coordinates e (24,)."""
+    v = e[3:].copy()
+    v[9:12] -= e[:3]
+    vectors = v.reshape(ancf.N, 3)
+    return (vectors @ vectors.T)[np.triu_indices(ancf.N)]
+
+
+def add_relaxation(builder: Any, law: Any, first: int, starts: Array, rests: Array) -> None:
+    """Write the relaxation of the elements of a beam, which have been written.
+
+    Parameters
+    ----------
+    builder : evolvent.assembly.builder.Builder
+    law : evolvent.elements.viscoelastic.Viscoelastic
+    first : int, its first element
+    starts, rests : (n, 24) float, coordinates of the elements at the start and without stress
+    """
+    terms = add_terms(builder, law)
+    for k, (start, rest) in enumerate(zip(starts, rests, strict=True)):
+        own = _products(rest)
+        builder.add(
+            "beam_relaxations", element=first + k, **terms, rest=builder.parameters(own.tolist())[0],
+            branch=add_branches(builder, terms, _products(start) - own),
+        )  # fmt: skip

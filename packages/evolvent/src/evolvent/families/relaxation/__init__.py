@@ -1,0 +1,1 @@
+"""Relaxation: Prony terms of viscoelastic materials, and the strains of their branches."""

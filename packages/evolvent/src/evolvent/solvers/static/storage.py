@@ -1,0 +1,241 @@
+"""store(): what a time in the stowed position leaves of the stresses and shapes of viscoelastic parts."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from evolvent.assembly import families
+from evolvent.assembly.assembled import Assembly
+from evolvent.kernels import axial
+from evolvent.model import family
+from evolvent.model.registry import motions, motions_of
+from evolvent.solvers.common.laws import refusing_laws
+from evolvent.solvers.common.solution import Solution
+from evolvent.solvers.static.search import StaticSearch
+from evolvent.solvers.static.work import Work, spin_of
+from evolvent_base.errors import InputError
+
+Array = np.ndarray
+#: First step beside the shortest relaxation time, and what a step may be longer than the one before.
+_FIRST, _GROWTH = 1e-3, 2.0
+#: Strains of branches, beside the largest of their term, below which they do not count in the error.
+_SMALL = 1e-3
+#: Steps after which storage ends as failed, and step beside the whole time below which it does.
+MOST_STEPS, _SMALLEST = 20_000, 1e-12
+#: What an angle (rad) or a travel (m) of a mechanism may move from the start to the stowed equilibrium.
+MOST_MOVED = 0.05
+#: Correction at which an iteration has converged.
+_CONVERGED = 1e-11
+
+
+@dataclasses.dataclass
+class Stored:
+    """A stowed system after its storage.
+
+    Attributes
+    ----------
+    assembly : Assembly, whose start is the state in which storage has left it
+    solution : Solution, the equilibria over storage
+        Its first state is the stowed equilibrium before any relaxation, its last the one at the end.
+    times : (n,) float, s, since the start of storage, of the states
+    """
+
+    assembly: Assembly
+    solution: Solution
+    times: Array
+
+
+def relaxes(assembly: Assembly) -> bool:
+    """Whether an assembly has viscoelastic parts."""
+    return bool(assembly.relaxations)
+
+
+def store(
+    assembly: Assembly,
+    time: float,
+    temperature: float | Sequence[tuple[float, float]] | None = None,
+    *,
+    tolerance: float = 1e-6,
+    most_moved: float = MOST_MOVED,
+    progress: Callable[[float], None] | None = None,
+) -> Stored:
+    """Let a stowed system stand for a time, in equilibrium with its loads and with what holds it.
+
+    Parameters
+    ----------
+    assembly : Assembly, its start is the stowed position; it is left as it is
+    time : float, s
+    temperature : float, K, or rows [time since the start of storage (s), temperature (K)] with straight lines between
+        them, the first and last are held before and after; that of each part while it moves if left out
+    tolerance : error of the strains of a step beside their size
+    most_moved : float, rad or m, that mechanisms may be from the start in the stowed equilibrium
+    progress : called with the time reached (s)
+
+    Raises
+    ------
+    InputError
+        Without viscoelastic parts, for a temperature at which a shift does not hold, for a part that statics do not
+        support; where there is no equilibrium.
+
+    Notes
+    -----
+    Every step is an equilibrium at its end, with strains that change at a constant rate over it, by which relaxation is
+    exact (`evolvent.kernels.viscoelastic`): of strains that are held, steps of any length have no error. Their length
+    follows from how the rates of the strains change.
+    """
+    if not relaxes(assembly):
+        raise InputError(
+            "`store` has no effect: no part is viscoelastic; give `viscoelastic` to a material or a spring, or leave "
+            "`store` out"
+        )
+    rows = None if temperature is None else np.atleast_2d(np.array(temperature, dtype=float))
+    if rows is not None and rows.shape == (1, 1):
+        rows = np.array([[0.0, rows[0, 0]]])
+    for _, law in assembly.relaxations.values() if rows is not None else ():
+        for value in rows[:, 1]:
+            law.factor(float(value), "store.temperature")
+    families.check(assembly, family.STATIC)
+    if assembly.directions is not None:
+        raise InputError("`store` does not support threads with segments of fixed length; leave it out")
+    own, y = dataclasses.replace(assembly, model=assembly.model.copy()), assembly.y
+    with refusing_laws(own):
+        work = Work(own, y, 0.0, spin_of(own, None, None))
+        work.allow_redundant()
+    search = _Storage(work, rows, tolerance, progress)
+    search.stow(most_moved)
+    search.relax(time)
+    return Stored(search.stored(assembly), search.search.solution(0.0, 0.0), np.array(search.times))
+
+
+#: Points and weights by which 1/a is integrated along a straight line of temperatures.
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+
+
+def reduced_time(law: Any, rows: Array, start: float, end: float) -> float:
+    """Integral of dt/a over a history of temperatures, s.
+
+    Parameters
+    ----------
+    law : evolvent.elements.viscoelastic.Viscoelastic
+    rows : (n, 2) float, times (s) and temperatures (K)
+    start, end : float, s
+    """
+    inner = rows[(rows[:, 0] > start) & (rows[:, 0] < end), 0]
+    found = 0.0
+    for a, b in itertools.pairwise([start, *inner.tolist(), end]):
+        at = np.interp(0.5 * (a + b) + 0.5 * (b - a) * _POINTS, rows[:, 0], rows[:, 1])
+        paces = [1.0 / law.factor(float(T), "store.temperature") for T in at]
+        found += 0.5 * (b - a) * float(_WEIGHTS @ paces)
+    return found
+
+
+class _Storage:
+    """Storage so far, and how it goes on."""
+
+    def __init__(
+        self, work: Work, rows: Array | None, tolerance: float, progress: Callable[[float], None] | None
+    ) -> None:
+        self.work, self.rows, self.tolerance, self.progress = work, rows, tolerance, progress
+        self.search = StaticSearch(work, _CONVERGED, MOST_STEPS, None)
+        self.times: list[float] = []
+        self._own_times = work.model.prony_terms["time"].copy()
+        self._rate: Array | None = None
+
+    def stow(self, most_moved: float) -> None:
+        """Find the stowed equilibrium, before any relaxation."""
+        rows = motions_of(self.work.model)
+        start = rows["angle"].copy()
+        with refusing_laws(self.work.assembly):
+            self.search.by_steps(np.ones(1), whole=True)
+        if self.search.status != "success":
+            raise InputError(f"storage: the stowed position is in no equilibrium: {self.search.message}")
+        for k in np.flatnonzero(np.abs(rows["angle"] - start) > most_moved):
+            name, moved = families.owner(self.work.assembly, motions(), int(k)), float(rows["angle"][k] - start[k])
+            unit = "rad" if rows["kind"][k] == axial.ANGLE else "m"
+            raise InputError(
+                f"storage: nothing holds {name!r} in its stowed position: its equilibrium is {moved:.3g} {unit} from "
+                f"the start; hold it by a joint with `until`, a contact or a drive"
+            )
+        del self.search.kept[:-1]
+        self.times.append(0.0)
+
+    def _shift(self, step: float) -> None:
+        """Set the relaxation times of a step, by its temperatures."""
+        terms, start = self.work.model.prony_terms, self.times[-1]
+        for first, law in self.work.assembly.relaxations.values() if self.rows is not None else ():
+            factor = step / reduced_time(law, self.rows, start, start + step)
+            terms["time"][first : first + len(law.prony)] = [time * factor for _, time in law.prony]
+        terms["span"] = step
+
+    def relax(self, duration: float) -> None:
+        """Let a time pass, s."""
+        terms, reached = self.work.model.prony_terms, 0.0
+        self._shift(np.finfo(float).tiny if self.rows is None else 1e-9 * duration)
+        step = _FIRST * float(terms["time"].min())
+        while reached < duration:
+            if len(self.times) > MOST_STEPS:
+                raise InputError(f"storage: {MOST_STEPS} steps were not enough at t = {reached:.4g} s")
+            left = duration - reached
+            step = left if step >= left else 0.5 * left if 2.0 * step > left else step
+            error = self._try(step)
+            if error <= 1.0:
+                reached = duration if step == left else reached + step
+                self._accept(reached, step)
+            elif step <= _SMALLEST * duration:
+                raise InputError(
+                    f"storage: no equilibrium is found beyond t = {reached:.6g} s: what is stowed may move off there "
+                    f"as its stiffness relaxes; hold it"
+                )
+            step *= min(max(0.9 / max(error, 1e-12) ** 0.5, 0.2), _GROWTH)
+        terms["time"] = self._own_times
+        terms["span"] = 0.0
+
+    def _try(self, step: float) -> float:
+        """Equilibrium after a step; its error beside the tolerance, or a large number without one."""
+        w, branches = self.work, self.work.model.branch_strains
+        state = self.search._state()
+        self._shift(step)
+        found = self.search._balance(1.0)
+        if found < 0:
+            self.search._back(state)
+            return 1e3
+        moved = branches["x"] - branches["x0"]
+        off = np.zeros_like(moved) if self._rate is None else moved - step * self._rate
+        size = np.abs(branches["x"])
+        for term in range(w.model.prony_terms.size):
+            own = branches["term"] == term
+            size[own] = np.maximum(size[own], _SMALL * size[own].max(initial=0.0))
+        error = np.abs(off[size > 0.0]) / size[size > 0.0]
+        beside = float(error.max(initial=0.0)) / (6.0 * self.tolerance)
+        if beside > 1.0:
+            self.search._back(state)
+        return beside
+
+    def _accept(self, time: float, step: float) -> None:
+        """Make the end of a step the start of the next one."""
+        model = self.work.model
+        branches = model.branch_strains
+        self._rate = (branches["x"] - branches["x0"]) / step
+        self.search.steps += 1
+        self.search._store_point(1.0)
+        branches["x0"], branches["w0"] = branches["x"], branches["w"]
+        model.prony_terms["span"] = 0.0
+        self.times.append(time)
+        if self.progress is not None:
+            self.progress(time)
+
+    def stored(self, assembly: Assembly) -> Assembly:
+        """The assembly whose start is the last state."""
+        model, y = assembly.model.copy(), assembly.y.copy()
+        _, last, switches, *_ = self.search.kept[-1]
+        n_q, n_v = int(model.info.nq), int(model.info.nv)
+        y[:n_q], y[n_q + n_v :] = last[:n_q], last[n_q + n_v :]
+        for field in ("x0", "w0", "x", "w"):
+            model.branch_strains[field] = self.work.model.branch_strains[field]
+        model.switches[:] = switches
+        return dataclasses.replace(assembly, model=model, y=y, s=switches.copy())

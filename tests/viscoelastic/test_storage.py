@@ -1,0 +1,175 @@
+"""Storage in the stowed position: relaxation, creep, recovery, temperature, margins, cases."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy
+import yaml
+
+from evolvent import System, cases, parts
+from evolvent.families.relaxation.family import set_of
+from evolvent.solvers.static.storage import reduced_time, store
+from evolvent_base.errors import InputError
+from viscoelastic_rods import bent_rod
+
+#: Three-element law of the closed forms: E_inf = 0.4, E_1 = 0.6, tau = 1 s.
+LAW = {"prony": [(0.6, 1.0)]}
+YEAR = 365.25 * 86_400.0
+SHIFT = {"arrhenius": {"energy": "80 kJ/mol", "reference": "20 degC"}}
+ZERO = ["hysteresis", "harness", "motor losses", "adhesion", "load", "acceleration"]
+
+
+def panel(law: Any, *, until: float = 1.0, **keys: Any) -> System:
+    """A panel on a hinge with a spring, held stowed by a clamp until a time."""
+    system = System(**keys)
+    system.add(parts.RigidBody(mass=2.0, inertia=(0.3, 0.3, 0.5)), "panel")
+    system.add(parts.Joint(a="ground", b="panel", type="revolute", axis=(0, 0, 1), position=(0, 0, 0)), "hinge")
+    spring = parts.JointSpring(
+        joint="hinge", stiffness=0.2, rest=2.5, damping=0.01, friction=0.01, latch=1.5, latch_stiffness=1000.0,
+        latch_damping=1.0, viscoelastic=law,
+    )  # fmt: skip
+    system.add(spring, "spring")
+    system.add(parts.Joint(a="ground", b="panel", type="clamp", position=(0, 0, 0), until=until), "hold-down")
+    return system
+
+
+@pytest.mark.parametrize("time", [0.3, 1.0, 10.0])
+def test_a_held_rod_relaxes_and_keeps_curvature(time: float) -> None:
+    found = store(bent_rod(LAW, curvature=0.5).assemble(), time)
+    model = found.assembly.model
+    left = 0.4 + 0.6 * math.exp(-time)
+    kept = set_of(model, model.rod_elements[1], 6)
+    assert kept[5] == pytest.approx(0.5 * (1.0 - left), rel=1e-12)
+    if time == 10.0:
+        assert left == pytest.approx(0.4000272, abs=5e-8)
+        assert kept[5] / 0.5 == pytest.approx(0.5999728, abs=5e-8)
+
+
+def test_what_is_kept_after_a_release_decays_at_its_rate() -> None:
+    """Held for 10 tau and released at once: 0.5999728 of the angle remains, and decays at E_inf/(E_0 tau)."""
+    system = System()
+    system.add(parts.RigidBody(mass=2.0, inertia=(0.3, 0.3, 0.5)), "panel")
+    system.add(parts.Joint(a="ground", b="panel", type="revolute", axis=(0, 0, 1), position=(0, 0, 0)), "hinge")
+    system.add(parts.JointSpring(joint="hinge", stiffness=2.0, rest=0.5, viscoelastic=LAW), "spring")
+    system.add(parts.Joint(a="ground", b="panel", type="clamp", position=(0, 0, 0)), "hold-down")
+    held = store(system.assemble(), 10.0).assembly
+    held.model.constraints["until"] = np.where(
+        np.array([name == "hold-down" for name in held.row_parts]), -1.0, held.model.constraints["until"]
+    )
+    free = store(held, 3.0, tolerance=1e-7, most_moved=1.0)
+    iq = int(free.assembly.model.bodies["iq"][1])
+    q = free.solution.y[:, iq : iq + 7]
+    angle = 0.5 - 2.0 * np.arctan2(q[:, 6], q[:, 3])
+    assert angle[0] / 0.5 == pytest.approx(0.5999728, abs=5e-8)
+    assert angle == pytest.approx(angle[0] * np.exp(-0.4 * free.times), rel=1e-6)
+    assert math.log(2.0) / 0.4 == pytest.approx(1.7328680, abs=5e-8)
+
+
+def test_creep_under_a_constant_load() -> None:
+    system = System(gravity=(10.0, 0.0, 0.0))
+    system.add(parts.Point(mass=1.0, position=(1.0, 0, 0)), "mass")
+    system.add(parts.Spring(a=(0.0, 0, 0), b="mass", stiffness=100.0, length=1.0, viscoelastic=LAW), "spring")
+    found = store(system.assemble(), 20.0)
+    strain = found.solution.y[:, 0] - 1.0
+    exact = 0.1 * (1.0 - 0.6 * np.exp(-0.4 * found.times)) / 0.4
+    assert strain == pytest.approx(exact, rel=1e-6)
+
+
+def test_a_shift_is_a_change_of_time() -> None:
+    factor = 30.0 / 3652.5
+    temperature = 1.0 / (1.0 / 293.15 + math.log(factor) * 8.314462618 / 80e3)
+    law = {"prony": [(0.3, "10 days"), (0.2, "2 years")], "shift": SHIFT}
+    cold = store(panel(law).assemble(), 10.0 * YEAR, 293.15).assembly
+    warm = store(panel(law).assemble(), 10.0 * YEAR * factor, temperature).assembly
+    assert warm.model.branch_strains["w0"] == pytest.approx(cold.model.branch_strains["w0"], rel=1e-9, abs=1e-15)
+
+
+def test_a_history_of_temperatures_counts_by_its_integral() -> None:
+    law = panel({"prony": [(0.3, "1 day")], "shift": SHIFT}).assemble().relaxations["spring"][1]
+    rows = np.array([[0.0, 280.0], [3e5, 320.0], [4e5, 320.0], [9e5, 290.0]])
+
+    def pace(t: float) -> float:
+        return 1.0 / law.factor(float(np.interp(t, rows[:, 0], rows[:, 1])), "T")
+
+    exact = sum(
+        scipy.integrate.quad(pace, a, b, epsabs=0.0, epsrel=1e-12)[0] for a, b in ((1e5, 3e5), (3e5, 4e5), (4e5, 8e5))
+    )
+    assert reduced_time(law, rows, 1e5, 8e5) == pytest.approx(exact, rel=1e-12)
+    stored = store(panel({"prony": [(0.3, "1 day")], "shift": SHIFT}).assemble(), 9e5, rows.tolist()).assembly
+    whole = reduced_time(law, rows, 0.0, 9e5)
+    assert float(stored.model.branch_strains["w0"][0]) == pytest.approx(-2.5 * math.exp(-whole / 86_400.0), rel=1e-9)
+
+
+def test_every_analysis_begins_after_storage() -> None:
+    store_ = {"time": "10 years"}
+    law = {"prony": [(0.3, "10 days"), (0.2, "1 h")]}
+    fresh, aged = (
+        panel(law, sections={"margin": {"zero": ZERO}} | extra, settings={"until": 6.0})
+        for extra in ({}, {"store": store_})
+    )
+    before, after = fresh.margin(motion=False), aged.margin(motion=False)
+    # at the start of the travel the springs have half of their torque, and one of the whole stiffness beyond it
+    torque = [one["spring"].values[0] for one in (before, after)]
+    assert torque[1][0] / torque[0][0] == pytest.approx(0.5, rel=1e-9)
+    assert torque[0][-1] - torque[1][-1] == pytest.approx(torque[0][0] - torque[1][0], rel=1e-9)
+    assert after.least < before.least
+    runs = [one.simulate(every=0.5, fine=False, method="energy-momentum") for one in (fresh, aged)]
+    assert runs[1]["spring"].torque.values[0] / runs[0]["spring"].torque.values[0] == pytest.approx(0.5, rel=1e-9)
+    assert float(runs[1]["spring"].latch_time.values[-1]) > float(runs[0]["spring"].latch_time.values[-1])
+    shown = aged.storage()
+    assert "50 %" in str(shown)
+    assert "10 years" in str(shown)
+    assert [one.part for one in shown.forces] == ["spring"]
+    assert len(shown.answer().figures) == 2
+
+
+def test_a_case_says_how_long_and_how_warm() -> None:
+    content = {
+        "system": "structure",
+        "parts": {
+            "mass": {"kind": "point", "mass": "1 kg", "position": "[1.1, 0, 0 m]"},
+            "spring": {"kind": "spring", "a": [0, 0, 0], "b": "mass", "stiffness": "100 N/m", "length": "1 m",
+                       "viscoelastic": {"prony": [[0.6, "1 h"]], "shift": SHIFT}},
+            "hold": {"kind": "joint", "a": [1.1, 0, 0], "b": "mass", "type": "spherical"},
+        },
+        "store": {"time": "10 years", "temperature": [["0 s", "0 degC"], ["5 years", "40 degC"]]},
+        "simulate": {"until": "1 s"},
+    }  # fmt: skip
+    content["parts"]["mass"]["position"] = [1.1, 0, 0]
+    case = cases.load(content)
+    system = cases.system("structure").system(case)
+    assert system.sections["store"]["time"] == "315576000.0 s"
+    found = system.assemble()
+    assert float(found.model.branch_strains["w0"][0]) == pytest.approx(0.0, abs=1e-12)
+    again = cases.load(yaml.safe_load(system.to_yaml()))
+    assert again.store == case.store
+
+
+@pytest.mark.parametrize(
+    ("sections", "law", "sentence"),
+    [
+        ({"store": {"time": "1 h"}}, None, r"`store` has no effect: no part is viscoelastic"),
+        ({"store": {"time": "-1 h"}}, LAW, r"store|time"),
+        ({"store": {"time": "1 h", "temperature": "-300 degC"}}, LAW, r"temperature"),
+        (
+            {"store": {"time": "1 h", "temperature": 310.0}},
+            {"prony": [(0.6, 1.0)], "shift": {"table": {"rows": [(280.0, 1.0), (300.0, 0.0)]}}},
+            r"store\.temperature is 310 K; the shift of the Prony series holds from 280 to 300 K",
+        ),
+    ],
+)
+def test_storage_that_cannot_be_is_refused(sections: Any, law: Any, sentence: str) -> None:
+    with pytest.raises((InputError, ValueError), match=sentence):
+        panel(law, sections=sections).assemble()
+
+
+def test_storage_without_a_hold_is_refused() -> None:
+    system = panel(LAW)
+    system.remove("hold-down")
+    assembly = system.assemble()
+    with pytest.raises(InputError, match=r"nothing holds 'spring' in its stowed position.*hold it by"):
+        store(assembly, 10.0)
