@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from evolvent.kernels import calls
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.layout import Accounts
-from evolvent.model.questions import AdjointSupport, Explicit, Implicit, Parts, Samples, Stability
+from evolvent.model.questions import AdjointSupport, Explicit, Implicit, Parts, Samples, Stability, Statics
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
@@ -38,6 +39,51 @@ def start(interval, model):
         model.prony_terms[k].span = -1.0
 
 
+class Memory:
+    """What storage asks of the viscoelastic records of a model, and lets them do."""
+
+    def __init__(self, model: Any) -> None:
+        self._terms, self._rows = model.prony_terms, model.branch_strains
+        self._times = model.prony_terms["time"].copy()
+
+    def pass_over(self, step: float, factors: Mapping[int, tuple[Any, float]]) -> None:
+        """Let the next state end a time, s; the relaxation times of laws, by their first terms, times factors."""
+        for first, (law, factor) in factors.items():
+            self._terms["time"][first : first + len(law.prony)] = [time * factor for _, time in law.prony]
+        self._terms["span"] = step
+
+    def end(self) -> None:
+        """No time passes any more, at the relaxation times of a run."""
+        self._terms["time"], self._terms["span"] = self._times, 0.0
+
+    @property
+    def shortest(self) -> float:
+        """Shortest relaxation time, s."""
+        return float(self._terms["time"].min())
+
+    def moved(self) -> Array:
+        """What the strains of all branches have changed by since the last state that was accepted."""
+        return np.asarray(self._rows["x"] - self._rows["x0"])
+
+    def sizes(self, small: float) -> Array:
+        """Sizes of the strains, at least `small` times the largest of their term; 0 where all of a term are 0."""
+        found = np.abs(self._rows["x"])
+        for term in range(self._terms.size):
+            own = self._rows["term"] == term
+            found[own] = np.maximum(found[own], small * found[own].max(initial=0.0))
+        return found
+
+    def accept(self) -> None:
+        """The last state becomes the start of what follows."""
+        self._rows["x0"], self._rows["w0"] = self._rows["x"], self._rows["w"]
+        self._terms["span"] = 0.0
+
+    def give(self, model: Any) -> None:
+        """Give the records of another model these strains."""
+        for field in ("x0", "w0", "x", "w"):
+            model.branch_strains[field] = self._rows[field]
+
+
 # terms of the Prony series of a strain: share of the instantaneous stiffness, relaxation time at the temperature of the
 # run; span: s, time of statics that ends in the next state, 0 for the instantaneous stiffness, infinity for that after
 # all relaxation; -1 in a run in time, whose steps end in its states
@@ -58,6 +104,7 @@ PRONY_TERMS = Family(
     explicit=Explicit(force=load, energy=load_for_energy),
     stability=Stability(by_rates=False),
     implicit=Implicit(start=start),
+    statics=Statics(memory=Memory),
     samples=Samples(prepare=load, evaluate=load, local=True),
 )  # fmt: skip
 

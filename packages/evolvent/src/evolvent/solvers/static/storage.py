@@ -13,7 +13,7 @@ from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import axial
 from evolvent.model import family
-from evolvent.model.registry import motions, motions_of
+from evolvent.model.registry import asked, motions, motions_of
 from evolvent.solvers.common.laws import refusing_laws
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.static.search import StaticSearch
@@ -23,7 +23,7 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 #: First step beside the shortest relaxation time, and what a step may be longer than the one before.
 _FIRST, _GROWTH = 1e-3, 2.0
-#: Strains of branches, beside the largest of their term, below which they do not count in the error.
+#: Strains, beside the largest of their law, below which they do not count in the error.
 _SMALL = 1e-3
 #: Steps after which storage ends as failed, and step beside the whole time below which it does.
 MOST_STEPS, _SMALLEST = 20_000, 1e-12
@@ -143,7 +143,7 @@ class _Storage:
         self.work, self.rows, self.tolerance, self.progress = work, rows, tolerance, progress
         self.search = StaticSearch(work, _CONVERGED, MOST_STEPS, None)
         self.times: list[float] = []
-        self._own_times = work.model.prony_terms["time"].copy()
+        (self._memory,) = (memory(work.model) for memory in asked("statics.memory").values())
         self._rate: Array | None = None
 
     def stow(self, most_moved: float) -> None:
@@ -166,17 +166,17 @@ class _Storage:
 
     def _shift(self, step: float) -> None:
         """Set the relaxation times of a step, by its temperatures."""
-        terms, start = self.work.model.prony_terms, self.times[-1]
+        start, factors = self.times[-1], dict[int, tuple[Any, float]]()
         for first, law in self.work.assembly.relaxations.values() if self.rows is not None else ():
             factor = step / reduced_time(law, self.rows, start, start + step)
-            terms["time"][first : first + len(law.prony)] = [time * factor for _, time in law.prony]
-        terms["span"] = step
+            factors[first] = law, factor
+        self._memory.pass_over(step, factors)
 
     def relax(self, duration: float) -> None:
         """Let a time pass, s."""
-        terms, reached = self.work.model.prony_terms, 0.0
+        reached = 0.0
         self._shift(np.finfo(float).tiny if self.rows is None else 1e-9 * duration)
-        step = _FIRST * float(terms["time"].min())
+        step = _FIRST * self._memory.shortest
         while reached < duration:
             if len(self.times) > MOST_STEPS:
                 raise InputError(f"storage: {MOST_STEPS} steps were not enough at t = {reached:.4g} s")
@@ -192,24 +192,18 @@ class _Storage:
                     f"as its stiffness relaxes; hold it"
                 )
             step *= min(max(0.9 / max(error, 1e-12) ** 0.5, 0.2), _GROWTH)
-        terms["time"] = self._own_times
-        terms["span"] = 0.0
+        self._memory.end()
 
     def _try(self, step: float) -> float:
         """Equilibrium after a step; its error beside the tolerance, or a large number without one."""
-        w, branches = self.work, self.work.model.branch_strains
         state = self.search._state()
         self._shift(step)
         found = self.search._balance(1.0)
         if found < 0:
             self.search._back(state)
             return 1e3
-        moved = branches["x"] - branches["x0"]
+        moved, size = self._memory.moved(), self._memory.sizes(_SMALL)
         off = np.zeros_like(moved) if self._rate is None else moved - step * self._rate
-        size = np.abs(branches["x"])
-        for term in range(w.model.prony_terms.size):
-            own = branches["term"] == term
-            size[own] = np.maximum(size[own], _SMALL * size[own].max(initial=0.0))
         error = np.abs(off[size > 0.0]) / size[size > 0.0]
         beside = float(error.max(initial=0.0)) / (6.0 * self.tolerance)
         if beside > 1.0:
@@ -218,13 +212,10 @@ class _Storage:
 
     def _accept(self, time: float, step: float) -> None:
         """Make the end of a step the start of the next one."""
-        model = self.work.model
-        branches = model.branch_strains
-        self._rate = (branches["x"] - branches["x0"]) / step
+        self._rate = self._memory.moved() / step
         self.search.steps += 1
         self.search._store_point(1.0)
-        branches["x0"], branches["w0"] = branches["x"], branches["w"]
-        model.prony_terms["span"] = 0.0
+        self._memory.accept()
         self.times.append(time)
         if self.progress is not None:
             self.progress(time)
@@ -235,7 +226,6 @@ class _Storage:
         _, last, switches, *_ = self.search.kept[-1]
         n_q, n_v = int(model.info.nq), int(model.info.nv)
         y[:n_q], y[n_q + n_v :] = last[:n_q], last[n_q + n_v :]
-        for field in ("x0", "w0", "x", "w"):
-            model.branch_strains[field] = self.work.model.branch_strains[field]
+        self._memory.give(model)
         model.switches[:] = switches
         return dataclasses.replace(assembly, model=model, y=y, s=switches.copy())
