@@ -79,8 +79,8 @@ class Lenticular(TapeSection):
 
     Notes
     -----
-    Bending about z is that of two shallow shells whose edges stay in one plane and turn freely there
-    and alike in both senses. All else is linear, with the properties of the closed thin wall.
+    Bending about z is that of two shallow shells whose edges stay in one plane and turn freely there,
+    alike in both senses. All else is linear, with the properties of the closed thin wall.
     """
 
     @property
