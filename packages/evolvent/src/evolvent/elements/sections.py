@@ -47,7 +47,7 @@ class TapeSection(Arc):
 
     Notes
     -----
-    Bending about z follows the shallow shell of Wuest and Mansfield (`families.rods.tape`), and each node has the
+    Bending about z follows the shallow shell of Wuest and Mansfield, and each node has the
     transverse curvature of its section as a coordinate. A positive curvature bends the rod in opposite sense, with the
     edges on the inner side. All else is linear, with the properties of the `Arc`, whose second moment about z is not
     used: that of the shallow arc is s^5 t/(720 R^2), s = R angle.
@@ -79,8 +79,8 @@ class Lenticular(TapeSection):
 
     Notes
     -----
-    Bending about z is that of two shallow shells whose edges stay in one plane and turn freely there
-    (`families.rods.tape`), alike in both senses. All else is linear, with the properties of the closed thin wall.
+    Bending about z is that of two shallow shells whose edges stay in one plane and turn freely there,
+    alike in both senses. All else is linear, with the properties of the closed thin wall.
     """
 
     @property
