@@ -1,0 +1,476 @@
+"""A fitted Prony series as an answer: terms, shifts, what is left after years, a figure, and a line for a case."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import special
+
+from evolvent.design.calibration import uncertainty
+from evolvent.design.calibration.relaxation import pictures, shifts
+from evolvent.design.calibration.relaxation.curves import ROUND_OFF, Measured
+from evolvent.design.calibration.relaxation.search import Solved
+from evolvent.elements.viscoelastic import Viscoelastic
+from evolvent_base import answer as an
+from evolvent_base.errors import counted
+from evolvent_base.showing import Shown
+
+Array = np.ndarray
+#: Years of storage for which the share that is left is stated, and seconds of a year.
+YEARS, YEAR = 10.0, 365.25 * 86400.0
+#: Overlap of curves in reduced time that is named as short, and 95 % bound of a shift that is named as vague, decades.
+SHORT, VAGUE = 0.3, 0.5
+#: Share of residuals from which stated and found scatter differ.
+_DIFFER = 1.5
+
+
+class Value(NamedTuple):
+    """A number, its standard uncertainty and its 95 % bounds."""
+
+    value: float
+    error: float
+    low: float
+    high: float
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Relaxation(Shown):
+    """A Prony series fitted to relaxation curves.
+
+    Attributes
+    ----------
+    measured : Measured, the curves
+    solved : Solved, the least squares
+    free : Solved, with a shift of each temperature and no law; None where there is one temperature
+    scale : float, force that counts as 1 in `solved`
+    deviation : float, of the forces, as given; None where the residuals show it
+    tried : tuple of Solved, with other numbers of terms
+    levels : tuple of int, of each curve, at which of the temperatures it was measured
+    warnings : tuple of str
+    """
+
+    measured: Measured
+    solved: Solved
+    free: Solved | None
+    scale: float
+    deviation: float | None
+    tried: tuple[Solved, ...]
+    levels: tuple[int, ...]
+    warnings: tuple[str, ...]
+
+    named = "relaxation series"
+    endings = (".json", ".yaml")
+
+    # -------------------------------------------------------------------------------------------- numbers
+
+    @property
+    def terms(self) -> int:
+        """Number of terms."""
+        return self.solved.terms
+
+    @property
+    def factor(self) -> float:
+        """Standard uncertainties in a 95 % bound: Student's t."""
+        return 1.96 if self.deviation is not None else float(special.stdtrit(self.solved.freedom, 0.975))
+
+    def covariance(self, of: Solved) -> Array:
+        """Covariance of the parameters of a solution."""
+        rms = math.sqrt(float(of.residuals @ of.residuals) / of.freedom)
+        scatter = max(rms, ROUND_OFF) if self.deviation is None else self.deviation / self.scale
+        assert of.covariance is not None
+        return scatter**2 * of.covariance
+
+    def _value(self, value: float, slope: Array) -> Value:
+        error = math.sqrt(max(float(slope @ self.covariance(self.solved) @ slope), 0.0))
+        return Value(value, error, value - self.factor * error, value + self.factor * error)
+
+    def _slope(self, place: int) -> Array:
+        found = np.zeros(self.solved.x.size)
+        found[place] = 1.0
+        return found
+
+    @property
+    def instantaneous(self) -> Value:
+        """Force just after a sudden step, of the first curve, in its unit."""
+        total = self.scale * self._slope(0)
+        total[self.solved.response.places[0]] = self.scale
+        return self._value(float(total @ self.solved.x), total)
+
+    @property
+    def equilibrium(self) -> Value:
+        """Force that never relaxes, of the first curve, in its unit."""
+        slope = self.scale * self._slope(0)
+        return self._value(float(slope @ self.solved.x), slope)
+
+    def share_left(self, time: float) -> Value:
+        """Share of the instantaneous force that is left at a time (s) after a step, at the reference temperature."""
+        amplitudes, times, _, _ = self.solved.response.places
+        A, tau = self.solved.x[amplitudes], np.exp(self.solved.x[times])
+        held = np.concatenate([[1.0], np.exp(-time / tau)])
+        share, slope = float(held @ A / A.sum()), self._slope(0)
+        slope[amplitudes] = (held - share) / A.sum()
+        slope[times] = A[1:] / A.sum() * held[1:] * (time / tau if math.isfinite(time) else 0.0)
+        found = self._value(share, slope)
+        return found._replace(low=max(found.low, 0.0), high=min(found.high, 1.0))
+
+    @property
+    def left(self) -> Value:
+        """Share of the force that never relaxes by the series."""
+        return self.share_left(math.inf)
+
+    @property
+    def shares(self) -> tuple[Value, ...]:
+        """Share of each term, by rising time."""
+        amplitudes = self.solved.response.places[0]
+        A = self.solved.x[amplitudes]
+        found = []
+        for k in range(1, self.terms + 1):
+            slope = self._slope(0)
+            slope[amplitudes] = -A[k] / A.sum() ** 2
+            slope[k] += 1.0 / A.sum()
+            one = self._value(float(A[k] / A.sum()), slope)
+            found.append(one._replace(low=max(one.low, 0.0), high=min(one.high, 1.0)))
+        return tuple(found)
+
+    @property
+    def times(self) -> tuple[Value, ...]:
+        """Relaxation time of each term, s, at the reference temperature; the bounds are a factor about it."""
+        place = self.solved.response.places[1]
+        logs = [self._value(float(self.solved.x[k]), self._slope(k)) for k in range(place.start, place.stop)]
+        return tuple(Value(math.exp(v), math.exp(v) * e, math.exp(low), math.exp(high)) for v, e, low, high in logs)
+
+    @property
+    def reference(self) -> float | None:
+        """Temperature of the series, K; None if it is not known."""
+        known = self.measured.curves[0].temperature is not None
+        return self.solved.response.shift.reference if known else None
+
+    @property
+    def temperatures(self) -> Array:
+        """(m,) temperatures of the curves, K, in rising order."""
+        return self.solved.response.shift.temperatures
+
+    @property
+    def constants(self) -> tuple[Value, ...]:
+        """Parameters of the shift: of each temperature but the first of the table, of the law."""
+        place = self.solved.response.places[2]
+        return tuple(self._value(float(self.solved.x[k]), self._slope(k)) for k in range(place.start, place.stop))
+
+    def decades(self, of: Solved | None = None) -> tuple[Value, ...]:
+        """log10 of the factor of relaxation times at each temperature, of a solution (`free`), or that of the series."""
+        of = of or self.solved
+        place = of.response.places[2]
+        value, slope = of.response.shift.at(of.x[place])
+        error = np.sqrt(np.einsum("ij,jk,ik->i", slope, self.covariance(of)[place, place], slope))
+        return tuple(
+            Value(v, e, v - self.factor * e, v + self.factor * e) for v, e in zip(value.tolist(), error, strict=True)
+        )
+
+    def reduced(self, k: int) -> Array:
+        """Times of a curve, s, as at the reference temperature."""
+        decades = self.decades()[self.levels[k]].value
+        return self.measured.curves[k].times / 10.0**decades
+
+    @property
+    def longest(self) -> float:
+        """Longest time that was measured, s, as at the reference temperature."""
+        return max(float(self.reduced(k)[-1]) for k in range(len(self.measured.curves)))
+
+    @property
+    def shortest(self) -> float:
+        """Shortest time after the step that was measured, s, as at the reference temperature."""
+        times = [self.reduced(k) for k in range(len(self.measured.curves))]
+        return min(float(one[one > 0.0][0]) for one in times)
+
+    def overlap(self) -> tuple[float, float, float]:
+        """Least overlap in reduced time of a temperature with those before it, decades, and the two temperatures."""
+        ends: dict[int, list[float]] = {}
+        for k, level in enumerate(self.levels):
+            time = self.reduced(k)
+            time = np.log10(time[time > 0.0])
+            low, high = ends.get(level, [math.inf, -math.inf])
+            ends[level] = [min(low, float(time[0])), max(high, float(time[-1]))]
+        order = sorted(ends, key=lambda level: ends[level][0])
+        found, last = (math.inf, 0.0, 0.0), order[0]
+        for level in order[1:]:
+            over = min(ends[last][1], ends[level][1]) - ends[level][0]
+            pair = sorted((float(self.temperatures[last]), float(self.temperatures[level])))
+            found = min(found, (over, pair[0], pair[1]))
+            last = level if ends[level][1] > ends[last][1] else last
+        return found
+
+    def modelled(self, k: int, times: Array) -> Array:
+        """Force of the series at times (s) of a curve, in its unit."""
+        response = self.solved.response
+        one = self.measured.curves[k]
+        rows = response.rows._replace(
+            time=times, force=np.zeros(times.size), ramp=np.full(times.size, one.ramp), count=np.ones(times.size),
+            curve=np.full(times.size, k), level=np.full(times.size, self.levels[k]),
+        )  # fmt: skip
+        return self.scale * dataclasses.replace(response, rows=rows).at(self.solved.x)[0]
+
+    def whole(self, k: int) -> float:
+        """Instantaneous force of a curve, in its unit."""
+        own = self.solved.x[self.solved.response.places[3]]
+        factor = math.exp(own[k - 1]) if k and own.size else 1.0
+        return factor * self.instantaneous.value
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the residuals are those of round-off."""
+        return self.solved.rms < 10.0 * ROUND_OFF
+
+    @property
+    def residuals(self) -> list[Array]:
+        """Modelled less measured forces of each curve."""
+        sizes = np.cumsum([one.times.size for one in self.measured.curves])[:-1]
+        return np.split(self.scale * self.solved.residuals, sizes)
+
+    # -------------------------------------------------------------------------------------------- case
+
+    @property
+    def section(self) -> str:
+        """The section for a case, as a line of YAML; the series holds at the reference temperature."""
+        rows = [
+            f"[{_rounded(share.value, share.error)}, {_rounded(time.value, time.error)} s]"
+            for share, time in zip(self.shares, self.times, strict=True)
+        ]
+        shift = self._shift()
+        return f"viscoelastic: {{prony: [{', '.join(rows)}]{f', shift: {shift}' if shift else ''}}}"
+
+    def _shift(self) -> str:
+        law = self.solved.response.shift
+        if isinstance(law, shifts.NoShift):
+            return ""
+        at = shifts.celsius(law.reference)
+        if isinstance(law, shifts.Arrhenius):
+            energy = self.constants[0]
+            text = _rounded(energy.value * law.UNIT / 1e3, energy.error * law.UNIT / 1e3)
+            return f"{{arrhenius: {{energy: {text} kJ/mol, reference: {at}}}}}"
+        if isinstance(law, shifts.WLF):
+            c1, c2 = (_rounded(one.value, one.error) for one in self.constants)
+            return f"{{wlf: {{c1: {c1}, c2: {c2} K, reference: {at}}}}}"
+        rows = ", ".join(
+            f"[{shifts.celsius(T)}, {_rounded(one.value, one.error) if one.error else 0}]"
+            for T, one in zip(self.temperatures, self.decades(), strict=True)
+        )
+        return f"{{table: {{rows: [{rows}], reference: {at}}}}}"
+
+    @property
+    def viscoelastic(self) -> Viscoelastic:
+        """The section for a case, checked."""
+        prony = [[share.value, time.value] for share, time in zip(self.shares, self.times, strict=True)]
+        law = self.solved.response.shift
+        values = [one.value for one in self.constants]
+        given: dict[str, Any] = {"prony": prony}
+        if isinstance(law, shifts.Arrhenius):
+            given["shift"] = {"arrhenius": {"energy": values[0] * law.UNIT, "reference": law.reference}}
+        elif isinstance(law, shifts.WLF):
+            given["shift"] = {"wlf": {"c1": values[0], "c2": values[1], "reference": law.reference}}
+        elif isinstance(law, shifts.Free):
+            rows = [[float(T), one.value] for T, one in zip(self.temperatures, self.decades(), strict=True)]
+            given["shift"] = {"table": {"rows": rows, "reference": law.reference}}
+        return Viscoelastic(**given)
+
+    def answer(self) -> an.Answer:
+        """Terms, shifts, what is left, and the line for a case."""
+        return answer_of(self)
+
+
+def _rounded(value: float, error: float) -> str:
+    """A number to a hundredth of its standard uncertainty."""
+    digits = math.ceil(math.log10(abs(value) / error)) + 2 if 0.0 < error < abs(value) else 3
+    return f"{value:.{min(max(digits, 3), 10)}g}"
+
+
+def _shown(one: Value, unit: str = "") -> tuple[str, str, str]:
+    """Value, standard uncertainty and 95 % bounds, as cells of a table."""
+    unit = f" {unit}" if unit else ""
+    low, high = (_rounded(end, one.error) for end in (one.low, one.high))
+    return f"{_rounded(one.value, one.error)}{unit}", f"{one.error:.2g}{unit}", f"{low} to {high}{unit}"
+
+
+# ------------------------------------------------------------------------------------------------ answer
+
+
+def answer_of(found: Relaxation) -> an.Answer:
+    """What was fitted."""
+    heads = ("", "value", "standard uncertainty", "95 % bounds")
+    terms = [
+        (f"{k}", *_shown(share), *_shown(time, "s"))
+        for k, (share, time) in enumerate(zip(found.shares, found.times, strict=True), start=1)
+    ]
+    both = ("standard uncertainty", "95 % bounds")
+    of_terms = an.Table(heads=("term", "share", *both, "time", *both), rows=terms)
+    tried = [
+        (f"{one.terms}", f"{one.response.size}", f"{one.rms * found.scale:.4g}",
+         f"{one.criterion - min(other.criterion for other in found.tried):.1f}" if one.covariance is not None else
+         "not determined")
+        for one in found.tried
+    ]  # fmt: skip
+    unit = found.measured.unit
+    of_tried = an.Table(
+        heads=("terms", "parameters", f"root mean square{f', {unit}' if unit else ''}", "criterion above the least"),
+        rows=tried,
+    )
+    left = an.Table(heads=heads, rows=_left(found), title="Force that is left")
+    blocks: list[an.Block] = [of_terms, left, *_summary(found)]
+    sections = [an.Section(title="Prony series", blocks=blocks)]
+    if found.temperatures.size > 1:
+        sections.append(an.Section(title="Shift by temperature", blocks=_shift_tables(found, heads)))
+    at = f", at {shifts.celsius(found.reference)}" if found.reference is not None else ""
+    sections += [
+        an.Section(title="For a case", blocks=[found.section]),
+        an.Section(title="Number of terms", blocks=[of_tried], level=an.DETAIL),
+        an.Section(title="Figure", blocks=[pictures.figure(found)], level=an.PAGE),
+    ]
+    return an.Answer(
+        title=f"Prony series of {found.measured.source or 'relaxation curves'}{at}",
+        sections=sections, warnings=[*found.warnings, *_warnings(found)], notes=found.measured.notes,
+        files={
+            "relaxation.json": lambda: an.as_json(to_dict(found)), "viscoelastic.yaml": lambda: found.section + "\n",
+        },
+    )  # fmt: skip
+
+
+def _left(found: Relaxation) -> list[tuple[str, ...]]:
+    """Rows on the forces, and on the share that is left after some times."""
+    unit = found.measured.unit
+    years = YEARS * YEAR
+    return [
+        ("instantaneous force", *_shown(found.instantaneous, unit)),
+        ("force that stays", *_shown(found.equilibrium, unit)),
+        (f"share left after {_time(found.longest)}, the longest", *_shown(found.share_left(found.longest))),
+        (f"share left after {YEARS:g} years", *_shown(found.share_left(years))),
+        ("share that stays", *_shown(found.left)),
+    ]
+
+
+def _shift_tables(found: Relaxation, heads: Sequence[str]) -> list[an.Block]:
+    law = found.solved.response.shift
+    rows = []
+    assert found.free is not None
+    for T, one, free in zip(found.temperatures, found.decades(), found.decades(found.free), strict=True):
+        cells = ("0", "", "") if free.error == 0.0 else _shown(free)
+        rows.append((shifts.celsius(T), *cells, *(() if isinstance(law, shifts.Free) else (f"{one.value:.4g}",))))
+    own = () if isinstance(law, shifts.Free) else ("by the law",)
+    blocks: list[an.Block] = [an.Table(heads=("temperature", "decades", *heads[2:], *own), rows=rows)]
+    if isinstance(law, shifts.Arrhenius):
+        energy = Value(*(law.UNIT / 1e3 * number for number in found.constants[0]))
+        blocks.append(an.Table(heads=heads, rows=[("activation energy", *_shown(energy, "kJ/mol"))]))
+    elif isinstance(law, shifts.WLF):
+        c1, c2 = found.constants
+        blocks.append(an.Table(heads=heads, rows=[("c1", *_shown(c1)), ("c2", *_shown(c2, "K"))]))
+    return blocks
+
+
+def _summary(found: Relaxation) -> list[str]:
+    """Sentences on the residuals."""
+    unit = f" {found.measured.unit}" if found.measured.unit else ""
+    rms, count = found.solved.rms * found.scale, found.solved.residuals.size
+    chosen = "by the Bayesian information criterion" if len(found.tried) > 1 else "as given"
+    return [
+        f"{counted(found.terms, 'term')}, {chosen}; residuals: root mean square {rms:.3g}{unit}, "
+        f"{rms / found.instantaneous.value:.2g} of the instantaneous force; {count} values of "
+        f"{counted(len(found.measured.curves), 'curve')}, {found.solved.response.size} parameters"
+    ]
+
+
+def _warnings(found: Relaxation) -> list[str]:
+    """Sentences on what the data do not determine."""
+    at = "" if found.temperatures.size < 2 or found.reference is None else f" at {shifts.celsius(found.reference)}"
+    said = []
+    end, years = found.longest, YEARS * YEAR
+    last = found.times[-1]
+    if last.high > end:
+        said.append(
+            f"the longest relaxation time, {_time(last.value)} (95 % bound {_time(last.high)}), is not within the "
+            f"longest time measured, {_time(end)}{at}: its share is not determined by the data alone; measure longer, or "
+            "warmer"
+        )
+    if found.times[0].value < found.shortest:
+        said.append(
+            f"the shortest relaxation time, {_time(found.times[0].value)}, is below the first time measured after the "
+            f"step, {_time(found.shortest)}{at}: its share, and the instantaneous force, hang on the first rows"
+        )
+    if years > end:
+        share, slope = found.share_left(end).value, found.share_left(0.1 * end).value - found.share_left(end).value
+        beyond = math.log10(years / end)
+        said.append(
+            f"{YEARS:g} years are {years / end:.3g} times the longest time measured, {_time(end)}{at}: the series holds "
+            f"no relaxation beyond it, so that its share of {found.share_left(years).value:.3g} after {YEARS:g} years is "
+            f"the most that can be left; if the force went on to fall as in the last decade of the data, "
+            f"{max(share - slope * beyond, 0.0):.3g} would be left"
+        )
+    if found.left.low <= 0.0:
+        said.append("the force that stays is not distinguished from 0: the data end before the force has settled")
+    following = uncertainty.following(found.residuals)
+    if following and not found.is_exact:
+        said.append(following)
+    if found.deviation is not None:
+        ratio = math.sqrt(float(np.mean(found.solved.residuals**2))) * found.scale / found.deviation
+        if not 1.0 / _DIFFER < ratio < _DIFFER:
+            said.append(f"the residuals are {ratio:.3g} times as large as the standard deviation that is given")
+    if found.free is not None:
+        over, first, second = found.overlap()
+        if over < SHORT:
+            said.append(
+                f"the curves at {shifts.celsius(first)} and {shifts.celsius(second)} overlap by {over:.2g} decades of "
+                "reduced time alone"
+            )
+        for T, one in zip(found.temperatures, found.decades(found.free), strict=True):
+            if found.factor * one.error > VAGUE:
+                said.append(
+                    f"the data do not determine the shift at {shifts.celsius(T)}: {one.value:.2g} decades, standard "
+                    f"uncertainty {one.error:.2g}"
+                )
+    return said
+
+
+def _time(seconds: float) -> str:
+    """A time as people read it."""
+    for unit, size in (("years", YEAR), ("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2.0 * size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.3g} s"
+
+
+def to_dict(found: Relaxation) -> dict[str, Any]:
+    """Numbers and texts, as the JSON file has them."""
+
+    def of(one: Value) -> dict[str, float]:
+        return {"value": one.value, "standard_uncertainty": one.error, "low": one.low, "high": one.high}
+
+    free = [None] * found.temperatures.size if found.free is None else [of(one) for one in found.decades(found.free)]
+    return {
+        "source": found.measured.source, "unit": found.measured.unit, "reference": found.reference,
+        "terms": [
+            {"share": of(share), "time": of(time)} for share, time in zip(found.shares, found.times, strict=True)
+        ],
+        "instantaneous_force": of(found.instantaneous), "equilibrium_force": of(found.equilibrium),
+        "share_that_stays": of(found.left),
+        "share_left": [
+            {"time": time, **of(found.share_left(time))} for time in (found.longest, YEARS * YEAR)
+        ],
+        "shift": {
+            "law": _shift_name(found), "constants": [of(one) for one in found.constants],
+            "temperatures": [
+                {"temperature": float(T), "decades": of(one), "without_a_law": other}
+                for T, one, other in zip(found.temperatures, found.decades(), free, strict=True)
+            ],
+        },
+        "covariance": found.covariance(found.solved), "longest_time": found.longest,
+        "rms": found.solved.rms * found.scale,
+        "tried": [{"terms": one.terms, "rms": one.rms * found.scale, "criterion": one.criterion} for one in found.tried],
+        "viscoelastic": found.viscoelastic.model_dump(mode="json", exclude_none=True),
+        "warnings": [*found.warnings, *_warnings(found)], "notes": found.measured.notes,
+    }  # fmt: skip
+
+
+def _shift_name(found: Relaxation) -> str | None:
+    kind = type(found.solved.response.shift)
+    return next((name for name, own in shifts.LAWS.items() if own is kind), None)
