@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -235,10 +236,14 @@ class Relaxation(Shown):
     @property
     def section(self) -> str:
         """The section for a case, as a line of YAML; the series holds at the reference temperature."""
-        rows = [
-            f"[{_rounded(share.value, share.error)}, {_rounded(time.value, time.error)} s]"
-            for share, time in zip(self.shares, self.times, strict=True)
-        ]
+        values = [share.value for share in self.shares]
+        rounded = [_rounded(share.value, share.error) for share in self.shares]
+        digits = itertools.count(4)
+        while math.fsum(map(float, rounded)) >= 1.0:  # what stays is next to 0
+            more = next(digits)
+            rounded = [f"{value:.{more}g}" for value in values]
+        times = [_rounded(time.value, time.error) for time in self.times]
+        rows = [f"[{share}, {time} s]" for share, time in zip(rounded, times, strict=True)]
         shift = self._shift()
         return f"viscoelastic: {{prony: [{', '.join(rows)}]{f', shift: {shift}' if shift else ''}}}"
 
@@ -398,13 +403,13 @@ def _warnings(found: Relaxation) -> list[str]:
             f"step, {_time(found.shortest)}{at}: its share, and the instantaneous force, hang on the first rows"
         )
     if years > end:
-        share, slope = found.share_left(end).value, found.share_left(0.1 * end).value - found.share_left(end).value
-        beyond = math.log10(years / end)
+        share, then = found.share_left(end).value, found.share_left(years).value
+        slope = (share - found.share_left(1.001 * end).value) / math.log10(1.001)
+        straight = max(share - slope * math.log10(years / end), 0.0)
         said.append(
-            f"{YEARS:g} years are {years / end:.3g} times the longest time measured, {_time(end)}{at}: the series holds "
-            f"no relaxation beyond it, so that its share of {found.share_left(years).value:.3g} after {YEARS:g} years is "
-            f"the most that can be left; if the force went on to fall as in the last decade of the data, "
-            f"{max(share - slope * beyond, 0.0):.3g} would be left"
+            f"{YEARS:g} years are {years / end:.3g} times the longest time measured, {_time(end)}{at}: the share of "
+            f"{then:.3g} that is left then is an extrapolation, as the series holds no relaxation at longer times"
+            + (f"; a force that falls on in each decade of time as at the end of the data leaves {straight:.3g}" if straight < then else "")
         )
     if found.left.low <= 0.0:
         said.append("the force that stays is not distinguished from 0: the data end before the force has settled")

@@ -87,6 +87,7 @@ def fit_curves(
     scale = max(float(one.forces.max()) for one in curves)
     rows = rows_of(curves, levels, scale)
     own = len(curves) - 1 if own_forces else 0
+    _check_falling(curves, warm.size)
     if not own:
         _check_forces(curves, levels, law)
     places = []
@@ -164,6 +165,18 @@ def _reference(warm: Array, reference: Any, shift: str | None) -> float:
     return found
 
 
+def _check_falling(curves: Sequence[Curve], temperatures: int) -> None:
+    """Refuse curves of several temperatures that are flat."""
+    for one in curves if temperatures > 1 else ():
+        third = one.times.size // 3
+        fall = float(one.forces[:third].mean() - one.forces[-third:].mean()) if third else 0.0
+        if fall < 5.0 * one.noise * np.sqrt(2.0 / max(third, 1)):
+            raise InputError(
+                f"{one.label}: the force does not fall by more than it scatters, so that its shift is not determined; "
+                "leave the curve out"
+            )
+
+
 def _check_forces(curves: Sequence[Curve], levels: Sequence[int], law: shifts.Shift) -> None:
     """Refuse temperatures whose forces have no value in common: nothing says how far they are shifted."""
     count = law.temperatures.size
@@ -175,7 +188,8 @@ def _check_forces(curves: Sequence[Curve], levels: Sequence[int], law: shifts.Sh
             raise InputError(
                 f"the curves at {shifts.celsius(law.temperatures[k - 1])} and {shifts.celsius(law.temperatures[k])} do "
                 f"not overlap: the force ends at {low[:k].min():.4g} in the colder and begins at {high[k:].max():.4g} "
-                "in the warmer; measure longer, or at a temperature between"
+                "in the warmer; measure longer, or at a temperature between, or let each "
+                "curve have an instantaneous force of its own"
             )
 
 

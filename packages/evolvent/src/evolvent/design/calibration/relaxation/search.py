@@ -17,7 +17,7 @@ from evolvent.elements.viscoelastic import MOST_DECADES
 
 Array = np.ndarray
 #: Most terms that are tried, and how many more than the best number so far.
-MOST_TERMS, _BEYOND = 20, 2
+MOST_TERMS, _BEYOND = 15, 2
 #: Relaxation times lie between the first time over this, and the last time by that.
 SHORTER, LONGER = 5.0, 10.0
 #: What stays, at least, in parts of the largest force: a case needs a share that never relaxes.
@@ -28,6 +28,8 @@ MOST_RATIO = 5.0
 _SINGULAR = 1e-9
 #: Rows of a curve, and relaxation times a decade, by which starts are found; steps of shifts, decades.
 _ROWS, _PER_DECADE, _STEP = 30, 4, 0.25
+#: Rows of a curve to which those of long records are averaged while starts are compared.
+_MANY_ROWS = 300
 #: Natural logarithms of ratios of instantaneous forces that are tried.
 _SCALES = np.linspace(-0.4, 0.4, 9)
 
@@ -95,12 +97,14 @@ class Search:
         inner = 1e-9 * np.maximum(1.0, np.abs(start))
         start = np.clip(start, low + inner, high - inner)
 
+        weight = np.sqrt(response.rows.count)
+
         def residuals(x: Array) -> Array:
-            return response.at(x)[0] - response.rows.force
+            return weight * (response.at(x)[0] - response.rows.force)
 
         found = scipy.optimize.least_squares(
-            residuals, start, jac=lambda x: response.at(x)[1], bounds=(low, high), x_scale="jac",
-            xtol=1e-11, ftol=1e-11 if fine else 1e-7, gtol=1e-14, max_nfev=200,
+            residuals, start, jac=lambda x: weight[:, None] * response.at(x)[1], bounds=(low, high), x_scale="jac",
+            xtol=1e-11, ftol=1e-11 if fine else 1e-7, gtol=1e-14, max_nfev=200 if fine else 60,
         )  # fmt: skip
         return Solved(response, found.x, found.fun, _covariance(found.jac), self.criterion(found.fun, response.size))
 
@@ -133,19 +137,26 @@ class Search:
         tried: list[Solved] = []
         best: Solved | None = None
         last: Solved | None = None
+        few = thinned(self.rows, _MANY_ROWS)
+        few = few if 2 * few.time.size < self.rows.time.size else self.rows
         for n in range(1, (terms or MOST_TERMS) + 1):
             response = Response(self.rows, shift, n, self.curves)
             if response.size >= self.rows.time.size:
                 break
             if report is not None:
                 report(n)
-            solved = [self.solve(response, x, fine=False) for x in self._starts(response, places, last)]
+            quick = dataclasses.replace(response, rows=few)
+            solved = [self.solve(quick, x, fine=False) for x in self._starts(response, places, last)]
+            if not solved:
+                break
             last = min(solved, key=lambda one: float(one.residuals @ one.residuals))
+            if few is not self.rows:
+                last = self.solve(response, last.x, fine=False)
             tried.append(last)
             is_known = last.covariance is not None
             if is_known and (n == terms or (terms is None and (best is None or last.criterion < best.criterion))):
                 best = last
-            if terms is None and best is not None and n >= best.terms + _BEYOND:
+            if terms is None and n >= (best.terms if best else _BEYOND) + _BEYOND:
                 break
         return None if best is None else self.solve(best.response, best.x), tried
 
