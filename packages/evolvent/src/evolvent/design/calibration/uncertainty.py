@@ -52,6 +52,6 @@ def following(residuals: Sequence[Array]) -> str:
     if found <= 2.0 / np.sqrt(size):
         return ""
     return (
-        f"residuals follow one another (correlation {found:.2f} from one value to the next): the model lacks something, "
-        f"and standard errors are too small"
+        f"residuals follow one another (correlation {found:.2f} from one value to the next): the model lacks "
+        f"something, and standard errors are too small"
     )

@@ -15,14 +15,13 @@ from evolvent.design.calibration import uncertainty
 from evolvent.design.calibration.relaxation import pictures, shifts
 from evolvent.design.calibration.relaxation.curves import ROUND_OFF, Measured
 from evolvent.design.calibration.relaxation.search import Solved
+from evolvent.design.calibration.relaxation.shifts import YEAR, YEARS
 from evolvent.elements.viscoelastic import Viscoelastic
 from evolvent_base import answer as an
 from evolvent_base.errors import counted
 from evolvent_base.showing import Shown
 
 Array = np.ndarray
-#: Years of storage for which the share that is left is stated, and seconds of a year.
-YEARS, YEAR = 10.0, 365.25 * 86400.0
 #: Overlap of curves in reduced time that is named as short, and 95 % bound of a shift that is named as vague, decades.
 SHORT, VAGUE = 0.3, 0.5
 #: Share of residuals from which stated and found scatter differ.
@@ -162,7 +161,7 @@ class Relaxation(Shown):
         return tuple(self._value(float(self.solved.x[k]), self._slope(k)) for k in range(place.start, place.stop))
 
     def decades(self, of: Solved | None = None) -> tuple[Value, ...]:
-        """log10 of the factor of relaxation times at each temperature, of a solution (`free`), or that of the series."""
+        """log10 of the factor of relaxation times at each temperature, of the series or another solution (`free`)."""
         of = of or self.solved
         place = of.response.places[2]
         value, slope = of.response.shift.at(of.x[place])
@@ -209,7 +208,7 @@ class Relaxation(Shown):
         response = self.solved.response
         one = self.measured.curves[k]
         rows = response.rows._replace(
-            time=times, force=np.zeros(times.size), ramp=np.full(times.size, one.ramp), count=np.ones(times.size),
+            time=times, force=np.zeros(times.size), ramp=np.full(times.size, one.ramp), merged=np.ones(times.size),
             curve=np.full(times.size, k), level=np.full(times.size, self.levels[k]),
         )  # fmt: skip
         return self.scale * dataclasses.replace(response, rows=rows).at(self.solved.x)[0]
@@ -361,7 +360,7 @@ def _shift_tables(found: Relaxation, heads: Sequence[str]) -> list[an.Block]:
     assert found.free is not None
     for T, one, free in zip(found.temperatures, found.decades(), found.decades(found.free), strict=True):
         cells = ("0", "", "") if free.error == 0.0 else _shown(free)
-        rows.append((shifts.celsius(T), *cells, *(() if isinstance(law, shifts.Free) else (f"{one.value:.4g}",))))
+        rows.append((shifts.celsius(T), *cells, *(() if isinstance(law, shifts.Free) else (f"{one.value + 0.0:.4g}",))))
     own = () if isinstance(law, shifts.Free) else ("by the law",)
     blocks: list[an.Block] = [an.Table(heads=("temperature", "decades", *heads[2:], *own), rows=rows)]
     if isinstance(law, shifts.Arrhenius):
@@ -394,8 +393,8 @@ def _warnings(found: Relaxation) -> list[str]:
     if last.high > end:
         said.append(
             f"the longest relaxation time, {_time(last.value)} (95 % bound {_time(last.high)}), is not within the "
-            f"longest time measured, {_time(end)}{at}: its share is not determined by the data alone; measure longer, or "
-            "warmer"
+            f"longest time measured, {_time(end)}{at}: its share is not determined by the data alone; measure "
+            "longer, or warmer"
         )
     if found.times[0].value < found.shortest:
         said.append(
@@ -409,7 +408,11 @@ def _warnings(found: Relaxation) -> list[str]:
         said.append(
             f"{YEARS:g} years are {years / end:.3g} times the longest time measured, {_time(end)}{at}: the share of "
             f"{then:.3g} that is left then is an extrapolation, as the series holds no relaxation at longer times"
-            + (f"; a force that falls on in each decade of time as at the end of the data leaves {straight:.3g}" if straight < then else "")
+            + (
+                f"; a force that falls on in each decade of time as at the end of the data leaves {straight:.3g}"
+                if straight < then
+                else ""
+            )
         )
     if found.left.low <= 0.0:
         said.append("the force that stays is not distinguished from 0: the data end before the force has settled")
@@ -470,7 +473,9 @@ def to_dict(found: Relaxation) -> dict[str, Any]:
         },
         "covariance": found.covariance(found.solved), "longest_time": found.longest,
         "rms": found.solved.rms * found.scale,
-        "tried": [{"terms": one.terms, "rms": one.rms * found.scale, "criterion": one.criterion} for one in found.tried],
+        "tried": [
+            {"terms": one.terms, "rms": one.rms * found.scale, "criterion": one.criterion} for one in found.tried
+        ],
         "viscoelastic": found.viscoelastic.model_dump(mode="json", exclude_none=True),
         "warnings": [*found.warnings, *_warnings(found)], "notes": found.measured.notes,
     }  # fmt: skip

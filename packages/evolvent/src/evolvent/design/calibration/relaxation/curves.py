@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from evolvent.design.calibration import data, histories
-from evolvent_base import tables, units
+from evolvent.design.calibration.relaxation.shifts import CELSIUS, celsius
+from evolvent_base import units
 from evolvent_base.errors import InputError, counted
 
 Array = np.ndarray
@@ -94,10 +95,10 @@ def read(paths: Sequence[str], column: str, *, temperatures: Sequence[str] = (),
         found[path] = table.units[place]
         time = data.times(table, data.clock_of(table), place, notes, "--relaxation")
         values = table.numbers(place + 1)
-        for kelvin, rows in _groups(table, temperature, values):
-            label = repr(path) if kelvin is None or len(paths) > 1 else f"{path!r} at {kelvin - 273.15:.6g} degC"
+        for warm, rows in _groups(table, temperature, values):
+            label = repr(path) if warm is None or len(paths) > 1 else f"{path!r} at {celsius(warm)}"
             history = histories.History(table, table.names[place], table.units[place], time, values, rows)
-            curves.append(curve(*history.cleaned(notes), temperature=kelvin, ramp=ramp, label=label, notes=notes))
+            curves.append(curve(*history.cleaned(notes), temperature=warm, ramp=ramp, label=label, notes=notes))
     if len(set(found.values())) > 1:
         listed = ", ".join(f"{unit or 'none'} in {path!r}" for path, unit in found.items())
         raise InputError(f"the column {column!r} has different units: {listed}; one unit is needed")
@@ -162,10 +163,11 @@ def _groups(table: Any, temperature: str | float | None, values: Array) -> list[
         low, high = (float(end(in_kelvin[rows])) for end in (np.min, np.max))
         if high - low > _RANGE:
             raise InputError(
-                f"the temperatures in {head!r} of {table.path!r} go from {low - 273.15:.4g} to {high - 273.15:.4g} "
+                f"the temperatures in {head!r} of {table.path!r} go from {low - CELSIUS:.4g} to {high - CELSIUS:.4g} "
                 f"degC without a gap; a curve is measured at one temperature, within {_RANGE:g} K"
             )
-        found.append((kelvin(float(np.mean(in_kelvin[rows])), "--temperature"), np.sort(rows)))
+        mean = kelvin(float(np.mean(in_kelvin[rows])), "--temperature")
+        found.append((mean if high == low else round(mean - CELSIUS, 1) + CELSIUS, np.sort(rows)))
     return found
 
 

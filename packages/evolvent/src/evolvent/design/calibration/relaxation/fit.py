@@ -65,6 +65,26 @@ def fit_relaxation(
     )
 
 
+def fit_files(
+    paths: Sequence[str], column: str, *, temperatures: Sequence[str] = (), ramp: Any = None, **asked: Any
+) -> Relaxation:
+    """Fit a Prony series to curves in files.
+
+    Parameters
+    ----------
+    paths : of one file, with one curve or those of several temperatures; or of several, one for each curve
+    column : name of the column of forces or torques
+    temperatures : name of a column of temperatures, or the temperature (K, or with a unit) of each file
+    ramp, asked : as of `fit_relaxation`
+
+    Raises
+    ------
+    InputError
+        As of `fit_relaxation`, and for columns and units that cannot be used.
+    """
+    return fit_curves(measured_curves.read(paths, column, temperatures=temperatures, ramp=duration(ramp)), **asked)
+
+
 def duration(ramp: Any) -> float | None:
     """Length of a ramp, s."""
     if ramp is None:
@@ -131,8 +151,8 @@ def _check(curves: Sequence[Curve], deviation: float | None, terms: int | None) 
     need = 2 * (terms or 1) + 1
     if count <= need:
         raise InputError(
-            f"{counted(terms or 1, 'term')} with what stays {'has' if terms in (None, 1) else 'have'} {need} parameters, "
-            f"but the data have {count} values from the hold on; more values than parameters are needed"
+            f"the data have {count} values from the hold on, but {counted(terms or 1, 'term')} and what stays are "
+            f"{need} parameters; more values than parameters are needed"
         )
 
 
@@ -159,8 +179,8 @@ def _reference(warm: Array, reference: Any, shift: str | None) -> float:
     found = kelvin(reference, "reference")
     if warm.size < 2 and shift is None and abs(found - warm[0]) > 1e-6:
         raise InputError(
-            f"reference is {shifts.celsius(found)}, but the data have one temperature, or none that is stated; curves at "
-            "two or more determine a shift"
+            f"reference is {shifts.celsius(found)}, but the data have one temperature, or none that is stated; curves "
+            "at two or more determine a shift"
         )
     return found
 
@@ -259,7 +279,9 @@ def _without_law(found: Solved, search: Search) -> Solved | None:
     moved = dataclasses.replace(search, span=(low + LN10 * off, high + LN10 * off))
     solved = moved.solve(Response(search.rows, free, found.terms, search.curves), x)
     if solved.covariance is None:
-        raise InputError("the data do not determine the shift of every temperature: the curves do not overlap, or are flat")
+        raise InputError(
+            "the data do not determine the shift of every temperature: the curves do not overlap, or are flat"
+        )
     return solved
 
 

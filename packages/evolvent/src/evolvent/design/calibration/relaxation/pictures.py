@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from evolvent.design.calibration.relaxation.shifts import celsius
+from evolvent.design.calibration.relaxation.shifts import YEAR, YEARS, celsius
 from evolvent_base.figures import Figure, Line, Panel, stacked
 
 if TYPE_CHECKING:
@@ -26,27 +26,29 @@ def figure(found: Relaxation) -> Figure:
     at = f" at {celsius(found.reference or 0.0)}" if several else ""
     data, fit, master, off = [], [], [], []
     for k, one in enumerate(found.measured.curves):
-        label = found.measured.curves[k].label.strip("'") if one.temperature is None else celsius(one.temperature)
+        label = one.label.strip("'") if one.temperature is None else celsius(one.temperature)
         count = len(found.measured.curves)
-        color: int | float = k if count <= _PALETTE else k / (count - 1)
-        rows = np.flatnonzero(one.times > 0.0)
-        rows = _few(one.times, rows)
-        points = {"style": "", "marker": ".", "color": color, "label": label if count > 1 else "measured"}
-        sign = np.geomspace(one.times[one.times > 0.0][0], one.times[-1], _LINE)
+        color: int | float = k + 1 if count <= _PALETTE else k / (count - 1)
+        rows = _few(one.times, np.flatnonzero(one.times > 0.0))
+        points: Any = {"style": "", "marker": ".", "color": color, "label": label if count > 1 else "measured"}
+        fine = np.geomspace(one.times[one.times > 0.0][0], one.times[-1], _LINE)
         data.append(Line(x=one.times[rows], y=one.forces[rows], **points))
         line = "series" if k == 0 else ""
-        fit.append(Line(x=sign, y=found.modelled(k, sign), label=line, color="black", width=1.0))
-        # what is shown over reduced time is the share of the instantaneous force of the curve
+        fit.append(Line(x=fine, y=found.modelled(k, fine), label=line, color="black", width=1.0))
         reduced, whole = found.reduced(k), found.whole(k)
         master.append(Line(x=reduced[rows], y=one.forces[rows] / whole, **points))
         off.append(Line(x=reduced[rows], y=found.residuals[k][rows], **points | {"label": ""}))
-    ends = [found.shortest, found.longest]
-    time = np.geomspace(*ends, _LINE)
+    time = np.geomspace(found.shortest, found.longest, _LINE)
     left = np.array([found.share_left(float(t)) for t in time])
     master.append(Line(x=time, y=left[:, 0], label="series", color="black", width=1.0))
     for column, label in ((2, "95 % bounds"), (3, "")):
         master.append(Line(x=time, y=left[:, column], label=label, color="black", style=":", width=0.8))
-    off.append(Line(x=np.array(ends), y=np.zeros(2), color="grey", width=0.8))
+    years = YEARS * YEAR
+    if years > found.longest:
+        then = np.geomspace(found.longest, years, 50)
+        beyond = np.array([found.share_left(float(t)).value for t in then])
+        master.append(Line(x=then, y=beyond, label="beyond the data", color="black", style="--", width=0.8))
+    off.append(Line(x=time[[0, -1]], y=np.zeros(2), color="grey", width=0.8))
     panels = [Panel(x_label="time, s", y_label=f"force{unit}", lines=[*data, *fit], log_x=True)]
     if several:
         panels.append(

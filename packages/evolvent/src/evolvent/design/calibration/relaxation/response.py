@@ -25,7 +25,7 @@ class Rows(NamedTuple):
     force : (n,) float, in parts of the largest
     ramp : (n,) float, s, length of the ramp before
     curve, level : (n,) int, of which curve, and at which of the temperatures
-    count : (n,) float, how many values each row is the mean of
+    merged : (n,) float, how many values each row is the mean of
     """
 
     time: Array
@@ -33,7 +33,7 @@ class Rows(NamedTuple):
     ramp: Array
     curve: Array
     level: Array
-    count: Array
+    merged: Array
 
 
 def rows_of(curves: Sequence[Curve], levels: Sequence[int], scale: float) -> Rows:
@@ -51,7 +51,7 @@ def rows_of(curves: Sequence[Curve], levels: Sequence[int], scale: float) -> Row
         ramp=np.repeat([one.ramp for one in curves], sizes),
         curve=np.repeat(np.arange(len(curves)), sizes),
         level=np.repeat(levels, sizes),
-        count=np.ones(sum(sizes)),
+        merged=np.ones(sum(sizes)),
     )
 
 
@@ -65,9 +65,11 @@ def thinned(rows: Rows, per_curve: int) -> Rows:
         place = np.log(np.maximum(time, 0.5 * low))
         width = (place.max() - place.min()) / per_curve or 1.0
         _, group, count = np.unique(np.floor((place - place.min()) / width), return_inverse=True, return_counts=True)
-        means = [np.bincount(group, weights=one[own]) / count for one in (rows.time, rows.force)]
+        mean_time, mean_force = (np.bincount(group, weights=one[own]) / count for one in (rows.time, rows.force))
         first = own[np.unique(group, return_index=True)[1]]
-        parts.append(Rows(*means, rows.ramp[first], rows.curve[first], rows.level[first], count.astype(float)))
+        parts.append(
+            Rows(mean_time, mean_force, rows.ramp[first], rows.curve[first], rows.level[first], count.astype(float))
+        )
     return Rows(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 

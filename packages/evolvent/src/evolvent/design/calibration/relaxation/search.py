@@ -97,7 +97,7 @@ class Search:
         inner = 1e-9 * np.maximum(1.0, np.abs(start))
         start = np.clip(start, low + inner, high - inner)
 
-        weight = np.sqrt(response.rows.count)
+        weight = np.sqrt(response.rows.merged)
 
         def residuals(x: Array) -> Array:
             return weight * (response.at(x)[0] - response.rows.force)
@@ -124,7 +124,12 @@ class Search:
     # -------------------------------------------------------------------------------------------- number of terms
 
     def chosen(
-        self, shift: Shift, places: Sequence[tuple[Array, Array]], *, terms: int | None, report: Callable[[int], None] | None = None
+        self,
+        shift: Shift,
+        places: Sequence[tuple[Array, Array]],
+        *,
+        terms: int | None,
+        report: Callable[[int], None] | None = None,
     ) -> tuple[Solved | None, list[Solved]]:
         """The solution with the least criterion that the data determine, and all that were tried.
 
@@ -205,7 +210,7 @@ def _nonnegative(rows: Rows, decades: Array, times: Array) -> tuple[Array, float
     """What stays and amplitudes, none below 0, of given ln tau; and the norm of the residuals."""
     factor = np.exp(LN10 * np.clip(decades, -MOST_DECADES, MOST_DECADES)[rows.level])[:, None]
     share = decay(rows.time[:, None], rows.ramp[:, None], np.exp(times) * factor)[0]
-    weight = np.sqrt(rows.count)
+    weight = np.sqrt(rows.merged)
     columns = np.column_stack([np.ones(rows.time.size), share])
     found, norm = scipy.optimize.nnls(columns * weight[:, None], rows.force * weight)
     return found, float(norm)
@@ -216,7 +221,7 @@ def _merged(grid: Array, amplitudes: Array, terms: int) -> Array:
     rows = np.flatnonzero(amplitudes > 0.0)
     times, weights = list(grid[rows]), list(amplitudes[rows])
     while len(times) > terms:
-        k = int(np.argmin([(b - a) * min(u, v) for a, b, u, v in zip(times, times[1:], weights, weights[1:])]))  # noqa: B905, RUF007
+        k = int(np.argmin([(b - a) * min(u, v) for a, b, u, v in zip(times, times[1:], weights, weights[1:])]))  # noqa: B905
         total = weights[k] + weights[k + 1]
         times[k : k + 2] = [(times[k] * weights[k] + times[k + 1] * weights[k + 1]) / total]
         weights[k : k + 2] = [total]
@@ -249,9 +254,11 @@ def aligned(rows: Rows, levels: int, *, own: bool) -> tuple[Array, Array]:
     of_curve = [int(few.level[few.curve == k][0]) for k in range(logs.size)]
     order = sorted(range(logs.size), key=of_curve.__getitem__)
     groups = [[k] for k in order] if own else [[k for k in order if of_curve[k] == level] for level in range(levels)]
+    known = np.isin(few.curve, groups[0])
     for before, group in itertools.pairwise(groups):
         level, last = of_curve[group[0]], of_curve[before[0]]
-        used = Rows(*(column[np.isin(few.curve, sum(groups[: groups.index(group) + 1], []))] for column in few))
+        known |= np.isin(few.curve, group)
+        used = Rows(*(column[known] for column in few))
         most = wide[last] - (min(1.0, 0.5 * wide[last]) if own else -_STEP)  # of scaled ones a part lies on the others
         steps = np.arange(0.0, most, _STEP) if level > last else [0.0]
         tries = []
@@ -273,7 +280,7 @@ def _span(time: Array) -> float:
 
 
 def span(rows: Rows, decades: Array) -> tuple[float, float]:
-    """ln of the shortest and longest relaxation time that rows can show, s at the reference."""
+    """The shortest and longest relaxation time that rows can show, ln of s at the reference."""
     reduced = rows.time / np.exp(LN10 * decades[rows.level])
     reduced = reduced[reduced > 0.0]
     return float(np.log(reduced.min() / SHORTER)), float(np.log(reduced.max() * LONGER))

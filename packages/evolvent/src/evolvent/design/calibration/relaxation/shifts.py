@@ -5,7 +5,6 @@ from __future__ import annotations
 import abc
 import bisect
 import dataclasses
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +12,10 @@ from evolvent.elements.viscoelastic import GAS, MOST_DECADES, SHIFTS
 from evolvent_base.errors import InputError, counted, nearest
 
 Array = np.ndarray
+#: Years of storage for which the share that is left is stated, and seconds of a year.
+YEARS, YEAR = 10.0, 365.25 * 86400.0
+#: 0 degC, K.
+CELSIUS = 273.15
 #: Largest c2 of the equation of Williams, Landel and Ferry, K: with it the shift is straight in the temperature.
 MOST_C2 = 2000.0
 
@@ -201,4 +204,4 @@ def law(name: str | None, temperatures: Array, reference: float) -> Shift:
 
 def celsius(temperature: float) -> str:
     """A temperature (K) as people read it."""
-    return f"{temperature - 273.15:.6g} degC"
+    return f"{temperature - CELSIUS:.6g} degC"
