@@ -23,7 +23,7 @@ showing = lazy.load("evolvent_base.showing", suppress_warning=True)
 
 
 @click.command()
-@click.argument("files_", nargs=-1, required=True, metavar="CASE|FILE DATA")
+@click.argument("files_", nargs=-1, required=True, metavar="[CASE|FILE] DATA...")
 @click.option(
     "--fit",
     multiple=True,
@@ -163,7 +163,8 @@ def _series(
     def show(count: int) -> None:
         progress.report("fitting a Prony series", count, unit="terms")
 
-    with showing_progress(quiet=quiet):
+    keys = {name: f"--{name.replace('_', '-')}" for name in asked}
+    with showing_progress(quiet=quiet), errors.naming_keys(keys):
         return series.fit_files(
             paths, column, temperatures=asked["temperature"], shift=asked["shift"], reference=asked["reference"],
             ramp=asked["ramp"], own_forces=asked["own_forces"], terms=None if terms is None else int(terms),

@@ -110,13 +110,15 @@ def _temperatures(paths: Sequence[str], given: Sequence[str]) -> list[str | floa
     """Of each file its temperature, K, or the name of its column of temperatures."""
     if not given:
         return [None] * len(paths)
-    if len(given) not in (1, len(paths)):
+    found: list[str | float | None] = [kelvin(one, "--temperature") if units.split(one) else one for one in given]
+    if len(found) == 1 and isinstance(found[0], str):
+        return found * len(paths)
+    if len(found) != len(paths):
         raise InputError(
             f"--temperature is given {counted(len(given), 'time')} for {counted(len(paths), 'file')}; give the name of "
             f"a column once, or a temperature for each file"
         )
-    found: list[str | float | None] = [kelvin(one, "--temperature") if units.split(one) else one for one in given]
-    return found if len(found) == len(paths) else found * len(paths)
+    return found
 
 
 def kelvin(text: Any, key: str) -> float:
@@ -139,20 +141,17 @@ def kelvin(text: Any, key: str) -> float:
 
 def _groups(table: Any, temperature: str | float | None, values: Array) -> list[tuple[float | None, Array]]:
     """Rows of each temperature, and it, K."""
-    every = np.arange(values.size)
     if not isinstance(temperature, str):
-        return [(temperature, every)]
+        _check_unnamed(table)
+        return [(temperature, np.arange(values.size))]
     place = data.place(table, temperature, "--temperature COLUMN")
-    head, unit = table.heads[place], table.units[place]
-    if not unit:
+    head = table.heads[place]
+    if not table.units[place]:
         raise InputError(f"the column {head!r} of {table.path!r} states no unit; write it as temperature (degC)")
-    numbers = table.numbers(place + 1)
     try:
-        written = units.file_unit(unit, "K")
-        zero, one = (units.parse(f"{value} {written}", "K") for value in ("0", "1"))
+        in_kelvin = _in_kelvin(table, place)
     except units.UnitError as error:
         raise InputError(f"the column {head!r} of {table.path!r}: {error}") from None
-    in_kelvin = zero + (one - zero) * numbers
     known = np.flatnonzero(np.isfinite(in_kelvin) & np.isfinite(values))
     if not known.size:
         raise InputError(f"the column {head!r} of {table.path!r} has no value beside one of the force")
@@ -169,6 +168,27 @@ def _groups(table: Any, temperature: str | float | None, values: Array) -> list[
         mean = kelvin(float(np.mean(in_kelvin[rows])), "--temperature")
         found.append((mean if high == low else round(mean - CELSIUS, 1) + CELSIUS, np.sort(rows)))
     return found
+
+
+def _in_kelvin(table: Any, place: int) -> Array:
+    """Temperatures of a column, K."""
+    written = units.file_unit(table.units[place], "K")
+    zero, one = (units.parse(f"{value} {written}", "K") for value in ("0", "1"))
+    return np.asarray(zero + (one - zero) * table.numbers(place + 1))
+
+
+def _check_unnamed(table: Any) -> None:
+    """Refuse a file with a column of different temperatures that is not named."""
+    for place, unit in enumerate(table.units):
+        try:
+            values = _in_kelvin(table, place) if unit else np.zeros(1)
+        except (units.UnitError, InputError):
+            continue
+        if np.nanmax(values) - np.nanmin(values) > _RANGE:
+            raise InputError(
+                f"the temperatures in {table.heads[place]!r} of {table.path!r} go from {celsius(np.nanmin(values))} to "
+                f"{celsius(np.nanmax(values))}; name the column with --temperature {table.names[place]}"
+            )
 
 
 # ------------------------------------------------------------------------------------------------ curves

@@ -208,8 +208,8 @@ def _check_forces(curves: Sequence[Curve], levels: Sequence[int], law: shifts.Sh
             raise InputError(
                 f"the curves at {shifts.celsius(law.temperatures[k - 1])} and {shifts.celsius(law.temperatures[k])} do "
                 f"not overlap: the force ends at {low[:k].min():.4g} in the colder and begins at {high[k:].max():.4g} "
-                "in the warmer; measure longer, or at a temperature between, or let each "
-                "curve have an instantaneous force of its own"
+                "in the warmer; measure longer, or at a temperature between, or take "
+                "`own_forces` for curves of different specimens"
             )
 
 

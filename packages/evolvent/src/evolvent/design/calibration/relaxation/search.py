@@ -22,6 +22,8 @@ MOST_TERMS, _BEYOND = 15, 2
 SHORTER, LONGER = 5.0, 10.0
 #: What stays, at least, in parts of the largest force: a case needs a share that never relaxes.
 LEAST = 1e-6
+#: Amplitude of a term, in parts of the largest force, which is none.
+NOTHING = 1e-9
 #: Natural logarithm of the largest ratio of instantaneous forces of two curves.
 MOST_RATIO = 5.0
 #: Smallest singular value of the scaled derivatives over the largest.
@@ -106,7 +108,8 @@ class Search:
             residuals, start, jac=lambda x: weight[:, None] * response.at(x)[1], bounds=(low, high), x_scale="jac",
             xtol=1e-11, ftol=1e-11 if fine else 1e-7, gtol=1e-14, max_nfev=200 if fine else 60,
         )  # fmt: skip
-        return Solved(response, found.x, found.fun, _covariance(found.jac), self.criterion(found.fun, response.size))
+        known = _covariance(found.jac) if np.all(found.x[amplitudes][1:] > NOTHING) else None
+        return Solved(response, found.x, found.fun, known, self.criterion(found.fun, response.size))
 
     def criterion(self, r: Array, parameters: int) -> float:
         """Bayesian information criterion of residuals (Schwarz 1978)."""
