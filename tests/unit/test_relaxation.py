@@ -69,7 +69,7 @@ def test_the_series_of_exact_data_is_found_again() -> None:
     assert found.terms == 3
     np.testing.assert_allclose([one.value for one in numbers(found)], truth(SERIES), rtol=1e-6)
     assert found.equilibrium.value == pytest.approx(FORCE * SERIES.left, rel=1e-6)
-    assert found.share_left(50.0).value == pytest.approx(float(SERIES.modulus(50.0)), rel=1e-6)
+    assert found.share_left(50.0).value == pytest.approx(float(SERIES.modulus(np.array(50.0))), rel=1e-6)
     section = Viscoelastic(**yaml.safe_load(found.section)["viscoelastic"])
     np.testing.assert_allclose(section.prony, SERIES.prony, rtol=1e-6)
     assert found.viscoelastic.shift is None
@@ -131,8 +131,8 @@ def ramped(series: Viscoelastic, times: Array, begin: float, end: float) -> Arra
     found = []
     for t in times:
         low, high = t - min(max(t, begin), end), t - begin
-        integral = scipy.integrate.quad(lambda s: float(series.modulus(s)), low, high)[0] if high > 0.0 else 0.0
-        found.append(FORCE * integral / (end - begin))
+        whole = scipy.integrate.quad(lambda s: float(series.modulus(np.array(s))), low, high)[0] if high > 0.0 else 0.0
+        found.append(FORCE * whole / (end - begin))
     return np.array(found)
 
 

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from evolvent.design.calibration.relaxation.fitted import Fitted
 from evolvent.design.calibration.relaxation.shifts import YEAR, YEARS, celsius
 from evolvent_base.figures import Figure, Line, Panel, stacked
-
-if TYPE_CHECKING:
-    from evolvent.design.calibration.relaxation.answer import Relaxation
 
 Array = np.ndarray
 #: Points of a curve, and of a line of the series, that are drawn.
@@ -19,7 +17,7 @@ _POINTS, _LINE = 300, 200
 _PALETTE = 6
 
 
-def figure(found: Relaxation) -> Figure:
+def figure(found: Fitted) -> Figure:
     """Data and fit over the logarithm of time, the master curve of several temperatures, and residuals."""
     unit = f", {found.measured.unit}" if found.measured.unit else ""
     several = found.temperatures.size > 1
