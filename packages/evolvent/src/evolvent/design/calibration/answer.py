@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
+from evolvent.design.calibration import uncertainty
 from evolvent.results.measurements import Series
 from evolvent_base import answer as an
 from evolvent_base.figures import Figure, Line, Panel
@@ -17,8 +18,6 @@ from evolvent_base.showing import Shown
 Array = np.ndarray
 #: Correlations that are named in the text.
 STRONG = 0.95
-#: Fewest residuals whose autocorrelation is tested.
-MANY = 10
 
 
 def answer_of(found: Calibration) -> an.Answer:
@@ -86,13 +85,8 @@ def summary(found: Calibration) -> list[str]:
     for key, value, error in zip(names, found.values, found.errors, strict=True):
         if error > abs(value):
             lines.append(f"the data do not determine {key}: its standard error exceeds its value")
-    r = found.residuals
-    following = float(r[1:] @ r[:-1] / (r @ r)) if r.size >= MANY and np.any(r) else 0.0
-    if following > 2.0 / np.sqrt(r.size):
-        lines.append(
-            f"residuals follow one another (correlation {following:.2f} from one value to the next): the model lacks "
-            f"something, and standard errors are too small"
-        )
+    following = uncertainty.following([found.residuals])
+    lines += [following] if following else []
     lines += [f"evaluations: {found.evaluations} new, {found.reused} kept from before"]
     return lines + [f"note: {note}" for note in found.notes]
 

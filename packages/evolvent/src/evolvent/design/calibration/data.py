@@ -50,10 +50,9 @@ def read(path: str, case: Any, observed: Sequence[str]) -> Measurements:
     found = system.measurements(path, content, [name for name, _ in pairs])
     if isinstance(found, Measurements):
         return found
-    raw = safe_open.content(path)
-    table: Any = tables.read(raw, path) if signals.is_text(raw, path) else _Recording(signals.read(path))
-    columns = [_Observed(name, _place(table, column)) for name, column in pairs]
-    clock = tables.time_of(table) if isinstance(table, tables.TextTable) else None
+    table = opened(path)
+    columns = [_Observed(name, place(table, column, "--observe NAME=COLUMN")) for name, column in pairs]
+    clock = clock_of(table)
     keys = _keys(table, {clock, *(one.place for one in columns)}, content)
     if keys and (clock is None or clock in table.stamps):
         return _runs(table, content, columns, keys)
@@ -94,8 +93,24 @@ class _Recording:
         return row + 1
 
 
-def _place(table: Any, column: str) -> int:
-    """Place of a column by its name, by its whole head, or by a name and unit written in another way."""
+def opened(path: str) -> Any:
+    """The columns of a text file, or of a recording."""
+    raw = safe_open.content(path)
+    return tables.read(raw, path) if signals.is_text(raw, path) else _Recording(signals.read(path))
+
+
+def clock_of(table: Any) -> int | None:
+    """Place of the column of times of a text file; None where there is none, and of a recording."""
+    return tables.time_of(table) if isinstance(table, tables.TextTable) else None
+
+
+def place(table: Any, column: str, option: str) -> int:
+    """Place of a column by its name, by its whole head, or by a name and unit written in another way.
+
+    Parameters
+    ----------
+    option : str, with which the user names it, for messages
+    """
     bare = [units.head_and_unit(head)[0] if head else name for head, name in zip(table.heads, table.names, strict=True)]
     name, unit = units.head_and_unit(column)
     whole = [k for k, head in enumerate(table.heads) if head == column]
@@ -106,12 +121,9 @@ def _place(table: Any, column: str) -> int:
     if found:
         listed = " and ".join(repr(table.heads[k]) for k in found)
         raise InputError(
-            f"{table.path!r} has {len(found)} columns {column!r}: {listed}; write --observe NAME=COLUMN with the "
-            "whole head of one"
+            f"{table.path!r} has {len(found)} columns {column!r}: {listed}; write {option} with the whole head of one"
         )
-    raise InputError(
-        f"{table.path!r} has no column {column!r}; {nearest(column, table.names)}; or write --observe NAME=COLUMN"
-    )
+    raise InputError(f"{table.path!r} has no column {column!r}; {nearest(column, table.names)}; or write {option}")
 
 
 def _sentences(notes: Sequence[str]) -> list[str]:
@@ -126,7 +138,7 @@ def _history(table: Any, clock: int | None, columns: Sequence[_Observed]) -> Mea
     series = []
     for name, place in columns:
         column, unit = table.names[place], table.units[place]
-        time = _times(table, clock, place, notes)
+        time = times(table, clock, place, notes, "--observe")
         if not unit:
             notes.append(f"The column {column!r} states no unit; its values are taken in that of {name}.")
         history = histories.History(table, column, unit, time, table.numbers(place + 1))
@@ -137,10 +149,10 @@ def _history(table: Any, clock: int | None, columns: Sequence[_Observed]) -> Mea
     return Measurements(source=table.path, series=tuple(series), notes=tuple(notes))
 
 
-def _times(table: Any, clock: int | None, place: int, notes: list[str]) -> Array:
-    """Times of the values of a column, s."""
+def times(table: Any, clock: int | None, place: int, notes: list[str], option: str) -> Array:
+    """Times of the values of a column, s; `option` names it in messages."""
     if isinstance(table, _Recording):
-        base = timebase.choose(table.source, [(place + 1, "--observe")], time=None, rate=None)
+        base = timebase.choose(table.source, [(place + 1, option)], time=None, rate=None)
         notes += _sentences(base.notes)
         if base.time is not None:
             return base.time

@@ -32,13 +32,14 @@ def _fixed(times: Array, content: Mapping[str, Any]) -> Array:
 
 @dataclasses.dataclass(frozen=True)
 class History:
-    """A column of a table and the times of its rows, s."""
+    """A column of a table and the times of its rows, s; of some rows where they are given."""
 
     table: Any
     column: str
     unit: str
     time: Array
     values: Array
+    rows: Array | None = None
 
     def cleaned(self, notes: list[str]) -> tuple[Array, Array]:
         """Times that do not fall, and values; `notes` take what was done.
@@ -49,13 +50,14 @@ class History:
             If fewer than two rows have a value, the times are too coarse or those of several runs, or a value marks a
             missing one.
         """
-        good = np.isfinite(self.values) & np.isfinite(self.time)
+        own = np.arange(self.values.size) if self.rows is None else self.rows
+        good = np.isfinite(self.values[own]) & np.isfinite(self.time[own])
         if good.sum() < 2:
             raise InputError(f"{self._who()} has {good.sum()} values; it needs two or more")
         if not good.all():
             lacking = np.count_nonzero(~good)
             notes.append(f"{lacking} of {good.size} rows have no value of {self.column!r} and are left out.")
-        rows = np.flatnonzero(good)
+        rows = own[good]
         self._check_marks(rows)
         rows = self._in_order(rows, notes)
         rows = self._once(rows, notes)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,8 @@ import numpy as np
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
+#: Fewest residuals whose autocorrelation is tested.
+MANY = 10
 
 
 def of_data(J: Array, r: Array, parameters: Any, least: float, *, given: bool) -> tuple[Array, Array]:
@@ -40,3 +43,15 @@ def shift(J: Array, change: Array) -> Array:
     norms = np.linalg.norm(J, axis=0)
     found: Array = -np.linalg.lstsq(J / norms, change, rcond=None)[0] / norms
     return found
+
+
+def following(residuals: Sequence[Array]) -> str:
+    """A sentence where residuals, in one or more series, follow one another more than by chance; else ''."""
+    size, square = sum(r.size for r in residuals), sum(float(r @ r) for r in residuals)
+    found = sum(float(r[1:] @ r[:-1]) for r in residuals) / square if size >= MANY and square > 0.0 else 0.0
+    if found <= 2.0 / np.sqrt(size):
+        return ""
+    return (
+        f"residuals follow one another (correlation {found:.2f} from one value to the next): the model lacks "
+        f"something, and standard errors are too small"
+    )

@@ -40,7 +40,7 @@ class NodeEvents:
         the events falls
     is_due : compiled: whether one is due in a state
     between_steps : function of the assembly and `Equations` to what carries out the events between the steps of
-        implicit methods; see `families.threads.releases.Releases`
+        implicit methods; see `families.threads.family_releases.Releases`
     captures : function of a solution to events that bring something to rest: record, time and duration, s, and what
         the record does
     """

@@ -14,7 +14,7 @@ class Torques:
     Attributes
     ----------
     apply : torques at the coordinates' last evaluation, (t, share, kept, y, s, model) as of
-        `kernels.coordinate.add_applied`; returns energy (J), and the powers that it takes and gives (W)
+        `families.coordinates.coordinate.add_applied`; returns energy (J), and the powers that it takes and gives (W)
     tangent : derivatives of them, between different coordinates or into `motor_slope` and `motor_damper` of each
     """
 
