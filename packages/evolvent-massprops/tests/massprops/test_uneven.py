@@ -198,7 +198,11 @@ def scores(times: Times, trials: int, *, stamps: Times | None = None) -> Array:
     return np.array(found)
 
 
-@pytest.mark.parametrize("kind", ["scatter of 30 %", "gaps and a scatter of 5 %", "a clock that wanders"])
+#: Kinds of times of which 200 records are told only in the longer tests: 40 of each are always.
+LONGER = set(KINDS) - {"gaps and a scatter of 5 %", "scatter of 30 %"}
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_deviations_cover_the_truth(kind: str) -> None:
     z = scores(KINDS[kind], 40)
     assert np.mean(np.abs(z) < 2.0) > 0.88
@@ -206,7 +210,9 @@ def test_deviations_cover_the_truth(kind: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind", [pytest.param(one, marks=pytest.mark.release if one in LONGER else ()) for one in KINDS]
+)
 def test_deviations_cover_the_truth_in_95_per_cent(kind: str) -> None:
     inside = np.abs(scores(KINDS[kind], 200)) < 2.0
     assert 0.93 <= inside.mean() <= 0.975  # 800 numbers, most of them independent: 0.954 ± 0.008
@@ -214,7 +220,7 @@ def test_deviations_cover_the_truth_in_95_per_cent(kind: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("share", [0.01, 0.05, 0.2])
+@pytest.mark.parametrize("share", [pytest.param(0.01, marks=pytest.mark.release), 0.05, 0.2])
 def test_scatter_of_the_stamps_alone(share: float) -> None:
     """Samples taken evenly, whose stamps scatter: seen by the likelihood, and the rate's uncertainty is taken along."""
     inside = np.abs(scores(lambda rng: EVEN, 200, stamps=scattered(share))) < 2.0

@@ -1,4 +1,4 @@
-"""Modes and swings fitted to samples: the model, its least squares, its covariance.
+"""Modes and swings fitted to samples: the model and its least squares.
 
 A **swing** is one mode whose decay need not be exponential: x'' + w0^2 G(x) = -2 d x' - mu sgn x' - q x'|x'|,
 integrated by `evolvent_massprops.swing`; or, where the waveform is said to be sinusoidal, b(t) cos(w0 t + phase) with
@@ -265,7 +265,8 @@ class Found(NamedTuple):
         return information(signal, self.squares, self.unknowns, colour)
 
 
-def _split(components: tuple[Component, ...], values: Array) -> tuple[Component, ...]:
+def split(components: tuple[Component, ...], values: Array) -> tuple[Component, ...]:
+    """The components with the free parameters `values`, (p,), of all of them in turn."""
     found, first = [], 0
     for one in components:
         size = len(one.values())
@@ -274,7 +275,7 @@ def _split(components: tuple[Component, ...], values: Array) -> tuple[Component,
     return tuple(found)
 
 
-def _groups(components: tuple[Component, ...], signal: Signal) -> list[tuple[Any, Array, Array]]:
+def groups(components: tuple[Component, ...], signal: Signal) -> list[tuple[Any, Array, Array]]:
     """Rows, sensors, and columns in use of each group of sensors that share both."""
     found = []
     width = 2 * len(components) + 1 + signal.degree
@@ -304,7 +305,7 @@ def solve(components: tuple[Component, ...], signal: Signal) -> Solution:
         if one.fixed_gain:
             coefficients[2 * k, one.reference] = 1.0
     residual = np.full(signal.data.shape, np.nan)
-    for rows, sensors, used in _groups(components, signal):
+    for rows, sensors, used in groups(components, signal):
         B, y = A[rows], signal.data[rows][:, sensors]
         y = y - B @ coefficients[:, sensors]
         Q, R = np.linalg.qr(B[:, used])
@@ -315,7 +316,7 @@ def solve(components: tuple[Component, ...], signal: Signal) -> Solution:
             residual[:, sensors] = left
         else:
             residual[np.ix_(rows, sensors)] = left
-    return Solution(components, coefficients, residual, _penalty(components, signal))
+    return Solution(components, coefficients, residual, penalty(components, signal))
 
 
 def _solved(R: Array, right: Array) -> Array:
@@ -326,7 +327,8 @@ def _solved(R: Array, right: Array) -> Array:
         return np.linalg.lstsq(R, right, rcond=None)[0]
 
 
-def _penalty(components: tuple[Component, ...], signal: Signal) -> Array:
+def penalty(components: tuple[Component, ...], signal: Signal) -> Array:
+    """Stated amplitudes less those of the components, in standard deviations: see `Solution`."""
     found = []
     for one in components:
         if one.is_swing and one.free_square and np.isfinite(one.reach.mean) and not one.fixed_gain:
@@ -357,7 +359,7 @@ def fit(components: tuple[Component, ...], signal: Signal, noise: Array | None =
         if np.ptp(np.log(weight / before)) < 0.02:
             break
     squares = np.nansum(now.residual**2, axis=0)
-    own = sum(len(used) * len(sensors) for _, sensors, used in _groups(now.components, signal))
+    own = sum(len(used) * len(sensors) for _, sensors, used in groups(now.components, signal))
     unknowns = sum(len(replace(one, held=False).values()) for one in now.components) + own - len(now.penalty)
     return Found(now, weight, squares, unknowns, steps, converged)
 
@@ -391,7 +393,7 @@ def _minimise(now: Solution, signal: Signal, noise: Array) -> tuple[Solution, in
             moved = change / scale
             far = float(np.abs(moved / bound).max())
             moved = moved / max(1.0, 2.0 * far)
-            trial = solve(_split(now.components, np.maximum(values + moved, least)), signal)
+            trial = solve(split(now.components, np.maximum(values + moved, least)), signal)
             s = _stacked(trial, noise)
             if len(s) == len(r) and float(s @ s) < cost:
                 now, r, cost = trial, s, float(s @ s)
@@ -416,7 +418,7 @@ def _slopes(now: Solution, signal: Signal, noise: Array) -> Array:
     """
     length, components = float(signal.time[-1]), now.components
     A = columns(components, signal)
-    factors = [(*group, *np.linalg.qr(A[group[0]][:, group[2]])) for group in _groups(components, signal)]
+    factors = [(*group, *np.linalg.qr(A[group[0]][:, group[2]])) for group in groups(components, signal)]
     found, penalties, seen = [], [], np.isfinite(now.residual)
     for k, one in enumerate(components):
         values, steps = one.values(), DIFFERENCE * one.resolution(length)
@@ -428,7 +430,7 @@ def _slopes(now: Solution, signal: Signal, noise: Array) -> Array:
             other = one.moved(moved)
             changes.append((other.columns(signal.time) - A[:, own]) / h)
             if now.penalty.size:
-                penalties.append((_penalty((*components[:k], other, *components[k + 1 :]), signal) - now.penalty) / h)
+                penalties.append((penalty((*components[:k], other, *components[k + 1 :]), signal) - now.penalty) / h)
         if not changes:
             continue
         D = np.stack(changes, axis=1)  # (N, own parameters, 2)
@@ -447,74 +449,3 @@ def _slopes(now: Solution, signal: Signal, noise: Array) -> Array:
         found.append(slopes.reshape(-1, len(steps)) if seen.all() else slopes[seen])
     J = np.hstack(found)
     return np.vstack((J, np.array(penalties).T)) if penalties else J
-
-
-def summary(components: tuple[Component, ...], coefficients: Array) -> Array:
-    """Frequency (m), decay rate (m), Re and Im of complex amplitudes (m c each), offsets (c)."""
-    m = len(components)
-    w = np.array([one.pole.imag for one in components])
-    d = np.array([-one.pole.real if one.rates is None else one.rates[0] for one in components])
-    undamped = [one.is_swing and not one.sinusoidal for one in components]
-    frequency = np.where(undamped, np.sqrt(np.maximum(w**2 - d**2, 1e-30)), w)
-    a = np.array(
-        [one.phasors()[0] * coefficients[2 * k] + one.phasors()[1] * coefficients[2 * k + 1]
-         for k, one in enumerate(components)]
-    )  # fmt: skip
-    return np.concatenate([frequency, d, a.real.ravel(), a.imag.ravel(), coefficients[2 * m]])
-
-
-def covariance(found: Found, signal: Signal) -> tuple[Array, Array]:
-    """Covariance of `summary`, and of the nonlinear parameters, from the Fisher information."""
-    now = found.solution
-    components, C = now.components, now.coefficients
-    values = np.concatenate([one.values() for one in components])
-    length = float(signal.time[-1])
-    steps = DIFFERENCE * np.concatenate([one.resolution(length) for one in components])
-    base = columns(components, signal)
-    slopes = []
-    penalties = []
-    for k, h in enumerate(steps):
-        moved = values.copy()
-        moved[k] += h
-        other = _split(components, moved)
-        ahead = columns(other, signal) - base
-        moved[k] -= 2.0 * h
-        back = base - columns(_split(components, moved), signal)
-        # an acceleration jumps where dry friction turns: no jump that passes a sample is a slope
-        slopes.append(np.where(np.abs(ahead) <= np.abs(back), ahead, back) / h)
-        penalties.append((_penalty(other, signal) - now.penalty) / h)
-    groups = _groups(components, signal)
-    p = len(values)
-    places: list[tuple[Array, Array]] = []
-    size = p + sum(len(used) * len(sensors) for _, sensors, used in groups)
-    F = np.zeros((size, size))
-    first = p
-    position = np.full(C.shape, -1)
-    for rows, sensors, used in groups:
-        for c in sensors.tolist():
-            J = np.column_stack([D[rows] @ C[:, c] for D in slopes]) / found.noise[c]
-            B = base[rows][:, used] / found.noise[c]
-            at = np.arange(first, first + len(used))
-            position[used, c] = at
-            F[:p, :p] += J.T @ J
-            F[:p, at] += J.T @ B
-            F[at, :p] += B.T @ J
-            F[np.ix_(at, at)] += B.T @ B
-            first += len(used)
-            places.append((at, used))
-    P = np.array(penalties).reshape(p, -1)
-    F[:p, :p] += P @ P.T
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(F), 1e-300))
-    full = scale[:, None] * np.linalg.pinv(F * np.outer(scale, scale), rcond=1e-14, hermitian=True) * scale
-    start = summary(components, C)
-    T = np.empty((len(start), size))
-    for k, h in enumerate(steps):
-        moved = values.copy()
-        moved[k] += h
-        T[:, k] = (summary(_split(components, moved), C) - start) / h
-    for row, c in zip(*np.nonzero(position >= 0), strict=True):
-        changed = C.copy()
-        h = 1e-6 * max(abs(C[row, c]), found.noise[c])
-        changed[row, c] += h
-        T[:, position[row, c]] = (summary(components, changed) - start) / h
-    return T @ full @ T.T, full[:p, :p]

@@ -19,6 +19,7 @@ from evolvent_massprops.identification.decay_laws import DECISIVE, Choice, best_
 from evolvent_massprops.identification.modes import IdentifiedModes
 from evolvent_massprops.identification.orders import WHITE, search, whiteness
 from evolvent_massprops.identification.signals import Array, Signal, information
+from evolvent_massprops.identification.swing_covariance import covariance, summary
 from evolvent_massprops.identification.swing_laws import Swing
 from evolvent_massprops.identification.swing_model import Component, Found
 from evolvent_massprops.identification.swing_starts import Kind, start_of
@@ -286,12 +287,12 @@ def _modes(found: Found, spreads: list[float], signal: Signal, before: Identifie
     components = tuple(now.components[k] for k in order)
     rows = [*(2 * k + j for k in order for j in (0, 1)), *range(2 * len(order), len(now.coefficients))]
     found = found._replace(solution=now._replace(components=components, coefficients=now.coefficients[rows]))
-    C, own = model.covariance(found, signal)
+    C, own = covariance(found, signal)
     for place, k in enumerate(order.tolist()):  # swings are the first components
         if k < len(spreads):
             C[place, place] += spreads[k]
     m, sensors = len(components), signal.data.shape[1]
-    values = model.summary(components, found.solution.coefficients)
+    values = summary(components, found.solution.coefficients)
     a = values[2 * m :][: m * sensors].reshape(m, sensors) + 1j * values[2 * m + m * sensors :][: m * sensors].reshape(
         m, sensors
     )

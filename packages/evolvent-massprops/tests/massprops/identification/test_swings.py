@@ -9,7 +9,8 @@ import scipy.special
 
 from evolvent import InputError
 from evolvent_massprops import swing as kernel
-from evolvent_massprops.identification import identify
+from evolvent_massprops.identification import identify, swing_model
+from evolvent_massprops.identification.signals import read_signal
 from evolvent_massprops.identification.swing_model import PENDULUM, Component, Reach
 from evolvent_massprops.identification.swing_starts import Kind
 
@@ -227,3 +228,31 @@ def test_the_law_can_be_given() -> None:
         identify(x, rate=RATE, decay="drag")
     with pytest.raises(InputError, match="varpro alone fits; method is 'prony'"):
         identify(x, rate=RATE, decay="dry", method="prony")
+
+
+@pytest.mark.parametrize("factor", [np.nan, 1.0])
+def test_slopes_of_the_residual_are_those_of_differences(factor: float) -> None:
+    """A pendulum beside a mode, sensors with gaps of their own; the amplitudes are fitted again at each difference."""
+    t = np.arange(150) / 20.0
+    data = np.column_stack((np.cos(3.0 * t), 0.5 * np.cos(3.0 * t + 0.4) + 0.2 * np.cos(7.0 * t)))
+    data += 0.01 * np.random.default_rng(5).standard_normal(data.shape)
+    data[40:50, 1] = np.nan
+    signal, noise = read_signal(data, rate=20.0), np.array([0.01, 0.02])
+    reach = Reach(factor=factor, mean=0.5, std=0.1)
+    swing = Component(
+        pole=3.05j, rates=(0.02, 0.01, 0.015), law=(True, True, True), phase=0.1, square=0.5, free_square=True,
+        restoring=PENDULUM, reach=reach,
+    )  # fmt: skip
+    mode = Component(pole=-0.05 + 7.1j)
+    now = swing_model.solve((swing, mode), signal)
+    found = swing_model._slopes(now, signal, noise)
+    values = np.concatenate((swing.values(), mode.values()))
+    for k, slope in enumerate(found.T):
+        ahead, back = (
+            swing_model._stacked(
+                swing_model.solve(swing_model.split(now.components, values + h * np.eye(len(values))[k]), signal),
+                noise,
+            )
+            for h in (1e-5, -1e-5)
+        )
+        np.testing.assert_allclose(slope, (ahead - back) / 2e-5, atol=2e-3 * np.abs(slope).max())
