@@ -54,8 +54,8 @@ class StorageResults(Shown):
     run : xarray.DataTree, the equilibria over storage: a group a part, times since its start
     forces : list of Relaxed
     sets : list of (part, words, value, unit), deformation that is kept just after a sudden release of all stress
-    margins : (MarginResults, MarginResults) before and after; None where none are asked for
-    runs : (xarray.DataTree, xarray.DataTree), of the deployments before and after; None without one
+    margins : MarginResults before and after; none where they are not asked for
+    runs : xarray.DataTree, of the deployments before and after; none without them
     title, case : str
     """
 
@@ -63,8 +63,7 @@ class StorageResults(Shown):
 
     def __init__(
         self, section: Store, stored: Stored, run: xr.DataTree, *,
-        margins: tuple[MarginResults, MarginResults] | None = None,
-        runs: tuple[xr.DataTree, xr.DataTree] | None = None, title: str = "", case: str = "",
+        margins: Sequence[MarginResults] = (), runs: Sequence[xr.DataTree] = (), title: str = "", case: str = "",
     ) -> None:  # fmt: skip
         self.section, self.run, self.margins, self.runs = section, run, margins, runs
         self.title, self.case, self.steps = title, case, stored.times.size - 1
@@ -81,16 +80,16 @@ class StorageResults(Shown):
         if self.sets:
             title = "Deformation just after a sudden release of all stress"
             sections.append(an.Section(title=title, blocks=[an.Table.of(kept, words=2)]))
-        if self.margins is not None:
+        if self.margins:
             sections.append(an.Section(title="Margins", blocks=[an.Table.of(self.margin_rows(), words=2)]))
-        if self.runs is not None:
+        if self.runs:
             sections.append(an.Section(title="Deployment", blocks=[an.Table.of(self.latch_rows(), words=1)]))
         figures = [figure for figure in (self.margin_figure(), self.figure()) if figure is not None]
         sections += [an.Section(title=figure.title, blocks=[figure], level=an.PAGE) for figure in figures]
         if self.case:
             sections.append(an.Section(title="Case", blocks=[an.Listing(self.case)], level=an.PAGE))
         warnings = []
-        if self.margins is not None and (negative := self.margins[1].negative):
+        if self.margins and (negative := self.margins[1].negative):
             warnings.append(f"after storage the margin of {', '.join(map(repr, negative))} is below 0")
         return an.Answer(
             title=f"Storage of {self.title or 'a system'}",
@@ -123,7 +122,6 @@ class StorageResults(Shown):
 
     def margin_rows(self) -> list[list[str]]:
         """Least margins before and after: a head, then a row a coordinate."""
-        assert self.margins is not None
         found = [["coordinate", "requirement", "before", "after", "verdict"]]
         before, after = self.margins
         for name in after.names:
@@ -139,7 +137,6 @@ class StorageResults(Shown):
 
     def latch_rows(self) -> list[list[str]]:
         """Latches of the deployments before and after: a head, then a row a latch."""
-        assert self.runs is not None
         found = [["latch", "time before", "after", "rate before", "after", "peak before", "after", "energy before",
                   "after"]]  # fmt: skip
         before, after = (latches_of(run) for run in self.runs)
@@ -154,7 +151,7 @@ class StorageResults(Shown):
             "linear viscoelasticity: creep that depends on the stress, ageing, damage and moisture are not modelled; "
             "the release and what follows are at the temperature of each material while it moves"
         )
-        if self.runs is not None:
+        if self.runs:
             missing = [
                 name for name in _latching(self.runs[0])
                 if name in latches_of(self.runs[0])["latch"] and name not in latches_of(self.runs[1])["latch"]
@@ -166,7 +163,7 @@ class StorageResults(Shown):
 
     def margin_figure(self) -> Figure | None:
         """Actuation before and after storage, and requirement, over each coordinate; the margin after it shaded."""
-        if self.margins is None:
+        if not self.margins:
             return None
         panels = []
         for old, new in zip(self.margins[0].still, self.margins[1].still, strict=True):
@@ -199,7 +196,7 @@ class StorageResults(Shown):
 
     def figure(self) -> Figure | None:
         """Forces over storage, beside those of its start, over the logarithm of time."""
-        lines, times = [], self.run["time"].values
+        lines, times = list[Line](), np.asarray(self.run["time"])
         for k, one in enumerate(self.forces):
             values = _largest(group_of(self.run, one.part)[one.name])
             if one.before and times.size > 2:
@@ -219,7 +216,7 @@ class StorageResults(Shown):
             "forces": [dataclasses.asdict(one) for one in self.forces],
             "sets": [dict(zip(("part", "deformation", "value", "unit"), one, strict=True)) for one in self.sets],
         }  # fmt: skip
-        if self.margins is not None:
+        if self.margins:
             found |= dict(
                 zip(("margins_before", "margins_after"), (one.to_dict() for one in self.margins), strict=True)
             )

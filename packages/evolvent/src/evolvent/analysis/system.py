@@ -279,19 +279,19 @@ class System(Composition, Answered):
         done = stored(before, section)
         moves = motion or (motion is None and "until" in self.settings)
         solutions = [self._solved(one, progress) for one in (before, done.assembly)] if moves else [None, None]
-        margins = None
+        margins = list[Any]()
         if "margin" in self.sections:
             asked = evaluation.with_keys(self.sections["margin"], {})
-            margins = tuple(
+            margins = [
                 evaluation.at_rest(one, asked).results(run, title=self.title)
                 for one, run in zip((before, done.assembly), solutions, strict=True)
-            )
+            ]
         case = self._case(self.settings)
         deployments = [trees.tree(run, case=case, why="", title=self.title) for run in solutions if run is not None]
         over = trees.tree(done.solution, case=case, why="equilibria over storage", title=self.title)
         return StorageResults(
             section, done, trees.over(over, done.times, "time since the start of storage"), margins=margins,
-            runs=tuple(deployments) or None, title=self.title, case=case,
+            runs=deployments, title=self.title, case=case,
         )  # fmt: skip
 
     def _solved(self, assembly: Any, progress: Callable[[float], None] | None) -> Any:

@@ -46,5 +46,5 @@ def storage(
     if not quiet:
         showing.show(found.answer(), level=answer.EVERYWHERE)
     shared.write_files(found.answer(), found.named, output=output, figure=figure, report=report)
-    if check and found.margins is not None and found.margins[1].negative:
+    if check and found.margins and found.margins[1].negative:
         raise RunFailed(f"the margin of {', '.join(map(repr, found.margins[1].negative))} is below 0", found)

@@ -96,8 +96,8 @@ def store(
     rows = None if temperature is None else np.atleast_2d(np.array(temperature, dtype=float))
     if rows is not None and rows.shape == (1, 1):
         rows = np.array([[0.0, rows[0, 0]]])
-    for _, law in assembly.relaxations.values() if rows is not None else ():
-        for value in rows[:, 1]:
+    for _, law in assembly.relaxations.values():
+        for value in [] if rows is None else rows[:, 1]:
             law.factor(float(value), "store.temperature")
     families.check(assembly, family.STATIC)
     if assembly.directions is not None:
@@ -167,9 +167,9 @@ class _Storage:
     def _shift(self, step: float) -> None:
         """Set the relaxation times of a step, by its temperatures."""
         start, factors = self.times[-1], dict[int, tuple[Any, float]]()
-        for first, law in self.work.assembly.relaxations.values() if self.rows is not None else ():
-            factor = step / reduced_time(law, self.rows, start, start + step)
-            factors[first] = law, factor
+        for first, law in self.work.assembly.relaxations.values():
+            if self.rows is not None:
+                factors[first] = law, step / reduced_time(law, self.rows, start, start + step)
         self._memory.pass_over(step, factors)
 
     def relax(self, duration: float) -> None:
