@@ -138,6 +138,8 @@ class Family:
     by_rates : whether explicit methods find its fastest mode from the rates of the whole model
         (`solvers.time.explicit.fastest_modes`), or a function of the model; None stands for those with a force. Those
         whose forces act on coordinates (`Model.F`, `Model.P`), not on bodies and points alone, are always among them
+    concerned : questions that concern some of its records alone, functions of the records to a mask of these; a model
+        without such does not call the answer
     force, tangent : functions of `evolvent.kernels.calls`: forces of its records in a state or over a step, and their
         derivatives; step_force, step_tangent over a step, where that is another function
     inertia, inertia_tangent, step_inertia, step_inertia_tangent : the same of masses, after all forces
@@ -363,6 +365,7 @@ class Family:
     adaptive: Callable[[Array], str] | None = None
     short_steps: Callable[[Array], str] | None = None
     by_rates: bool | Callable[[Any], bool] | None = None
+    concerned: Mapping[str, Callable[[Array], Array]] = dataclasses.field(default_factory=dict)
     force: Call = None
     step_force: Call = None
     inertia: Call = None

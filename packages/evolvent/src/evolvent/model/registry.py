@@ -11,7 +11,7 @@ import dataclasses
 import functools
 import importlib
 import pkgutil
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -249,27 +249,33 @@ _OF_EVENTS = "values", "fire"
 TABLES = (*QUESTIONS, *(f"event_{name}" for name in _OF_EVENTS))
 
 
-def _slots(question: str, present: Collection[str]) -> Array:
-    """Slots of the answers of some families to a question, in their order, each once."""
+def _slots(question: str, present: Collection[str], idle: Collection[tuple[str, str]]) -> Array:
+    """Slots of the answers of some families to a question, in their order, each once; without those that are idle."""
     found = []
     for family in families().values():
+        if family.name not in present or (family.name, question) in idle:
+            continue
         answer = getattr(family, question)
         for prefix in _PREFIXES:
             if answer is None and question.startswith(prefix):
                 answer = getattr(family, question.removeprefix(prefix), None)
         if answer is None and question == "evaluate" and family.results:
             answer = family.force
-        if answer and family.name in present:
+        if answer:
             found.append(lookups.slot(answer))
     one_each = question.startswith("row_")  # by the number of the family in `Model.constraints`
     return np.array(found if one_each else [*dict.fromkeys(found)], dtype=np.int64)
 
 
+def _concerned(family: Family) -> Mapping[str, Callable[[Array], Array]]:
+    """Masks of the records of a family that questions concern, but for those that concern all."""
+    return family.concerned if family.rubs is None else {**family.concerned, "until_turn": family.rubs}
+
+
 @functools.cache
-def _tables(present: tuple[str, ...], rub: tuple[str, ...]) -> dict[str, Array]:
-    """Tables of calls of models with records of some families, and with frictions of some."""
-    asked_of = dict.fromkeys(QUESTIONS, present) | {"until_turn": rub}
-    found = {question: _slots(question, of) for question, of in asked_of.items() if question not in _EQUATIONS}
+def _tables(present: tuple[str, ...], idle: tuple[tuple[str, str], ...]) -> dict[str, Array]:
+    """Tables of calls of models with records of some families, some of which a question does not concern."""
+    found = {question: _slots(question, present, idle) for question in QUESTIONS if question not in _EQUATIONS}
     for name, module in _EQUATIONS.items():
         found[name] = np.array([lookups.slot(getattr(importlib.import_module(module), name))])
     return {f"{name}_calls": slots for name, slots in found.items()}
@@ -278,8 +284,8 @@ def _tables(present: tuple[str, ...], rub: tuple[str, ...]) -> dict[str, Array]:
 def calls_of(model: Mapping[str, Any]) -> dict[str, Array]:
     """Tables of calls of a model, of the families of which it has records; they are those of all models alike."""
     present = tuple(name for name in families() if model[name].size)
-    masks = ((name, families()[name].rubs) for name in present)
-    found = _tables(present, tuple(name for name, mask in masks if mask is None or np.any(mask(model[name]))))
+    masks = ((name, question, mask) for name in present for question, mask in _concerned(families()[name]).items())
+    found = _tables(present, tuple((name, question) for name, question, mask in masks if not np.any(mask(model[name]))))
     groups, first = list[tuple[Events, int]](), 0
     for family, own in events():
         count = own.count(model[family.name])

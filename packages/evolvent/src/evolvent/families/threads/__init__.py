@@ -13,7 +13,7 @@ from evolvent.kernels.blocks import POSITION, SCALAR
 from evolvent.kernels.drive import FREE, LAW
 from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
-from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record
+from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record, where
 from evolvent.model.layout import Events, Rows, Switches
 from evolvent.model.questions import DRIVE, Block, Bound, Coordinates, Law, LinearizedPoint, Moment
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
@@ -29,6 +29,11 @@ OPEN = -1
 _FIXED = (thread.INEXTENSIBLE, thread.JOINED)
 #: Kinds of threads with segments of springs.
 _SPRINGS = (thread.SPRINGS, thread.MOVING)
+
+
+def _is_free(found: Array) -> Array:
+    """Whether a spool turns freely."""
+    return np.asarray(found["drive"] == FREE)
 
 
 def _is_turned(found: Array) -> Array:
@@ -319,6 +324,13 @@ THREADS = Family(
     explicit_force=forces.explicit_force,
     explicit_energy=False,
     explicit_carried=forces.explicit_carried,
+    concerned={
+        "project": where("kind", thread.INEXTENSIBLE),
+        "kick": lambda found: np.isin(found["kind"], (thread.INEXTENSIBLE, thread.MOVING)),
+        "longest_step": lambda found: found["slack"] != 0,
+        "until_change": _is_free,
+        "is_due": _is_free,
+    },
     add_sums=forces.add_sums,
     by_rates=False,
     shares=Shares(

@@ -1,8 +1,6 @@
 """Forces of threads in a state of an explicit method."""
 
-from numba import types
-
-from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
+from evolvent.compiled.jit import inlined
 from evolvent.kernels.thread.chain import chain_points
 from evolvent.kernels.thread.fields import wound_fields
 from evolvent.kernels.thread.implicit import is_loaded
@@ -12,12 +10,9 @@ from evolvent.kernels.thread.moving import hold_root
 from evolvent.kernels.thread.spool import INEXTENSIBLE, JOINED, MOVING, SPRINGS, spool_losses
 from evolvent.kernels.thread.springs import spring_points, spring_thread
 from evolvent.kernels.thread.wound import carry_wound, reels
-from evolvent.model import MODEL
-
-USED_FOR = "threads"
 
 
-@indirect(types.UniTuple(REAL, 3)(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
+@inlined
 def add_explicit_threads(t, y, s, model, dy):
     """Forces of all threads onto bodies and points; rates of the nodes of those with springs into dy.
 

@@ -177,6 +177,7 @@ def plan(
     times = sample_times(samples)
     families.check(assembly, family.EXPLICIT)
     own = dataclasses.replace(assembly, model=assembly.model.copy())
+    needs.note_alike(assembly.model, own.model)
     try_laws(own, times[0], times[-1])
     check_start(own, float(times[0]))
     check_redundancy(own, float(times[0]))
