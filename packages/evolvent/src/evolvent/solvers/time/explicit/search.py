@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
-from evolvent.equations.events import USED_FOR as EVENTS, event_values
+from evolvent.equations.events import USED_FOR as EVENTS, walk_events
 from evolvent.model import MODEL
 from evolvent.model.layout import DUE
 from evolvent.solvers.time.event_search import END, START, begin_search, next_row
@@ -26,7 +26,7 @@ def interpolate_scalars(P, y, K, h, theta, scalars, out):
 def event_in_step(A, b, c, P, Q, t, h, target, end, until, model, work):
     """Part of a step at which its first event falls; NO_EVENT where it has none."""
     search, g, g0 = work.search, work.g, work.g0
-    event_values(target, work.y1, work.s, model, g)
+    walk_events(target, work.y1, work.s, model, g)
     for k in range(g.size):
         search.values[START, k], search.values[END, k] = g0[k], g[k]
     begin_search(search)
@@ -37,7 +37,7 @@ def event_in_step(A, b, c, P, Q, t, h, target, end, until, model, work):
             interpolate(Q, work.y, work.K, h, theta, work.w)
         else:
             interpolate_scalars(Q, work.y, work.K, h, theta, work.scalars, work.w)
-        event_values(t + theta * h, work.w, work.s, model, g)
+        walk_events(t + theta * h, work.w, work.s, model, g)
         for k in range(g.size):
             search.values[row, k] = g[k]
         row = next_row(search)
@@ -51,7 +51,7 @@ def event_in_step(A, b, c, P, Q, t, h, target, end, until, model, work):
             for k in range(g.size):
                 g0[k] = search.values[START, k]
     if by_state:  # whose evaluation at the end of the step is the last one
-        event_values(target, work.y1, work.s, model, g)
+        walk_events(target, work.y1, work.s, model, g)
     else:
         for k in range(g.size):
             g[k] = search.values[END, k]
