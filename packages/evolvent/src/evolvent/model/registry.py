@@ -67,6 +67,8 @@ def _refused(family: Family, taken: Collection[str]) -> str:
     """Why a family of another distribution cannot be used; '' where it can."""
     if family.name in taken:
         return f"the family {family.name!r} has the name of a field of the model; it needs one of its own"
+    if unknown := family.concerned.keys() - {*QUESTIONS}:
+        return f"the family {family.name!r} says what {min(unknown)!r} concerns, which is not asked of families"
     if any(one.values is None or one.fire is None for one in family.events):
         return f"the family {family.name!r} has events without `values` or `fire`, which all methods need"
     if any(one.is_watched and not _WATCHED[0] < one.order < _WATCHED[1] for one in family.events):

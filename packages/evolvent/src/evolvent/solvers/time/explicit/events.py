@@ -15,7 +15,7 @@ from evolvent.equations.events import apply_event, event_values
 from evolvent.kernels.blocks import SCALAR
 from evolvent.model import MODEL
 from evolvent.model.layout import DUE
-from evolvent.model.registry import families
+from evolvent.model.registry import events
 from evolvent.solvers.time.event_search import EventSearch
 
 # status codes of a loop
@@ -84,7 +84,7 @@ def always_due(model: Any) -> np.ndarray:
 def scalars_of_events(model: Any) -> np.ndarray:
     """Indices in the state of the angles and rates that are coordinates of records with events that are always due."""
     blocks = model.blocks
-    own = [name for name, family in families().items() if any(one.values is None for one in family.events)]
+    own = {family.name for family, one in events() if one.values is None}
     found = blocks[(blocks["kind"] == SCALAR) & np.any([is_of(blocks, name) for name in own], axis=0)]
     return np.concatenate([found["iq"], found["iv"]])
 
