@@ -151,6 +151,16 @@ def test_what_was_loaded_without_a_function_is_loaded_with_it(monkeypatch):
     assert [inner in functions for functions in loaded] == [False, True]
 
 
+@compiled_only
+def test_runs_of_one_assembly_look_up_once_what_they_call(monkeypatch):
+    assembly = evolvent.load("hanging-chain").assemble()
+    options = {"samples": [0.0, 1e-4], "method": "rk4", "step": 1e-5}
+    first = solve(assembly, **options)
+    for name in ("needed", "absent"):
+        monkeypatch.setattr(needs, name, lambda *_: pytest.fail("looked up again"))
+    assert np.array_equal(solve(assembly, **options).y, first.y)
+
+
 # ------------------------------------------------------------------------------------------------ laws
 
 

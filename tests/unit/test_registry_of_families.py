@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+import evolvent
+from evolvent import parts
 from evolvent.algebra.sparse import N_COUNTS, OUTSIDE
 from evolvent.kernels import calls
 from evolvent.kernels.ends import of_bodies
@@ -52,12 +54,29 @@ ROWS = Rows(**{name.removeprefix("rows."): pull for name in registry.QUESTIONS i
         (family(force=pull, tangent=pull, ends=None), "a force without `ends`"),
         (family(explicit=Explicit(force=pull)), "a force of some methods without `force`"),
         (family(inertia=Inertia(force=pull)), "states inertia"),
+        (family(concerned={"pull": np.isfinite}), "says what 'pull' concerns, which is not asked of families"),
         (family(events=(Events(len, lambda _, k: (k, "gone"), values=pull, fire=pull, is_watched=False),)), "watched"),
     ],
 )
 def test_what_cannot_be_used_is_named(one: Family, words: str) -> None:
 
     assert words in registry._refused(one, {*ModelFields._declared, *registry.families()})
+
+
+@pytest.mark.parametrize(
+    ("segments", "asked"),
+    [("springs", {"change_values": 1, "project": 0, "is_due": 0}), ("inextensible", {"project": 1})],
+)
+def test_what_concerns_no_record_of_a_model_is_not_called(segments: str, asked: dict[str, int]) -> None:
+    system = evolvent.System()
+    system.add(parts.RigidBody(motion="spin", inertia=0.004, rate=6.0), "body")
+    drive = parts.ConstantDrive(rate=1.0, angle=10.0)
+    system.add(parts.Reel(body="body", centre=(0.1, 0.0, 0.0), radius=0.01, drive=drive), "reel")
+    stiff = {"stiffness": 1e4} if segments == "springs" else {}
+    system.add(parts.Thread(reel="reel", length=1.0, line_density=1e-3, nodes=5, segments=segments, **stiff), "thread")
+    model = system.assemble().model
+
+    assert {question: getattr(model, f"{question}_calls").size for question in asked} == asked
 
 
 def test_a_family_that_says_nothing_of_it_is_never_isolated() -> None:

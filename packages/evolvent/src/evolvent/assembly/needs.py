@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import sys
 import weakref
@@ -106,8 +107,17 @@ def needed(model: Model, roots: tuple[Any, ...], without: frozenset[str]) -> lis
     return [*found]
 
 
-#: Number of functions that there were, what of them a model does not need, and what was loaded for it.
-_LOADED: weakref.WeakKeyDictionary[Model, tuple[int, frozenset[str], set[Any]]] = weakref.WeakKeyDictionary()
+@dataclasses.dataclass
+class _Loaded:
+    """Number of functions that there were, what of them a model does not need, and what was loaded for it."""
+
+    count: int = 0
+    lacks: frozenset[str] = frozenset()
+    roots: set[Any] = dataclasses.field(default_factory=set)
+
+
+#: Models that are alike share theirs.
+_LOADED: weakref.WeakKeyDictionary[Model, _Loaded] = weakref.WeakKeyDictionary()
 
 
 def load(model: Model, *roots: Any, without: frozenset[str] = frozenset()) -> None:
@@ -119,19 +129,17 @@ def load(model: Model, *roots: Any, without: frozenset[str] = frozenset()) -> No
     """
     if config.DISABLE_JIT:
         return
-    count, lacks, loaded = _LOADED.get(model, (0, frozenset(), set()))
-    if count != len(jit.functions()):
-        lacks = absent(model)
-        _LOADED[model] = len(jit.functions()), lacks, loaded
-    if (roots, without) not in loaded:
-        jit.load(needed(model, roots, lacks | without))
-        loaded.add((roots, without))
+    own = _LOADED.setdefault(model, _Loaded())
+    if own.count != len(jit.functions()):
+        own.count, own.lacks = len(jit.functions()), absent(model)
+    if (roots, without) not in own.roots:
+        jit.load(needed(model, roots, own.lacks | without))
+        own.roots.add((roots, without))
 
 
 def note_alike(model: Model, other: Model) -> None:
     """Note that another model needs the functions that a model does, as its copy or a variant."""
-    if model in _LOADED:
-        _LOADED[other] = _LOADED[model]
+    _LOADED[other] = _LOADED.setdefault(model, _Loaded())
 
 
 def unload() -> None:

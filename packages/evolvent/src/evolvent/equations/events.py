@@ -2,7 +2,7 @@
 
 from numba import types, void
 
-from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
+from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.kernels.calls import apply_change_at, event_values_at, state_at
 from evolvent.kernels.watches import STOPS, fire_event
 from evolvent.model import MODEL
@@ -13,8 +13,8 @@ def USED_FOR(model):  # noqa: N802
     return model.info.ne
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
-def event_values(t, y, s, model, g):
+@inlined
+def walk_events(t, y, s, model, g):
     """Values of all events; an event fires where its value is not negative.
 
     Parameters
@@ -28,6 +28,12 @@ def event_values(t, y, s, model, g):
     calls = model.node_events_values_calls
     for k in range(calls.size):
         state_at(model, calls[k])(t, y, s, model, g)
+
+
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
+def event_values(t, y, s, model, g):
+    """`walk_events`, called by address."""
+    walk_events(t, y, s, model, g)
 
 
 @indirect(types.int64(REAL, VECTOR, INTEGERS, MODEL, types.int64, VECTOR))

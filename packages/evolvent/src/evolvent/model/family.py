@@ -147,6 +147,8 @@ class Family:
     isolated : whether nothing but gravity and loads on beams, whose torque is known, acts from outside in a system with
         its records that tie nothing to other than free bodies: for all of them, or a function of them and `Records`;
         None stands for none of them
+    concerned : questions that concern some of its records alone, such as "friction.until_turn", with functions of the
+        records to a mask of these; a model without such does not call the answer
     force, tangent : functions of `evolvent.kernels.calls`: forces of its records in a state or over a step, and minus
         their derivatives
     energy, momentum : of a state
@@ -176,6 +178,7 @@ class Family:
     ends: Callable[[Any, Records], Iterator[End]] | None = None
     outside: Callable[[Array], Array] | None = None
     isolated: bool | Callable[[Array, Records], bool] | None = None
+    concerned: Mapping[str, Callable[[Array], Array]] = dataclasses.field(default_factory=dict)
     force: Call = None
     tangent: Call = None
     energy: Call = None

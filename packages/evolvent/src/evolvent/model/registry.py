@@ -13,7 +13,7 @@ import functools
 import importlib
 import pkgutil
 import typing
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
@@ -77,6 +77,8 @@ def _refused(family: Family, taken: Collection[str]) -> str:
     """Why a family of another distribution cannot be used; '' where it can."""
     if family.name in taken:
         return f"the family {family.name!r} has the name of a field of the model; it needs one of its own"
+    if unknown := family.concerned.keys() - {*QUESTIONS}:
+        return f"the family {family.name!r} says what {min(unknown)!r} concerns, which is not asked of families"
     if any(one.values is None or one.fire is None for one in family.events):
         return f"the family {family.name!r} has events without `values` or `fire`, which all methods need"
     if any(one.is_watched and not _WATCHED[0] < one.order < _WATCHED[1] for one in family.events):
@@ -291,26 +293,33 @@ def _table(question: str) -> str:
 TABLES = tuple(sorted(map(_table, (*QUESTIONS, *_EQUATIONS, *(f"event_{name}" for name in _OF_EVENTS)))))
 
 
-def _slots(question: str, present: Collection[str]) -> Array:
-    """Slots of the answers of some families to a question, in their order, each once."""
+def _slots(question: str, present: Collection[str], idle: Collection[tuple[str, str]]) -> Array:
+    """Slots of the answers of some families to a question, in their order, each once; without those that are idle."""
     found = []
     for family in families().values():
+        if family.name not in present or (family.name, question) in idle:
+            continue
         own = answer(family, question)
         if own is None and question in _OTHERWISE:
             own = answer(family, _OTHERWISE[question])
         if own is None and question == "samples.evaluate" and family.results:
             own = family.force
-        if own and family.name in present:
+        if own:
             found.append(lookups.slot(own))
     one_each = question.startswith("rows.")  # by the number of the family in `Model.constraints`
     return np.array(found if one_each else [*dict.fromkeys(found)], dtype=np.int64)
 
 
+def _concerned(family: Family) -> Mapping[str, Callable[[Array], Array]]:
+    """Masks of the records of a family that questions concern, but for those that concern all."""
+    rubs = family.friction.rubs
+    return family.concerned if rubs is None else {**family.concerned, "friction.until_turn": rubs}
+
+
 @functools.cache
-def _tables(present: tuple[str, ...], rub: tuple[str, ...]) -> dict[str, Array]:
-    """Tables of calls of models with records of some families, and with frictions of some."""
-    asked_of = dict.fromkeys(QUESTIONS, present) | {"friction.until_turn": rub}
-    found = {question: _slots(question, of) for question, of in asked_of.items()}
+def _tables(present: tuple[str, ...], idle: tuple[tuple[str, str], ...]) -> dict[str, Array]:
+    """Tables of calls of models with records of some families, some of which a question does not concern."""
+    found = {question: _slots(question, present, idle) for question in QUESTIONS}
     for name, module in _EQUATIONS.items():
         found[name] = np.array([lookups.slot(getattr(importlib.import_module(module), name))])
     return {_table(question): slots for question, slots in found.items()}
@@ -319,8 +328,8 @@ def _tables(present: tuple[str, ...], rub: tuple[str, ...]) -> dict[str, Array]:
 def calls_of(model: Mapping[str, Any]) -> dict[str, Array]:
     """Tables of calls of a model, of the families of which it has records; they are those of all models alike."""
     present = tuple(name for name in families() if model[name].size)
-    masks = ((name, families()[name].friction.rubs) for name in present)
-    found = _tables(present, tuple(name for name, mask in masks if mask is None or np.any(mask(model[name]))))
+    masks = ((name, question, mask) for name in present for question, mask in _concerned(families()[name]).items())
+    found = _tables(present, tuple((name, question) for name, question, mask in masks if not np.any(mask(model[name]))))
     groups, first = list[tuple[Events, int]](), 0
     for family, own in events():
         count = own.count(model[family.name])

@@ -21,7 +21,7 @@ from evolvent.kernels.blocks import POSITION, SCALAR
 from evolvent.kernels.drive import FREE, LAW, OPEN
 from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
-from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record
+from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record, where
 from evolvent.model.layout import Events, Switches
 from evolvent.model.questions import (
     DRIVE,
@@ -59,6 +59,11 @@ _3, _6 = (3,), (6,)
 _FIXED = (thread.INEXTENSIBLE, thread.JOINED)
 #: Kinds of threads with segments of springs.
 _SPRINGS = (thread.SPRINGS, thread.MOVING)
+
+
+def _is_free(found: Array) -> Array:
+    """Whether a spool turns freely."""
+    return np.asarray(found["drive"] == FREE)
 
 
 def _is_turned(found: Array) -> Array:
@@ -339,6 +344,13 @@ THREADS = Family(
     ),
     ends=_of_thread,
     isolated=False,
+    concerned={
+        "node_events.project": where("kind", thread.INEXTENSIBLE),
+        "inertia.kick": lambda found: np.isin(found["kind"], (thread.INEXTENSIBLE, thread.MOVING)),
+        "node_events.longest_step": lambda found: found["slack"] != 0,
+        "node_events.until": _is_free,
+        "node_events.is_due": _is_free,
+    },
     force=forces.force,
     tangent=forces.tangent,
     energy=forces.energy,

@@ -1,6 +1,5 @@
 """Events of threads, their jumps, and where they are between the ends of a step: compiled answers."""
 
-from evolvent.compiled.jit import inlined
 from evolvent.families.threads import events, samples
 from evolvent.kernels import calls, rigid, thread
 from evolvent.kernels.between import keep_lengths
@@ -24,24 +23,16 @@ def longest_step(y, s, model):
     return thread.longest_step(y, s, model)
 
 
-@inlined
-def _has_free_spool(model):
-    found = False
-    for p in range(model.threads.size):
-        found = found or model.threads[p].drive == thread.FREE_SPOOL
-    return found
-
-
 @calls.until_change
 def until_change(h, y0, y1, s, model):
     """Until the first node of a free spool leaves or comes back."""
-    return thread.until_release(h, y0, y1, s, model) if _has_free_spool(model) else 1.0
+    return thread.until_release(h, y0, y1, s, model)
 
 
 @calls.is_due
 def is_due(y, s, model):
     """Whether a node of a free spool is to leave or come back."""
-    return _has_free_spool(model) and thread.has_release(y, s, model)
+    return thread.has_release(y, s, model)
 
 
 @calls.lock

@@ -1,8 +1,6 @@
 """Forces of threads in a state of an explicit method."""
 
-from numba import types
-
-from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
+from evolvent.compiled.jit import inlined
 from evolvent.kernels.thread.chain import chain_points
 from evolvent.kernels.thread.fields import wound_fields
 from evolvent.kernels.thread.implicit import is_loaded
@@ -10,14 +8,11 @@ from evolvent.kernels.thread.joined import pull_joined
 from evolvent.kernels.thread.loads import node_loads
 from evolvent.kernels.thread.moving import hold_root
 from evolvent.kernels.thread.spool import INEXTENSIBLE, JOINED, MOVING, SPRINGS, spool_losses
-from evolvent.kernels.thread.springs import spring_points, spring_thread
-from evolvent.kernels.thread.wound import carry_wound, reels
-from evolvent.model import MODEL
-
-USED_FOR = "threads"
+from evolvent.kernels.thread.springs import add_spring_thread, spring_points
+from evolvent.kernels.thread.wound import carry_wound, place_reels
 
 
-@indirect(types.UniTuple(REAL, 3)(REAL, VECTOR, INTEGERS, MODEL, VECTOR))
+@inlined
 def add_explicit_threads(t, y, s, model, dy):
     """Forces of all threads onto bodies and points; rates of the nodes of those with springs into dy.
 
@@ -26,7 +21,7 @@ def add_explicit_threads(t, y, s, model, dy):
     dissipated, given, spools : float, W, powers taken by damping and friction, given by loads and by the spools
     """
     threads, loaded = model.threads, is_loaded(model)
-    reels(t, y, s, model)
+    place_reels(t, y, s, model)
     given, dissipated, spools = carry_wound(s, model), 0.0, 0.0
     if model.fields.size > 0:
         given += wound_fields(t, s, model)
@@ -42,7 +37,7 @@ def add_explicit_threads(t, y, s, model, dy):
             dissipated += lost
             given += power
         elif threads[p].kind == SPRINGS:
-            lost, power = spring_thread(y, 0.0, s, model, p, loaded, dy)
+            lost, power = add_spring_thread(y, 0.0, s, model, p, loaded, dy)
             dissipated += lost
             spools += power
         elif threads[p].kind == JOINED:

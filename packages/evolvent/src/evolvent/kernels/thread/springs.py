@@ -208,11 +208,8 @@ def longest_step(y, s, model):
     return found
 
 
-@indirect(
-    types.UniTuple(REAL, 2)(VECTOR, REAL, INTEGERS, MODEL, _I, types.boolean, VECTOR),
-    used_for=_SPRINGS,
-)
-def spring_thread(y, h, s, model, p, loaded, dy):
+@inlined
+def add_spring_thread(y, h, s, model, p, loaded, dy):
     """Right-hand side of a spring thread (eqs. 3, 4, 7 to 11) and its pull on the body (eq. 15).
 
     Over an interval of length h about the mean state y, or at the state y (h = 0). Tensions go to the nodes. Returns
@@ -259,6 +256,15 @@ def spring_thread(y, h, s, model, p, loaded, dy):
             for k in range(3):
                 dy[v + 3 * i + k] += nodes[first + i].af[k]
     return copies * dissipated, driven
+
+
+@indirect(
+    types.UniTuple(REAL, 2)(VECTOR, REAL, INTEGERS, MODEL, _I, types.boolean, VECTOR),
+    used_for=_SPRINGS,
+)
+def spring_thread(y, h, s, model, p, loaded, dy):
+    """`add_spring_thread`, called by address."""
+    return add_spring_thread(y, h, s, model, p, loaded, dy)
 
 
 # ---------------------------------------------------------------------------------------------- tangent

@@ -31,8 +31,8 @@ def spool(t, y, threads, parameters, p):
     return drive(threads[p].drive, parameters[threads[p].first : threads[p].last], threads[p].law, t)
 
 
-@indirect(void(REAL, VECTOR, INTEGERS, MODEL))
-def reels(t, y, s, model):
+@inlined
+def place_reels(t, y, s, model):
     """Departure points of all reels: phi, b (length, rate, acceleration), arm d, Q (position, velocity), X."""
     threads, bodies, parameters = model.threads, model.bodies, model.parameters
     for p in range(threads.size):
@@ -61,6 +61,12 @@ def reels(t, y, s, model):
         threads[p].X[0], threads[p].X[1], threads[p].X[2] = turn(bodies[b].R, X[0], X[1], X[2])
         if threads[p].end >= 0:
             place_end(y, model, p)
+
+
+@indirect(void(REAL, VECTOR, INTEGERS, MODEL))
+def reels(t, y, s, model):
+    """`place_reels`, called by address."""
+    place_reels(t, y, s, model)
 
 
 @inlined
@@ -141,7 +147,7 @@ def wound_mass(s, threads, nodes, p):
     return mass
 
 
-@indirect(REAL(INTEGERS, MODEL))
+@inlined
 def carry_wound(s, model):
     """Mass and inertial forces of wound thread onto its bodies (where carried); `spool` gets its inertia.
 
@@ -175,7 +181,7 @@ def carry_wound(s, model):
     return power
 
 
-@indirect(REAL(INTEGERS, MODEL))
+@inlined
 def carry_power(s, model):
     """Power of the spools on wound thread that bodies carry, from the bodies' accelerations a, W.
 

@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 from numba import types
 
+from evolvent.assembly.blocks import is_of
 from evolvent.compiled.jit import REAL, entry, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, record, struct
 from evolvent.equations.events import apply_event, event_values
+from evolvent.kernels.blocks import SCALAR
 from evolvent.model import MODEL
 from evolvent.model.layout import DUE
+from evolvent.model.registry import events
 from evolvent.solvers.time.event_search import EventSearch
 
 # status codes of a loop
@@ -43,6 +46,7 @@ class ExplicitWorkspace(Struct):
     log_t, log_k : (nlog,) float and int, time and number of every event; a loop returns where they run short
     jump : (ny,) float, what frictions have added to the end of the step; (0,) without
     K : (stages, ny) float, stages; w, y1 : (ny,) and g, g0 : (ne,) float, scratch
+    scalars : (n,) int, indices in the state of what events that are always due depend on (`scalars_of_events`)
     search : EventSearch, of events within a step
     R0, x0, R1, x1 : (nb, 3, 3) and (nb, 3) float, rotations and positions of the bodies at both ends of a step
     """
@@ -61,6 +65,7 @@ class ExplicitWorkspace(Struct):
     jump: np.ndarray = array(1)
     g: np.ndarray = array(1)
     g0: np.ndarray = array(1)
+    scalars: np.ndarray = array(1, np.int64)
     search: EventSearch = struct(EventSearch)
     R0: np.ndarray = array(3)
     R1: np.ndarray = array(3)
@@ -76,14 +81,28 @@ def always_due(model: Any) -> np.ndarray:
     return found
 
 
+def scalars_of_events(model: Any) -> np.ndarray:
+    """Indices in the state of the angles and rates that are coordinates of records with events that are always due."""
+    blocks = model.blocks
+    own = {family.name for family, one in events() if one.values is None}
+    found = blocks[(blocks["kind"] == SCALAR) & np.any([is_of(blocks, name) for name in own], axis=0)]
+    return np.concatenate([found["iq"], found["iv"]])
+
+
 WORKSPACE = ExplicitWorkspace._numba_type_
 _I = types.int64
 
 
 @inlined
 def highest(model, t, y, s, work):
-    """The largest value of the events that can fire (some always, a user's only once it was negative)."""
+    """The largest value of the events that can fire in a state; all values go to work.g."""
     event_values(t, y, s, model, work.g)
+    return largest(model, work)
+
+
+@inlined
+def largest(model, work):
+    """The largest of the values work.g of events that can fire (some always, a user's only once it was negative)."""
     value = -1.0
     first, brakes = model.info.releases, work.g.size - model.info.brakes
     for k in range(work.g.size):

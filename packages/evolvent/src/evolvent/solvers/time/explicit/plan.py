@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.assembly import families
+from evolvent.assembly import families, needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.model import family
 from evolvent.model.registry import asked, families as table, is_by_rates
@@ -177,6 +177,7 @@ def plan(
     times = sample_times(samples)
     families.check(assembly, family.EXPLICIT)
     own = dataclasses.replace(assembly, model=assembly.model.copy())
+    needs.note_alike(assembly.model, own.model)
     try_laws(own, times[0], times[-1])
     check_start(own, float(times[0]))
     check_redundancy(own, float(times[0]))

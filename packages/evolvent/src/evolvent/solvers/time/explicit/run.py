@@ -207,6 +207,7 @@ def _workspace(assembly: Assembly, times: np.ndarray, tableau: Method, step: flo
         jump=np.zeros(n if assembly.model.info.rubbed >= 0 else 0),
         g=np.zeros(n_e),
         g0=np.zeros(n_e),
+        scalars=ex.scalars_of_events(assembly.model),
         search=event_search.room(ex.always_due(assembly.model)),
         **{name: np.zeros((assembly.model.bodies.size, 3, 3)) for name in ("R0", "R1")},
         **{name: np.zeros((assembly.model.bodies.size, 3)) for name in ("x0", "x1")},

@@ -3,43 +3,41 @@
 from __future__ import annotations
 
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, indirect, inlined
-from evolvent.equations.events import USED_FOR as EVENTS, event_values
-from evolvent.kernels.blocks import SCALAR
+from evolvent.equations.events import USED_FOR as EVENTS, walk_events
 from evolvent.model import MODEL
 from evolvent.model.layout import DUE
 from evolvent.solvers.time.event_search import END, START, begin_search, next_row
-from evolvent.solvers.time.explicit.events import NO_EVENT, WORKSPACE, bracket, highest
+from evolvent.solvers.time.explicit.events import NO_EVENT, WORKSPACE, bracket, highest, largest
 from evolvent.solvers.time.explicit.stages import find_state, interpolate
 
 
 @inlined
-def interpolate_scalars(P, y, K, h, theta, blocks, out):
-    """`interpolate` of angles and rates that are coordinates alone, which events that are always due depend on."""
-    for k in range(blocks.size):
-        if blocks[k].kind == SCALAR:
-            for n in (blocks[k].iq, blocks[k].iv):
-                out[n] = y[n]
-                for i in range(P.shape[0]):
-                    a = theta * (P[i, 0] + theta * (P[i, 1] + theta * (P[i, 2] + theta * P[i, 3])))
-                    out[n] += h * a * K[i, n]
+def interpolate_scalars(P, y, K, h, theta, scalars, out):
+    """`interpolate` of the components `scalars` of the state alone."""
+    for k in range(scalars.size):
+        n = scalars[k]
+        out[n] = y[n]
+        for i in range(P.shape[0]):
+            a = theta * (P[i, 0] + theta * (P[i, 1] + theta * (P[i, 2] + theta * P[i, 3])))
+            out[n] += h * a * K[i, n]
 
 
 @indirect(REAL(MATRIX, VECTOR, VECTOR, MATRIX, MATRIX, REAL, REAL, REAL, REAL, REAL, MODEL, WORKSPACE), used_for=EVENTS)
 def event_in_step(A, b, c, P, Q, t, h, target, end, until, model, work):
     """Part of a step at which its first event falls; NO_EVENT where it has none."""
     search, g, g0 = work.search, work.g, work.g0
-    event_values(target, work.y1, work.s, model, g)
+    walk_events(target, work.y1, work.s, model, g)
     for k in range(g.size):
         search.values[START, k], search.values[END, k] = g0[k], g[k]
     begin_search(search)
-    row = next_row(search)
+    row, by_state = next_row(search), model.event_values_calls.size > 0 or model.info.brakes > 0
     while row >= 0:
         theta = search.place[row]
-        if model.event_values_calls.size > 0 or model.info.brakes > 0:
+        if by_state:
             interpolate(Q, work.y, work.K, h, theta, work.w)
         else:
-            interpolate_scalars(Q, work.y, work.K, h, theta, model.blocks, work.w)
-        event_values(t + theta * h, work.w, work.s, model, g)
+            interpolate_scalars(Q, work.y, work.K, h, theta, work.scalars, work.w)
+        walk_events(t + theta * h, work.w, work.s, model, g)
         for k in range(g.size):
             search.values[row, k] = g[k]
         row = next_row(search)
@@ -52,8 +50,12 @@ def event_in_step(A, b, c, P, Q, t, h, target, end, until, model, work):
         if part == NO_EVENT:
             for k in range(g.size):
                 g0[k] = search.values[START, k]
-    f = highest(model, target, work.y1, work.s, work)  # whose values are noted
-    if part == NO_EVENT and target == end and f >= DUE:
+    if by_state:  # whose evaluation at the end of the step is the last one
+        walk_events(target, work.y1, work.s, model, g)
+    else:
+        for k in range(g.size):
+            g[k] = search.values[END, k]
+    if part == NO_EVENT and target == end and largest(model, work) >= DUE:
         return 1.0
     return part
 

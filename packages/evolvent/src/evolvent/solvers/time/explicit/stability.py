@@ -41,23 +41,30 @@ def fastest_mode(assembly: Assembly) -> Mode:
     prepare(0.0, y, s, model)
     own = asked("stability.felt")
     felt = {name: np.zeros((2, getattr(model, name).size, one.size, one.size)) for name, one in own.items()}
-    best = [(0.0, 0.0, "nothing")]
+    best: list[tuple[float, float, str, int]] = [(0.0, 0.0, "", 0)]
     for name, bound in asked("stability.bound").items():
-        best += [(square, rate, owner(assembly, name, k)) for k, square, rate in bound(model, y, felt)]
-    for name, one in own.items():
-        for k in np.flatnonzero(one.which(getattr(model, name))).tolist():
-            best.append(_largest(one.answer(model, k, felt[name][:, k]), owner(assembly, name, k)))
-    largest = 0.0
+        best += [(square, rate, name, k) for k, square, rate in bound(model, y, felt)]
+    moved = [(name, k) for name, one in own.items() for k in np.flatnonzero(one.which(getattr(model, name))).tolist()]
+    values = _largest([own[name].answer(model, k, felt[name][:, k]) for name, k in moved])
+    best += [(*both, *at) for both, at in zip(values, moved, strict=True)]
+    squared, damping, name, k = max(best, key=lambda bound: (bound[0], -bound[1]))
+    where = owner(assembly, name, k) if name else "nothing"
+    largest = max(bound[1] for bound in best)
     if is_by_rates(model):
-        square, damping, place, largest = fastest_explicit_mode(assembly)
-        best.append((square, damping, place))
-    squared, damping, where = max(best, key=lambda bound: (bound[0], -bound[1]))
-    return Mode(math.sqrt(squared), damping, where, max(largest, *(bound[1] for bound in best)))
+        square, rate, place, fastest = fastest_explicit_mode(assembly)
+        largest = max(largest, rate, fastest)
+        if (square, -rate) > (squared, -damping):
+            squared, damping, where = square, rate, place
+    return Mode(math.sqrt(squared), damping, where, largest)
 
 
-def _largest(blocks: np.ndarray, where: str) -> tuple[float, float, str]:
-    values = [float(np.abs(np.linalg.eigvals(block)).max()) for block in blocks]
-    return values[0], values[1], where
+def _largest(blocks: list[np.ndarray]) -> list[tuple[float, float]]:
+    """Largest absolute eigenvalues of both matrices of each of the `blocks`, (2, n, n) float of various n."""
+    found = np.zeros((len(blocks), 2))
+    for size in {one.shape[-1] for one in blocks}:  # one call takes all that are as large
+        own = [k for k, one in enumerate(blocks) if one.shape[-1] == size]
+        found[own] = np.abs(np.linalg.eigvals(np.array([blocks[k] for k in own]))).max(axis=-1)
+    return [(float(square), float(rate)) for square, rate in found]
 
 
 def stability_polynomial(method: Method) -> list[float]:
