@@ -16,6 +16,7 @@ from evolvent.commands.calibrate import calibrate
 from evolvent.design.calibration import Relaxation, fit_relaxation
 from evolvent.design.calibration.relaxation import curves, response, shifts
 from evolvent.elements import viscoelastic
+from evolvent.elements.materials import Material
 from evolvent.elements.viscoelastic import Viscoelastic
 from evolvent_base.errors import InputError
 
@@ -77,9 +78,9 @@ def test_the_series_of_exact_data_is_found_again() -> None:
 
 def test_number_of_terms_and_uncertainties_hold_for_noise() -> None:
     exact = FORCE * SERIES.modulus(TIMES)
-    found = [fit_relaxation(TIMES, exact + 0.008 * noise(seed, TIMES.size)) for seed in range(24)]
+    found = [fit_relaxation(TIMES, exact + 0.008 * noise(seed, TIMES.size)) for seed in range(20)]
     right = [one for one in found if one.terms == 3]
-    assert len(right) >= 22
+    assert len(right) >= 18
     check_covered(right, truth(SERIES))
 
 
@@ -189,7 +190,7 @@ def test_uncertainties_of_shifts_hold_for_noise(law: str, wanted: list[float]) -
             [HOURS] * WARM.size, [f + 0.01 * noise(10 * seed + k, f.size) for k, f in enumerate(forces)],
             temperatures=WARM, shift=law, reference="20 degC", terms=4,
         )
-        for seed in range(12)
+        for seed in range(8)
     ]  # fmt: skip
     check_covered(found, [*(g for g, _ in LONG), *wanted], lambda one: [*one.shares, *one.constants])
     assert not any("fits worse" in one for each in found for one in each.warnings)
@@ -220,7 +221,7 @@ def test_rows_of_several_temperatures_and_curves_of_other_specimens() -> None:
     check_covered([own], [*truth(series), 1.5], lambda one: [*numbers(one), *one.constants])
     assert [own.whole(k) / own.whole(0) for k in range(WARM.size)] == pytest.approx(factors, rel=0.01)
     common = fit_relaxation([HOURS] * WARM.size, others, temperatures=WARM, terms=4, **asked)
-    assert "one instantaneous force of all curves fits worse than one of each" in " ".join(common.warnings)
+    assert "one instantaneous force of all curves fits worse than one of each (own forces)" in " ".join(common.warnings)
 
 
 def test_a_law_that_does_not_fit_the_shifts_is_named() -> None:
@@ -265,6 +266,11 @@ GOOD = FORCE * SERIES.modulus(TIMES)
         (TIMES[:6], GOOD[:6], {"terms": 3}, "6 values from the hold on, but 3 terms and what stays are 7 parameters"),
         (TIMES, GOOD[:-1], {}, "the curve has 80 times and 79 forces"),
         (TIMES, GOOD * np.nan, {}, "holds a time or a force that is not finite"),
+        (TIMES, ["a"] * 80, {}, "holds a time or a force that is no number"),
+        (1.0, GOOD, {}, "times and forces must be arrays of one curve"),
+        (TIMES, 1e200 * GOOD, {}, "e+200 in size; it must be between 1e-30 and 1e+30"),
+        (np.ones(80), GOOD, {}, "the curve has one time, 1 s; force over time is needed"),
+        (TIMES, np.where(TIMES == TIMES[40], 10.0, GOOD), {}, "the force rises by"),
         (TIMES, 1.0 + 0.5 * np.log(1.0 + TIMES) / 12.0, {}, "a force that relaxes falls all the time"),
         (TIMES, GOOD - 0.6 * FORCE, {}, "the force changes its sign at"),
         (TIMES, 1.0 + 0.01 * noise(1, 80), {}, "the force does not fall by more than it scatters"),
@@ -331,7 +337,9 @@ def test_the_command_writes_the_section_of_a_case(tmp_path: pathlib.Path, capsys
     printed = capsys.readouterr().out
     section = (out / "viscoelastic.yaml").read_text(encoding="utf-8")
     assert section in printed
-    read = Viscoelastic(**yaml.safe_load(section)["viscoelastic"])
+    material = Material(young_modulus="3 GPa", density="1600 kg/m^3", **yaml.safe_load(section))
+    read = material.viscoelastic
+    assert read is not None
     assert isinstance(read.shift, viscoelastic.Arrhenius)
     assert read.shift.energy == pytest.approx(1.5e5, rel=0.01)
     assert [g for g, _ in read.prony] == pytest.approx([g for g, _ in LONG], abs=0.01)

@@ -10,6 +10,7 @@ from typing import Any
 from evolvent.design.calibration import uncertainty
 from evolvent.design.calibration.relaxation import pictures, shifts
 from evolvent.design.calibration.relaxation.fitted import Fitted, Value, rounded
+from evolvent.design.calibration.relaxation.search import MOST_TERMS
 from evolvent.design.calibration.relaxation.shifts import YEAR, YEARS
 from evolvent_base import answer as an
 from evolvent_base.errors import counted
@@ -126,6 +127,8 @@ def _warnings(found: Fitted) -> list[str]:
     """Sentences on what the data do not determine."""
     at = "" if found.temperatures.size < 2 or found.reference is None else f" at {shifts.celsius(found.reference)}"
     said = []
+    if len(found.tried) > 1 and found.terms == MOST_TERMS:
+        said.append(f"the data ask for {MOST_TERMS} terms, the most that are tried")
     end, years = found.longest, YEARS * YEAR
     last = found.times[-1]
     if last.high > end:

@@ -196,19 +196,21 @@ def _check_unnamed(table: Any) -> None:
 
 def of_arrays(times: Any, forces: Any, temperatures: Any, ramp: float | None) -> Measured:
     """Curves of arrays: see `evolvent.design.calibration.fit_relaxation`."""
-    several = len(times) > 0 and np.ndim(times[0]) > 0
+    if not (units.is_list(times) and units.is_list(forces)):
+        raise InputError("times and forces must be arrays of one curve, or lists of arrays of several")
+    several = len(times) > 0 and units.is_list(times[0])
     each = list(times) if several else [times]
     values = list(forces) if several else [forces]
     if several and len(values) != len(each):
         raise InputError(f"times holds {counted(len(each), 'curve')}, forces {len(values)}; they must be as many")
-    if np.ndim(temperatures) == 0:
+    if not units.is_list(temperatures):
         warm: list[Any] = [temperatures] * len(each)
     elif len(temperatures) == (len(each) if several else len(times)):
         warm = list(temperatures)
     else:
         wanted = "one for each curve" if several else "one for each time"
         raise InputError(f"temperatures holds {counted(len(temperatures), 'value')}; give {wanted}, or one")
-    if not several and np.ndim(temperatures):
+    if not several and units.is_list(temperatures):
         at = np.array([kelvin(one, "temperatures") for one in warm])
         split = [np.flatnonzero(at == one) for one in np.unique(at)]
         if np.size(forces) != at.size:
@@ -220,7 +222,10 @@ def of_arrays(times: Any, forces: Any, temperatures: Any, ramp: float | None) ->
     for k, (time, force, one) in enumerate(zip(each, values, warm, strict=True)):
         label = "the curve" if len(each) == 1 else f"curve {k + 1}"
         temperature = None if one is None else kelvin(one, "temperatures")
-        t, f = (np.asarray(x, dtype=float).ravel() for x in (time, force))
+        try:
+            t, f = (np.asarray(x, dtype=float).ravel() for x in (time, force))
+        except (TypeError, ValueError):
+            raise InputError(f"{label} holds a time or a force that is no number") from None
         if t.size != f.size:
             raise InputError(
                 f"{label} has {counted(t.size, 'time')} and {counted(f.size, 'force')}; as many are needed"
@@ -250,12 +255,13 @@ def curve(
     """
     if times.size < 4:
         raise InputError(f"{label} has {counted(times.size, 'value')}; a relaxation curve needs 4 or more")
+    _check_sizes(times, forces, label)
     if ramp is not None and not 0.0 <= ramp < float(np.ptp(times)):
         raise InputError(f"ramp is {ramp:g} s; it must be 0 s or longer, and shorter than the curve")
     sign = -1.0 if np.median(forces) < 0.0 else 1.0
     forces = sign * forces
     peak = int(np.argmax(forces))
-    if forces[0] < _RAMP * forces[peak]:
+    if forces[0] < _RAMP * forces[peak] and _rises(forces[: peak + 1]):
         first = _start_of_ramp(times, forces, peak)
         begin, length = float(times[peak]), float(times[peak]) - first
         notes.append(
@@ -281,8 +287,28 @@ def curve(
     return Curve(times=times, forces=forces, temperature=temperature, ramp=float(ramp or 0.0), label=label, noise=noise)
 
 
+def _check_sizes(times: Array, forces: Array, label: str) -> None:
+    """Refuse numbers with which the fit could not be computed."""
+    for what, values in (("time", times), ("force", forces)):
+        sizes = np.abs(values[values != 0.0])
+        if not sizes.size:
+            raise InputError(f"{label}: every {what} is 0")
+        wrong = (sizes > units.LARGEST) | (sizes < 1.0 / units.LARGEST)
+        if wrong.any():
+            raise InputError(
+                f"{label}: a {what} is {sizes[wrong][0]:g} in size; it must be between {1.0 / units.LARGEST:g} and "
+                f"{units.LARGEST:g}"
+            )
+
+
 def _capital(text: str) -> str:
     return text[0].upper() + text[1:]
+
+
+def _rises(forces: Array) -> bool:
+    """Whether forces are larger in their second half."""
+    half = forces.size // 2
+    return bool(np.median(forces[:half]) < np.median(forces[half:]))
 
 
 def _start_of_ramp(times: Array, forces: Array, peak: int) -> float:

@@ -128,7 +128,8 @@ def fit_curves(
     if not own and len(curves) > 1:
         warnings += _own_forces(found, search)
     result = Relaxation(
-        measured=measured, solved=_sorted(found), free=free, scale=scale, deviation=deviation, tried=tuple(tried),
+        measured=measured, solved=_sorted(found), free=free, scale=scale, deviation=deviation,
+        tried=tuple(tried if terms is None else tried[-1:]),
         levels=tuple(levels), warnings=tuple(warnings),
     )  # fmt: skip
     _check_overlap(result)
@@ -308,7 +309,7 @@ def _own_forces(found: Solved, search: Search) -> list[str]:
     other = dataclasses.replace(search, curves=count)
     response = Response(found.response.rows, found.response.shift, found.terms, count)
     better = other.solve(response, np.concatenate([found.x, np.zeros(response.size - found.response.size)]))
-    said = _misfit(found, better, "one instantaneous force of all curves", "one of each", search)
+    said = _misfit(found, better, "one instantaneous force of all curves", "one of each (own forces)", search)
     return said if better.covariance is not None else []
 
 

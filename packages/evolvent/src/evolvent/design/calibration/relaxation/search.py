@@ -22,7 +22,7 @@ MOST_TERMS, _BEYOND = 15, 2
 SHORTER, LONGER = 5.0, 10.0
 #: What stays, at least, in parts of the largest force: a case needs a share that never relaxes.
 LEAST = 1e-6
-#: Amplitude of a term, in parts of the largest force, which is none.
+#: Amplitude of a term, in parts of the largest force, up to which it is none.
 NOTHING = 1e-9
 #: Natural logarithm of the largest ratio of instantaneous forces of two curves.
 MOST_RATIO = 5.0
@@ -127,13 +127,9 @@ class Search:
     # -------------------------------------------------------------------------------------------- number of terms
 
     def chosen(
-        self,
-        shift: Shift,
-        places: Sequence[tuple[Array, Array]],
-        *,
-        terms: int | None,
+        self, shift: Shift, places: Sequence[tuple[Array, Array]], *, terms: int | None,
         report: Callable[[int], None] | None = None,
-    ) -> tuple[Solved | None, list[Solved]]:
+    ) -> tuple[Solved | None, list[Solved]]:  # fmt: skip
         """The solution with the least criterion that the data determine, and all that were tried.
 
         Parameters
@@ -166,7 +162,10 @@ class Search:
                 best = last
             if terms is None and n >= (best.terms if best else _BEYOND) + _BEYOND:
                 break
-        return None if best is None else self.solve(best.response, best.x), tried
+        if best is not None:
+            fine = self.solve(best.response, best.x)
+            best = best if fine.covariance is None else fine
+        return best, tried
 
     def _starts(
         self, response: Response, places: Sequence[tuple[Array, Array]], before: Solved | None
