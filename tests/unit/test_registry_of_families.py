@@ -65,7 +65,10 @@ def test_what_cannot_be_used_is_named(one: Family, words: str) -> None:
 
 @pytest.mark.parametrize(
     ("segments", "asked"),
-    [("springs", {"change_values": 1, "project": 0, "is_due": 0}), ("inextensible", {"project": 1})],
+    [
+        ("springs", {"change_values": 1, "node_events_project": 0, "node_events_is_due": 0}),
+        ("inextensible", {"node_events_project": 1}),
+    ],
 )
 def test_what_concerns_no_record_of_a_model_is_not_called(segments: str, asked: dict[str, int]) -> None:
     system = evolvent.System()
