@@ -66,7 +66,7 @@ def test_what_cannot_be_used_is_named(one: Family, words: str) -> None:
 @pytest.mark.parametrize(
     ("segments", "asked"),
     [
-        ("springs", {"change_values": 1, "node_events_project": 0, "node_events_is_due": 0}),
+        ("springs", {"node_events_values": 1, "node_events_project": 0, "node_events_is_due": 0}),
         ("inextensible", {"node_events_project": 1}),
     ],
 )
