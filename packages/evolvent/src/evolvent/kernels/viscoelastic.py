@@ -133,6 +133,16 @@ def excess_square(first, last, branch, x, model):
 
 
 @inlined
+def excess_of(first, last, branch, n, j, x, model):
+    """`excess_square` of strain j of n."""
+    found = 0.0
+    for i in range(last - first):
+        w = model.branch_strains[branch + i * n + j].w
+        found += model.prony_terms[first + i].share * (w * w - x * x)
+    return found
+
+
+@inlined
 def lost_square(first, last, branch, model):
     """Sum of g w^2/tau in a state: the power that is dissipated, over K."""
     found = 0.0
@@ -195,6 +205,39 @@ def relaxed_by(first, last, branch, n, C, h, model):
             w0, dx = rows[at + j].w0, rows[at + j].x - rows[at + j].x0
             w1 = w0 * left + one * dx
             found += model.prony_terms[first + i].share * (force * dx - 0.5 * change * (w1 - w0))
+    return found
+
+
+@inlined
+def relaxed_square(first, last, branch, n, j, h, x0, x1, model):
+    """Mean over both ends of a step, or of a state, of (1 - sum g) x^2 + sum g w^2 of strain j of n, and half its slope.
+
+    Returns
+    -------
+    square : float; slope : float, derivative of the square by the end, of a state half of it
+    """
+    rows, kept = model.branch_strains, is_kept(model)
+    square = x1 * x1 if h == 0.0 else 0.5 * (x0 * x0 + x1 * x1)
+    found, slope = square, x1
+    for i in range(last - first):
+        share, k = model.prony_terms[first + i].share, branch + i * n + j
+        w, w0 = rows[k].w, rows[k].w0
+        part = 1.0 if kept else decay_of(first + i, h, model)[1]
+        found += share * ((w * w if h == 0.0 else 0.5 * (w0 * w0 + w * w)) - square)
+        slope += share * (w * part - x1)
+    return found, slope
+
+
+@inlined
+def relaxed_one(first, last, branch, n, j, h, model):
+    """`relaxed_over` of strain j of n."""
+    rows, found = model.branch_strains, 0.0
+    for i in range(last - first):
+        k = branch + i * n + j
+        left, one, two = decay(h / model.prony_terms[first + i].time)
+        dx, w0 = rows[k].x - rows[k].x0, rows[k].w0
+        w1 = w0 * left + one * dx
+        found += model.prony_terms[first + i].share * ((w0 * one + two * dx) * dx - 0.5 * (w1 - w0) * (w1 + w0))
     return found
 
 

@@ -293,7 +293,7 @@ RODS = Family(
             which=lambda found: found["payout"] != 0,
             symmetric=True,
         ),
-        Kind("a tape-spring rod", which=lambda found: found["tape"] > 0, symmetric=True),
+        Kind("a tape-spring rod", which=lambda r: (r["tape"] > 0) & (r["relaxes"] == 0), symmetric=True),
     ),
     isolated=lambda found, _: not np.any(found["payout"] != 0) and not np.any(found["alpha"] != 0.0),
     force=force,
@@ -351,7 +351,7 @@ def note_step(model):
 ROD_ELEMENTS = Family(
     "rod_elements",
     record(
-        "a b heated tape tape_node flows prony prony_end branch",
+        "a b heated tape tape_node flows prony prony_end branch flat_branch",
         "length beta arm_a arm_b stiffness rest section fibres",
         "free m0 m1 before stored bent energy_density strain shear_strain_y shear_strain_z twist curvature_y "
         "curvature_z axial_force shear_force_y shear_force_z torsional_moment bending_moment_y bending_moment_z "

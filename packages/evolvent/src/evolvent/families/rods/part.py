@@ -335,6 +335,7 @@ class Rod(Part):
                 length=float(h[i]), beta=self.stiffness_damping, heated=0, arm_a=arms[i], arm_b=arms[i + 1],
                 stiffness=stiffness[i], rest=rest[i], section=sections[i], fibres=fibres[i],
                 branch=add_branches(builder, terms, strains[i] - rest[i]), **terms,
+                flat_branch=self._flat_branch(builder, terms, tape, tape_node + i, float(strains[i][5])),
             )  # fmt: skip
         node = len(builder.rows["beam_nodes"])
         places = (x - x[0]) @ R[0] if self.rest == "start" and self.nodes is not None else stress_free(self)[0]
@@ -428,6 +429,15 @@ class Rod(Part):
             builder.add("tape_nodes", iq=q, iv=v, mass=own.mass * float(share), alpha=self.mass_damping)
         return tape + 1, first
 
+    def _flat_branch(self, builder: Builder, terms: dict[str, int], tape: int, node: int, x: float) -> int:
+        """Write the branches of the flattening of an element; returns the first one, 0 of what has none."""
+        if tape == 0:
+            return 0
+        own, nodes = builder.rows["tapes"][tape - 1], builder.rows["tape_nodes"][node : node + 2]
+        a, b = (builder.q[row["iq"]] for row in nodes)
+        bent = [own["transverse"] + own["poisson"] * x - one for one in (a, b)]
+        return add_branches(builder, terms, np.array([x, *bent, x * a, x * b, b - a]))
+
     @property
     def couples_twist(self) -> bool:
         """Whether tension resists twist."""
@@ -458,7 +468,6 @@ class Rod(Part):
         if law is None:
             return None
         others = {
-            f"{name}.section is a tape": isinstance(self.section, TapeSection),
             f"{name}.payout is given": self.payout is not None,
             f"{name} couples tension and twist (`tension_twist`)": self.couples_twist,
         }

@@ -364,6 +364,8 @@ def relaxed_rods(h, model):
         if rows[k].prony_end > rows[k].prony and h > 0.0:
             first, last, branch = rows[k].prony, rows[k].prony_end, rows[k].branch
             taken += rows[k].length * relaxed_by(first, last, branch, 6, rows[k].stiffness, h, model)
+            if rows[k].tape > 0:
+                taken += tape.relaxed_tape(k, h, model)
     return taken
 
 

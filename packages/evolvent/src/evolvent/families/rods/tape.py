@@ -31,6 +31,7 @@ from numba import types, void
 from evolvent.algebra.sparse import SPARSE, add_block, add_entry
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.families.rods.rod_strains import STRAIN
+from evolvent.kernels.viscoelastic import excess_of, relax_strains, relaxed_one, relaxed_square
 from evolvent.model import MODEL
 
 USED_FOR = "tapes"
@@ -40,6 +41,8 @@ _TERMS = 16
 OF_OPEN, OF_CLOSED = 180, 30
 #: u below which N is a series: it converges below 500, the fourth power of the first pole's L.
 _NEAR = 16.0
+#: Strains of an element that relax.
+RELAXING = 6
 #: Change of u, beside 1 + u, below which secants are derivatives.
 _SMALL = 1e-4
 
@@ -113,6 +116,43 @@ def profile_secant(u0, u1, closed):
     return 0.5 * (N0 + N1), secant, 0.5 * second, d1
 
 
+@inlined
+def _relax(k, h, x0, x1, model, out):
+    """What relaxation adds to the strains of element k, into out; returns the factor of stiffnesses.
+
+    The strains are x, k0 + nu x - a and a x at both nodes, and the difference of a.
+    """
+    row, nodes, work = model.rod_elements[k], model.tape_nodes, model.work
+    own, mean, end = model.tapes[row.tape - 1], work[:RELAXING], work[RELAXING : 2 * RELAXING]
+    mean[0], end[0], mean[5], end[5] = 0.5 * (x0 + x1), x1, 0.0, 0.0
+    for j in range(2):
+        a1 = nodes[row.tape_node + j].value
+        a0, sign = a1, 1.0 if j == 1 else -1.0
+        if h != 0.0:
+            a0, a1 = nodes[row.tape_node + j].value0, nodes[row.tape_node + j].value1
+        mean[1 + j] = own.transverse + own.poisson * mean[0] - 0.5 * (a0 + a1)
+        end[1 + j] = own.transverse + own.poisson * x1 - a1
+        mean[3 + j], end[3 + j] = 0.5 * (x0 * a0 + x1 * a1), x1 * a1
+        mean[5], end[5] = mean[5] + sign * 0.5 * (a0 + a1), end[5] + sign * a1
+    return relax_strains(row.prony, row.prony_end, row.flat_branch, RELAXING, h, mean, end, model, out)
+
+
+@inlined
+def relaxed_tape(k, h, model):
+    """What relaxation of element k takes over a step of length h that is accepted, J."""
+    row, rows = model.rod_elements[k], model.branch_strains
+    own, first, last, branch = model.tapes[row.tape - 1], row.prony, row.prony_end, row.flat_branch
+    x0, x1 = rows[branch].x0, rows[branch].x
+    N, _, _, _ = profile_secant(own.slenderness * x0 * x0, own.slenderness * x1 * x1, own.closed)
+    weights = (1.0 - own.poisson * own.poisson, 0.5 * N, 0.5 * own.slenderness * own.stretching)
+    found = weights[0] * relaxed_one(first, last, branch, RELAXING, 0, h, model)
+    for j in range(2):
+        found += weights[1] * relaxed_one(first, last, branch, RELAXING, 1 + j, h, model)
+        found += weights[2] * relaxed_one(first, last, branch, RELAXING, 3 + j, h, model)
+    along = own.twisting / (row.length * row.length)
+    return own.bending * row.length * (found + along * relaxed_one(first, last, branch, RELAXING, 5, h, model))
+
+
 @indirect(REAL(_I, REAL, REAL, REAL, REAL, REAL, MODEL))
 def evaluate_tape(k, h, chi, ratio, c_rate, rate, model):
     """Forces of element k on its curvature and on both coordinates a, with their derivatives, into its record.
@@ -141,9 +181,14 @@ def evaluate_tape(k, h, chi, ratio, c_rate, rate, model):
     x_rate = rate if h == 0.0 else (x1 - x0) / h
     x_extra = 0.5 * chi * (x1 - x0 - ratio * rows[k].before[5]) + beta * x_rate
     N, secant, secant1, slope1 = profile_secant(slender * x0 * x0, slender * x1 * x1, own.closed)
-    stretching, more = slender * own.stretching, 1.0 + chi + c_rate * beta
-    plate, filtered = 1.0 - nu * nu, N + chi + c_rate * beta
-    f0, T00, lost = plate * (x + x_extra), plate * more, plate * x_rate * x_rate
+    out, factor = model.work[2 * RELAXING : 3 * RELAXING], 1.0
+    for i in range(RELAXING):
+        out[i] = 0.0
+    if rows[k].prony_end > rows[k].prony:
+        factor = _relax(k, h, x0, x1, model, out)
+    stretching, more = slender * own.stretching, factor + chi + c_rate * beta
+    plate, filtered = 1.0 - nu * nu, N * factor + chi + c_rate * beta
+    f0, T00, lost = plate * (x + out[0] + x_extra), plate * more, plate * x_rate * x_rate
     gradient = gradient_rate = 0.0
     for j in range(2):
         node = nodes[rows[k].tape_node + j]
@@ -155,11 +200,15 @@ def evaluate_tape(k, h, chi, ratio, c_rate, rate, model):
         a = 0.5 * (a0 + a1)
         a_extra = 0.5 * chi * (a1 - a0 - ratio * node.before) + beta * a_rate
         bent0, bent1 = k0 + nu * x0 - a0, k0 + nu * x1 - a1
-        mean, squares = 0.5 * (bent0 + bent1), 0.5 * (bent0 * bent0 + bent1 * bent1)
+        mean, squares = 0.5 * (bent0 + bent1) + out[1 + j], 0.5 * (bent0 * bent0 + bent1 * bent1)
+        if rows[k].prony_end > rows[k].prony:
+            first, last, branch = rows[k].prony, rows[k].prony_end, rows[k].flat_branch
+            squares, bent1 = relaxed_square(first, last, branch, RELAXING, 1 + j, h, bent0, bent1, model)
         bend = N * mean + nu * x_extra - a_extra
         p0, p1 = x0 * a0, x1 * a1
         p_rate = x_rate * a1 + x1 * a_rate if h == 0.0 else (p1 - p0) / h
-        stretch = 0.5 * (p0 + p1) + 0.5 * chi * (p1 - p0 - ratio * rows[k].before_product[j]) + beta * p_rate
+        stretch = 0.5 * (p0 + p1) + out[3 + j] + beta * p_rate
+        stretch += 0.5 * chi * (p1 - p0 - ratio * rows[k].before_product[j])
         f0 += 0.5 * (nu * bend + squares * secant * slender * x + stretching * stretch * a)
         f[1 + j] = 0.5 * (stretching * stretch * x - bend)
         by_x = 2.0 * mean * slope1 * slender * x1
@@ -177,6 +226,7 @@ def evaluate_tape(k, h, chi, ratio, c_rate, rate, model):
         sign = 1.0 if j == 1 else -1.0
         gradient += sign * (a + a_extra)
         gradient_rate += sign * a_rate
+    gradient += out[5]
     f[0], T[0, 0] = f0, T00
     along = own.twisting / (length * length)
     lost += along * gradient_rate * gradient_rate
@@ -211,12 +261,17 @@ def _energy(k, model):
     N, _, _ = profile(u, own.closed)
     a, b = nodes[rows[k].tape_node].value, nodes[rows[k].tape_node + 1].value
     p, q = own.transverse + own.poisson * x - a, own.transverse + own.poisson * x - b
-    found = (
-        (1.0 - own.poisson * own.poisson) * x * x
-        + 0.5 * N * (p * p + q * q)
-        + 0.5 * own.stretching * u * (a * a + b * b)
-    )
-    found += own.twisting * (b - a) * (b - a) / (length * length)
+    plate, along, stretching = 1.0 - own.poisson * own.poisson, own.twisting / (length * length), own.stretching
+    found = plate * x * x + 0.5 * N * (p * p + q * q) + 0.5 * stretching * u * (a * a + b * b)
+    found += along * (b - a) * (b - a)
+    if rows[k].prony_end > rows[k].prony:
+        first, last, at = rows[k].prony, rows[k].prony_end, rows[k].flat_branch
+        found += plate * excess_of(first, last, at, RELAXING, 0, x, model)
+        found += 0.5 * N * excess_of(first, last, at, RELAXING, 1, p, model)
+        found += 0.5 * N * excess_of(first, last, at, RELAXING, 2, q, model)
+        found += 0.5 * stretching * own.slenderness * excess_of(first, last, at, RELAXING, 3, x * a, model)
+        found += 0.5 * stretching * own.slenderness * excess_of(first, last, at, RELAXING, 4, x * b, model)
+        found += along * excess_of(first, last, at, RELAXING, 5, b - a, model)
     return 0.5 * own.bending * length * found
 
 
