@@ -51,6 +51,7 @@ class ModalResults(Shown, VibrationModes):
         return an.Answer(
             title=f"{len(self.pole)} modes", warnings=[self.warning] if self.warning else [],
             sections=[an.Section(title=title, blocks=blocks) for title, blocks in parts.items() if blocks],
+            notes=[self.note] if self.note else [],
             files={"modes.nc": self._netcdf}, made=results.made_with(),
         )  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ from evolvent.model.questions import AdjointSupport
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
+#: Steps beside a relaxation time whose end has the softened stiffness of modes.
+_LONG = 4.0
 
 
 @calls.force
@@ -38,6 +41,33 @@ def start(interval, model):
         model.prony_terms[k].span = -1.0
 
 
+def _relax_over(model: Any, time: float) -> None:
+    model.prony_terms["span"] = time
+
+
+def _resume(model: Any, y: Array) -> None:
+    """Strains of all branches from the accounts of a state, at the strains of the last evaluation."""
+    rows = model.branch_strains
+    rows["x0"] = rows["x"]
+    rows["w0"] = rows["w"] = y[rows["account"]]
+
+
+def _softened(model: Any) -> Iterator[tuple[float, float]]:
+    """Relaxation times, and the part of the stiffness of their terms that a time over which they decay takes.
+
+    Strains of branches are raised so that they have decayed to what they are after that time.
+    """
+    terms, rows = model.prony_terms, model.branch_strains
+    x, w = rows["x"].copy(), rows["w"].copy()
+    rows["x0"] = x
+    for time in np.unique(terms["time"]):
+        own = terms["time"] == time
+        terms["span"] = np.where(own, _LONG * time, 0.0)
+        rows["w0"] = w * np.where(own[rows["term"]], np.exp(_LONG), 1.0)
+        yield float(time), 1.0 + float(np.expm1(-_LONG)) / _LONG
+    terms["span"], rows["w0"] = 0.0, w
+
+
 # terms of the Prony series of a strain: share of the instantaneous stiffness, relaxation time at the temperature of the
 # run; span: s, time of statics that ends in the next state, 0 for the instantaneous stiffness, infinity for that after
 # all relaxation; -1 in a run in time, whose steps end in its states
@@ -60,6 +90,9 @@ PRONY_TERMS = Family(
     changes="share time",
     shares=Shares((), unforced=lambda model: {}),
     reads_inertia=False,
+    relax_over=_relax_over,
+    resume=_resume,
+    softened=_softened,
     adjoint=AdjointSupport(
         "", refused={"a part is viscoelastic": lambda found: np.ones(found.size, dtype=bool)}
     ),

@@ -330,6 +330,12 @@ class Family:
     jumps : function of its records to contacts whose force jumps at the touch
     passages : function of the model to records whose force has lost its direction in a run: time, s, and what happened
     without_normal : function of its records to contacts without a normal at the start of a step
+    relax_over : lets statics of a model have the stiffness after a time, s, over which strains are held, from the last
+        state that was accepted: 0 for that at once, infinity for that after all relaxation
+    resume : function of the model at rest, after its last forces, and of the state: its records go on from what the
+        state has kept of their strains
+    softened : function of the model at rest, after its last forces, to relaxation times, s, and parts of the stiffness
+        that relaxes with them, which tangents lack while it stands at them; stresses stay
     sets : function of the model and the index of a viscoelastic record to what deformation it keeps just after all
         stress is released at once: words, largest value, unit
     """
@@ -506,6 +512,9 @@ class Family:
     jumps: Callable[[Array], Array] | None = None
     passages: Callable[[Any], Iterator[tuple[int, float, str]]] | None = None
     without_normal: Callable[[Array], Array] | None = None
+    relax_over: Callable[[Any, float], None] | None = None
+    resume: Callable[[Any, Array], None] | None = None
+    softened: Callable[[Any], Iterator[tuple[float, float]]] | None = None
     sets: Callable[[Any, int], Iterator[tuple[str, float, str]]] | None = None
 
     def may_be_isolated(self, found: Array, records: Records) -> bool:

@@ -92,6 +92,7 @@ class VibrationModes:
     assembly : Assembly
     M, G : (nv, nv) and (nc, nv) sparse, mass matrix and gradients of the constraints at the equilibrium
     point : (3,) float, m, through which the axes of rotation of `participation` and `effective_mass` go (see `about`)
+    note : str, what was assumed; '' for nothing
     """
 
     pole: Array
@@ -101,6 +102,7 @@ class VibrationModes:
     M: scipy.sparse.csr_matrix = dataclasses.field(repr=False)
     G: scipy.sparse.csr_matrix = dataclasses.field(repr=False)
     point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    note: str = ""
 
     @functools.cached_property
     def warning(self) -> str:
@@ -371,4 +373,5 @@ class VibrationModes:
                     data[f"{name}.{what}"] = (("component", *dims), pair, attributes)
                 else:
                     data[f"{name}.{what}"] = (dims, values, attributes)
-        return xr.Dataset(data, coords=coords, attrs={"warning": self.warning} if self.warning else {})
+        attrs = {name: text for name, text in (("warning", self.warning), ("note", self.note)) if text}
+        return xr.Dataset(data, coords=coords, attrs=attrs)
