@@ -7,8 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy
 
 from evolvent import System, cases, elements, parts
+from evolvent.algebra.eigenproblem import Eigenproblem
+from evolvent.algebra.relaxation import RelaxingProblem
 from evolvent.elements.viscoelastic import Viscoelastic
 from evolvent.solvers.static.static import solve_static
 from evolvent_base.errors import InputError
@@ -42,17 +45,22 @@ def cantilever(law: Any, *, load: float = 0.0, pull: float = 0.0, elements_: int
     return system
 
 
-def cubic(square: float, law: Viscoelastic = LAW, damping: float = 0.0) -> complex:
-    """Pole of s^2 + c s + square E*(s) above the real axis, by the polynomial."""
-    whole = np.polynomial.Polynomial([square * law.left, damping, 1.0])
+def poles_of(square: float, law: Viscoelastic, motion: Any) -> np.ndarray:
+    """Zeros of motion(s) + square E*(s), by the polynomial."""
+    whole = np.polynomial.Polynomial(motion) + square * law.left
     factors = [np.polynomial.Polynomial([1.0, time]) for _, time in law.terms]
     total = whole * math.prod(factors)
     for i, (share, time) in enumerate(law.terms):
         others = math.prod(one for j, one in enumerate(factors) if j != i)
         total = total + np.polynomial.Polynomial([0.0, square * share * time]) * others
-    poles = [complex(s) for s in total.roots() if s.imag > 0.0]
-    assert len(poles) == 1
-    return poles[0]
+    return np.asarray(total.roots(), dtype=complex)
+
+
+def cubic(square: float, law: Viscoelastic = LAW, damping: float = 0.0) -> complex:
+    """Pole of s^2 + c s + square E*(s) above the real axis."""
+    poles = poles_of(square, law, [0.0, damping, 1.0])
+    (found,) = poles[poles.imag > 0.0]
+    return complex(found)
 
 
 def test_equilibria_of_a_spring_at_once_and_after_all_relaxation() -> None:
@@ -221,6 +229,64 @@ def test_the_pull_of_a_rod_does_not_relax_with_the_vibration() -> None:
     assert 0.3 < a / squares[0] < 0.7
     left = found**2 + a + b * complex(law.dynamic_modulus(np.array(found)))
     assert abs(left) < 1e-2 * abs(found**2 + squares[0])  # the shape changes with the modulus
+
+
+def test_creep_buckling_grows() -> None:
+    """A pendulum on its head, which the hinge's stiffness holds at once, but not after relaxation."""
+    system = System(gravity=(0.0, -10.0, 0.0))
+    system.add(parts.RigidBody(mass=1.0, inertia=(1.0, 1.0, 1.0), position=(0.0, 1.0, 0.0)), "body")
+    system.add(parts.Joint(a="ground", b="body", type="revolute", axis=(0, 0, 1), position=(0, 0, 0)), "pin")
+    system.add(parts.JointSpring(joint="pin", stiffness=20.0, viscoelastic=LAW), "spring")
+    found = system.modes(damped=True)
+    exact = poles_of(10.0, LAW, [-5.0, 0.0, 1.0])
+    growth, vibration = exact[(exact.imag == 0.0) & (exact.real > 0.0)], exact[exact.imag > 0.0]
+    assert found.pole == pytest.approx(np.concatenate([growth, vibration]), rel=1e-10)
+    assert found.unstable.tolist() == [True, False]
+
+
+def test_a_shaft_with_losses_grows_above_its_critical_speed() -> None:
+    """(s + i W)^2 + w^2 E*(s) = 0 of whirl in the frame that turns; the lost rotary inertia of sections is 1e-3."""
+    law, speed = Viscoelastic(prony=[(0.2, 0.003), (0.3, 0.1), (0.2, 5.0)]), 20.0
+    square = float(cantilever(None).modes(count=1).square[0])
+    found = cantilever(law).modes(count=1, damped=True, rotating=(speed, 0.0, 0.0))
+    exact = poles_of(square, law, [-(speed**2), 2j * speed, 1.0])
+    grows = exact[exact.real > 0.0]
+    assert grows.size == 1
+    assert found.pole[0] == pytest.approx(complex(grows[0].conj()), rel=1e-3)
+    assert found.unstable[0]
+
+
+def test_no_mode_is_left_out() -> None:
+    """Oscillators of 1 to 30 rad/s, coupled, every third of which is left 4 % of its stiffness: others are slowest."""
+    n, rng, times = 30, np.random.default_rng(3), (1e-4, 2.0)
+    coupling = 0.02 * rng.standard_normal((n, n))
+    mix = np.eye(n) + coupling
+    squares = np.arange(1.0, n + 1.0) ** 2
+    shares = [np.where(np.arange(n) % 3 == 2, 0.96, 0.0), np.where(np.arange(n) % 3 == 1, 0.5, 0.0)]
+    K, D = mix.T @ np.diag(squares) @ mix, [mix.T @ np.diag(share * squares) @ mix for share in shares]
+    none, one = np.zeros((n, n)), np.eye(n)
+    rows = [[none, one, none, none], [-K, none, *D]]
+    rows += [[one / t, none, *(-one / t if i == j else none for j in (0, 1))] for i, t in enumerate(times)]
+    exact = np.linalg.eigvals(np.block(rows))
+    exact = exact[exact.imag > 0.1 * np.abs(exact)]
+    exact = exact[np.argsort(np.abs(exact))]
+    M, C, G = scipy.sparse.eye(n), scipy.sparse.csr_matrix((n, n)), scipy.sparse.csr_matrix((0, n))
+    problem = Eigenproblem(M, C, scipy.sparse.csr_matrix(K), G, np.ones(n), conservative=True)
+    parts_ = [scipy.sparse.csr_matrix(one) for one in D]
+    pole, shape = RelaxingProblem(problem, times, parts_, 0.04, lambda _, shape: shape).solve(5)
+    assert np.all(np.abs(pole - exact[:5]) < 1e-9 * np.abs(pole))
+    for s, u in zip(pole, shape, strict=True):
+        stiffness = K - sum(one / (1.0 + s * t) for one, t in zip(D, times, strict=True))
+        assert np.linalg.norm((s * s * np.eye(n) + stiffness) @ u) < 1e-9 * np.linalg.norm(K @ u)
+
+
+def test_a_free_rod_has_its_rigid_motions() -> None:
+    system = cantilever(LAW, elements_=6)
+    system.remove("root")
+    elastic, found = system.modes(count=8), system.modes(count=8, damped=True)
+    assert np.all(found.pole[:6] == 0.0)
+    exact = np.array([cubic(square) for square in elastic.square[6:]])
+    assert np.all(np.abs(found.pole[6:] - exact) < 1e-9 * np.abs(exact))
 
 
 def test_linear_models_and_loops_refuse_viscoelastic_parts() -> None:

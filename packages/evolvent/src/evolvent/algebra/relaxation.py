@@ -27,8 +27,9 @@ CONVERGED = 1e-9
 MOST_ITERATIONS, LONGEST = 25, 0.5
 #: Agreement of shapes, by the norm of the mass matrix, below which Newton's method has gone to another mode.
 ALIKE = 0.7
-#: Imaginary part beside the modulus below which a motion does not oscillate; relative difference of equal poles.
-OSCILLATES, EQUAL = 1e-7, 1e-8
+#: Imaginary part beside the modulus below which a pole is real, and below which a motion that decays is one of
+#: relaxation, which a steady turn bends; relative difference of equal poles.
+REAL, OSCILLATES, EQUAL = 1e-7, 0.1, 1e-8
 #: States of the small problem.
 MOST_STATES = 3000
 _UNRESOLVED = (
@@ -87,8 +88,8 @@ class RelaxingProblem:
 
         Notes
         -----
-        No mode is left out: one that the elastic modes do not have is faster than the slowest of the others with the
-        stiffness that is left after all relaxation. There are as many elastic modes as that needs.
+        There are so many elastic modes that one which is not among them is faster than all that are given, even with the
+        stiffness that is left after all relaxation.
         """
         wanted = count + MORE
         while True:
@@ -109,7 +110,7 @@ class RelaxingProblem:
     def _found(self, elastic: Array) -> tuple[Array, Array, float]:
         """Poles, slowest first, and shapes (k, n) from elastic ones; modulus of the first that is not found."""
         guesses, start = self._guesses(_basis(elastic, self.problem.M))
-        poles, shapes, lost = [], [], math.inf
+        poles, shapes, lost = list[complex](), list[Array](), math.inf
         for s, u in zip(guesses, start, strict=True):
             found = self._newton(complex(s), u)
             if found is None or self._is_known(*found, poles, shapes):
@@ -119,11 +120,11 @@ class RelaxingProblem:
             shapes.append(found[1])
         order = np.argsort(np.abs(poles), kind="stable")
         pole, shape = np.array(poles, dtype=complex)[order], np.array(shapes).reshape(len(poles), self.problem.n)[order]
-        pole.imag[np.abs(pole.imag) <= OSCILLATES * np.abs(pole)] = 0.0
+        pole.imag[np.abs(pole.imag) <= REAL * np.abs(pole)] = 0.0
         return pole, self.problem.unit(self._apart(pole, shape, elastic).T).T, lost
 
     def _guesses(self, V: Array) -> tuple[Array, Array]:
-        """Poles of motions in the span of V (n, k), slowest first, that oscillate or grow, and their shapes."""
+        """Poles of motions in the span of V (n, k) that oscillate or grow, slowest first, and their shapes."""
         p, k, N = self.problem, V.shape[1], len(self.times)
         if not k:
             return np.zeros(0, dtype=complex), np.zeros((0, p.n))
@@ -143,8 +144,9 @@ class RelaxingProblem:
         s, x = np.linalg.eig(A)
         relaxed = K - sum(D, none)
         grows = np.any(np.linalg.eigvalsh(0.5 * (relaxed + relaxed.T)) < 0.0)
-        real = np.abs(s.imag) <= OSCILLATES * np.abs(s)
-        keep = np.flatnonzero((~real & (s.imag > 0.0)) | (real & (s.real > 0.0) & grows))
+        real = np.abs(s.imag) <= REAL * np.abs(s)
+        relaxes = (np.abs(s.imag) <= OSCILLATES * np.abs(s)) & (s.real < 0.0)
+        keep = np.flatnonzero((~relaxes & (s.imag > 0.0)) | (real & (s.real > 0.0) & grows))
         keep = keep[np.argsort(np.abs(s[keep]), kind="stable")]
         s = np.where(real, s.real, s)[keep]
         return s, (V @ x[:k, keep]).T

@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.kernels import calls
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.layout import Accounts
-from evolvent.model.questions import AdjointSupport
+from evolvent.model.questions import AdjointSupport, never
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
@@ -93,6 +93,7 @@ PRONY_TERMS = Family(
     relax_over=_relax_over,
     resume=_resume,
     softened=_softened,
+    uneven=never,
     adjoint=AdjointSupport(
         "", refused={"a part is viscoelastic": lambda found: np.ones(found.size, dtype=bool)}
     ),
