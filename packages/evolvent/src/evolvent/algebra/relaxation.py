@@ -88,8 +88,8 @@ class RelaxingProblem:
 
         Notes
         -----
-        There are so many elastic modes that one which is not among them is faster than all that are given, even with the
-        stiffness that is left after all relaxation.
+        There are so many elastic modes that one which is not among them is faster than all that are given, even with
+        the stiffness that is left after all relaxation.
         """
         wanted = count + MORE
         while True:
