@@ -418,7 +418,7 @@ class Eigenproblem:
             bound = math.sqrt(size[slow - 1] * size[slow]) if 0 < slow < keep.size else SLOW_POLE * s
             at_low, shape = (found[np.abs(at_low) <= bound] for found in (at_low, shape))
             rest = keep[size > bound]
-            pole, V = np.concatenate([at_low, pole[rest]]), np.column_stack([shape.T, self._unit(V[:, rest])])
+            pole, V = np.concatenate([at_low, pole[rest]]), np.column_stack([shape.T, self.unit(V[:, rest])])
             return pole[:count], V[:, :count].T
         if checked and not np.all(still) and self._drift_off(W[:, ~still], W[:, still], s2):
             where = self.where(W[:, int(np.argmin(still))] / self.weight)
@@ -429,9 +429,9 @@ class Eigenproblem:
         x, mu = np.vstack([V, V * (pole / s)]), 1.0 / (pole - s)
         if checked:
             self._check_residuals((self._apply(s2)(x) - mu * x)[: self.n], V, mu, pole == 0.0)
-        return pole, self._unit(V).T
+        return pole, self.unit(V).T
 
-    def _unit(self, V: Array) -> Array:
+    def unit(self, V: Array) -> Array:
         """V with V^H M V = 1, signs and phases as of `facing`."""
         V = V / np.sqrt(self._norms(V))
         return V * facing((V / self.weight[:, None]).T)

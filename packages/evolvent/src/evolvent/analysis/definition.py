@@ -434,11 +434,12 @@ class SystemDefinition:
 
 
 def _about_equilibrium(case: Any) -> dict[str, Any]:
-    """Time and steady turn that a case asks for."""
+    """Time, steady turn and relaxation that a case asks for."""
     section = getattr(case, "equilibrium", None)
     if section is None:
         return {}
-    return {"time": section.time} | ({} if section.rotating is None else {"rotating": section.rotating})
+    own = {name: getattr(section, name, None) for name in ("rotating", "relaxed")}
+    return {"time": section.time} | {name: value for name, value in own.items() if value}
 
 
 def _law_name(law: Any) -> str:

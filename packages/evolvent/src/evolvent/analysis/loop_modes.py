@@ -96,6 +96,11 @@ def loop_modes(
     InputError
         If nothing reacts, more than one spool does, or the start is no steady turn.
     """
+    if assembly.relaxations:
+        raise InputError(
+            f"{next(iter(assembly.relaxations))!r} is viscoelastic, which modes of a closed loop do not support; leave "
+            f"its `viscoelastic` out"
+        )
     drives = feedback.reels(assembly)
     if len(drives) != 1:
         found = "no spool reacts" if not drives else f"{' and '.join(map(repr, drives))} react"

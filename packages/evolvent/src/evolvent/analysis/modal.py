@@ -55,6 +55,7 @@ class ModalResults(Shown, VibrationModes):
             title=f"{len(self.pole)} modes", warnings=self.warnings,
             notes=[f"no table of masses: {self.without_masses}"] if self.without_masses else [],
             sections=[an.Section(title=title, blocks=blocks) for title, blocks in parts.items() if blocks],
+            notes=[self.note] if self.note else [],
             files={"modes.nc": self._netcdf}, made=results.made_with(),
         )  # fmt: skip
 

@@ -305,14 +305,15 @@ class System(Composition, Answered):
 
     def equilibrium(
         self, *, load_steps: int | Sequence[float] | None = None, arc_length: bool = False, time: float = 0.0,
-        rotating: str | Sequence[float] | None = None, centre: Sequence[float] | None = None,
+        rotating: str | Sequence[float] | None = None, centre: Sequence[float] | None = None, relaxed: bool = False,
         tolerance: float = 1e-10, progress: Callable[[float], None] | None = None, mesh_error: bool = False,
     ) -> xr.DataTree:  # fmt: skip
         """Find the equilibrium under the loads, from the start.
 
         Parameters
         ----------
-        load_steps, arc_length, time, rotating, centre, tolerance : as of `evolvent.solvers.static.static.solve_static`
+        load_steps, arc_length, time, rotating, centre, relaxed, tolerance : as of
+            `evolvent.solvers.static.static.solve_static`
         progress : called with the load factor reached
         mesh_error : bool
             Whether it is found once more with every element of beams, rods and threads in halves: what parts show has
@@ -332,31 +333,32 @@ class System(Composition, Answered):
         """
         found = solve_static(
             self.assemble(), load_steps=load_steps, arc_length=arc_length, time=time, rotating=rotating, centre=centre,
-            tolerance=tolerance, progress=progress,
+            relaxed=relaxed, tolerance=tolerance, progress=progress,
         )  # fmt: skip
+        why = "equilibrium under the loads" + (" after all relaxation" if relaxed else "")
         run = trees.tree(
-            found.chosen(slice(-1, None)), case=self._case(self.settings), why="equilibrium under the loads",
-            title=self.title,
+            found.chosen(slice(-1, None)), case=self._case(self.settings), why=why, title=self.title,
         )  # fmt: skip
         if run.attrs["status"] == "failed":
             raise RunFailed(run.attrs["message"], run)
         if mesh_error:
             finer = mesh.refined(self).equilibrium(
                 load_steps=load_steps, arc_length=arc_length, time=time, rotating=rotating, centre=centre,
-                tolerance=tolerance, progress=progress,
+                relaxed=relaxed, tolerance=tolerance, progress=progress,
             )  # fmt: skip
             mesh.note(run, finer)
         return run
 
     def modes(
         self, *, count: int = 10, damped: bool = False, time: float = 0.0,
-        rotating: str | Sequence[float] | None = None, centre: Sequence[float] | None = None, mesh_error: bool = False,
+        rotating: str | Sequence[float] | None = None, centre: Sequence[float] | None = None, relaxed: bool = False,
+        mesh_error: bool = False,
     ) -> Any:  # fmt: skip
         """Find the slowest modes about the equilibrium, with its stresses, loads and steady turn.
 
         Parameters
         ----------
-        count, damped, time, rotating, centre : as of `evolvent.solvers.modal.modes.modes`
+        count, damped, time, rotating, centre, relaxed : as of `evolvent.solvers.modal.modes.modes`
         mesh_error : bool
             Whether they are found once more with every element of beams, rods and threads in halves, for an estimate
             of the error of the mesh, ``modes.mesh``.
@@ -374,7 +376,7 @@ class System(Composition, Answered):
         RunFailed
             If there is no equilibrium.
         """
-        given: Any = {"damped": damped, "time": time, "rotating": rotating, "centre": centre}
+        given: Any = {"damped": damped, "time": time, "rotating": rotating, "centre": centre, "relaxed": relaxed}
         found = ModalResults.of(modes(self.assemble(), count=count, **given))
         if mesh_error:
             finer = modes(mesh.refined(self).assemble(), count=count + mesh.MORE, **given)

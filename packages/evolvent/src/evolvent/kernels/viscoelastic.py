@@ -210,7 +210,7 @@ def relaxed_by(first, last, branch, n, C, h, model):
 
 @inlined
 def relaxed_square(first, last, branch, n, j, h, x0, x1, model):
-    """Mean over both ends of a step, or of a state, of (1 - sum g) x^2 + sum g w^2 of strain j of n, and half its slope.
+    """Mean over a step's ends, or of a state, of (1 - sum g) x^2 + sum g w^2 of strain j of n, and half its slope.
 
     Returns
     -------

@@ -54,13 +54,18 @@ class Equilibrium(Section):
     load_steps: Annotated[int, units.Whole(least=1, most=10_000)] | None = Field(
         None, description="equal steps of the load factor on whose equilibria the path lands"
     )
+    relaxed: bool = Field(
+        False,
+        description="whether viscoelastic parts have relaxed whole; if not, they answer at once, from the strains that "
+        "storage has left",
+    )
 
 
 class ModesSection(Section):
     """Which modes are found, of ``evolvent modes``."""
 
     count: Annotated[int, units.Whole(least=1, most=10_000)] = 10
-    damped: bool = Field(False, description="whether dampers count")
+    damped: bool = Field(False, description="whether dampers and viscoelastic losses count")
 
 
 class StructureCase(Section):

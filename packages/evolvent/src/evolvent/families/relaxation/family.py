@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -10,10 +10,12 @@ import numpy as np
 from evolvent.kernels import calls
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.layout import Accounts
-from evolvent.model.questions import AdjointSupport, Explicit, Implicit, Parts, Samples, Stability, Statics
+from evolvent.model.questions import AdjointSupport, Explicit, Implicit, Parts, Samples, Stability, Statics, never
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
+#: Steps beside a relaxation time whose end has the softened stiffness of modes.
+_LONG = 4.0
 
 
 @calls.force
@@ -51,6 +53,27 @@ class Memory:
         for first, (law, factor) in factors.items():
             self._terms["time"][first : first + len(law.prony)] = [time * factor for _, time in law.prony]
         self._terms["span"] = step
+
+    def resume(self, y: Array) -> None:
+        """Go on from the strains of branches in a state y, at the strains of the last evaluation."""
+        self._rows["x0"] = self._rows["x"]
+        self._rows["w0"] = self._rows["w"] = y[self._rows["account"]]
+
+    def softened(self) -> Iterator[tuple[float, float]]:
+        """Relaxation times, and the part of the stiffness that relaxes with them which tangents lack meanwhile.
+
+        That part is what a time over which the strains of branches decay takes. They are raised so that they have
+        decayed to what they are after that time: stresses stay.
+        """
+        terms, rows = self._terms, self._rows
+        x, w = rows["x"].copy(), rows["w"].copy()
+        rows["x0"] = x
+        for time in np.unique(terms["time"]):
+            own = terms["time"] == time
+            terms["span"] = np.where(own, _LONG * time, 0.0)
+            rows["w0"] = w * np.where(own[rows["term"]], np.exp(_LONG), 1.0)
+            yield float(time), 1.0 + float(np.expm1(-_LONG)) / _LONG
+        terms["span"], rows["w0"] = 0.0, w
 
     def end(self) -> None:
         """No time passes any more, at the relaxation times of a run."""
@@ -104,7 +127,7 @@ PRONY_TERMS = Family(
     explicit=Explicit(force=load, energy=load_for_energy),
     stability=Stability(by_rates=False),
     implicit=Implicit(start=start),
-    statics=Statics(memory=Memory),
+    statics=Statics(uneven=never, memory=Memory),
     samples=Samples(prepare=load, evaluate=load, local=True),
 )  # fmt: skip
 

@@ -36,7 +36,8 @@ class Statics:
         steady turn, and a sentence on each, in which `{name}` stands for the part
     frame : of forces on all masses, with a field `scale` each: function of a record to the rate of the frame that turns
         with it, (3,) float, rad/s, inertial axes; None of a law
-    memory : function of the model to what storage asks of viscoelastic records (`families.relaxation.family.Memory`)
+    memory : function of the model to what storage, statics and modes ask of its viscoelastic records
+        (`families.relaxation.family.Memory`)
     sets : function of the model and the index of a viscoelastic record to what deformation it keeps just after all
         stress is released at once: words, largest value, unit
     """

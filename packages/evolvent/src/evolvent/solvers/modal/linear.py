@@ -313,6 +313,11 @@ def linearize(
     >>> model = linearize(assembly, ["hub.torque.z"], ["hub.rate.z", "boom.tip.displacement.y"])  # doctest: +SKIP
     >>> small = model.reduce(4, "craig-bampton")  # doctest: +SKIP
     """
+    if assembly.relaxations:
+        raise InputError(
+            f"{next(iter(assembly.relaxations))!r} is viscoelastic, which linear state-space models do not support: "
+            f"they have no states of relaxation; leave its `viscoelastic` out, or find its modes with `damped`"
+        )
     where = Where(equilibrium, y, time, rotating, centre)
     assembly, equilibrium, work, (M, C, K, G) = at_equilibrium(assembly, where, damped=damped)
     known = linearized_points(assembly, equilibrium.y[-1])

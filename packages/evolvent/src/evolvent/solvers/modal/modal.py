@@ -97,6 +97,7 @@ class VibrationModes:
     M, G : (nv, nv) and (nc, nv) sparse, mass matrix and gradients of the constraints at the equilibrium
     causes : tuple of str, of complex shapes: what makes them so, such as "damping"
     point : (3,) float, m, through which the axes of rotation of `participation` and `effective_mass` go (see `about`)
+    note : str, what was assumed; '' for nothing
     """
 
     pole: Array
@@ -107,6 +108,7 @@ class VibrationModes:
     G: scipy.sparse.csr_matrix = dataclasses.field(repr=False)
     causes: tuple[str, ...] = ()
     point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    note: str = ""
 
     @functools.cached_property
     def warnings(self) -> tuple[str, ...]:
@@ -415,5 +417,5 @@ class VibrationModes:
                     data[f"{name}.{what}"] = (("component", *dims), pair, attributes)
                 else:
                     data[f"{name}.{what}"] = (dims, values, attributes)
-        texts = {"warning": self.warning, "comment": self.without_masses}
+        texts = {"warning": self.warning, "comment": self.without_masses, "note": self.note}
         return xr.Dataset(data, coords=coords, attrs={key: text for key, text in texts.items() if text})

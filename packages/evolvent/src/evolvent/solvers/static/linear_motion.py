@@ -67,6 +67,24 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[scipy.sparse.csr_matri
     return M, C.tocsr(), K, G.tocsr()
 
 
+def softened(work: Work) -> list[tuple[float, scipy.sparse.csr_matrix]]:
+    """What of K relaxes with each relaxation time about `work`'s state, whose stresses stay: times (s), (nv, nv).
+
+    At the rate s of a motion, such as i w, the stiffness is K less the sum of these over 1 + s times their time.
+    """
+    b, n_v, found = work.balance, work.n_v, []
+
+    def tangent() -> scipy.sparse.csr_matrix:
+        eq.unbalance(work.time, work.step, 1.0, 1.0, work.model, b, b.r)
+        return work.tangent(0.0, 0.0)[:n_v, :n_v]
+
+    whole = tangent()
+    for memory in asked("statics.memory").values():
+        for time, part in memory(work.model).softened():
+            found.append((time, (whole - tangent()) / part))
+    return found
+
+
 def frame_rates(work: Work, M: scipy.sparse.csr_matrix, *, damped: bool) -> scipy.sparse.csr_matrix:
     """Derivatives of forces on all masses by velocities: Coriolis terms of an orbital frame, and those of a law.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import time as clock
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -20,6 +21,7 @@ from evolvent.solvers.common.laws import law_failure, refusing_laws, try_laws
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.common.standing import at_time
 from evolvent.solvers.static.search import FIRST_STEP, StaticSearch
+from evolvent.solvers.static.storage import check_relaxes
 from evolvent.solvers.static.work import Work, spin_of
 from evolvent_base.errors import InputError
 
@@ -38,6 +40,7 @@ def solve_static(
     time: float = 0.0,
     rotating: str | Sequence[float] | None = None,
     centre: Sequence[float] | None = None,
+    relaxed: bool = False,
     tolerance: float = 1e-10,
     most_steps: int = 1000,
     progress: Callable[[float], None] | None = None,
@@ -62,6 +65,10 @@ def solve_static(
         A steady turn about an axis: a driven body's, by its name, or a rate. What stands on the ground, or keeps a
         direction, is refused unless it is the same at every angle; a clamp on the ground is one on a base that turns.
     centre : (3,) float, m, on that axis; the body's position or the origin if left out
+    relaxed : bool
+        Whether viscoelastic parts have relaxed whole, with the stiffness that never relaxes: the equilibrium after a
+        long time under the loads. If not, they answer at once, with their instantaneous stiffness from the strains that
+        their branches have in the start, such as after storage.
     tolerance : float, correction at which an iteration has converged, beside the size of the system (or 1 for slopes)
     most_steps : int, after which the search ends
     progress : called with the load factor reached
@@ -74,7 +81,8 @@ def solve_static(
     Raises
     ------
     InputError
-        For arguments out of range, parts without an implicit form, loads that cannot turn, redundant constraints.
+        For arguments out of range, parts without an implicit form, loads that cannot turn, redundant constraints;
+        `relaxed` without viscoelastic parts.
 
     Notes
     -----
@@ -90,6 +98,8 @@ def solve_static(
     if isinstance(most_steps, bool) or not isinstance(most_steps, int) or most_steps < 1:
         raise InputError(f"most_steps is {most_steps!r}; it must be a whole number from 1")
     families.check(assembly, family.STATIC)
+    if relaxed:
+        check_relaxes(assembly, "relaxed")
     assembly, y = given_positions(dataclasses.replace(assembly, model=assembly.model.copy()), y, time)
     try_laws(assembly, time, time)
     if assembly.model.info.releases:
@@ -97,6 +107,8 @@ def solve_static(
     began = clock.perf_counter()
     with refusing_laws(assembly):
         work = Work(assembly, y, time, spin_of(assembly, rotating, centre))
+    for memory in asked("statics.memory").values():
+        memory(work.model).pass_over(math.inf if relaxed else 0.0, {})
     compile_time = clock.perf_counter() - began
     began = clock.perf_counter()
     with refusing_laws(assembly):

@@ -50,9 +50,18 @@ class Stored:
     times: Array
 
 
-def relaxes(assembly: Assembly) -> bool:
-    """Whether an assembly has viscoelastic parts."""
-    return bool(assembly.relaxations)
+def check_relaxes(assembly: Assembly, key: str) -> None:
+    """Refuse a key that is of viscoelastic parts alone, where there are none.
+
+    Raises
+    ------
+    InputError
+    """
+    if not assembly.relaxations:
+        raise InputError(
+            f"`{key}` has no effect: no part is viscoelastic; give `viscoelastic` to a material or a spring, or leave "
+            f"`{key}` out"
+        )
 
 
 def store(
@@ -88,11 +97,7 @@ def store(
     exact (`evolvent.kernels.viscoelastic`): of strains that are held, steps of any length have no error. Their length
     follows from how the rates of the strains change.
     """
-    if not relaxes(assembly):
-        raise InputError(
-            "`store` has no effect: no part is viscoelastic; give `viscoelastic` to a material or a spring, or leave "
-            "`store` out"
-        )
+    check_relaxes(assembly, "store")
     rows = None if temperature is None else np.atleast_2d(np.array(temperature, dtype=float))
     if rows is not None and rows.shape == (1, 1):
         rows = np.array([[0.0, rows[0, 0]]])
