@@ -53,9 +53,11 @@ class ModalResults(Shown, VibrationModes):
         parts = {"Modes": [self._modes()], "Effective masses": self._sums()}
         return an.Answer(
             title=f"{len(self.pole)} modes", warnings=self.warnings,
-            notes=[f"no table of masses: {self.without_masses}"] if self.without_masses else [],
             sections=[an.Section(title=title, blocks=blocks) for title, blocks in parts.items() if blocks],
-            notes=[self.note] if self.note else [],
+            notes=[
+                *([f"no table of masses: {self.without_masses}"] if self.without_masses else []),
+                *([self.note] if self.note else []),
+            ],
             files={"modes.nc": self._netcdf}, made=results.made_with(),
         )  # fmt: skip
 
