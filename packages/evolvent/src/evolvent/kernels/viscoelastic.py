@@ -209,26 +209,6 @@ def relaxed_by(first, last, branch, n, C, h, model):
 
 
 @inlined
-def relaxed_square(first, last, branch, n, j, h, x0, x1, model):
-    """Mean over a step's ends, or of a state, of (1 - sum g) x^2 + sum g w^2 of strain j of n, and half its slope.
-
-    Returns
-    -------
-    square : float; slope : float, derivative of the square by the end, of a state half of it
-    """
-    rows, kept = model.branch_strains, is_kept(model)
-    square = x1 * x1 if h == 0.0 else 0.5 * (x0 * x0 + x1 * x1)
-    found, slope = square, x1
-    for i in range(last - first):
-        share, k = model.prony_terms[first + i].share, branch + i * n + j
-        w, w0 = rows[k].w, rows[k].w0
-        part = 1.0 if kept else decay_of(first + i, h, model)[1]
-        found += share * ((w * w if h == 0.0 else 0.5 * (w0 * w0 + w * w)) - square)
-        slope += share * (w * part - x1)
-    return found, slope
-
-
-@inlined
 def relaxed_one(first, last, branch, n, j, h, model):
     """`relaxed_over` of strain j of n."""
     rows, found = model.branch_strains, 0.0

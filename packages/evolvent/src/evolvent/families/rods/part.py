@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -435,7 +436,8 @@ class Rod(Part):
             return 0
         own, nodes = builder.rows["tapes"][tape - 1], builder.rows["tape_nodes"][node : node + 2]
         a, b = (builder.q[row["iq"]] for row in nodes)
-        bent = [own["transverse"] + own["poisson"] * x - one for one in (a, b)]
+        root = math.sqrt(float(tapes.profile(own["slenderness"] * x * x, own["closed"])[0]))
+        bent = [root * (own["transverse"] + own["poisson"] * x - one) for one in (a, b)]
         return add_branches(builder, terms, np.array([x, *bent, x * a, x * b, b - a]))
 
     @property

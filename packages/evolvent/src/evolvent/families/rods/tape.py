@@ -31,7 +31,7 @@ from numba import types, void
 from evolvent.algebra.sparse import SPARSE, add_block, add_entry
 from evolvent.compiled.jit import MATRIX, REAL, VECTOR, entry, indirect, inlined, kernel
 from evolvent.families.rods.rod_strains import STRAIN
-from evolvent.kernels.viscoelastic import excess_of, relax_strains, relaxed_one, relaxed_square
+from evolvent.kernels.viscoelastic import excess_of, relax_strains, relaxed_one
 from evolvent.model import MODEL
 
 USED_FOR = "tapes"
@@ -120,35 +120,70 @@ def profile_secant(u0, u1, closed):
 def _relax(k, h, x0, x1, model, out):
     """What relaxation adds to the strains of element k, into out; returns the factor of stiffnesses.
 
-    The strains are x, k0 + nu x - a and a x at both nodes, and the difference of a.
+    The strains are those of which the energy is a sum of squares: x, sqrt(N) (k0 + nu x - a) and a x at both nodes, and
+    the difference of a.
     """
     row, nodes, work = model.rod_elements[k], model.tape_nodes, model.work
     own, mean, end = model.tapes[row.tape - 1], work[:RELAXING], work[RELAXING : 2 * RELAXING]
+    N0, _, _ = profile(own.slenderness * x0 * x0, own.closed)
+    N1, _, _ = profile(own.slenderness * x1 * x1, own.closed)
+    root0, root1 = math.sqrt(N0), math.sqrt(N1)
     mean[0], end[0], mean[5], end[5] = 0.5 * (x0 + x1), x1, 0.0, 0.0
     for j in range(2):
         a1 = nodes[row.tape_node + j].value
         a0, sign = a1, 1.0 if j == 1 else -1.0
         if h != 0.0:
             a0, a1 = nodes[row.tape_node + j].value0, nodes[row.tape_node + j].value1
-        mean[1 + j] = own.transverse + own.poisson * mean[0] - 0.5 * (a0 + a1)
-        end[1 + j] = own.transverse + own.poisson * x1 - a1
+        end[1 + j] = root1 * (own.transverse + own.poisson * x1 - a1)
+        mean[1 + j] = 0.5 * (root0 * (own.transverse + own.poisson * x0 - a0) + end[1 + j])
         mean[3 + j], end[3 + j] = 0.5 * (x0 * a0 + x1 * a1), x1 * a1
         mean[5], end[5] = mean[5] + sign * 0.5 * (a0 + a1), end[5] + sign * a1
     return relax_strains(row.prony, row.prony_end, row.flat_branch, RELAXING, h, mean, end, model, out)
 
 
 @inlined
+def _add_relaxed(j, x, bent, added, more, slender, nu, x0, x1, closed, f, T):
+    """Force of relaxation on the coordinate a of node j, and derivatives; returns those of the curvature.
+
+    Parameters
+    ----------
+    bent : float, mean of k0 + nu x - a; added : float, what relaxation adds to the mean of sqrt(N) (k0 + nu x - a)
+    more : float, factor of the stiffness less 1
+
+    Notes
+    -----
+    sqrt(N) (k0 + nu x - a) changes by the mean of sqrt(N) times the change of the second factor, and so on: the work is
+    what its branches take. Derivatives are those of the mean.
+    """
+    N, d, dd = profile(slender * x * x, closed)
+    N0, _, _ = profile(slender * x0 * x0, closed)
+    N1, _, _ = profile(slender * x1 * x1, closed)
+    root, first = math.sqrt(N), 0.5 * d / math.sqrt(N)
+    mean, change, turn = 0.5 * (math.sqrt(N0) + math.sqrt(N1)), slender * (x1 * x1 - x0 * x0), 2.0 * slender * x
+    secant = first
+    if abs(change) > _SMALL * (1.0 + slender * x1 * x1):
+        secant = (math.sqrt(N1) - math.sqrt(N0)) / change
+    second = 0.5 * dd / root - 0.25 * d * d / (root * N)
+    by_x = bent * first * turn + root * nu
+    bend = 2.0 * nu * first * turn + bent * (second * turn * turn + 2.0 * first * slender)
+    f[1 + j] -= 0.5 * added * mean
+    cross = -0.5 * (more * by_x * root + added * first * turn)
+    T[0, 1 + j] += cross
+    T[1 + j, 0] += cross
+    T[1 + j, 1 + j] += 0.5 * more * N
+    return 0.5 * added * (bent * secant * turn + mean * nu), 0.5 * (more * by_x * by_x + added * bend)
+
+
+@inlined
 def relaxed_tape(k, h, model):
     """What relaxation of element k takes over a step of length h that is accepted, J."""
-    row, rows = model.rod_elements[k], model.branch_strains
+    row = model.rod_elements[k]
     own, first, last, branch = model.tapes[row.tape - 1], row.prony, row.prony_end, row.flat_branch
-    x0, x1 = rows[branch].x0, rows[branch].x
-    N, _, _, _ = profile_secant(own.slenderness * x0 * x0, own.slenderness * x1 * x1, own.closed)
-    weights = (1.0 - own.poisson * own.poisson, 0.5 * N, 0.5 * own.slenderness * own.stretching)
-    found = weights[0] * relaxed_one(first, last, branch, RELAXING, 0, h, model)
+    found = (1.0 - own.poisson * own.poisson) * relaxed_one(first, last, branch, RELAXING, 0, h, model)
     for j in range(2):
-        found += weights[1] * relaxed_one(first, last, branch, RELAXING, 1 + j, h, model)
-        found += weights[2] * relaxed_one(first, last, branch, RELAXING, 3 + j, h, model)
+        found += 0.5 * relaxed_one(first, last, branch, RELAXING, 1 + j, h, model)
+        stretched = relaxed_one(first, last, branch, RELAXING, 3 + j, h, model)
+        found += 0.5 * own.slenderness * own.stretching * stretched
     along = own.twisting / (row.length * row.length)
     return own.bending * row.length * (found + along * relaxed_one(first, last, branch, RELAXING, 5, h, model))
 
@@ -187,7 +222,7 @@ def evaluate_tape(k, h, chi, ratio, c_rate, rate, model):
     if rows[k].prony_end > rows[k].prony:
         factor = _relax(k, h, x0, x1, model, out)
     stretching, more = slender * own.stretching, factor + chi + c_rate * beta
-    plate, filtered = 1.0 - nu * nu, N * factor + chi + c_rate * beta
+    plate, filtered = 1.0 - nu * nu, N + chi + c_rate * beta
     f0, T00, lost = plate * (x + out[0] + x_extra), plate * more, plate * x_rate * x_rate
     gradient = gradient_rate = 0.0
     for j in range(2):
@@ -200,10 +235,7 @@ def evaluate_tape(k, h, chi, ratio, c_rate, rate, model):
         a = 0.5 * (a0 + a1)
         a_extra = 0.5 * chi * (a1 - a0 - ratio * node.before) + beta * a_rate
         bent0, bent1 = k0 + nu * x0 - a0, k0 + nu * x1 - a1
-        mean, squares = 0.5 * (bent0 + bent1) + out[1 + j], 0.5 * (bent0 * bent0 + bent1 * bent1)
-        if rows[k].prony_end > rows[k].prony:
-            first, last, branch = rows[k].prony, rows[k].prony_end, rows[k].flat_branch
-            squares, bent1 = relaxed_square(first, last, branch, RELAXING, 1 + j, h, bent0, bent1, model)
+        mean, squares = 0.5 * (bent0 + bent1), 0.5 * (bent0 * bent0 + bent1 * bent1)
         bend = N * mean + nu * x_extra - a_extra
         p0, p1 = x0 * a0, x1 * a1
         p_rate = x_rate * a1 + x1 * a_rate if h == 0.0 else (p1 - p0) / h
@@ -221,6 +253,9 @@ def evaluate_tape(k, h, chi, ratio, c_rate, rate, model):
         T[1 + j, 0] = 0.5 * (-nu * filtered - by_x + stretching * (more * a1 * x + stretch))
         T[1 + j, 1 + j] = 0.5 * (filtered + stretching * more * x1 * x)
         T[1 + j, 2 - j] = 0.0
+        if rows[k].prony_end > rows[k].prony:
+            on_x, by_x = _add_relaxed(j, x, mean, out[1 + j], factor - 1.0, slender, nu, x0, x1, own.closed, f, T)
+            f0, T00 = f0 + on_x, T00 + by_x
         bend_rate = nu * x_rate - a_rate
         lost += 0.5 * (bend_rate * bend_rate + stretching * p_rate * p_rate)
         sign = 1.0 if j == 1 else -1.0
@@ -267,8 +302,8 @@ def _energy(k, model):
     if rows[k].prony_end > rows[k].prony:
         first, last, at = rows[k].prony, rows[k].prony_end, rows[k].flat_branch
         found += plate * excess_of(first, last, at, RELAXING, 0, x, model)
-        found += 0.5 * N * excess_of(first, last, at, RELAXING, 1, p, model)
-        found += 0.5 * N * excess_of(first, last, at, RELAXING, 2, q, model)
+        found += 0.5 * excess_of(first, last, at, RELAXING, 1, math.sqrt(N) * p, model)
+        found += 0.5 * excess_of(first, last, at, RELAXING, 2, math.sqrt(N) * q, model)
         found += 0.5 * stretching * own.slenderness * excess_of(first, last, at, RELAXING, 3, x * a, model)
         found += 0.5 * stretching * own.slenderness * excess_of(first, last, at, RELAXING, 4, x * b, model)
         found += along * excess_of(first, last, at, RELAXING, 5, b - a, model)
