@@ -14,7 +14,7 @@ from evolvent.analysis.margins.results import MarginResults, least_of, shown_mar
 from evolvent.analysis.storage import Store
 from evolvent.model.registry import asked
 from evolvent.results import display, made_with, netcdf
-from evolvent.results.happened import latches_of
+from evolvent.results.happened import LATCHED, events_of, latches_of
 from evolvent.results.variables import group_of, parts as parts_of
 from evolvent.solvers.static.storage import Stored
 from evolvent_base import answer as an
@@ -83,7 +83,8 @@ class StorageResults(Shown):
         if self.margins:
             sections.append(an.Section(title="Margins", blocks=[an.Table.of(self.margin_rows(), words=2)]))
         if self.runs:
-            sections.append(an.Section(title="Deployment", blocks=[an.Table.of(self.latch_rows(), words=1)]))
+            tables = [an.Table.of(rows) for rows in (self.latch_rows(), self.event_rows()) if len(rows) > 1]
+            sections.append(an.Section(title="Deployment", blocks=tables))
         figures = [figure for figure in (self.margin_figure(), self.figure()) if figure is not None]
         sections += [an.Section(title=figure.title, blocks=[figure], level=an.PAGE) for figure in figures]
         if self.case:
@@ -143,6 +144,13 @@ class StorageResults(Shown):
         for name in _latching(self.runs[0]):
             cells = [_latch(one, name) for one in (before, after)]
             found.append([name, *(cell for pair in zip(*cells, strict=True) for cell in pair)])
+        return found
+
+    def event_rows(self) -> list[list[str]]:
+        """First times of the events of the deployments before and after: a head, then a row an event of a part."""
+        found, both = [["event", "time before", "after"]], [_first_times(run) for run in self.runs]
+        for name in dict.fromkeys([*both[0], *both[1]]):
+            found.append([name, *(f"{one[name]:.4g} s" if name in one else "-" for one in both)])
         return found
 
     def notes(self) -> Iterator[str]:
@@ -267,6 +275,16 @@ def _sets(stored: Stored, part: str) -> Iterator[tuple[str, str, float, str]]:
 def _latching(run: xr.DataTree) -> Sequence[str]:
     """Parts with a latch."""
     return [name for name in parts_of(run) if "latch_rate" in group_of(run, name)]
+
+
+def _first_times(run: xr.DataTree) -> dict[str, float]:
+    """First time of what has happened to each part but for its latches, s."""
+    found = dict[str, float]()
+    events = events_of(run)
+    for time, part, what in zip(*(events[name].values for name in ("time", "part", "what")), strict=True):
+        if what != LATCHED:
+            found.setdefault(f"{part}: {what}" if what != "event" else str(part), float(time))
+    return found
 
 
 def _latch(latches: xr.Dataset, name: str) -> list[str]:
