@@ -10,7 +10,7 @@ import pytest
 import scipy
 import yaml
 
-from evolvent import System, cases, parts
+from evolvent import System, cases, elements, parts
 from evolvent.families.relaxation.family import set_of
 from evolvent.solvers.static.storage import reduced_time, store
 from evolvent_base.errors import InputError
@@ -173,3 +173,30 @@ def test_storage_without_a_hold_is_refused() -> None:
     assembly = system.assemble()
     with pytest.raises(InputError, match=r"nothing holds 'spring' in its stowed position.*hold it by"):
         store(assembly, 10.0)
+
+
+def test_a_folded_tape_relaxes_and_opens_with_its_balance() -> None:
+    """All stresses of a held fold relax alike; the release balances what is stored, moved and dissipated."""
+    system = System()
+    material = elements.Material(young_modulus=40e9, poisson_ratio=0.3, density=1700.0, viscoelastic=LAW)
+    section = elements.TapeSection(radius=0.015, angle=math.pi / 3.0, thickness=3e-4)
+    tape = parts.Rod(
+        length=0.08, elements=12, section=section, material=material, stiffness_damping=1e-3,
+        folds=[{"at": 0.04, "angle": math.pi / 2.0}],
+    )  # fmt: skip
+    system.add(tape, "tape")
+    system.add(parts.Joint(a="ground", b="tape.root", type="clamp"), "root")
+    system.add(parts.Joint(a="ground", b="tape.tip", type="clamp", until=0.002), "tip")
+    found = store(system.assemble(), 10.0)
+    elastic = found.solution.kept.balance["elastic"]
+    assert elastic[-1] / elastic[0] == pytest.approx(0.4 + 0.6 * math.exp(-20.0), rel=1e-9)
+    assert found.times.size < 40  # nothing creeps
+    system.sections["store"] = {"time": "10 s"}
+    tips = []
+    for step in (2e-4, 1e-4, 5e-5):
+        run = system.simulate(
+            until=0.006, every=0.006, fine=False, method="energy-momentum", step=step, spectral_radius=1.0
+        )
+        assert abs(float(run.energy_defect.values[-1])) < 1e-9
+        tips.append(run["tape"].position.values[-1, -1, 1])
+    assert 2.5 < (tips[0] - tips[1]) / (tips[1] - tips[2]) < 6.0  # second order
