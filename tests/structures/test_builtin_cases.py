@@ -27,11 +27,14 @@ from families.rows import FAMILIES, Row, set_kinds
 NAMES = [name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"]
 #: Ends of long runs for tests of files, s; tests of these cases run the others in full.
 SHORT = {
+    "boom-on-drum-stored": 0.05,
     "heliogyro-strip-payout": 5.0,
+    "rib-held-ten-years": 1.0,
     "rib-reflector": 0.5,
     "solar-array-flexible": 2.0,
     "tape-drum": 0.1,
     "tape-hinge": 0.1,
+    "tape-hinge-stored": 0.1,
     "z-fold": 5.0,
 }
 

@@ -19,14 +19,17 @@ from evolvent_papers import papers
 #: Built-in cases and keys that make their runs short.
 SHORT = {
     "andrews-mechanism": {},
+    "boom-on-drum-stored": {"simulate.until": 0.05},
     "boom-slew": {"simulate.until": 1.0},
     "hanging-chain": {"simulate.until": 0.5},
     "heliogyro": {"solver.duration": 20.0},
     "heliogyro-strip-payout": {"simulate.until": 1.0},
     "heliogyro-strip": {"simulate.until": 1.0},
+    "hinge-stored": {},
     "inertia-stand": {},
     "offload": {},
     "orbit-tether": {"simulate.until": 20.0},
+    "rib-held-ten-years": {"simulate.until": 1.0},
     "rib-reflector": {"simulate.until": 0.2},
     "solar-array": {"simulate.until": 4.0},
     "solar-array-flexible": {"simulate.until": 1.0},
@@ -42,7 +45,7 @@ SHORT = {
     "z-fold": {"simulate.until": 5.0},
 }
 #: Variants of other cases in this list.
-VARIANTS = ("heliogyro-strip-payout", "solar-array-flexible")
+VARIANTS = ("heliogyro-strip-payout", "solar-array-flexible", "tape-hinge-stored")
 SCHEMATICS = [name for name, entry in papers.ENTRIES.items() if "schematic" in entry.function]
 #: Room around a text that may be shared, pixels, and share of points that a legend may cover.
 SLACK, COVERED = 2.0, 0.01
