@@ -48,6 +48,7 @@ CHAPTERS = (
     "Contact",
     "Rigid bodies",
     "Wrapped rib",
+    "Relaxation and storage",
     "Inertia stand and identification",
 )
 HEAD = """# Validation book

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import scipy
 
+from book import Book
 from evolvent import System, cases, elements, parts
 from evolvent.algebra.eigenproblem import Eigenproblem
 from evolvent.algebra.relaxation import RelaxingProblem
@@ -16,6 +17,7 @@ from evolvent.elements.viscoelastic import Viscoelastic
 from evolvent.solvers.static.static import solve_static
 from evolvent_base.errors import InputError
 
+CHAPTER = "Relaxation and storage"
 LAW = Viscoelastic(prony=[(0.6, 1.0)])
 WEIGHT, STIFFNESS, LENGTH = 10.0, 100.0, 1.0
 
@@ -73,7 +75,7 @@ def test_equilibria_of_a_spring_at_once_and_after_all_relaxation() -> None:
     assert float(relaxed["spring"].energy_elastic.values[-1]) == pytest.approx(energy, rel=1e-12)
 
 
-def test_an_equilibrium_after_a_history() -> None:
+def test_an_equilibrium_after_a_history(book: Book) -> None:
     """Held for tau at the extension x0: what is kept at the release is (1 - 1/e) g x0, and the weight comes on it."""
     held = mass_on_spring(LAW, store={"time": 1.0})
     held.replace("mass", parts.RigidBody(mass=1.0, inertia=(1.0, 1.0, 1.0), position=(LENGTH + 0.2, 0, 0)))
@@ -82,7 +84,11 @@ def test_an_equilibrium_after_a_history() -> None:
     held.add(parts.Joint(a="ground", b="mass", type="clamp", position=place, until=0.5), "hold")
     kept = 0.6 * (1.0 - math.exp(-1.0)) * 0.2
     run = held.equilibrium(time=1.0)
-    assert float(run["spring"].extension.values[-1]) == pytest.approx(WEIGHT / STIFFNESS + kept, rel=1e-10)
+    book(
+        CHAPTER, "Spring held for one relaxation time, then loaded at once: extension", source="closed form",
+        reference="m g/k + x0 E_1 (1 - 1/e)", allowed=1e-9,
+        error=abs(float(run["spring"].extension.values[-1]) / (WEIGHT / STIFFNESS + kept) - 1.0),
+    )  # fmt: skip
     run = held.equilibrium(time=1.0, relaxed=True)  # forgets the history
     assert float(run["spring"].extension.values[-1]) == pytest.approx(WEIGHT / (0.4 * STIFFNESS), rel=1e-10)
 
@@ -132,10 +138,13 @@ def test_a_pole_of_the_cubic(tau: float, damping: float) -> None:
     assert "by their law at the pole" in str(found)
 
 
-def test_a_law_of_several_terms() -> None:
+def test_a_law_of_several_terms(book: Book) -> None:
     law = Viscoelastic(prony=[(0.2, 1e-2), (0.3, 0.2), (0.3, 3.0), (0.1, 1e5)])
     found, exact = mass_on_spring(law).modes(damped=True).pole, cubic(STIFFNESS, law)
-    assert abs(found[0] - exact) < 1e-10 * abs(exact)
+    book(
+        CHAPTER, "Mass on a spring of four terms: complex mode", reference="poles of s^2 m + k E*(s)",
+        source="NumPy, roots", error=abs(found[0] / exact - 1.0), allowed=1e-9,
+    )  # fmt: skip
 
 
 def test_undamped_modes_have_the_instantaneous_stiffness_and_say_so() -> None:
@@ -153,26 +162,33 @@ def test_a_motion_that_does_not_oscillate_is_left_out() -> None:
     assert "left out" in found.note
 
 
-def test_modes_of_a_cantilever_by_the_cubic_of_each_elastic_one() -> None:
+def test_modes_of_a_cantilever_by_the_cubic_of_each_elastic_one(book: Book) -> None:
     """All strains relax alike: the shapes are the elastic ones, each with the pole of its own cubic."""
     law = Viscoelastic(prony=[(0.3, 0.01), (0.3, 0.5)])
     system = cantilever(law)
     elastic, found = system.modes(count=6), system.modes(count=6, damped=True)
     exact = np.array([cubic(square, law) for square in elastic.square])
-    assert np.all(np.abs(found.pole - exact) < 1e-9 * np.abs(exact))
+    book(
+        CHAPTER, "Cantilever of two terms: six complex modes (4 elements)", reference="poles of each mode's polynomial",
+        source="NumPy, roots", error=np.max(np.abs(found.pole / exact - 1.0)), allowed=1e-8,
+    )  # fmt: skip
     alike = np.abs(np.einsum("ij,ij->i", found.shape.conj(), (found.M @ elastic.shape.T).T))
     assert alike == pytest.approx(np.ones(6), abs=1e-6)  # bends in the same planes
 
 
-def test_the_first_mode_of_a_cantilever_by_its_dynamic_modulus() -> None:
+def test_the_first_mode_of_a_cantilever_by_its_dynamic_modulus(book: Book) -> None:
     """w^2 = 1.8751^4 E*(s) I/(rho A L^4) of a thin beam, of which four elements are within 0.2 %."""
     law = Viscoelastic(prony=[(0.3, 0.01), (0.3, 0.5)])
     s = complex(cantilever(law, elements_=8).modes(count=1, damped=True).pole[0])
     square = 1.875104068711961**4 * 1e9 * 0.25 * 0.01**2 / 1000.0
-    assert abs(-s * s / (square * complex(law.dynamic_modulus(np.array(s)))) - 1.0) < 4e-3
+    book(
+        CHAPTER, "Cantilever of two terms: square of the first complex frequency (8 elements)",
+        reference="1.875104^4 E*(s) I/(rho A L^4)", source="closed form, thin beam", allowed=4e-3,
+        error=abs(-s * s / (square * complex(law.dynamic_modulus(np.array(s)))) - 1.0),
+    )  # fmt: skip
 
 
-def test_laws_that_differ_change_shapes() -> None:
+def test_laws_that_differ_change_shapes(book: Book) -> None:
     """Two masses in series on springs with laws of their own, of which the second relaxes nearly whole."""
     laws = [Viscoelastic(prony=[(0.2, 0.05)]), Viscoelastic(prony=[(0.9, 0.3), (0.05, 2.0)])]
     stiffness, mass = (100.0, 80.0), (1.0, 0.5)
@@ -202,7 +218,10 @@ def test_laws_that_differ_change_shapes() -> None:
     exact = exact[np.argsort(np.abs(exact))]
     found = system.modes(damped=True).pole
     assert found.size == exact.size == 2
-    assert np.all(np.abs(found - exact) < 1e-10 * np.abs(exact))
+    book(
+        CHAPTER, "Two masses on springs of two laws: complex modes", reference="eigenvalues with dashpots as states",
+        source="NumPy, eigvals", error=np.max(np.abs(found / exact - 1.0)), allowed=1e-9,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("state", ["at once", "stored", "relaxed"])

@@ -10,6 +10,7 @@ import pytest
 import scipy
 import yaml
 
+from book import Book
 from evolvent import System, cases, elements, parts
 from evolvent.families.relaxation.family import set_of
 from evolvent.solvers.static.storage import reduced_time, store
@@ -18,6 +19,7 @@ from viscoelastic_rods import bent_rod
 
 #: Three-element law of the closed forms: E_inf = 0.4, E_1 = 0.6, tau = 1 s.
 LAW = {"prony": [(0.6, 1.0)]}
+CHAPTER = "Relaxation and storage"
 YEAR = 365.25 * 86_400.0
 SHIFT = {"arrhenius": {"energy": "80 kJ/mol", "reference": "20 degC"}}
 ZERO = ["hysteresis", "harness", "motor losses", "adhesion", "load", "acceleration"]
@@ -38,18 +40,21 @@ def panel(law: Any, *, until: float = 1.0, **keys: Any) -> System:
 
 
 @pytest.mark.parametrize("time", [0.3, 1.0, 10.0])
-def test_a_held_rod_relaxes_and_keeps_curvature(time: float) -> None:
+def test_a_held_rod_relaxes_and_keeps_curvature(time: float, book: Book) -> None:
     found = store(bent_rod(LAW, curvature=0.5).assemble(), time)
     model = found.assembly.model
     left = 0.4 + 0.6 * math.exp(-time)
     kept = set_of(model, model.rod_elements[1], 6)
-    assert kept[5] == pytest.approx(0.5 * (1.0 - left), rel=1e-12)
+    book(
+        CHAPTER, f"Rod bent and held for {time:g} tau: curvature kept", reference="k0 E_1 (1 - exp(-t/tau))",
+        source="closed form, E_inf 0.4, E_1 0.6", error=abs(kept[5] / (0.5 * (1.0 - left)) - 1.0), allowed=1e-9,
+    )  # fmt: skip
     if time == 10.0:
         assert left == pytest.approx(0.4000272, abs=5e-8)
         assert kept[5] / 0.5 == pytest.approx(0.5999728, abs=5e-8)
 
 
-def test_what_is_kept_after_a_release_decays_at_its_rate() -> None:
+def test_what_is_kept_after_a_release_decays_at_its_rate(book: Book) -> None:
     """Held for 10 tau and released at once: 0.5999728 of the angle remains, and decays at E_inf/(E_0 tau)."""
     system = System()
     system.add(parts.RigidBody(mass=2.0, inertia=(0.3, 0.3, 0.5)), "panel")
@@ -65,30 +70,42 @@ def test_what_is_kept_after_a_release_decays_at_its_rate() -> None:
     q = free.solution.y[:, iq : iq + 7]
     angle = 0.5 - 2.0 * np.arctan2(q[:, 6], q[:, 3])
     assert angle[0] / 0.5 == pytest.approx(0.5999728, abs=5e-8)
-    assert angle == pytest.approx(angle[0] * np.exp(-0.4 * free.times), rel=1e-6)
+    book(
+        CHAPTER, "Hinge held for 10 relaxation times and released: angle kept", reference="0.5999728 exp(-0.4 t/tau)",
+        source="closed form, rate E_inf/(E_0 tau)", allowed=1e-6,
+        error=np.max(np.abs(angle / (0.5 * 0.6 * (1.0 - math.exp(-10.0)) * np.exp(-0.4 * free.times)) - 1.0)),
+    )  # fmt: skip
     assert math.log(2.0) / 0.4 == pytest.approx(1.7328680, abs=5e-8)
 
 
-def test_creep_under_a_constant_load() -> None:
+def test_creep_under_a_constant_load(book: Book) -> None:
     system = System(gravity=(10.0, 0.0, 0.0))
     system.add(parts.Point(mass=1.0, position=(1.0, 0, 0)), "mass")
     system.add(parts.Spring(a=(0.0, 0, 0), b="mass", stiffness=100.0, length=1.0, viscoelastic=LAW), "spring")
     found = store(system.assemble(), 20.0)
     strain = found.solution.y[:, 0] - 1.0
     exact = 0.1 * (1.0 - 0.6 * np.exp(-0.4 * found.times)) / 0.4
-    assert strain == pytest.approx(exact, rel=1e-6)
+    book(
+        CHAPTER, "Spring under a constant load for 20 relaxation times: creep", reference="(1 - 0.6 exp(-0.4 t/tau))/0.4",
+        source="closed form", error=np.max(np.abs(strain / exact - 1.0)), allowed=1e-6,
+    )  # fmt: skip
 
 
-def test_a_shift_is_a_change_of_time() -> None:
+def test_a_shift_is_a_change_of_time(book: Book) -> None:
     factor = 30.0 / 3652.5
     temperature = 1.0 / (1.0 / 293.15 + math.log(factor) * 8.314462618 / 80e3)
     law = {"prony": [(0.3, "10 days"), (0.2, "2 years")], "shift": SHIFT}
     cold = store(panel(law).assemble(), 10.0 * YEAR, 293.15).assembly
     warm = store(panel(law).assemble(), 10.0 * YEAR * factor, temperature).assembly
-    assert warm.model.branch_strains["w0"] == pytest.approx(cold.model.branch_strains["w0"], rel=1e-9, abs=1e-15)
+    kept = [one.model.branch_strains["w0"] for one in (cold, warm)]
+    book(
+        CHAPTER, "Hinge stored for 30 days in heat in place of ten years at 20 degC", reference="a_T = 30/3652.5",
+        source="time-temperature superposition", allowed=1e-9,
+        error=np.max(np.abs(kept[1] - kept[0])) / np.max(np.abs(kept[0])),
+    )  # fmt: skip
 
 
-def test_a_history_of_temperatures_counts_by_its_integral() -> None:
+def test_a_history_of_temperatures_counts_by_its_integral(book: Book) -> None:
     law = panel({"prony": [(0.3, "1 day")], "shift": SHIFT}).assemble().relaxations["spring"][1]
     rows = np.array([[0.0, 280.0], [3e5, 320.0], [4e5, 320.0], [9e5, 290.0]])
 
@@ -98,7 +115,10 @@ def test_a_history_of_temperatures_counts_by_its_integral() -> None:
     exact = sum(
         scipy.integrate.quad(pace, a, b, epsabs=0.0, epsrel=1e-12)[0] for a, b in ((1e5, 3e5), (3e5, 4e5), (4e5, 8e5))
     )
-    assert reduced_time(law, rows, 1e5, 8e5) == pytest.approx(exact, rel=1e-12)
+    book(
+        CHAPTER, "Reduced time of a history of temperatures (Arrhenius)", reference="integral of dt/a_T",
+        source="SciPy, quad", error=abs(reduced_time(law, rows, 1e5, 8e5) / exact - 1.0), allowed=1e-9,
+    )  # fmt: skip
     stored = store(panel({"prony": [(0.3, "1 day")], "shift": SHIFT}).assemble(), 9e5, rows.tolist()).assembly
     whole = reduced_time(law, rows, 0.0, 9e5)
     assert float(stored.model.branch_strains["w0"][0]) == pytest.approx(-2.5 * math.exp(-whole / 86_400.0), rel=1e-9)
@@ -175,7 +195,7 @@ def test_storage_without_a_hold_is_refused() -> None:
         store(assembly, 10.0)
 
 
-def test_a_folded_tape_relaxes_and_opens_with_its_balance() -> None:
+def test_a_folded_tape_relaxes_and_opens_with_its_balance(book: Book) -> None:
     """All stresses of a held fold relax alike; the release balances what is stored, moved and dissipated."""
     system = System()
     material = elements.Material(young_modulus=40e9, poisson_ratio=0.3, density=1700.0, viscoelastic=LAW)
@@ -189,7 +209,10 @@ def test_a_folded_tape_relaxes_and_opens_with_its_balance() -> None:
     system.add(parts.Joint(a="ground", b="tape.tip", type="clamp", until=0.002), "tip")
     found = store(system.assemble(), 10.0)
     elastic = found.solution.kept.balance["elastic"]
-    assert elastic[-1] / elastic[0] == pytest.approx(0.4 + 0.6 * math.exp(-20.0), rel=1e-9)
+    book(
+        CHAPTER, "Fold of a tape spring held for 10 relaxation times: energy", reference="0.4 + 0.6 exp(-2 t/tau)",
+        source="closed form", error=abs(elastic[-1] / elastic[0] / (0.4 + 0.6 * math.exp(-20.0)) - 1.0), allowed=1e-9,
+    )  # fmt: skip
     assert found.times.size < 40  # nothing creeps
     system.sections["store"] = {"time": "10 s"}
     tips = []

@@ -7,6 +7,7 @@ import pathlib
 import numpy as np
 import pytest
 
+from book import Book
 from evolvent_base.errors import InputError
 from evolvent_papers import laboratory
 from evolvent_papers.laboratory import trifilar
@@ -60,11 +61,16 @@ def test_other_folders_are_refused(tmp_path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(len(list(FOLDER.glob("5s_*.csv"))) != 11, reason=f"the eleven recordings are not in {FOLDER}")
-def test_the_real_pendulum() -> None:
+def test_the_real_pendulum(book: Book) -> None:
     """`docs/laboratory/trifilar.md` states these numbers."""
     found = laboratory.found("trifilar").validate(data=str(FOLDER))
     moment, *frequencies = found.comparisons
     assert moment.predicted == pytest.approx(0.23488, abs=1e-5)
+    book(
+        "Inertia stand and identification", "Trifilar pendulum, eleven recordings: mean moment",
+        reference="0.23479(35) kg m2", source="published, KTH Stockholm 2014", error=abs(moment.predicted - 0.23479),
+        allowed=0.0004, unit="kg m2",
+    )  # fmt: skip
     assert moment.band.parameters == pytest.approx(0.00011, abs=5e-6)
     assert (moment.covered, moment.meets) == (True, True)
     assert len(frequencies) == 5
