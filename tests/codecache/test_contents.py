@@ -213,7 +213,7 @@ def test_a_change_changes_what_it_goes_into_alone(tmp_path):
 
     assert digests(tmp_path, "-OO") == before
 
-    springs = tmp_path / "evolvent" / "kernels" / "springs.py"
+    springs = tmp_path / "evolvent" / "families" / "springs" / "springs.py"
     text = springs.read_text()
     assert "return" in text
     springs.write_text(text.replace("    return ", "    return 1.0 * ", 1))

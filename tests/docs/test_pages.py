@@ -189,6 +189,10 @@ def check(tutorial: str, names: dict) -> None:
         assert names["stiffness"] == pytest.approx(names["by_hand"], rel=1e-3)
         assert names["rate"] == pytest.approx(names["expected"], rel=1e-3)
         assert float(names["run"]["hinge"].latch_time[-1]) <= names["LIMIT"] * (1 + 1e-9)
+    elif tutorial == "storage":
+        before, after = names["found"].margins
+        assert names["least"] < after.least < before.least  # the last of the loop is 40 degC
+        assert names["spring"].left == pytest.approx(1.0 - sum(share for share, _ in names["spring"].prony))
     else:
         pytest.fail(f"no check of the tutorial {tutorial}")
 

@@ -107,7 +107,8 @@ def test_a_failed_run_is_labelled_at_the_top(failed, write):
     text = " ".join(page.text)
     assert "This run failed" in text
     assert text.index("This run failed") < text.index("time reached")
-    assert failed.attrs["message"] in text
+    message = failed.attrs["message"]
+    assert message[0].upper() + message[1:] in text
     assert "is no result of the whole case" in text
 
 
@@ -120,8 +121,8 @@ def test_interrupted_warned_and_old_runs(runs, write):
     path, page = write(old)
     text = " ".join(page.text)
     assert "This run was interrupted" in text
-    assert "a <b> & c" in text
-    assert "a &lt;b&gt; &amp; c" in path.read_text()
+    assert "A <b> & c" in text
+    assert "A &lt;b&gt; &amp; c" in path.read_text()
     assert "not recorded" in text
 
 

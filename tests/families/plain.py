@@ -14,6 +14,7 @@ import families.coordinates
 import families.loads
 import families.lumped
 import families.reduced
+import families.relaxing
 import families.rods  # noqa: F401  (all enter their cases)
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Assembly

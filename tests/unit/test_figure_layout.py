@@ -36,6 +36,7 @@ SHORT = {
     "spinning-tether": {"simulate.until": 5.0},
     "tape-drum": {"simulate.until": 0.1},
     "tape-hinge": {"simulate.until": 0.1},
+    "tape-hinge-stored": {"simulate.until": 0.1},
     "two-booms": {"simulate.until": 0.2},
     "wire-boom-satellite": {"simulate.until": 2.0},
     "wrapped-rib": {"solver.duration": 10.0},

@@ -136,7 +136,10 @@ def owner(assembly: Any, family: str, index: int) -> str:
         return row_owner(assembly, row_of(assembly.model, family, index))
     own = families()[family].parts.owner
     if own is not None:
-        family, index = own(lambda name: records(assembly.model, name), index)
+        found = own(assembly, index)
+        if isinstance(found, str):
+            return found
+        family, index = found
     if families()[family].parts.several:
         index = max((at for of, at in assembly.names.values() if of == family and at <= index), default=index)
     if family == "bodies":
@@ -144,7 +147,7 @@ def owner(assembly: Any, family: str, index: int) -> str:
             for k in range(records(assembly.model, name).size if name != family else 0):
                 if index in bodies_of(assembly.model, name, k):
                     return owner(assembly, name, k)
-    return next((name for name, found in assembly.names.items() if found == (family, index)), family)
+    return next((name for name, one in assembly.names.items() if one == (family, index)), family)
 
 
 def row_owner(assembly: Any, k: int) -> str:

@@ -126,7 +126,7 @@ def entry(*kinds: Any) -> Callable[[Any], Any]:
 # ------------------------------------------------------------------------------------------------ calls by address
 
 #: Places for functions that are called by address.
-_SLOTS = 1 << 17
+_SLOTS = 1 << 20
 #: Index 0: address of `_load_now`. The others: of the functions made by `indirect`, that of `_not_loaded`, which stands
 #: at index 1, until they are loaded. A struct that such functions take refers to this table.
 ADDRESSES = np.zeros(2 + _SLOTS, dtype=np.int64)

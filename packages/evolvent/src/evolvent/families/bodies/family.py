@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.algebra.sparse import add_entry
+from evolvent.assembly import needs
 from evolvent.kernels import body_step, calls, points, rigid, rotor
 from evolvent.kernels.blocks import ANGLE, POSITION, ROTATION
 from evolvent.kernels.rotations import cross, rotation_about_axis, rotation_from_quaternion, turn_back
@@ -149,6 +150,7 @@ def _stand(model: Any, time: float) -> None:
     """Driven bodies stand where they are at the time; velocities and wrenches of all are cleared."""
     y, bodies = np.zeros(int(model.info.ny)), model.bodies
     y[bodies["iq"][bodies["motion"] == rigid.FREE] + 3] = 1.0  # quaternions of no turn
+    needs.load(model, rigid.kinematics)
     rigid.kinematics(time, y, model)
     driven = bodies["motion"] == rigid.DRIVEN
     bodies["rate"][driven], bodies["path"][driven] = 0.0, 0

@@ -291,7 +291,7 @@ DRIVETRAINS = Family(
     shares=Shares(
         (Rule(MOTOR_LOSSES, _MAGNETIC), Rule(FRICTION, _GEAR), Rule(DAMPING, _EDDY)), place=5, power=_loss
     ),
-    parts=Parts(owner=lambda records, k: ("motors", int(records("drivetrains")["motor"][k])), reads_inertia=False),
+    parts=Parts(owner=lambda assembly, k: ("motors", int(assembly.model.drivetrains["motor"][k])), reads_inertia=False),
     coupling=Coupling(through=True),
     torques=Torques(apply=apply_drivetrains, tangent=drivetrain_tangent),
     friction=Friction(

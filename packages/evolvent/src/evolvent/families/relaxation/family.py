@@ -107,6 +107,12 @@ class Memory:
             model.branch_strains[field] = self._rows[field]
 
 
+def _owner(assembly: Any, k: int) -> str:
+    """Name of the part whose law has a term."""
+    first = {row: name for name, (row, _) in assembly.relaxations.items() if row <= k}
+    return str(first[max(first)])
+
+
 # terms of the Prony series of a strain: share of the instantaneous stiffness, relaxation time at the temperature of the
 # run; span: s, time of statics that ends in the next state, 0 for the instantaneous stiffness, infinity for that after
 # all relaxation; -1 in a run in time, whose steps end in its states
@@ -123,7 +129,7 @@ PRONY_TERMS = Family(
     adjoint=AdjointSupport(
         "", refused={"a part is viscoelastic": lambda found: np.ones(found.size, dtype=bool)}
     ),
-    parts=Parts(changes="share time", reads_inertia=False),
+    parts=Parts(owner=_owner, changes="share time", reads_inertia=False),
     explicit=Explicit(force=load, energy=load_for_energy),
     stability=Stability(by_rates=False),
     implicit=Implicit(start=start),

@@ -67,7 +67,7 @@ TAPES = Family(
     force=force,
     tangent=tangent,
     energy=energy,
-    parts=Parts(owner=lambda records, k: ("rods", int(np.flatnonzero(records("rods")["tape"] == k + 1)[0]))),
+    parts=Parts(owner=lambda assembly, k: ("rods", int(np.flatnonzero(assembly.model.rods["tape"] == k + 1)[0]))),
     state=State(kinematics=kinematics),
     explicit=Explicit(force=False, rate=explicit_rate),
     stability=Stability(by_rates=False),

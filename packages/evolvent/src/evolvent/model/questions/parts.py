@@ -15,7 +15,8 @@ class Parts:
 
     Attributes
     ----------
-    owner : function of `Records` and the index of a record to the family and the index of that whose part wrote it
+    owner : function of the assembly and the index of a record to the part that wrote it, by its name, or by the family
+        and the index of a record of its own
     several : whether a part writes several records, named by the first of them
     consists : function of a record and its index to the bodies that it consists of, which have its name
     is_motion : whether its records are motions between parts, with an `angle` each, which have margins and latches
@@ -39,7 +40,7 @@ class Parts:
     calls : functions that call others by slots in its records, with the fields of these
     """
 
-    owner: Callable[[Records, int], tuple[str, int]] | None = None
+    owner: Callable[[Any, int], str | tuple[str, int]] | None = None
     several: bool = False
     consists: Callable[[Any, int], range] | None = None
     is_motion: bool = False

@@ -1,0 +1,116 @@
+"""Cases of viscoelastic parts: one strain, or strains that all relax alike, so that every mode is on its own."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.linalg import expm
+
+from evolvent import System, parts
+from evolvent.assembly.assembled import Assembly
+from evolvent.elements.viscoelastic import Viscoelastic
+from families.beams import BETA, ORIGIN, SIGMA
+from families.case import Array, Case, at, columns, of
+from families.rods import EI, FLAT, MASS, SOFT, node
+from implicit.rigs import coordinates
+
+#: Shares and relaxation times, s.
+PRONY = [(0.2, 0.1), (0.3, 2.0)]
+SHARES, TIMES = np.array(PRONY).T
+RELAXING = SOFT.model_copy(update={"viscoelastic": Viscoelastic(prony=PRONY)})
+
+
+def rates(square: float) -> Array:
+    """Matrix (2 + n, 2 + n) of x, v and the strains u of the springs of branches: v' = -square (left x + sum g u)."""
+    A = np.zeros((2 + SHARES.size,) * 2)
+    A[0, 1], A[1, 0], A[1, 2:] = 1.0, -square * (1.0 - SHARES.sum()), -square * SHARES
+    A[2:, 1], A[2:, 2:] = 1.0, -np.diag(1.0 / TIMES)
+    return A
+
+
+def decay(t: Array, square: float) -> Array:
+    """Displacement x of that motion, which begins at rest at 1, with springs of branches that have not relaxed."""
+    start = np.array([1.0, 0.0, *np.ones(SHARES.size)])
+    return np.array([(expm(rates(square) * s) @ start)[0] for s in t])
+
+
+def creep(t: Array, square: float) -> Array:
+    """Displacement under a constant load that would move it by 1 at once, from rest."""
+    A = np.pad(rates(square), ((0, 1), (0, 1)))
+    A[1, -1] = square
+    return np.array([expm(A * s)[0, -1] for s in t])
+
+
+def pole(square: float) -> complex:
+    """The pole that oscillates."""
+    found = np.linalg.eigvals(rates(square))
+    return complex(found[np.argmax(found.imag)])
+
+
+@of("a Prony term")
+def prony_term() -> Case:
+    """A body on a joint spring turns to the angle of rest, and beyond it."""
+    c, J, rest = 2.0, 0.5, 0.4
+
+    def system() -> System:
+        found = System()
+        found.add(parts.RigidBody(motion="spin", inertia=J), "wheel")
+        law = {"prony": PRONY}
+        found.add(parts.JointSpring(a="ground", b="wheel", stiffness=c, rest=rest, viscoelastic=law), "spring")
+        return found
+
+    return Case(
+        part="spring", system=system, seen=at("wheel"), end=3.0, step=5e-3,
+        motion=lambda t: columns(rest * (1.0 - decay(t, c / J))), still=(rest,), poles=(pole(c / J),), damped=True,
+    )  # fmt: skip
+
+
+def sinks(t: Array, sag: float, w: Array) -> Array:
+    """Displacement of the tip of a cantilever under its weight from its modes; `sag` at once without inertia."""
+    shares = SIGMA / BETA**5 * np.array([1.0, -1.0, 1.0, -1.0])
+    modes = [share * creep(t, square) for share, square in zip(shares / shares.sum(), w**2, strict=True)]
+    return columns(-sag * np.sum(modes, axis=0))
+
+
+@of("a viscoelastic rod")
+def rod() -> Case:
+    """A cantilever, held by penalties, sinks under its weight by q L^4/(8 E I) at once, and creeps."""
+    sag = 5e-3
+    gravity = 8.0 * EI * sag / MASS
+
+    def system() -> System:
+        found = System(gravity=(0.0, -gravity, 0.0))
+        found.add(parts.Rod(length=1.0, section=FLAT, material=RELAXING, elements=4), "rod")
+        found.add(parts.Joint(a=ORIGIN, b="rod.root", type="clamp", stiffness=1e5, rotational_stiffness=1e3), "root")
+        return found
+
+    w = BETA**2 * math.sqrt(EI / MASS)
+    return Case(
+        part="rod", system=system, seen=lambda assembly, y: node(assembly, y, "rod", -1)[..., 1:2], end=1.5, step=1e-4,
+        theory=4e-3, motion=lambda t: sinks(t, sag, w), still=(-sag,), poles=(pole(w[0] ** 2),), damped=True,
+    )  # fmt: skip
+
+
+@of("a viscoelastic beam")
+def beam() -> Case:
+    """The same of a beam with sections."""
+    sag = 5e-3
+    gravity = 8.0 * EI * sag / MASS
+
+    def system() -> System:
+        found = System(gravity=(0.0, -gravity, 0.0))
+        found.add(
+            parts.Beam(length=1.0, section=FLAT, material=RELAXING, elements=8, formulation="assumed_strain"), "beam"
+        )
+        found.add(parts.Joint(a=ORIGIN, b="beam.root", type="clamp"), "root")
+        return found
+
+    def tip(assembly: Assembly, y: Array) -> Array:
+        return np.asarray(coordinates(assembly, y, "beam")[..., -1, 0, 1:2])
+
+    w = BETA**2 * math.sqrt(EI / MASS)
+    return Case(
+        part="beam", system=system, seen=tip, end=1.5, step=1e-4, theory=1e-2,
+        motion=lambda t: sinks(t, sag, w), still=(-sag,), poles=(pole(w[0] ** 2),), damped=True,
+    )  # fmt: skip
