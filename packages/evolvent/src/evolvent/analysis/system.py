@@ -14,7 +14,7 @@ from evolvent.analysis.linear import LinearModel
 from evolvent.analysis.loop_modes import loop_modes
 from evolvent.analysis.margins import evaluation
 from evolvent.analysis.modal import ModalResults
-from evolvent.analysis.storage import storage_of, stored
+from evolvent.analysis.storage import Aged, storage_of, stored
 from evolvent.analysis.storage_results import StorageResults
 from evolvent.solvers.modal.linear import linearize
 from evolvent.solvers.modal.modes import modes
@@ -277,6 +277,7 @@ class System(Composition, Answered):
             raise InputError("store is missing; give how long the system is stored, such as store: {time: 10 years}")
         before = self._unstored()
         done = stored(before, section)
+        self._aged = Aged(section, dataclasses.replace(before, model=before.model.copy()), done.assembly)
         moves = motion or (motion is None and "until" in self.settings)
         solutions = [self._solved(one, progress) for one in (before, done.assembly)] if moves else [None, None]
         margins = list[Any]()
