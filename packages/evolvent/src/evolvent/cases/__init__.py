@@ -42,7 +42,18 @@ from evolvent_base.overrides import (
     parse_assignment as parse_assignment,
     parse_assignments as parse_assignments,
 )
-from evolvent_base.schema import Section, SectionsByName, by_name, dotted, has_columns, keys, locate, marks, sentence, shown
+from evolvent_base.schema import (
+    Section,
+    SectionsByName,
+    by_name,
+    dotted,
+    has_columns,
+    keys,
+    locate,
+    marks,
+    sentence,
+    shown,
+)
 from evolvent_base.texts import dump as dump, key_problem, parse_yaml as parse_yaml
 
 
