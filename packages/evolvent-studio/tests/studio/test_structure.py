@@ -340,6 +340,17 @@ def test_equilibria_and_modes_wait_in_the_queue_and_are_kept(studio):
     ]  # fmt: skip
 
 
+@pytest.mark.slow
+def test_a_stored_case_runs_and_has_its_margins(studio):
+    draft = Draft("case:hinge-stored", "", cases.content_of("hinge-stored"))
+    keys = {kind: studio.submit(draft, kind) for kind in ("run", "margin")}
+    run, margin = (wait(studio, key) for key in keys.values())
+    assert [job.status for job in (run, margin)] == ["success", "success"]
+    assert "the margin of 'hinge' is below 0" in margin.message
+    loaded = studio.load(f"job:{keys['run']}")
+    assert float(loaded.run["hinge"].torque.values[0]) < 0.75 * 0.2 * np.radians(150.0)
+
+
 def test_what_has_no_modes_is_refused_before_it_waits(studio):
     reel = {"kind": "reel", "body": "hub", "radius": 0.1, "drive": {"free": {"inertia": 1e-3, "angle": 5.0}}}
     thread = {"kind": "thread", "reel": "reel", "length": 1, "line_density": 0.1, "nodes": 5}

@@ -97,6 +97,8 @@ def key_of(system: Composition, name: str) -> Key:
         values: Any = {"parts": {part: system.parts[part].model_dump()}}
     elif part == "gravity":
         place, content, values = name, {}, {"gravity": system._gravity.tolist()}
+    elif part == "store" and "store" not in system.sections:
+        raise InputError(f"there is no key {name!r}: the system is not stored; give store: {{time: ...}} first")
     elif part == "store" and (section := storage_of(system.sections)) is not None:
         place, content, values = name, {"store": system.sections["store"]}, {"store": section.model_dump()}
     else:
