@@ -67,7 +67,7 @@ def storage_of(sections: Mapping[str, Any]) -> Store | None:
         For keys and values that cannot be used; one sentence.
     """
     found = sections.get("store")
-    if not found:
+    if found is None:
         return None
     try:
         return Store.model_validate(found)
