@@ -19,6 +19,7 @@ from evolvent.commands.storage import storage as command
 from evolvent.design import calibration, dispersions, studies
 from evolvent.design.optimization import search
 from evolvent.exports import report
+from evolvent.solvers.static import storage as static
 from evolvent_base.errors import InputError
 
 DAY = 86_400.0
@@ -45,7 +46,7 @@ def array() -> evolvent.System:
 def storages(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """Times of the storages that are computed from here on."""
     found: list[float] = []
-    own = storage.store
+    own = static.store
 
     def counted(assembly: Any, time: float, *args: Any, **keys: Any) -> Any:
         found.append(time)

@@ -20,7 +20,7 @@ from evolvent.parts.repetition import APPLIES as REPEAT_APPLIES, KEY as REPEAT, 
 from evolvent_base.errors import InputError
 from evolvent_base.schema import Section, descriptions
 from evolvent_base.units import OneOrMore, Quantity, Whole
-from evolvent_studio import annotations
+from evolvent_studio import fieldtypes
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -129,7 +129,7 @@ def describe(kind: type[Section], *, skip: tuple[str, ...] = (), flat: bool = Fa
         for key, info in kind.model_fields.items():
             if key in skip:
                 continue
-            if annotations.is_mapping_alone(info):
+            if fieldtypes.is_mapping_alone(info):
                 fields.append(_inner_group(key, key, info, texts[key], skip))
             else:
                 field = _one(key, key, info, texts[key])
@@ -174,7 +174,7 @@ def _group(kind: type[Section], *, key: str, name: str, text: str, optional: boo
         dotted = f"{key}.{own}" if key else own
         if dotted in skip:
             continue
-        if annotations.section_of(info.annotation) is None:
+        if fieldtypes.section_of(info.annotation) is None:
             parts.append(_one(dotted, own, info, texts[own]))
         else:
             parts.append(_inner_group(dotted, own, info, texts[own], skip))
@@ -183,7 +183,7 @@ def _group(kind: type[Section], *, key: str, name: str, text: str, optional: boo
 
 def _inner_group(key: str, name: str, info: FieldInfo, text: str, skip: tuple[str, ...]) -> Group:
     """The section that a field holds."""
-    section = annotations.section_of(info.annotation)
+    section = fieldtypes.section_of(info.annotation)
     assert section is not None
     summary = _summary(section)
     help_ = f"{summary} ({text.rstrip('.')})" if text else summary
@@ -199,9 +199,9 @@ def _words(name: str) -> str:
 
 
 def _one(key: str, name: str, info: FieldInfo, text: str) -> Field:
-    marks = list(annotations.marks_of(info))
-    unit = next((unit for mark in marks if (unit := annotations.unit_of(mark))), "")
-    literals = [c for a in annotations.literals_of(info.annotation) for c in a]
+    marks = list(fieldtypes.marks_of(info))
+    unit = next((unit for mark in marks if (unit := fieldtypes.unit_of(mark))), "")
+    literals = [c for a in fieldtypes.literals_of(info.annotation) for c in a]
     choices = tuple(str(c) for c in literals)
     whole = next((m for m in marks if isinstance(m, Whole)), None)
     limits = next((m.allowed for m in marks if getattr(m, "allowed", "")), "")
@@ -211,10 +211,10 @@ def _one(key: str, name: str, info: FieldInfo, text: str) -> Field:
     plain = [a for a in (get_args(info.annotation) or (info.annotation,)) if a is not NoneType]
     closed = bool(choices) and not marks and (get_origin(info.annotation) is Literal or len(plain) == 1)
     kind = "switch" if info.annotation is bool else "choice" if closed else "text"
-    direct = list(annotations.direct(info))
-    whole_text = any(isinstance(m, OneOrMore) for m in marks) or any(annotations.of_the_whole(m) for m in direct)
-    shape = "" if whole_text else annotations.shape_of(info.annotation)
-    structured, rows = annotations.structure_of(info), annotations.rows_of(info)
+    direct = list(fieldtypes.direct(info))
+    whole_text = any(isinstance(m, OneOrMore) for m in marks) or any(fieldtypes.of_the_whole(m) for m in direct)
+    shape = "" if whole_text else fieldtypes.shape_of(info.annotation)
+    structured, rows = fieldtypes.structure_of(info), fieldtypes.rows_of(info)
     if rows:
         alone = [mark for mark in direct if isinstance(mark, Quantity)]
         unit, limits = (alone[0].unit, f"{alone[0].allowed}, or {rows}") if alone else ("", rows)
@@ -224,7 +224,7 @@ def _one(key: str, name: str, info: FieldInfo, text: str) -> Field:
         limits = f"{shape}, each {limits}" if limits and whole is None else shape
         limits = f"{' or '.join(choices)}, or {limits}" if choices else limits
     has_default = not info.is_required() and info.default not in (None, PydanticUndefined)
-    default = text_of(annotations.written(info, marks)) if has_default else ""
+    default = text_of(fieldtypes.written(info, marks)) if has_default else ""
     default = re.sub(r"(?<=\d)\.0(?=[\s,\]]|$)", "", default)
     return Field(
         key=key,

@@ -103,8 +103,8 @@ def key_of(system: Composition, name: str) -> Key:
         place, content, values = name, {"store": system.sections["store"]}, {"store": section.model_dump()}
     else:
         raise InputError(f"there is no key {name!r}: no part is called {part!r}; {nearest(part, system.parts)}")
-    case, content = cases.system("structure").Case, content | {"system": "structure"}
-    found = schema.locate(case, place, content)
+    case, written = cases.system("structure").Case, {**content, "system": "structure"}
+    found = schema.locate(case, place, written)
     value: Any = values
     for word in place.split("."):
         if isinstance(value, list | tuple) and word.isdigit() and int(word) < len(value):
@@ -117,7 +117,7 @@ def key_of(system: Composition, name: str) -> Key:
     quantity = next((mark for mark in marks if isinstance(mark, units.Quantity)), None)
     if quantity is None:
         raise InputError(f"{name!r} is no quantity; a derivative is by a number with a unit")
-    column = found.entry and schema.has_columns(schema.locate(case, place.rpartition(".")[0], content))
+    column = found.entry and schema.has_columns(schema.locate(case, place.rpartition(".")[0], written))
     return Key(name, float(value), quantity.unit, abs(float(value)) or 1.0, column)
 
 
