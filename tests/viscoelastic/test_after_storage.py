@@ -74,6 +74,7 @@ def test_values_give_what_a_case_with_them_gives(array: evolvent.System, values:
     found = array.with_values(values).margin(motion=False).least
     assert found == evolvent.load(cases.content_of(content(), values)).margin(motion=False).least
     assert found != array.margin(motion=False).least
+    assert "after storage for 10 years at 20 °C" in str(array.margin(motion=False).notes())
 
 
 def test_a_unit_in_a_row_is_that_of_its_column() -> None:

@@ -57,6 +57,25 @@ class Store(Section):
     ] = None
     tolerance: units.Tolerance = 1e-6
 
+    @property
+    def shown(self) -> str:
+        """How long, and at which temperature, in words."""
+        found, T = shown_time(self.time), self.temperature
+        if T is None:
+            return found
+        if isinstance(T, float | int):
+            return f"{found} at {T - 273.15:.4g} °C"
+        values = [row[1] - 273.15 for row in T]
+        return f"{found} at {min(values):.4g} to {max(values):.4g} °C"
+
+
+def shown_time(seconds: float) -> str:
+    """A time in the largest unit of which it has one."""
+    for unit, size in (("years", 365.25 * 86_400.0), ("days", 86_400.0), ("h", 3600.0)):
+        if seconds >= size:
+            return f"{seconds / size:.4g} {unit}"
+    return f"{seconds:.4g} s"
+
 
 def storage_of(sections: Mapping[str, Any]) -> Store | None:
     """The section `store` of a system; None without one.

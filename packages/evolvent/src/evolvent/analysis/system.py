@@ -247,7 +247,10 @@ class System(Composition, Answered):
         found = evaluation.at_rest(assembly, asked)
         moves = motion or (motion is None and "until" in self.settings)
         solution = self._solved(assembly, progress) if moves else None
-        return found.results(solution, title=self.title, case=self._case(self.settings))
+        margins = found.results(solution, title=self.title, case=self._case(self.settings))
+        if (section := storage_of(self.sections)) is not None:
+            margins.remarks.insert(0, f"after storage for {section.shown}; `evolvent storage` has the margins before")
+        return margins
 
     def storage(self, *, motion: bool | None = None, progress: Callable[[float], None] | None = None) -> StorageResults:
         """What storage in the stowed position leaves: forces and shapes, margins and deployment, before and after.
