@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from evolvent_base.errors import InputError
@@ -48,8 +48,16 @@ def parse_assignments(assignments: Iterable[str]) -> dict[str, Any]:
     return found
 
 
-def override(content: dict[str, Any], key: str, value: Any) -> None:
-    """Put `value` in the place of a dotted key; a number in the key counts the entries of a list, from 0."""
+def override(
+    content: dict[str, Any], key: str, value: Any, *, shares_unit: Callable[[str], bool] = lambda place: True
+) -> None:
+    """Put `value` in the place of a dotted key; a number in the key counts the entries of a list, from 0.
+
+    Parameters
+    ----------
+    shares_unit : function of the dotted key of a list: whether a unit in its last entry alone is that of all entries
+        A row [share, time] of a table has a quantity of its own in each column.
+    """
     *path, last = parts = key.split(".")
     place: Any = content
     shared = False
@@ -59,10 +67,11 @@ def override(content: dict[str, Any], key: str, value: Any) -> None:
                 raise InputError(f"cannot set {key!r}: {'.'.join(path[: k + 1])!r} is not given; give the whole list")
             place[name] = {}
         place = place[_subscript(place, name, key, ".".join(path[:k]))]
-        shared = (isinstance(place, list) and _write_units(place)) or shared
+        if isinstance(place, list) and shares_unit(".".join(path[: k + 1])):
+            shared = _write_units(place) or shared
     at = _subscript(place, last, key, ".".join(path))
-    if shared and isinstance(value, (int, float)) and not isinstance(value, bool):
-        value = f"{value!r} {unit_of(place[at])}"  # in the unit of its list
+    if shared and isinstance(value, (int, float)) and not isinstance(value, bool) and (unit := unit_of(place[at])):
+        value = f"{value!r} {unit}"  # in the unit of its list
     place[at] = value
 
 

@@ -341,6 +341,12 @@ def locate(kind: type[Section], key: str, content: Any = None) -> Located:
     return found._replace(types=[(one, meant(own)) for one, own in found.types])
 
 
+def has_columns(place: Located) -> bool:
+    """Whether a list at a place is a row whose entries are of different quantities, such as [share, time]."""
+    rows = [get_args(kind) for kind, _ in place.types if get_origin(kind) is tuple]
+    return any(Ellipsis not in row and any(one != row[0] for one in row) for row in rows)
+
+
 def _by_name_mark(place: Located) -> SectionsByName | None:
     return next((one for _, own in place.types for one in own if isinstance(one, SectionsByName)), None)
 

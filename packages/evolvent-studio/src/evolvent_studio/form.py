@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import inspect
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from types import NoneType, UnionType
-from typing import Any, Literal, Union, get_args, get_origin
+from types import NoneType
+from typing import Any, Literal, get_args, get_origin
 
 import yaml
 from pydantic.fields import FieldInfo
@@ -19,8 +18,9 @@ from evolvent.parts.applies import When
 from evolvent.parts.base import Part, Reference
 from evolvent.parts.repetition import APPLIES as REPEAT_APPLIES, KEY as REPEAT, Repeat
 from evolvent_base.errors import InputError
-from evolvent_base.schema import OneOf, Section, descriptions
-from evolvent_base.units import Either, OneOrMore, Quantity, Whole
+from evolvent_base.schema import Section, descriptions
+from evolvent_base.units import OneOrMore, Quantity, Whole
+from evolvent_studio import fieldtypes
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -117,7 +117,7 @@ def describe(kind: type[Section], *, skip: tuple[str, ...] = (), flat: bool = Fa
     ----------
     kind : a case, or another section
     skip : dotted keys that are left out
-    flat : bool, whether inner sections are single fields, written as YAML mappings
+    flat : bool, whether inner sections are single fields, written as YAML mappings, where they may be written in short
     repeats : bool, whether a section says last how a part is repeated
     """
     if flat:
@@ -127,7 +127,11 @@ def describe(kind: type[Section], *, skip: tuple[str, ...] = (), flat: bool = Fa
         decide = {when.keys[0] for conditions in applies.values() for when in conditions if when.values}
         fields: list[Field | Group] = []
         for key, info in kind.model_fields.items():
-            if key not in skip:
+            if key in skip:
+                continue
+            if fieldtypes.is_mapping_alone(info):
+                fields.append(_inner_group(key, key, info, texts[key], skip))
+            else:
                 field = _one(key, key, info, texts[key])
                 known = names.get(key) if field.wide else None
                 help_ = f"{field.help}; or one of the names {', '.join(known)}" if known else field.help
@@ -170,25 +174,20 @@ def _group(kind: type[Section], *, key: str, name: str, text: str, optional: boo
         dotted = f"{key}.{own}" if key else own
         if dotted in skip:
             continue
-        section = _section(info.annotation)
-        if section is None:
+        if fieldtypes.section_of(info.annotation) is None:
             parts.append(_one(dotted, own, info, texts[own]))
-            continue
-        help_ = _summary(section)
-        if texts[own]:
-            help_ = f"{help_} ({texts[own]})"
-        inner = _group(section, key=dotted, name=_words(own), text=help_, optional=info.default is None, skip=skip)
-        parts.append(inner)
+        else:
+            parts.append(_inner_group(dotted, own, info, texts[own], skip))
     return Group(key=key, name=name, help=text, optional=optional, parts=tuple(parts))
 
 
-def _section(annotation: Any) -> type[Section] | None:
-    """The section that a field holds, alone or beside None."""
-    kinds = [a for a in (get_args(annotation) or (annotation,)) if a is not NoneType]
-    only = kinds[0] if len(kinds) == 1 else None
-    if inspect.isclass(only) and issubclass(only, Section) and get_origin(annotation) is not tuple:
-        return only
-    return None
+def _inner_group(key: str, name: str, info: FieldInfo, text: str, skip: tuple[str, ...]) -> Group:
+    """The section that a field holds."""
+    section = fieldtypes.section_of(info.annotation)
+    assert section is not None
+    summary = _summary(section)
+    help_ = f"{summary} ({text.rstrip('.')})" if text else summary
+    return _group(section, key=key, name=_words(name), text=help_, optional=info.default is None, skip=skip)
 
 
 def _summary(kind: type[Section]) -> str:
@@ -200,9 +199,9 @@ def _words(name: str) -> str:
 
 
 def _one(key: str, name: str, info: FieldInfo, text: str) -> Field:
-    marks = list(_marks(info))
-    unit = next((unit for mark in marks if (unit := _unit(mark))), "")
-    literals = [c for a in _literals(info.annotation) for c in a]
+    marks = list(fieldtypes.marks_of(info))
+    unit = next((unit for mark in marks if (unit := fieldtypes.unit_of(mark))), "")
+    literals = [c for a in fieldtypes.literals_of(info.annotation) for c in a]
     choices = tuple(str(c) for c in literals)
     whole = next((m for m in marks if isinstance(m, Whole)), None)
     limits = next((m.allowed for m in marks if getattr(m, "allowed", "")), "")
@@ -212,15 +211,20 @@ def _one(key: str, name: str, info: FieldInfo, text: str) -> Field:
     plain = [a for a in (get_args(info.annotation) or (info.annotation,)) if a is not NoneType]
     closed = bool(choices) and not marks and (get_origin(info.annotation) is Literal or len(plain) == 1)
     kind = "switch" if info.annotation is bool else "choice" if closed else "text"
-    whole_text = any(isinstance(m, OneOrMore) for m in marks) or any(_of_the_whole(m) for m in _direct(info))
-    shape = "" if whole_text else _shape(info.annotation)
-    structured = _structure(info)
-    if structured and structured not in limits:
+    direct = list(fieldtypes.direct(info))
+    whole_text = any(isinstance(m, OneOrMore) for m in marks) or any(fieldtypes.of_the_whole(m) for m in direct)
+    shape = "" if whole_text else fieldtypes.shape_of(info.annotation)
+    structured, rows = fieldtypes.structure_of(info), fieldtypes.rows_of(info)
+    if rows:
+        alone = [mark for mark in direct if isinstance(mark, Quantity)]
+        unit, limits = (alone[0].unit, f"{alone[0].allowed}, or {rows}") if alone else ("", rows)
+    elif structured and structured not in limits:
         limits = f"{limits}: {structured}" if limits else structured
     elif shape:
         limits = f"{shape}, each {limits}" if limits and whole is None else shape
         limits = f"{' or '.join(choices)}, or {limits}" if choices else limits
-    default = "" if info.is_required() or info.default in (None, PydanticUndefined) else text_of(_written(info, marks))
+    has_default = not info.is_required() and info.default not in (None, PydanticUndefined)
+    default = text_of(fieldtypes.written(info, marks)) if has_default else ""
     default = re.sub(r"(?<=\d)\.0(?=[\s,\]]|$)", "", default)
     return Field(
         key=key,
@@ -233,111 +237,9 @@ def _one(key: str, name: str, info: FieldInfo, text: str) -> Field:
         open=not closed,
         required=info.is_required(),
         numeric=bool(literals) and all(isinstance(c, int) for c in literals),
-        wide=bool(structured),
+        wide=bool(structured or rows),
         refers=any(isinstance(m, Reference) for m in marks),
     )
-
-
-def _direct(info: FieldInfo) -> Iterator[Any]:
-    """Annotations of a field itself and of the types that a union offers, not of entries of lists."""
-    yield from info.metadata
-    if get_origin(info.annotation) in (Union, UnionType):
-        for argument in get_args(info.annotation):
-            yield from getattr(argument, "__metadata__", ())
-
-
-def _of_the_whole(mark: Any) -> bool:
-    """Whether an annotation of a list says what the whole list must be, not each of its entries."""
-    return bool(getattr(mark, "allowed", "")) and not isinstance(mark, (Quantity, Whole))
-
-
-def _structure(info: FieldInfo) -> str:
-    """How a mapping is written that stands in one field; '' of a field of another kind."""
-    choice = next((mark for mark in _direct(info) if isinstance(mark, OneOf)), None)
-    if choice is not None:
-        return " or ".join(f"{{{name}: {_keys_of(kind)}}}" for name, kind in choice.kinds.items())
-    found = [kind for kind in _sections(info.annotation) if get_origin(info.annotation) is not tuple]
-    return " or ".join(_keys_of(kind) for kind in found)
-
-
-def _keys_of(kind: type[Section]) -> str:
-    return f"{{{', '.join(f'{name}: ...' for name in kind.model_fields)}}}"
-
-
-def _marks(info: FieldInfo) -> Iterator[Any]:
-    """Annotations of a field for pydantic, also inside unions and tuples."""
-    yield from info.metadata
-    yield from _inner(info.annotation)
-
-
-def _inner(annotation: Any) -> Iterator[Any]:
-    yield from getattr(annotation, "__metadata__", ())
-    for argument in get_args(annotation):
-        if get_origin(annotation) is not Literal:
-            yield from _inner(argument)
-
-
-def _literals(annotation: Any) -> Iterator[tuple[Any, ...]]:
-    if get_origin(annotation) is Literal:
-        yield get_args(annotation)
-        return
-    if get_origin(annotation) is tuple:
-        return
-    for argument in get_args(annotation):
-        yield from _literals(argument)
-
-
-def _unit(mark: Any) -> str:
-    """The unit of what an annotation reads; '' for none."""
-    while not isinstance(mark, Quantity | Either):  # annotations of several values hold that of one
-        inner = getattr(mark, "quantity", None) or getattr(mark, "each", None)
-        if inner is None or isinstance(inner, str):
-            return ""
-        mark = inner
-    return mark.unit
-
-
-def _shape(annotation: Any) -> str:
-    """How a list is written, where no annotation says so."""
-    plain = [a for a in (get_args(annotation) or (annotation,)) if a is not NoneType]
-    whole = annotation if get_origin(annotation) is tuple else next((a for a in plain if get_origin(a) is tuple), None)
-    if whole is None:
-        return ""
-    inner = get_args(whole)
-    section = next(iter(_sections(whole)), None)
-    if section is not None:
-        return f"a list such as [{{{', '.join(f'{name}: ...' for name in section.model_fields)}}}]"
-    if len(inner) > 1 and inner[-1] is not Ellipsis:
-        return f"{len(inner)} values in brackets"
-    return "a list in brackets"
-
-
-def _sections(annotation: Any) -> Iterator[type[Section]]:
-    if inspect.isclass(annotation) and issubclass(annotation, Section):
-        yield annotation
-    for argument in get_args(annotation):
-        yield from _sections(argument)
-
-
-def _written(info: FieldInfo, marks: list[Any]) -> Any:
-    """A default as a case file holds it."""
-    value = info.default
-    for mark in marks:
-        if not hasattr(mark, "write"):
-            continue
-        try:
-            return (
-                [mark.write(v) for v in value]
-                if isinstance(mark, Quantity) and isinstance(value, tuple)
-                else mark.write(value)
-            )
-        except (TypeError, AttributeError):
-            continue
-    kinds = get_args(info.annotation)
-    if isinstance(value, tuple) and value and len(kinds) == len(value):
-        writers = ([mark.write for mark in get_args(kind)[1:] if hasattr(mark, "write")] for kind in kinds)
-        return [write[0](v) if write else v for write, v in zip(writers, value, strict=True)]
-    return value
 
 
 # ------------------------------------------------------------------------------------------------ values

@@ -290,12 +290,13 @@ class Studio:
         case = cases.load(content)
         definition = cases.system(case.system)
         assembled = reading.elements(content) <= reading.MOST_ELEMENTS  # of a larger one by its job alone
+        before = definition.unstored(case)  # storage, too, is left to the job
         if assembled and kind == "run":
-            definition.plan(case)
+            definition.plan(before)
         elif assembled and kind == "margin":
-            definition.build(case).assemble()  # what it lacks is found with the margins, which takes longer
+            definition.build(before).assemble()  # what it lacks is found with the margins, which takes longer
         elif assembled:
-            families.check(definition.build(case).assemble(), family.MODES if kind == "modes" else family.STATIC)
+            families.check(definition.build(before).assemble(), family.MODES if kind == "modes" else family.STATIC)
         name = pathlib.PurePosixPath((draft.origin or draft.source).partition(":")[2]).stem or case.system
         changed = [list(change) for change in changes(draft.base, draft.content)] if draft.base else []
         of = name if draft.origin else draft.about

@@ -53,11 +53,11 @@ def test_forms_of_parts_give_back_every_built_in_structure(name):
 def test_form_of_a_part_has_every_key_once(kind):
     shown = form.describe(kinds()[kind], skip=("kind",), flat=True)
     fields = list(shown.fields())
-    assert {field.key for field in fields} == set(kinds()[kind].model_fields) - {"kind"}
+    assert {field.key.partition(".")[0] for field in fields} == set(kinds()[kind].model_fields) - {"kind"}
     assert shown.help
     texts = schema.descriptions(kinds()[kind])
     for field in fields:
-        assert field.help or field.choices or not texts[field.key]
+        assert field.help or field.choices or not texts.get(field.key)
         assert "values in brackets, each a list" not in field.help
 
 
@@ -67,12 +67,39 @@ def test_fields_of_a_beam_show_units_limits_and_how_mappings_are_written():
     assert "a length above 0" in fields["length"].help
     assert fields["section"].wide
     assert "{tube: {radius: ..., thickness: ...}}" in fields["section"].help
-    keys = "young_modulus poisson_ratio density shear thermal_expansion viscoelastic".split()
-    assert "{" + ", ".join(f"{key}: ..." for key in keys) + "}" in fields["material"].help
+    keys = "{young_modulus: ..., poisson_ratio: ..., density: ..., shear: ..., thermal_expansion: ..., "
+    assert f"{keys}viscoelastic: {{prony: ..., shift: ..., temperature: ...}}}}" in fields["material"].help
     assert "one of the names aluminium, beryllium-copper, cfrp" in fields["material"].help
     assert "from 1 to 100000" in fields["elements"].help
     joint = {field.key: field for field in form.describe(kinds()["joint"], flat=True).fields()}
     assert [key for key, field in joint.items() if field.refers] == ["a", "b", "over", "joints", "released_by"]
+
+
+def test_storage_and_relaxation_have_forms():
+    content = cases.content_of("hinge-stored")
+    shown = form.describe(cases.system("structure").Case, skip=("system", "parts"))
+    fields = {field.key: field for field in shown.fields()}
+    assert (fields["store.time"].unit, fields["store.temperature"].unit) == ("s", "K")
+    assert fields["store.temperature"].help.endswith("or rows [time (s), absolute temperature (K)]")
+    assert form.texts(shown, content)["store.time"] == "10 years"
+    typed = {"store.time": "1 year", "store.temperature": "[[0 days, 20 degC], [100 days, 40 degC]]"}
+    found, wrong = form.content_of(shown, typed, {"store"})  # as where a case has none before
+    assert (wrong, found["store"]["temperature"][1]) == ({}, ["100 days", "40 degC"])
+    assert cases.problems({**content, **found}) == {}
+    falling = {**content, "store": {"time": "1 year", "temperature": [["1 day", "20 degC"], ["0 s", "40 degC"]]}}
+    assert list(cases.problems(falling)) == ["store.temperature"]
+
+    shown = form.describe(kinds()["joint-spring"], skip=("kind",), flat=True)
+    fields = {field.key: field for field in shown.fields()}
+    assert form.given(shown, content["parts"]["hinge"]) == {"viscoelastic"}
+    assert fields["viscoelastic.prony"].help.endswith("rows [plain number, time (s)]")
+    assert "{arrhenius: {energy: ..., reference: ...}}" in fields["viscoelastic.shift"].help
+    assert form.texts(shown, content["parts"]["hinge"])["viscoelastic.prony"].startswith("[[0.08, 1 h]")
+    typed = form.texts(shown, content["parts"]["hinge"]) | {"viscoelastic.prony": "[[0.6, 1 h], [0.5, 1 h]]"}
+    found, _ = form.content_of(shown, typed, {"viscoelastic"})
+    (wrong,) = parts.part_problems("hinge", {"kind": "joint-spring", **found}).items()
+    assert wrong[0] == "viscoelastic"
+    assert "they must sum to less than 1" in wrong[1]
 
 
 def test_a_choice_of_numbers_is_a_number():
@@ -311,6 +338,15 @@ def test_equilibria_and_modes_wait_in_the_queue_and_are_kept(studio):
     assert [view_of(job) for job in (rest, found)] == [
         View("run", (f"job:{keys['equilibrium']}",)), View("modes", (ref,)),
     ]  # fmt: skip
+
+
+@pytest.mark.slow
+def test_a_stored_case_runs(studio):
+    draft = Draft("case:hinge-stored", "", cases.content_of("hinge-stored"))
+    job = wait(studio, studio.submit(draft))
+    assert job.status == "success"
+    loaded = studio.load(f"job:{job.key}")
+    assert float(loaded.run["hinge"].torque.values[0]) < 0.75 * 0.2 * np.radians(150.0)
 
 
 def test_what_has_no_modes_is_refused_before_it_waits(studio):

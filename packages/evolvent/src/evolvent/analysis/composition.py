@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from evolvent import cases
 from evolvent.analysis.settings import seconds, settings_of
-from evolvent.analysis.storage import storage_of, stored
+from evolvent.analysis.storage import Aged, storage_of, stored
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.order import in_order
@@ -57,6 +57,7 @@ class Composition:
         self.sections = {name: dict(content) for name, content in (sections or {}).items()}
         self._variants: Variants | None = None
         self._found: set[str] = set()
+        self._aged: Aged | None = None
         check_visible("title", title)
         self.title = title
 
@@ -141,7 +142,7 @@ class Composition:
         other = type(self)(
             gravity=self._gravity.tolist(), title=self.title, settings=self.settings, sections=self.sections
         )
-        other._parts = dict(self._parts)
+        other._parts, other._aged = dict(self._parts), self._aged
         return other
 
     def assemble(self, variants: Variants | None = None) -> Assembly:
@@ -158,7 +159,11 @@ class Composition:
             start breaks a constraint; where storage comes to no equilibrium.
         """
         found, section = self._unstored(variants), storage_of(self.sections)
-        return found if section is None else stored(found, section).assembly
+        if section is None:
+            return found
+        if self._aged is None or not self._aged.is_of(section, found):
+            self._aged = Aged(section, found, stored(found, section).assembly)
+        return self._aged.again(found)
 
     def _unstored(self, variants: Variants | None = None) -> Assembly:
         """The assembly as its parts are written, before any storage."""

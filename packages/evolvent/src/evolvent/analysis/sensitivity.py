@@ -21,6 +21,7 @@ from evolvent.analysis.composition import Composition
 from evolvent.analysis.methods import choose_method
 from evolvent.analysis.sensitivity_results import Sensitivities
 from evolvent.analysis.settings import check_run, sample_times
+from evolvent.analysis.storage import storage_of
 from evolvent.assembly.families import owner
 from evolvent.families.coordinates.part import JointSpring
 from evolvent.families.joints.part import Joint
@@ -62,16 +63,25 @@ MOST, MODES = 200, ("forward", "adjoint")
 
 @dataclasses.dataclass(frozen=True)
 class Key:
-    """A key by which values are derived: its name, value and unit (SI), and its size, what counts as 1."""
+    """A key by which values are derived: its name, value and unit (SI), and its size, what counts as 1.
+
+    `column` says whether it is in a row of a table, beside numbers of other quantities.
+    """
 
     name: str
     value: float
     unit: str
     size: float
+    column: bool = False
+
+    def at(self, change: float) -> Mapping[str, Any]:
+        """The key with a change of its value, for `variation.with_values`; in a table it needs its unit."""
+        value = self.value + change
+        return {self.name: f"{value!r} {self.unit}" if self.column and self.unit else value}
 
 
 def key_of(system: Composition, name: str) -> Key:
-    """A key of a part, or of all that a name stands for (`variation.parts_of`), or an entry of the gravity, by name.
+    """A key of a part, or of all that a name stands for (`variation.parts_of`), of the gravity or of storage, by name.
 
     Raises
     ------
@@ -87,9 +97,14 @@ def key_of(system: Composition, name: str) -> Key:
         values: Any = {"parts": {part: system.parts[part].model_dump()}}
     elif part == "gravity":
         place, content, values = name, {}, {"gravity": system._gravity.tolist()}
+    elif part == "store" and "store" not in system.sections:
+        raise InputError(f"there is no key {name!r}: the system is not stored; give store: {{time: ...}} first")
+    elif part == "store" and (section := storage_of(system.sections)) is not None:
+        place, content, values = name, {"store": system.sections["store"]}, {"store": section.model_dump()}
     else:
         raise InputError(f"there is no key {name!r}: no part is called {part!r}; {nearest(part, system.parts)}")
-    found = schema.locate(cases.system("structure").Case, place, content | {"system": "structure"})
+    case, written = cases.system("structure").Case, {**content, "system": "structure"}
+    found = schema.locate(case, place, written)
     value: Any = values
     for word in place.split("."):
         if isinstance(value, list | tuple) and word.isdigit() and int(word) < len(value):
@@ -102,7 +117,8 @@ def key_of(system: Composition, name: str) -> Key:
     quantity = next((mark for mark in marks if isinstance(mark, units.Quantity)), None)
     if quantity is None:
         raise InputError(f"{name!r} is no quantity; a derivative is by a number with a unit")
-    return Key(name, float(value), quantity.unit, abs(float(value)) or 1.0)
+    column = found.entry and schema.has_columns(schema.locate(case, place.rpartition(".")[0], written))
+    return Key(name, float(value), quantity.unit, abs(float(value)) or 1.0, column)
 
 
 def _joints_of(system: Composition, name: str) -> dict[str, Any]:
@@ -229,7 +245,8 @@ def _by_adjoint(
     ]  # fmt: skip
 
     def together(changes: Mapping[int, float]) -> Assembly:
-        return variation.with_values(system, {of[k].name: of[k].value + d for k, d in changes.items()})._assembled()
+        values = {name: value for k, d in changes.items() for name, value in of[k].at(d).items()}
+        return variation.with_values(system, values)._assembled()
 
     found = gradient.gradient(
         assembly, lambda: runs.plan(assembly, samples, **settings)[0], keys, together, values, read, progress
@@ -329,7 +346,7 @@ def _names(what: str, given: Any) -> list[str]:
 def _changed(system: Composition, key: Key, side: float) -> Assembly:
     """The system with a key changed to one side, assembled."""
     try:
-        return variation.with_values(system, {key.name: key.value + side * key.size})._assembled()
+        return variation.with_values(system, key.at(side * key.size))._assembled()
     except InputError as error:
         raise InputError(
             f"a derivative by {key.name!r}, which is {key.value:g} {key.unit}, needs values on both sides: {error}"

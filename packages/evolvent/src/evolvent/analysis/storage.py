@@ -2,26 +2,37 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator
+from pydantic import AfterValidator, BeforeValidator, ValidationError
 from pydantic_core import PydanticCustomError
 
 from evolvent.assembly.assembled import Assembly
 from evolvent.elements.viscoelastic import rows_of
 from evolvent.solvers.static.storage import Stored, store
 from evolvent_base import units
-from evolvent_base.schema import Section
+from evolvent_base.errors import InputError
+from evolvent_base.schema import Section, sentence
 
 
 def _temperatures(value: Any) -> Any:
     """Rows of a table as they are checked; any other value as it is."""
-    if not isinstance(value, (list, tuple)):
-        return value
-    rows = rows_of(value, "[time, temperature]")
-    return rows
+    return rows_of(value, "[time, temperature]") if isinstance(value, (list, tuple)) else value
+
+
+def _rising(value: Any) -> Any:
+    """A temperature, or a table whose times rise."""
+    if isinstance(value, tuple):
+        for k, (a, b) in enumerate(itertools.pairwise(value)):
+            if b[0] <= a[0]:
+                raise PydanticCustomError(
+                    "store", "its times must rise; row {row} is at {time} s, not after the row before",
+                    {"row": k + 2, "time": f"{b[0]:g}"},
+                )  # fmt: skip
+    return value
 
 
 class Store(Section):
@@ -42,22 +53,45 @@ class Store(Section):
     temperature: Annotated[
         units.AbsoluteTemperature | tuple[tuple[units.Time, units.AbsoluteTemperature], ...] | None,
         BeforeValidator(_temperatures),
+        AfterValidator(_rising),
     ] = None
     tolerance: units.Tolerance = 1e-6
 
-    def checked(self) -> Store:
-        """Itself, where the times of its table rise."""
-        if isinstance(self.temperature, tuple):
-            for a, b in itertools.pairwise(self.temperature):
-                if b[0] <= a[0]:
-                    raise PydanticCustomError("store", "the times of the rows of `temperature` must rise")
-        return self
+    @property
+    def shown(self) -> str:
+        """How long, and at which temperature, in words."""
+        found, T = shown_time(self.time), self.temperature
+        if T is None:
+            return found
+        if isinstance(T, float | int):
+            return f"{found} at {T - 273.15:.4g} °C"
+        values = [row[1] - 273.15 for row in T]
+        return f"{found} at {min(values):.4g} to {max(values):.4g} °C"
+
+
+def shown_time(seconds: float) -> str:
+    """A time in the largest unit of which it has one."""
+    for unit, size in (("years", 365.25 * 86_400.0), ("days", 86_400.0), ("h", 3600.0)):
+        if seconds >= size:
+            return f"{seconds / size:.4g} {unit}"
+    return f"{seconds:.4g} s"
 
 
 def storage_of(sections: Mapping[str, Any]) -> Store | None:
-    """The section `store` of a system; None without one."""
+    """The section `store` of a system; None without one.
+
+    Raises
+    ------
+    InputError
+        For keys and values that cannot be used; one sentence.
+    """
     found = sections.get("store")
-    return None if not found else Store(**found)
+    if found is None:
+        return None
+    try:
+        return Store.model_validate(found)
+    except ValidationError as error:
+        raise InputError(sentence(error.errors(include_url=False), Store, before="store.")) from None
 
 
 def stored(assembly: Assembly, section: Store) -> Stored:
@@ -69,3 +103,34 @@ def stored(assembly: Assembly, section: Store) -> Stored:
         As of `evolvent.solvers.static.storage.store`.
     """
     return store(assembly, section.time, section.temperature, tolerance=section.tolerance)
+
+
+@dataclasses.dataclass(frozen=True)
+class Aged:
+    """What a storage has left of an assembly, kept for analyses that follow of the same one.
+
+    Attributes
+    ----------
+    section : Store
+    before, after : Assembly, which no analysis may change
+    """
+
+    section: Store
+    before: Assembly
+    after: Assembly
+
+    def is_of(self, section: Store, assembly: Assembly) -> bool:
+        """Whether it is what the same storage leaves of an assembly with the same content."""
+        before = self.before
+        if section != self.section or assembly.names != before.names or assembly.relaxations != before.relaxations:
+            return False
+        pairs = [(assembly.y, before.y), (assembly.s, before.s)]
+        own, other = assembly.model._asdict(), before.model._asdict()
+        return all(a.tobytes() == b.tobytes() for a, b in [*pairs, *((own[name], other[name]) for name in own)])
+
+    def again(self, assembly: Assembly) -> Assembly:
+        """The assembly after the storage, with a model of its own."""
+        after = self.after
+        return dataclasses.replace(
+            assembly, model=after.model.copy(), y=after.y.copy(), s=after.s.copy(), touched=None
+        )  # fmt: skip

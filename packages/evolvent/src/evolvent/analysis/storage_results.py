@@ -11,7 +11,7 @@ import lazy_loader as lazy
 import numpy as np
 
 from evolvent.analysis.margins.results import MarginResults, least_of, shown_margin
-from evolvent.analysis.storage import Store
+from evolvent.analysis.storage import Store, shown_time
 from evolvent.model.registry import asked
 from evolvent.results import display, made_with, netcdf
 from evolvent.results.happened import LATCHED, events_of, latches_of
@@ -31,7 +31,6 @@ else:
 _FORCES = ("N", "N m")
 #: Part of the largest force of a part below which one of its forces is not shown.
 _SMALL = 1e-6
-_DAY, _YEAR = 86_400.0, 365.25 * 86_400.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -103,13 +102,7 @@ class StorageResults(Shown):
     @property
     def stored_for(self) -> str:
         """How long, and at which temperature, in words."""
-        found, T = shown_time(self.section.time), self.section.temperature
-        if T is None:
-            return found
-        if isinstance(T, float | int):
-            return f"{found} at {T - 273.15:.4g} °C"
-        values = [row[1] - 273.15 for row in T]
-        return f"{found} at {min(values):.4g} to {max(values):.4g} °C"
+        return self.section.shown
 
     def rows(self) -> list[list[str]]:
         """Largest forces of each part before and after: a head, then a row a force."""
@@ -229,14 +222,6 @@ class StorageResults(Shown):
                 zip(("margins_before", "margins_after"), (one.to_dict() for one in self.margins), strict=True)
             )
         return found
-
-
-def shown_time(seconds: float) -> str:
-    """A time in the largest unit of which it has one."""
-    for unit, size in (("years", _YEAR), ("days", _DAY), ("h", 3600.0)):
-        if seconds >= size:
-            return f"{seconds / size:.4g} {unit}"
-    return f"{seconds:.4g} s"
 
 
 def _largest(values: xr.DataArray) -> np.ndarray:

@@ -14,7 +14,7 @@ from evolvent.analysis.linear import LinearModel
 from evolvent.analysis.loop_modes import loop_modes
 from evolvent.analysis.margins import evaluation
 from evolvent.analysis.modal import ModalResults
-from evolvent.analysis.storage import storage_of, stored
+from evolvent.analysis.storage import Aged, storage_of, stored
 from evolvent.analysis.storage_results import StorageResults
 from evolvent.solvers.modal.linear import linearize
 from evolvent.solvers.modal.modes import modes
@@ -247,7 +247,10 @@ class System(Composition, Answered):
         found = evaluation.at_rest(assembly, asked)
         moves = motion or (motion is None and "until" in self.settings)
         solution = self._solved(assembly, progress) if moves else None
-        return found.results(solution, title=self.title, case=self._case(self.settings))
+        margins = found.results(solution, title=self.title, case=self._case(self.settings))
+        if (section := storage_of(self.sections)) is not None:
+            margins.remarks.insert(0, f"after storage for {section.shown}; `evolvent storage` has the margins before")
+        return margins
 
     def storage(self, *, motion: bool | None = None, progress: Callable[[float], None] | None = None) -> StorageResults:
         """What storage in the stowed position leaves: forces and shapes, margins and deployment, before and after.
@@ -277,6 +280,7 @@ class System(Composition, Answered):
             raise InputError("store is missing; give how long the system is stored, such as store: {time: 10 years}")
         before = self._unstored()
         done = stored(before, section)
+        self._aged = Aged(section, dataclasses.replace(before, model=before.model.copy()), done.assembly)
         moves = motion or (motion is None and "until" in self.settings)
         solutions = [self._solved(one, progress) for one in (before, done.assembly)] if moves else [None, None]
         margins = list[Any]()

@@ -39,7 +39,7 @@ def with_values(system: Composed, values: Mapping[str, Any]) -> Composed:
     for name, changes in of_parts.items():
         found._parts[name] = _changed(name, system.parts[name], changes)
     system._variants = system._variants or Variants()
-    found._variants, found._found = system._variants, system._found
+    found._variants, found._found, found._aged = system._variants, system._found, system._aged
     return found
 
 

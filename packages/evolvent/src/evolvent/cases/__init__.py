@@ -42,7 +42,18 @@ from evolvent_base.overrides import (
     parse_assignment as parse_assignment,
     parse_assignments as parse_assignments,
 )
-from evolvent_base.schema import Section, SectionsByName, by_name, dotted, keys, locate, marks, sentence, shown
+from evolvent_base.schema import (
+    Section,
+    SectionsByName,
+    by_name,
+    dotted,
+    has_columns,
+    keys,
+    locate,
+    marks,
+    sentence,
+    shown,
+)
 from evolvent_base.texts import dump as dump, key_problem, parse_yaml as parse_yaml
 
 
@@ -232,8 +243,7 @@ def set_value(content: dict[str, Any], key: str, value: Any) -> None:
     InputError
         If the key cannot be set.
     """
-    _write_out(system(content["system"]).Case, content, key)
-    override(content, key, value)
+    _override(system(content["system"]).Case, content, key, value)
 
 
 def _change(content: dict[str, Any], overrides: Mapping[str, Any] | None) -> None:
@@ -252,13 +262,26 @@ def _change(content: dict[str, Any], overrides: Mapping[str, Any] | None) -> Non
         if not isinstance(key, str):
             raise InputError(f"among the overrides {key_problem(key)}")
         if kind is not None:
-            _write_out(kind, content, key)
-        override(content, key, value)
+            _override(kind, content, key, value)
+        else:
+            override(content, key, value)
     for key in overrides:
         owner, _, rest = key.partition(".")
         name = rest.partition(".")[0]
         if name and owner in named and name not in named[owner] and "kind" not in content[owner][name]:
             raise InputError(f"cannot set {key!r}: no part is called {name!r}; {nearest(name, named[owner])}")
+
+
+def _override(kind: type[Section], content: dict[str, Any], key: str, value: Any) -> None:
+    """Put a value in the place of a dotted key of a case of a kind."""
+
+    def shares_unit(place: str) -> bool:
+        with contextlib.suppress(InputError):
+            return not has_columns(locate(kind, place, content))
+        return True
+
+    _write_out(kind, content, key)
+    override(content, key, value, shares_unit=shares_unit)
 
 
 def _write_out(kind: type[Section], content: Any, key: str) -> None:

@@ -7,7 +7,7 @@ import lazy_loader as lazy
 
 from evolvent_base import options as shared
 from evolvent_base.console import showing_progress
-from evolvent_base.errors import RunFailed
+from evolvent_base.errors import InputError, RunFailed
 
 answer = lazy.load("evolvent_base.answer", suppress_warning=True)
 cases = lazy.load("evolvent.cases", suppress_warning=True)
@@ -41,6 +41,10 @@ def storage(
         results.StorageResults.check_ending(output)
     shared.check_files(output=output, figure=figure, report=report)
     loaded = cases.load(case, cases.parse_assignments(assignments))
+    if "store" not in type(loaded).model_fields:
+        raise InputError(
+            f"the system {loaded.system!r} has no key `store`; `storage` is of cases with system: structure"
+        )
     with showing_progress(quiet=quiet):
         found = cases.system(loaded.system).system(loaded).storage(motion=False if at_rest else None)
     if not quiet:

@@ -19,6 +19,7 @@ from evolvent.analysis.clearance import clearances
 from evolvent.analysis.clearance_results import Clearances
 from evolvent.analysis.margins import evaluation, factors, latches
 from evolvent.analysis.margins.results import MarginResults
+from evolvent.analysis.system import System
 from evolvent.exports.pictures import pictures
 from evolvent.results import WELL, made_with, statistics_of, unfinished
 from evolvent.results.tree import solution_of
@@ -64,14 +65,15 @@ def write(
 
 
 def _page(run: Any, date: datetime.datetime, found: Clearances | None, written: Sequence[str]) -> str:
-    module = cases.presenter(run)
+    module, stored = cases.presenter(run), _Stored.of(run)
     results = [(n.label, n.value) for n in module.numbers(run) if n.label != "warning"]
     again = an.Remark("Saved as a file, this case can be run again: evolvent run case.yaml.")
     parts: dict[str, Sequence[an.Block]] = {
         "Results": [an.Table(heads=(), rows=results, words=2, kind="results")],
         "Animation": _animation(run, found),
         "Figures": _pictures(module.figures(run), written),
-        "Margins": _margins(run),
+        "Storage": stored.blocks,
+        "Margins": _margins(run, stored),
         "Clearances": [] if found is None else an.within(found.answer()),
         "Balances": _balances(run),
         "Case": [again, an.Listing(run.attrs["case"])],
@@ -81,8 +83,8 @@ def _page(run: Any, date: datetime.datetime, found: Clearances | None, written: 
     status = run.attrs["status"]
     return showing.page(
         an.Answer(
-            title=_title(run), about="Report of a simulation", status=(status, status in WELL), facts=_facts(run),
-            sections=[*_notes(run), *sections], contents=True,
+            title=_title(run), about="Report of a simulation", status=(status, status in WELL),
+            facts=[*_facts(run), *stored.facts], sections=[*_notes(run), *sections], contents=True,
         )
     )  # fmt: skip
 
@@ -141,32 +143,79 @@ def _notes(run: Any) -> list[an.Section]:
     return notes
 
 
-def _margins(run: Any) -> list[an.Block]:
+def _content(run: Any) -> dict[str, Any]:
+    """The case of a run as its file holds it; empty where it has none."""
+    try:
+        content = cases.parse_yaml(run.attrs["case"], "the case of the run")
+    except InputError:
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def _system(run: Any, content: dict[str, Any]) -> System:
+    """The parts of a run, from its case, of which other analyses are made.
+
+    Raises
+    ------
+    InputError
+        Where the run does not hold all of it.
+    """
+    if json.loads(run.attrs["laws"]):
+        raise InputError("the run used laws of the user, which the case cannot hold")
+    cases.check_files_of_run(run)
+    name = (content.get("margin") or {}).get("factors")
+    if name is not None and name not in factors.built_in():
+        raise InputError(f"the run does not hold the factors of {name!r}; evolvent margin reads them")
+    found: System = cases.presenter(run).system(cases.load(content))
+    return found
+
+
+@dataclasses.dataclass(frozen=True)
+class _Stored:
+    """What a run says of the storage before it: nothing of one that was not stored.
+
+    Attributes
+    ----------
+    facts : list of (name, value), how long it was stored, and how warm
+    blocks : list of blocks, forces and margins before and after
+    system : System, optional, of the run, after its storage
+    """
+
+    facts: list[tuple[str, str]]
+    blocks: list[an.Block]
+    system: System | None = None
+
+    @classmethod
+    def of(cls, run: Any) -> _Stored:
+        """That of a run; where it cannot be found, the reason is stated."""
+        content = _content(run)
+        if not content.get("store"):
+            return cls([], [])
+        try:
+            system = _system(run, content)
+            found = system.storage(motion=False)
+        except InputError as error:
+            return cls([], [f"What storage has left is not stated: {error}."])
+        return cls([("stored", found.stored_for)], an.within(found.answer()), system)
+
+
+def _margins(run: Any, stored: _Stored) -> list[an.Block]:
     """The margins of the case of a run, with what the run says of latches and stops; none without a key `margin`.
 
     Where the margins cannot be found, the reason is stated.
     """
-    try:
-        content = cases.parse_yaml(run.attrs["case"], "the case of the run")
-    except InputError:
-        return []
-    if not isinstance(content, dict) or not isinstance(content.get("margin"), dict):
+    content = _content(run)
+    if not isinstance(content.get("margin"), dict):
         return []
     try:
-        return an.within(_margins_of(run, content).answer())
+        found = an.within(_margins_of(run, stored.system or _system(run, content)).answer())
     except InputError as error:
         return [f"The margins of this case are not stated: {error}."]
+    return [*(f"After storage for {value}." for _, value in stored.facts), *found]
 
 
-def _margins_of(run: Any, content: dict[str, Any]) -> MarginResults:
+def _margins_of(run: Any, system: System) -> MarginResults:
     """Margins of the case of a run, its latches and stops; those along the run where its states are kept."""
-    if json.loads(run.attrs["laws"]):
-        raise InputError("the run used laws of the user, which the case cannot hold")
-    cases.check_files_of_run(run)
-    name = content["margin"].get("factors")
-    if name is not None and name not in factors.built_in():
-        raise InputError(f"the run does not hold the factors of {name!r}; evolvent margin reads them")
-    system = cases.presenter(run).system(cases.load(content))
     keys = evaluation.with_keys(system.sections.get("margin", {}), {})
     at_rest = evaluation.at_rest(system.assemble(), keys)
     solution, why = solution_of(run), "a file of results has no states; evolvent margin gives them"

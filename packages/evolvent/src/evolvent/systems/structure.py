@@ -104,5 +104,9 @@ class Structure(SystemDefinition):
         given = case.model_dump(mode="json", exclude_defaults=True)
         return {name: given[name] for name in ("store", "equilibrium", "modes", "margin") if name in given}
 
+    def unstored(self, case: StructureCase) -> StructureCase:
+        """A case without the section `store`."""
+        return case if case.store is None else case.replaced(store=None)
+
 
 SYSTEM = Structure()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -182,10 +183,10 @@ def _bounded(parameters: tuple[Parameter, ...], bounds: Mapping[str, Sequence[An
 
 
 def _plain_lists(content: Mapping[str, Any], parameters: Sequence[Parameter]) -> dict[str, Any]:
-    """Lists of which entries are fitted, as plain numbers in SI units, as which the entries are then set."""
+    """Lists and tables of which entries are fitted, as plain numbers in SI units, as which the entries are then set."""
     checked = cases.load(dict(content)).model_dump()
-    lists = {p.key.rpartition(".")[0] for p in parameters if p.key.rpartition(".")[2].isdigit()}
-    return {key: list(_at(checked, key)) for key in lists}
+    lists = {re.sub(r"(\.\d+)+$", "", p.key) for p in parameters if p.key.rpartition(".")[2].isdigit()}
+    return {key: cases.copied(list(_at(checked, key))) for key in lists}
 
 
 def _is_closed_form(model: str, content: Mapping[str, Any]) -> bool:

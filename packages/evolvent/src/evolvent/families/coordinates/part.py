@@ -59,7 +59,7 @@ class JointSpring(Part):
     rest : float, rad or m
         Angle or travel at which the spring has no torque or force.
     viscoelastic : mapping, optional
-        Relaxation of the spring by a Prony series (`evolvent.elements.viscoelastic.Viscoelastic`).
+        Relaxation of the spring by a Prony series, as of a material.
     friction : float, N m or N
         Coulomb friction: the torque or force at which the joint slips.
     bristle_stiffness : float, N m/rad or N/m, optional

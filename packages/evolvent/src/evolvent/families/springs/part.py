@@ -33,7 +33,7 @@ class Spring(Part):
     length : float, m, optional
         Natural length; the distance at the start if left out.
     viscoelastic : mapping, optional
-        Relaxation of the spring by a Prony series (`evolvent.elements.viscoelastic.Viscoelastic`).
+        Relaxation of the spring by a Prony series, as of a material.
     slack : bool
         Whether the spring only pulls, as a lanyard or a bungee: it has no force while it is shorter than its natural
         length, nor while its damper would push.

@@ -233,4 +233,4 @@ class _Storage:
         y[:n_q], y[n_q + n_v :] = last[:n_q], last[n_q + n_v :]
         self._memory.give(model)
         model.switches[:] = switches
-        return dataclasses.replace(assembly, model=model, y=y, s=switches.copy())
+        return dataclasses.replace(assembly, model=model, y=y, s=switches.copy(), touched=None)
