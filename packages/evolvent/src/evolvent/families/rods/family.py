@@ -253,9 +253,11 @@ def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
     row = model.rods[index]
     elements = model.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
     found = np.array([set_of(model, element, 6) for element in elements])
-    for k, words, unit in ((5, "curvature about z", "1/m"), (4, "curvature about y", "1/m"), (3, "twist", "1/m")):
-        yield words, float(found[np.abs(found[:, k]).argmax(), k]), unit
-    yield "strain", float(found[np.abs(found[:, 0]).argmax(), 0]), "1"
+    for k, words in ((5, "curvature about z"), (4, "curvature about y"), (3, "twist")):
+        own = found[:, k]
+        yield f"largest {words}", float(own[np.abs(own).argmax()]), "1/m"
+        yield f"integral of the {words} from root to tip", float(own @ elements["length"]), "rad"
+    yield "largest strain", float(found[np.abs(found[:, 0]).argmax(), 0]), "1"
 
 
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass; relaxes: 1 of a
