@@ -52,7 +52,7 @@ def integrated(until: float) -> float:
 def test_a_mass_on_a_cord_moves_as_in_a_second_implementation(method: str, kind: str) -> None:
     exact, errors, steps = integrated(0.6), [], (0.004, 0.002)
     for step in steps:
-        options = {} if method == "rk4" else {"spectral_radius": 1.0}
+        options: dict[str, Any] = {} if method == "rk4" else {"spectral_radius": 1.0}
         run = hung(kind).simulate(until=0.6, every=0.1, fine=False, method=method, step=step, **options)
         errors.append(abs(float(run["mass"].position.values[-1, 0]) - 1.0 - exact))
     if method == "rk4":
@@ -80,7 +80,7 @@ def test_a_cord_creeps_under_a_load() -> None:
 
 def test_a_cord_that_is_released_leaves_the_balance() -> None:
     for method in ("rk4", "energy-momentum"):
-        options = {} if method == "rk4" else {"spectral_radius": 1.0}
+        options: dict[str, Any] = {} if method == "rk4" else {"spectral_radius": 1.0}
         run = hung("distance", until=0.31).simulate(
             until=0.5, every=0.1, fine=False, method=method, step=0.002, **options
         )

@@ -307,11 +307,11 @@ def end_step(interval, model):
 
 
 @inlined
-def _factor(k, c_rate, model):
+def _factor(k, h, c_rate, model):
     """Factor of the gap of row k in its equation: a penalty relaxes, and its damper adds."""
     rows, factor = model.constraints, 1.0
     if relaxes(rows, k):
-        factor = stiffness_factor(rows[k].prony, rows[k].prony_end, model.info.over, model)
+        factor = stiffness_factor(rows[k].prony, rows[k].prony_end, h, model)
     return factor + c_rate * rows[k].damping / rows[k].stiffness if rows[k].stiffness > 0.0 else 1.0
 
 
@@ -327,7 +327,7 @@ def _add_tangent(t, k, with_row, interval, model, matrix):
         add_entry(matrix, row, row, -scale * scale / rows[k].stiffness)
     elif rows[k].slack > 0.0:
         add_entry(matrix, row, row, -scale * scale * rows[k].slack * model.info.compliance)
-    damped = with_row * _factor(k, step.c_rate, model)
+    damped = with_row * _factor(k, step.h, step.c_rate, model)
     row_tangent_at(model, model.rows_tangent_calls[rows[k].family])(k, la, row, scale, damped, model, matrix)
 
 
@@ -351,12 +351,13 @@ def add_step_tangents(interval, model, matrix):
 
 
 @inlined
-def add_end_rows(t, y, dq, scale, c_rate, model, matrix):
+def add_end_rows(t, h, y, dq, scale, c_rate, model, matrix):
     """Derivatives of the gaps at the end of a step by its increments dq, times `scale`, of families that give them.
 
     Parameters
     ----------
-    t, y : s, state at the end, where the bodies are
+    t, h : float, s, end and length of the step
+    y : (ny,) float, state at the end, where the bodies are
     dq : (nv,) float; that of a rotation is 2 p = 2 tan(angle/2) about its axis, and a change of it turns the end by
         (1 - p x)/(1 + p.p) of the change, body axes of the end
     """
@@ -364,7 +365,7 @@ def add_end_rows(t, y, dq, scale, c_rate, model, matrix):
     for k in range(rows.size):
         if rows[k].ends != 0 and holds(t, rows, k):
             measure(STATE, t, y, k, model)
-            factor, row = scale * _factor(k, c_rate, model), model.info.nv + k
+            factor, row = scale * _factor(k, h, c_rate, model), model.info.nv + k
             row_end_at(model, model.rows_end_calls[rows[k].family])(y, dq, k, row, factor, model, matrix)
 
 
