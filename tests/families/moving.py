@@ -78,6 +78,34 @@ def springs(system: System) -> None:
     system.add(parts.Spring(a=(0.5, 0.1, 0.2), b=FREE, axis=(0.3, 0.2, 0.9), **lateral))
 
 
+def relaxing(slack: bool) -> Callable[[System], None]:
+    """Viscoelastic springs, of which some are slack at the start, cords, and a harness and tapes on hinges."""
+
+    def add(system: System) -> None:
+        law = {"prony": [(0.3, 0.05), (0.2, 2.0)]}
+        for k, (a, b) in enumerate(PAIRS):
+            system.add(
+                parts.Spring(
+                    a=a, b=b, length=0.4 + 1.2 * (k % 2), stiffness=30.0, damping=4.0, slack=slack, viscoelastic=law
+                )
+            )
+        if slack:
+            return
+        for a, b in PAIRS[:3]:
+            system.add(parts.Joint(a=a, b=b, type="distance", stiffness=50.0, damping=2.0, viscoelastic=law))
+        angles(system)
+        curve = [(-9.0, -9.0), (-5.0, -3.0), (4.0, 7.0), (9.0, 9.0)]
+        system.add(parts.Resistance(joint="hinge 0", type="harness", torque=curve, viscoelastic=law))
+        tape = {"straight": [(-20.0, -9.0), (5.0, 3.0)], "folded": [(4.0, 1.0), (9.0, 1.0)], "state": "straight"}
+        system.add(parts.Resistance(joint="hinge 1", type="tape-spring", viscoelastic=law, **tape))
+
+    return add
+
+
+enter("viscoelastic parts")(relaxing(slack=False))
+enter("viscoelastic springs that only pull")(relaxing(slack=True))
+
+
 @enter("custom forces")
 def custom(system: System) -> None:
     """Between bodies and points."""

@@ -17,7 +17,10 @@ from evolvent.model.registry import asked, constraining, families as every, firs
 from evolvent_base.errors import InputError
 
 #: What rows are without fields of their records.
-_ALWAYS = {"stiffness": 0.0, "damping": 0.0, "until": np.inf, "latest": np.inf, "event": -1, "switch": -1}
+_ALWAYS = {
+    "stiffness": 0.0, "damping": 0.0, "until": np.inf, "latest": np.inf, "event": -1, "switch": -1,
+    "prony": 0, "prony_end": 0, "branch": 0,
+}  # fmt: skip
 
 
 def constraints_of(found: Mapping[str, Array]) -> Array:

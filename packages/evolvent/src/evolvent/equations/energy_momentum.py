@@ -175,4 +175,4 @@ def _add_end_rows(scale, c_rate, model, work, matrix):
             bodies[b].x[i] = work.x1[b, i]
             for j in range(3):
                 bodies[b].R[i, j] = work.R1[b, i, j]
-    constraints.add_end_rows(work.step.t + work.step.h, work.y1, work.dq, scale, c_rate, model, matrix)
+    constraints.add_end_rows(work.step.t + work.step.h, work.step.h, work.y1, work.dq, scale, c_rate, model, matrix)

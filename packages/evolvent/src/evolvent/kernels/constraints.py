@@ -23,9 +23,18 @@ from evolvent.kernels.calls import (
     row_rates_at,
     row_tangent_at,
 )
+from evolvent.kernels.viscoelastic import (
+    excess_square,
+    is_kept,
+    lost_square,
+    note_rate,
+    relax,
+    relaxed_over,
+    stiffness_factor,
+)
 from evolvent.model import RELEASE, family_type
 from evolvent.model.powers import COUPLED_ENERGY, JOINTS
-from evolvent.model.questions import Coupling, Explicit, Rows, Samples, Stability, Step, Switching
+from evolvent.model.questions import Coupling, Explicit, Implicit, Rows, Samples, Stability, Step, Switching
 
 USED_FOR = "constraints"
 #: In place of an end of an interval: a state.
@@ -92,31 +101,71 @@ def is_penalty(t, s, rows, k):
 
 
 @inlined
-def penalty_energy(rows, k):
-    """stiffness gap^2 / 2, J, of the last `measure`; the force is its derivative, stiffness gap."""
-    gap = rows[k].gap
-    return 0.5 * rows[k].stiffness * gap * gap
+def relaxes(rows, k):
+    """Whether row k is a penalty that relaxes (`kernels.viscoelastic`)."""
+    return rows[k].prony_end > rows[k].prony
 
 
 @inlined
-def penalty_loss(rows, k):
-    """damping rate^2, W, the power that the penalty takes."""
-    rate = rows[k].rate
-    return rows[k].damping * rate * rate
+def penalty_energy(k, gap, model):
+    """stiffness gap^2 / 2, J, and that of its branches; the force is its derivative, stiffness gap."""
+    rows, square = model.constraints, gap * gap
+    if relaxes(rows, k):
+        square += excess_square(rows[k].prony, rows[k].prony_end, rows[k].branch, gap, model)
+    return 0.5 * rows[k].stiffness * square
 
 
-def penalty_values(t, s, rows):
+@inlined
+def energy_in_state(t, y, k, model):
+    """`penalty_energy` of a state of an explicit method."""
+    rows = model.constraints
+    rigid.kinematics(t, y, model)
+    measure(STATE, t, y, k, model)
+    for i in range(rows[k].branch, rows[k].branch + rows[k].prony_end - rows[k].prony):
+        model.branch_strains[i].w = y[model.branch_strains[i].account]
+    return penalty_energy(k, rows[k].gap, model)
+
+
+@inlined
+def relaxed_gap(k, h, mean, end, model):
+    """Mean of the gap of row k over an interval of length h, with what its relaxation adds."""
+    rows = model.constraints
+    if not relaxes(rows, k):
+        return mean
+    return mean + relax(rows[k].prony, rows[k].prony_end, rows[k].branch, h, mean, end, model)[0]
+
+
+@inlined
+def penalty_loss(k, model):
+    """damping rate^2, W, the power that the penalty takes, with that of relaxation in a state of an explicit method."""
+    rows, rate = model.constraints, model.constraints[k].rate
+    lost = rows[k].damping * rate * rate
+    if relaxes(rows, k) and is_kept(model):
+        note_rate(rows[k].prony, rows[k].prony_end, rows[k].branch, rate, model)
+        lost += rows[k].stiffness * lost_square(rows[k].prony, rows[k].prony_end, rows[k].branch, model)
+    return lost
+
+
+def penalty_values(t, s, model):
     """Multipliers (not a number of constraints) and the energy (J) of all penalties at a state, after `rhs`.
 
     Not compiled.
     """
+    rows = model.constraints
     penalty = rows["stiffness"] > 0.0
     held = penalty & (t < rows["until"])
     switched = rows["switch"] >= 0
     held[switched] &= s[rows["switch"][switched]] == 0
     gap, rate = np.where(held, rows["gap"], 0.0), np.where(held, rows["rate"], 0.0)
-    la = np.where(penalty, rows["stiffness"] * gap + rows["damping"] * rate, np.nan)
-    return la, float(0.5 * rows["stiffness"] @ gap**2)
+    square, act = gap**2, gap.copy()
+    for k in np.flatnonzero(held & (rows["prony_end"] > rows["prony"])).tolist():
+        own = slice(int(rows["prony"][k]), int(rows["prony_end"][k]))
+        share, first = model.prony_terms["share"][own], int(rows["branch"][k])
+        w = model.branch_strains["w"][first : first + share.size]
+        act[k] += share @ (w - gap[k])
+        square[k] += share @ (w**2 - gap[k] ** 2)
+    la = np.where(penalty, rows["stiffness"] * act + rows["damping"] * rate, np.nan)
+    return la, float(0.5 * rows["stiffness"] @ square)
 
 
 @calls.force
@@ -126,9 +175,12 @@ def add_penalties(interval, model):
     for k in range(rows.size):
         if is_penalty(t, interval.s, rows, k):
             measure(STATE, t, interval.ym, k, model)
-            force = rows[k].stiffness * rows[k].gap + rows[k].damping * rows[k].rate
+            gap = relaxed_gap(k, 0.0, rows[k].gap, rows[k].gap, model)
+            force = rows[k].stiffness * gap + rows[k].damping * rows[k].rate
             add_force(t, 0.0, interval.ym, k, force, model, model.F)
-            interval.powers[JOINTS] += penalty_loss(rows, k)
+            interval.powers[JOINTS] += penalty_loss(k, model)
+        elif relaxes(rows, k):
+            note_rate(rows[k].prony, rows[k].prony_end, rows[k].branch, 0.0, model)
 
 
 @calls.energy
@@ -138,7 +190,7 @@ def add_penalty_energies(interval, model, out):
     for k in range(rows.size):
         if is_penalty(t, interval.s, rows, k):
             measure(STATE, t, interval.ym, k, model)
-            out[1] += penalty_energy(rows, k)
+            out[1] += penalty_energy(k, rows[k].gap, model)
 
 
 @calls.stored
@@ -147,7 +199,7 @@ def coupled_energy(t, model):
     rows, found = model.constraints, 0.0
     for k in range(rows.size):
         if rows[k].stiffness > 0.0 and holds(t, rows, k):
-            found += 0.5 * rows[k].stiffness * rows[k].gap1 * rows[k].gap1
+            found += penalty_energy(k, rows[k].gap1, model)
     return found
 
 
@@ -171,9 +223,7 @@ def release_row(t, k, ends, y, s, model):
     elif not acts(t, s, rows, k):
         return 0
     elif rows[k].stiffness > 0.0:
-        rigid.kinematics(t, y, model)
-        measure(STATE, t, y, k, model)
-        y[model.info.nq + model.info.nv + RELEASE] -= penalty_energy(rows, k)
+        y[model.info.nq + model.info.nv + RELEASE] -= energy_in_state(t, y, k, model)
     s[rows[k].switch] = 1
     return 1
 
@@ -240,15 +290,29 @@ def add_residuals(interval, model):
             r[n_v + k] -= rows[k].slack * model.info.compliance * la
         if stiffness > 0.0:
             rate = (gap1 - gap0) / h if h > 0.0 else rows[k].rate
-            r[n_v + k] = 0.5 * (gap0 + gap1) + (damping * rate - la) / stiffness
-            interval.powers[COUPLED_ENERGY] += 0.5 * stiffness * gap1 * gap1
+            mean = relaxed_gap(k, h, 0.5 * (gap0 + gap1), gap1, model)
+            r[n_v + k] = mean + (damping * rate - la) / stiffness
+            interval.powers[COUPLED_ENERGY] += penalty_energy(k, gap1, model)
             interval.powers[JOINTS] += damping * rate * rate
 
 
+@calls.force
+def end_step(interval, model):
+    """What relaxation of all penalties takes over a step."""
+    rows, step = model.constraints, interval.step
+    for k in range(rows.size):
+        if relaxes(rows, k) and holds(step.t, rows, k):
+            lost = relaxed_over(rows[k].prony, rows[k].prony_end, rows[k].branch, step.h, model)
+            interval.powers[JOINTS] += rows[k].stiffness * lost
+
+
 @inlined
-def _damper_factor(k, c_rate, rows):
-    """Factor of row k: the damper of a penalty adds to its gap."""
-    return 1.0 + c_rate * rows[k].damping / rows[k].stiffness if rows[k].stiffness > 0.0 else 1.0
+def _factor(k, h, c_rate, model):
+    """Factor of the gap of row k in its equation: a penalty relaxes, and its damper adds."""
+    rows, factor = model.constraints, 1.0
+    if relaxes(rows, k):
+        factor = stiffness_factor(rows[k].prony, rows[k].prony_end, h, model)
+    return factor + c_rate * rows[k].damping / rows[k].stiffness if rows[k].stiffness > 0.0 else 1.0
 
 
 @inlined
@@ -263,7 +327,7 @@ def _add_tangent(t, k, with_row, interval, model, matrix):
         add_entry(matrix, row, row, -scale * scale / rows[k].stiffness)
     elif rows[k].slack > 0.0:
         add_entry(matrix, row, row, -scale * scale * rows[k].slack * model.info.compliance)
-    damped = with_row * _damper_factor(k, step.c_rate, rows)
+    damped = with_row * _factor(k, step.h, step.c_rate, model)
     row_tangent_at(model, model.rows_tangent_calls[rows[k].family])(k, la, row, scale, damped, model, matrix)
 
 
@@ -287,12 +351,13 @@ def add_step_tangents(interval, model, matrix):
 
 
 @inlined
-def add_end_rows(t, y, dq, scale, c_rate, model, matrix):
+def add_end_rows(t, h, y, dq, scale, c_rate, model, matrix):
     """Derivatives of the gaps at the end of a step by its increments dq, times `scale`, of families that give them.
 
     Parameters
     ----------
-    t, y : s, state at the end, where the bodies are
+    t, h : float, s, end and length of the step
+    y : (ny,) float, state at the end, where the bodies are
     dq : (nv,) float; that of a rotation is 2 p = 2 tan(angle/2) about its axis, and a change of it turns the end by
         (1 - p x)/(1 + p.p) of the change, body axes of the end
     """
@@ -300,7 +365,7 @@ def add_end_rows(t, y, dq, scale, c_rate, model, matrix):
     for k in range(rows.size):
         if rows[k].ends != 0 and holds(t, rows, k):
             measure(STATE, t, y, k, model)
-            factor, row = scale * _damper_factor(k, c_rate, rows), model.info.nv + k
+            factor, row = scale * _factor(k, h, c_rate, model), model.info.nv + k
             row_end_at(model, model.rows_end_calls[rows[k].family])(y, dq, k, row, factor, model, matrix)
 
 
@@ -322,6 +387,7 @@ def answers(rows: Rows) -> dict[str, Any]:
         "tangent": add_tangents,
         "of_step": False,
         "coupling": Coupling(at_times=True, ties=ties, couples=lambda row, _: iter(())),  # by its multiplier
+        "implicit": Implicit(end_step=end_step),
         "explicit": Explicit(force=add_penalties, energy=add_penalty_energies),
         "stability": Stability(by_rates=lambda model: bool(model.info.penalties > 0)),
         "step": Step(measure=measure_all, tangent=add_step_tangents, energy=coupled_energy),

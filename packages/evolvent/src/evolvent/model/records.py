@@ -55,9 +55,10 @@ OWN_RECORDS: dict[str, np.dtype] = {
     # record: of that family; until: when it ceases to hold, latest: as it was given, which an event may bring forward;
     # event, switch: what releases it, event k or the latch of coordinate -2 - k, and its switch, 1 once released, or
     # -1; turns, drives, couples, ends, alone: see `layout.Rows`; outside: as in `info`; slack: factor of
-    # `info.compliance`; driven: part of the rate that a drive makes; gap0, gap1: gaps at both ends of an interval
+    # `info.compliance`; prony, prony_end, branch: relaxation of a penalty (`families.relaxation`); driven: part of the
+    # rate that a drive makes; gap0, gap1: gaps at both ends of an interval
     "constraints": _record(
-        "family record event switch turns drives couples ends alone outside",
+        "family record event switch turns drives couples ends alone outside prony prony_end branch",
         "stiffness damping until latest slack",
         "gap rate driven gap0 gap1",
     ),

@@ -7,14 +7,17 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
+import scipy
 
 from evolvent.families.coordinates import coordinate, resistance
-from evolvent.kernels import calls, turning
+from evolvent.families.coordinates.relaxing_curve import relaxed_resistances, strain_of
+from evolvent.families.relaxation.family import set_of
+from evolvent.kernels import axial, calls, turning
 from evolvent.kernels.ends import OfCoordinates
 from evolvent.model import zeros
 from evolvent.model.family import EVERY, EXPLICIT, Family, Kind, record, where
 from evolvent.model.layout import Accounts, Switches
-from evolvent.model.powers import RUBBED
+from evolvent.model.powers import JOINTS, RUBBED
 from evolvent.model.questions import Coupling, Friction, Implicit, Parts, Samples, Statics, Step, Switching, Torques
 from evolvent.model.shares import ADHESION, HARNESS, SPRING, Rule, Shares
 
@@ -24,12 +27,14 @@ Array = np.ndarray
 @calls.apply
 def apply(t, share, kept, y, s, model):
     """Torques of all resistances."""
-    return resistance.add_resistances(y, share, kept, s, model), 0.0, 0.0
+    stored, lost = resistance.add_resistances(y, share, kept, s, model)
+    return stored, lost, 0.0
 
 
 @calls.force
 def end_step(interval, model):
     """Bristles at the end of a step, and what they have taken."""
+    interval.powers[JOINTS] += relaxed_resistances(interval.step.h, model)
     share = interval.step.share if interval.step.h > 0.0 else 0.5
     interval.powers[RUBBED] += resistance.end_resistances(interval.y1, 0, share, model)
 
@@ -81,13 +86,22 @@ def _curve(mechanism: Any, row: Any) -> Any:
 
 
 def _set_curve(mechanism: Any, row: Any, at: Any, still: bool) -> None:
-    """Let the curve of a resistance be that of a position: at rest that of the start, or the one behind its end."""
+    """Let the curve of a resistance be that of a position: at rest that of the start, or the one behind its end.
+
+    The strains of its branches are those of the start, and follow the strain but for what it changes by between curves.
+    """
     switches, x = mechanism.bare.switches, float(at.x[int(row["coordinate"])])
+    branches = slice(int(row["branch"]), int(row["branch"]) + int(row["prony_end"]) - int(row["prony"]))
     if still:
         switches[row["switch"]] = mechanism.assembly.s[row["switch"]]
-    curve = _curve(mechanism, row)
+        mechanism.bare.branch_strains["x0"][branches] = mechanism.assembly.model.branch_strains["x0"][branches]
+    curve, before = _curve(mechanism, row), int(switches[row["switch"]])
     if not curve["low"] <= x <= curve["high"]:
         switches[row["switch"]] = curve["below" if x < curve["low"] else "above"]
+        if branches.stop > branches.start:
+            end, first = float(curve["low" if x < curve["low"] else "high"]), int(row["curve"])
+            y0, y1 = (strain_of(first + c, end, mechanism.whole)[0] for c in (before, int(switches[row["switch"]])))
+            mechanism.bare.branch_strains["x0"][branches] += y1 - y0
 
 
 def _force(mechanism: Any, share: Any, at: Any, direction: Any, still: bool) -> Array:
@@ -141,6 +155,24 @@ def _no_balance(model: Any, _: float, y: Array) -> Iterator[tuple[int, str]]:
             yield k, why
 
 
+def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
+    """Where the torque is zero now, beside where that of the curve is; nothing of a curve without such a place."""
+    row = model.resistances[index]
+    c, slider = int(row["curve"]) + int(model.switches[row["switch"]]), model.coordinates[int(row["coordinate"])]
+    zero, x, wanted = float(model.curves["zero"][c]), float(slider["angle"]), float(set_of(model, row)[0])
+
+    def off(at: float) -> float:
+        return float(strain_of(c, at, model)[0]) - wanted
+
+    if math.isfinite(zero) and off(zero) * off(x) < 0.0:
+        unit = ("angle", "rad") if slider["kind"] == axial.ANGLE else ("travel", "m")
+        yield (
+            f"{unit[0]} beyond that of no torque",
+            float(scipy.optimize.brentq(off, zero, x, xtol=1e-12)) - zero,
+            unit[1],
+        )
+
+
 @calls.force
 def start(interval, model):
     """Bristles, which are among the accounts of a state."""
@@ -154,7 +186,7 @@ def start(interval, model):
 RESISTANCES = Family(
     "resistances",
     record(
-        "coordinate kind curve curves first last start switch account",
+        "coordinate kind curve curves first last start switch account prony prony_end branch",
         "",
         "angle rate torque rubs stored time changes",
     ),
@@ -204,15 +236,16 @@ RESISTANCES = Family(
     implicit=Implicit(end_step=end_step, start=start),
     step=Step(energy=coupled_energy),
     switching=Switching(change=resistance.change_curves),
-    statics=Statics(no_balance=_no_balance),
+    statics=Statics(no_balance=_no_balance, sets=_sets),
     samples=Samples(local=True, evaluate=False),
 )  # fmt: skip
 
 # first, count: of the coordinates among the parameters, then the torques and the energies; low, high: where the
-# curve ends, and below, above: the number of the curve behind that
+# curve ends, and below, above: the number of the curve behind that; zero: of a viscoelastic one where its energy is 0,
+# infinite below or above all of it
 CURVES = Family(
     "curves",
-    record("first count below above", "low high"),
+    record("first count below above", "low high zero"),
     order=240,
     of="resistances",
 )  # fmt: skip

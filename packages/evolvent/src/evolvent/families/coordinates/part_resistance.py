@@ -11,8 +11,11 @@ import numpy as np
 from pydantic import BeforeValidator
 
 from evolvent.assembly.builder import Builder
+from evolvent.elements.viscoelastic import Viscoelastic
 from evolvent.families.coordinates import part_hysteresis as hysteresis, resistance as kernels
+from evolvent.families.coordinates.part_curve import check_folded, energies, least, strain_at
 from evolvent.families.joints.part_coordinate import PRESLIDING, check_units, find_coordinate
+from evolvent.families.relaxation.family import add_branches, add_terms
 from evolvent.kernels.bristle import DAHL, SLIP
 from evolvent.parts import table_file
 from evolvent.parts.applies import Applies, given, left_out, one_of, refuse_unfit
@@ -46,12 +49,6 @@ BristleTable = Annotated[
 LAWS = {"slip": SLIP, "dahl": DAHL}
 
 
-def energies(x: Array, torque: Array) -> Array:
-    """Energy at each row of a curve with straight lines between them, 0 at the first one: (n,), J."""
-    found: Array = np.concatenate([[0.0], np.cumsum(0.5 * (torque[1:] + torque[:-1]) * np.diff(x))])
-    return found
-
-
 def energy_at(x: Array, torque: Array, at: float) -> float:
     """Energy of a curve at one of its places, 0 at its first row, J."""
     inside = x < at
@@ -61,7 +58,7 @@ def energy_at(x: Array, torque: Array, at: float) -> float:
 
 def add_curve(
     builder: Builder, x: Array, torque: Array, energy: Array, *,
-    low: float = -math.inf, high: float = math.inf, below: int = -1, above: int = -1,
+    low: float = -math.inf, high: float = math.inf, below: int = -1, above: int = -1, zero: float = 0.0,
 ) -> int:  # fmt: skip
     """Write a curve; returns its index.
 
@@ -69,9 +66,10 @@ def add_curve(
     ----------
     x, torque, energy : (n,) float, rows, energy of them as well
     low, high : where it ends; below, above : number of the curve of its resistance behind that
+    zero : where the energy of a viscoelastic one is 0
     """
     first, _ = builder.parameters([*x.tolist(), *torque.tolist(), *energy.tolist()])
-    ends = {"low": low, "high": high, "below": below, "above": above}
+    ends = {"low": low, "high": high, "below": below, "above": above, "zero": zero}
     return builder.add("curves", first=first, count=x.size, **ends)
 
 
@@ -86,18 +84,23 @@ def ascending(key: str, table: Sequence[tuple[float, float]], kind: int) -> tupl
     return x, torque
 
 
-def add_resistance(builder: Builder, name: str, h: int, kind: int, curve: int, first: int, start: int = 0) -> None:
+def add_resistance(
+    builder: Builder, name: str, h: int, kind: int, curve: int, first: int, start: int = 0, law: Any = None
+) -> None:
     """Write the row of the family `resistances`: its curves from `curve` on, and its bristles from `first` on.
 
     Parameters
     ----------
     h : row of its coordinate
     start : number of the curve on which it starts
+    law : evolvent.elements.viscoelastic.Viscoelastic, optional, by which its curves relax
     """
-    rows = builder.rows
+    rows, terms = builder.rows, add_terms(builder, law)
+    strain = strain_at(builder, curve + start, float(rows["coordinates"][h]["angle"])) if law is not None else 0.0
     index = builder.add(
         "resistances", coordinate=h, kind=kind, curve=curve, curves=len(rows["curves"]) - curve, first=first,
-        last=len(rows["bristles"]), start=start,
+        last=len(rows["bristles"]), start=start, **terms,
+        branch=add_branches(builder, terms, strain, dashpot=True),
     )  # fmt: skip
     builder.names[name] = ("resistances", index)
 
@@ -139,6 +142,10 @@ class Resistance(Part):
     relaxed_at : float, rad or m, optional
         Coordinate at which the bristles had no torque before the harness was bent to where it starts; if left out, they
         have none at the start, as after a long stowage.
+    viscoelastic : mapping, optional
+        Relaxation of the curves of a harness or a tape-spring by a Prony series
+        (`evolvent.elements.viscoelastic.Viscoelastic`): a torque at a held joint falls by the series. Bristles do not
+        relax.
     straight : rows [angle, moment] or [travel, force], optional
         Of the straight tape, until it buckles: at the last row where it folds towards larger angles, at the first row
         where towards smaller ones. A positive moment resists a growing coordinate.
@@ -170,6 +177,7 @@ class Resistance(Part):
         "loop": (one_of("type", "harness"), left_out("torque", "stiffness", "bristles")),
         "misfit": (one_of("type", "harness"), given("loop")),
         "relaxed_at": (one_of("type", "harness"),),
+        "viscoelastic": (one_of("type", "harness", "tape-spring"),),
         **{key: (one_of("type", "tape-spring"),) for key in ("straight", "folded", "opposite", "state")},
         **{key: (one_of("type", "adhesion"),) for key in ("strength", "distance")},
     }
@@ -186,6 +194,7 @@ class Resistance(Part):
     loop: CurveTable | None = None
     misfit: units.PositiveNumber = 0.05
     relaxed_at: units.AngleOrTravel | None = None
+    viscoelastic: Viscoelastic | None = None
     straight: CurveTable | None = None
     folded: CurveTable | None = None
     opposite: CurveTable | None = None
@@ -224,25 +233,34 @@ class Resistance(Part):
         else:
             x = self.rest + np.array([0.0, 1.0])
             torque = np.array([0.0, self.stiffness])
-        x = x + self.set
-        energy = energies(x, torque)
-        curve = add_curve(builder, x, torque, energy - energy.min())
+        x, zero = x + self.set, 0.0
+        if self.viscoelastic is not None:
+            if not np.any(torque):
+                raise InputError(f"{name}.viscoelastic has no effect: its elastic curve is 0; leave it out")
+            x, torque, energy, zero = least(f"{name}.{'loop' if self.loop else 'torque'}", x, torque)
+        else:
+            energy = energies(x, torque)
+        curve = add_curve(builder, x, torque, energy - energy.min(), zero=zero)
         first, start = len(builder.rows["bristles"]), float(row["angle"])
         bent = 0.0 if self.relaxed_at is None else start - float(self.relaxed_at)
         for stick, limit in bristles:
             force = hysteresis.bristle(LAWS[self.law], stick, limit, 0.0, bent)
             fields = {"kind": LAWS[self.law], "stick": stick, "limit": limit, "before": start}
             builder.add("bristles", force0=force, force=force, **fields)
-        add_resistance(builder, name, h, kernels.HARNESS, curve, first)
+        add_resistance(builder, name, h, kernels.HARNESS, curve, first, law=self.viscoelastic)
 
     def _write_tape(self, builder: Builder, name: str, h: int, row: dict[str, Any]) -> None:
         """Write the curves of a tape-spring hinge."""
         straight, folded = (self._needed(name, key) for key in ("straight", "folded"))
         x, moment = ascending(f"{name}.straight", straight, row["kind"])
-        energy = energies(x, moment)
+        energy, zero = energies(x, moment), 0.0
         energy -= np.interp(0.0, x, energy)
+        if self.viscoelastic is not None:
+            both, over = self.opposite is not None, folded[-1][0] > x[-1]
+            ends_ = {"low": over and not both, "high": not over and not both}
+            x, moment, energy, zero = least(f"{name}.straight", x, moment, **ends_)
         ends: dict[str, Any] = {}
-        first, others = len(builder.rows["curves"]), []
+        first, others, keys = len(builder.rows["curves"]), [], list[str]()
         up = folded[-1][0] > x[-1]
         for number, key in enumerate(("folded", "opposite"), 1):
             table = getattr(self, key)
@@ -250,14 +268,19 @@ class Resistance(Part):
                 continue
             own = ascending(f"{name}.{key}", table, row["kind"])
             others.append((own, self._offset(f"{name}.{key}", (x, moment, energy), own, up), up))
+            keys.append(key)
             ends |= {"high": x[-1], "above": number} if up else {"low": x[0], "below": number}
             up = not up
-        add_curve(builder, x, moment, energy, **ends)
-        for own, offset, upwards in others:
+        add_curve(builder, x, moment, energy, **ends, zero=zero)
+        for key, (own, offset, upwards) in zip(keys, others, strict=True):
             end = {"low": own[0][0], "below": 0} if upwards else {"high": own[0][-1], "above": 0}
-            add_curve(builder, *own, energies(*own) + offset, **end)
+            if self.viscoelastic is not None:
+                check_folded(f"{name}.{key}", *own, energies(*own) + offset, upwards)
+            add_curve(builder, *own, energies(*own) + offset, **end, zero=-math.inf if upwards else math.inf)
         start = self._start(name, builder.rows["curves"][first:], float(row["angle"]))
-        add_resistance(builder, name, h, kernels.TAPE_SPRING, first, len(builder.rows["bristles"]), start)
+        add_resistance(
+            builder, name, h, kernels.TAPE_SPRING, first, len(builder.rows["bristles"]), start, self.viscoelastic
+        )
 
     def _offset(self, key: str, straight: tuple[Array, Array, Array], own: tuple[Array, Array], up: bool) -> float:
         """Energy at the first row of a folded curve, such that both snaps take half of the area between the curves."""

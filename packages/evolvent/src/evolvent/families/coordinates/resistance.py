@@ -4,7 +4,8 @@ A resistance is an elastic curve T(x), a table with straight lines between its r
 A torque is one on the left of the equations: a positive one resists a growing coordinate.
 
 A curve may end at an angle, where the resistance changes over to another curve at once: a tape-spring that buckles, or
-an adhesion that breaks. Steps end there; what the energy falls by is lost. Beyond its rows a curve goes on straight.
+an adhesion that breaks. Steps end there; what the energy falls by is lost. Beyond its rows a curve goes on straight. A
+viscoelastic curve relaxes by `relaxing_curve`; at a change over the strains of its branches stay.
 """
 
 import math
@@ -15,6 +16,7 @@ from numba import types
 from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect, inlined
 from evolvent.families.coordinates.excursion import first_passage
 from evolvent.families.coordinates.joint_friction import NEAR
+from evolvent.families.coordinates.relaxing_curve import excess_energy, relaxed_torque, snap
 from evolvent.kernels.axial import SMALL
 from evolvent.kernels.bristle import SLIP, bristle_between, energy_taken
 from evolvent.kernels.profile import row_before
@@ -98,16 +100,16 @@ def _start_of(y, rows, bristles, i, kept):
 # ------------------------------------------------------------------------------------------------ resistances
 
 
-@indirect(REAL(VECTOR, REAL, types.int64, INTEGERS, MODEL))
+@indirect(types.UniTuple(REAL, 2)(VECTOR, REAL, types.int64, INTEGERS, MODEL))
 def add_resistances(y, share, kept, s, model):
-    """Add the torques of all resistances to their coordinates; returns their energy at the end, J.
+    """Add the torques of all resistances to their coordinates; returns their energy at the end, J, and power lost, W.
 
     Parameters
     ----------
     share : 1 at the coordinates of the last evaluation, 0.5 for the mean from the step's start to them
     kept : 1 of a state whose bristles are among the accounts of y, else 0
     """
-    coordinates, rows, bristles, energy = model.coordinates, model.resistances, model.bristles, 0.0
+    coordinates, rows, bristles, energy, power = model.coordinates, model.resistances, model.bristles, 0.0, 0.0
     for k in range(rows.size):
         h = rows[k].coordinate
         x, before = coordinates[h].angle, coordinates[h].before
@@ -116,6 +118,9 @@ def add_resistances(y, share, kept, s, model):
             curve = _curve_of_state(rows, model.curves, k, curve, x)
         torque, slope = curve_between(model.parameters, model.curves, curve, x if share == 1.0 else before, x)
         stored, rubs = curve_energy(model.parameters, model.curves, curve, x), 0.0
+        if rows[k].prony_end > rows[k].prony:
+            added, by_x, excess, lost = relaxed_torque(k, curve, share, before, x, torque, model)
+            torque, slope, stored, power = torque + added, slope + by_x, stored + excess, power + lost
         for i in range(rows[k].first, rows[k].last):
             moved = x - (before if kept != 0 else bristles[i].before)
             if kept != 0 and model.info.stepping == 0:
@@ -134,7 +139,7 @@ def add_resistances(y, share, kept, s, model):
         coordinates[h].applied += torque + rubs
         coordinates[h].applied_slope += slope
         energy += stored
-    return energy
+    return energy, power
 
 
 @inlined
@@ -153,7 +158,8 @@ def resistance_energy(s, model):
     rows, bristles, found = model.resistances, model.bristles, 0.0
     for k in range(rows.size):
         x = model.coordinates[rows[k].coordinate].angle
-        found += curve_energy(model.parameters, model.curves, rows[k].curve + s[rows[k].switch], x)
+        curve = rows[k].curve + s[rows[k].switch]
+        found += curve_energy(model.parameters, model.curves, curve, x) + excess_energy(k, curve, x, model)
     for i in range(bristles.size):
         found += 0.5 * bristles[i].force * bristles[i].force / bristles[i].stick
     return found
@@ -220,7 +226,7 @@ def change_curves(t, y, s, model):
         elif x <= curves[c].low + AT_END:
             after = rows[k].curve + curves[c].below
         if after != c:
-            lost = curve_energy(p, curves, c, x) - curve_energy(p, curves, after, x)
+            lost = snap(k, after, x, y, model) * (curve_energy(p, curves, c, x) - curve_energy(p, curves, after, x))
             s[rows[k].switch] = after - rows[k].curve
             y[rows[k].account] += lost
             rows[k].time, rows[k].changes = t, rows[k].changes + 1.0

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.families.joints import joint, joint_tangent
+from evolvent.families.relaxation.family import set_of
 from evolvent.kernels import constraints, sides
 from evolvent.kernels.drive import LAW
 from evolvent.kernels.ends import of_joint
@@ -115,6 +116,10 @@ def _rows(found: Array, records: Records) -> Iterator[tuple[int, list[End]]]:
         yield k, list(dict.fromkeys(of_joint(found[k], records)))
 
 
+def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
+    yield "length beyond that of the start", float(set_of(model, model.joints[index])[0]), "m"
+
+
 # scalar constraints, one a multiplier, or penalties (stiffness > 0), until a time; of links and guides as well. A
 # side is a vector: of coordinates (on 1, at iq, iv), `local` of a body (on 0), or `local` times the slopes of a
 # node (on 2, at iq, iv); the third side is the direction of ALONG; nodes: 1 where a side is of a beam; path: how
@@ -127,7 +132,7 @@ def _rows(found: Array, records: Records) -> Iterator[tuple[int, list[End]]]:
 JOINTS = Family(
     "joints",
     record(
-        "kind on index iq iv path drive law first last event switch nodes reduced mode_shape",
+        "kind on index iq iv path drive law first last event switch nodes reduced mode_shape prony prony_end branch",
         "local along centre axis zero radius value stiffness damping until latest",
         "u g u0 u1 measured gap bends stored force moment",
         on=(3,), index=(3,), iq=(3,), iv=(3,), local=(3, 3), along=_3, centre=_3, axis=_3, zero=_3, u=(3, 3), g=(3, 3),
@@ -204,7 +209,7 @@ JOINTS = Family(
         timed=lambda found: (found["path"] != 0) | (found["law"] != 0),
     ),
     parts=Parts(changes="", reads_inertia=False),
-    statics=Statics(uneven=_uneven),
+    statics=Statics(uneven=_uneven, sets=_sets),
     advice=Advice(
         implicit=(
             lambda found: found["stiffness"] == 0.0, "is a constraint, which implicit methods keep without drift",

@@ -286,7 +286,7 @@ def note_reaction(k, la, model):
     u, g, force, moment = joints[k].u, joints[k].g, joints[k].force, joints[k].moment
     for c in range(3):
         force[c] = moment[c] = 0.0
-    joints[k].stored, joints[k].gap = penalty_energy(model.constraints, k), model.constraints[k].gap
+    joints[k].stored, joints[k].gap = penalty_energy(k, model.constraints[k].gap, model), model.constraints[k].gap
     if kind == ANGLE:
         n, b = bodies[joints[k].index[1]].axis, joints[k].index[1]
         nx, ny, nz = turn(bodies[b].R, n[0], n[1], n[2])

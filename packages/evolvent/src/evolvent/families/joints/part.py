@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Literal
 
 from evolvent.assembly.builder import Builder
+from evolvent.elements.viscoelastic import Viscoelastic
 from evolvent.families.joints.part_coordinate import TYPES
 from evolvent.families.joints.part_drive import DRIVEN, write_driven
 from evolvent.families.joints.part_gear import write_gear
@@ -104,6 +105,9 @@ class Joint(Part):
         Of the penalties that hold directions; `stiffness` if left out.
     damping : float, N s/m and N m s, or N m s/rad
         Of the penalty, or of each loop.
+    viscoelastic : mapping, optional
+        Relaxation of the penalty of a cord ("distance", "pulley") by a Prony series
+        (`evolvent.elements.viscoelastic.Viscoelastic`).
     until : float, s, optional
         Time at which the joint is released; never if left out.
     released_by : str, optional
@@ -149,6 +153,7 @@ class Joint(Part):
         "position": (one_of("type", *TOUCHING), left_out("drive")),
         "stiffness": (one_of("type", *TOUCHING, "distance", "pulley", *_COUPLED), left_out("drive")),
         "rotational_stiffness": (one_of("type", *TOUCHING), left_out("drive"), given("stiffness")),
+        "viscoelastic": (one_of("type", "distance", "pulley"), left_out("drive"), given("stiffness")),
         "damping": (one_of("type", *TOUCHING, "distance", "pulley", *_COUPLED), left_out("drive")),
         "until": (one_of("type", *TOUCHING, "distance", "pulley", "link", "gear", "involute"),),
         "released_by": (one_of("type", *TOUCHING, "distance", "pulley", "link", "gear", "involute"),),
@@ -181,6 +186,7 @@ class Joint(Part):
     stiffness: units.CoordinateStiffnessOrZero = 0.0
     rotational_stiffness: units.RotationalStiffnessOrZero | None = None
     damping: units.CoordinateDampingOrZero = 0.0
+    viscoelastic: Viscoelastic | None = None
     until: units.Duration | None = None
     released_by: ReleaseName | None = None
 

@@ -25,6 +25,7 @@ from evolvent.families.joints.part_sides import (
     relative_coordinate,
     side_of,
 )
+from evolvent.families.relaxation.family import add_branches, add_terms
 from evolvent.families.threads.part_joint import check_type, fix_end
 from evolvent.kernels import axial, gaps, sides
 from evolvent.parts.base import unit
@@ -50,6 +51,8 @@ def write_pair(joint: Any, builder: Builder, name: str) -> None:
     if swaps and a.on == sides.ON_COORDINATES and b.on == sides.ON_BODY:
         a, b = b, a
     common = {"stiffness": joint.stiffness, "damping": joint.damping, **release_fields(builder, name, joint)}
+    terms = add_terms(builder, joint.viscoelastic)
+    common |= terms | {"branch": add_branches(builder, terms, 0.0)}
     builder.names[name] = ("joints", len(builder.rows["joints"]))
     apart, axis = norm(b.u - a.u), unit(joint.axis)
     if joint.hold == "all" and (joint.type != "clamp" or a.on != sides.ON_BODY or b.node is None):

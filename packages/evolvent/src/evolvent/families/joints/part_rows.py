@@ -18,7 +18,7 @@ def add_row(builder: Builder, kind: int, a: Side, b: Side, *, direction: Side = 
     whole = {
         "along": zero, "centre": zero, "axis": zero, "zero": zero, "radius": 0.0, "value": 0.0, "path": kernels.STILL,
         "drive": 0, "law": 0, "first": 0, "last": 0, "stiffness": 0.0, "damping": 0.0, "until": math.inf,
-        "event": -1, "switch": -1,
+        "event": -1, "switch": -1, "prony": 0, "prony_end": 0, "branch": 0,
     }  # fmt: skip
     whole |= fields
     return builder.add(

@@ -23,7 +23,7 @@ def load(interval, model):
     """Strains of all branches from the accounts of a state."""
     rows = model.branch_strains
     for k in range(rows.size):
-        rows[k].w = interval.ym[rows[k].account]
+        rows[k].w = rows[k].kept = interval.ym[rows[k].account]
 
 
 @calls.energy
@@ -31,7 +31,7 @@ def load_for_energy(interval, model, out):
     """Strains of all branches from the accounts of a state."""
     rows = model.branch_strains
     for k in range(rows.size):
-        rows[k].w = interval.ym[rows[k].account]
+        rows[k].w = rows[k].kept = interval.ym[rows[k].account]
 
 
 @calls.force
@@ -56,8 +56,9 @@ class Memory:
 
     def resume(self, y: Array) -> None:
         """Go on from the strains of branches in a state y, at the strains of the last evaluation."""
-        self._rows["x0"] = self._rows["x"]
-        self._rows["w0"] = self._rows["w"] = y[self._rows["account"]]
+        rows = self._rows
+        rows["x0"] = rows["x"]
+        rows["w0"] = rows["w"] = y[rows["account"]] + np.where(rows["dashpot"] != 0, rows["x"], 0.0)
 
     def softened(self) -> Iterator[tuple[float, float]]:
         """Relaxation times, and the part of the stiffness that relaxes with them which tangents lack meanwhile.
@@ -144,7 +145,7 @@ def end_step(interval, model):
     rows, terms = model.branch_strains, model.prony_terms
     for k in range(rows.size):
         span = terms[rows[k].term].span
-        interval.y1[rows[k].account] = rows[k].w
+        interval.y1[rows[k].account] = rows[k].w - (rows[k].x if rows[k].dashpot != 0 else 0.0)
         if interval.step.h > 0.0 or span <= 0.0 or span == np.inf:
             rows[k].x0, rows[k].w0 = rows[k].x, rows[k].w
 
@@ -159,13 +160,14 @@ def explicit_rate(interval, model):
         model.info.step = min(model.info.step, time)
 
 
-# strains of the springs of branches (`kernels.viscoelastic`)
+# strains of the springs of branches (`kernels.viscoelastic`); kept: what stands among the accounts: w, or with dashpot
+# 1 w - x, minus the strain of the dashpot
 BRANCH_STRAINS = Family(
     "branch_strains",
-    record("term account", "", "x0 w0 x w rate"),
+    record("term account dashpot", "", "x0 w0 x w rate kept"),
     order=600,
     of="prony_terms",
-    accounts=(Accounts(1, start="w0", states=(0,), order=5.5),),
+    accounts=(Accounts(1, start="kept", states=(0,), order=5.5),),
     explicit=Explicit(rate=explicit_rate),
     implicit=Implicit(end_step=end_step),
 )  # fmt: skip
@@ -186,18 +188,19 @@ def add_terms(builder: Any, law: Any) -> dict[str, int]:
     return {"prony": rows[0], "prony_end": rows[-1] + 1}
 
 
-def add_branches(builder: Any, terms: dict[str, int], start: Any) -> int:
+def add_branches(builder: Any, terms: dict[str, int], start: Any, *, dashpot: bool = False) -> int:
     """Write the branches of strains that have not relaxed yet; returns the first one, or 0 without terms.
 
     Parameters
     ----------
     terms : as of `add_terms`
     start : (n,) float, the strains at the start
+    dashpot : bool, whether the accounts keep the strains of dashpots, as where a strain follows from them
     """
     rows = [
-        builder.add("branch_strains", term=term, x0=float(x), w0=float(x), x=float(x), w=float(x))
+        builder.add("branch_strains", term=term, x0=x, w0=x, x=x, w=x, kept=0.0 if dashpot else x, dashpot=int(dashpot))
         for term in range(terms["prony"], terms["prony_end"])
-        for x in np.atleast_1d(start)
+        for x in np.atleast_1d(start).tolist()
     ]
     return rows[0] if rows else 0
 

@@ -78,7 +78,7 @@ def evaluate(interval, model):
 @calls.force
 def end_step(interval, model):
     """What relaxation of all springs takes over a step."""
-    interval.powers[BY_SPRINGS] += springs.relaxed_springs(interval.step.h, model)
+    interval.powers[BY_SPRINGS] += springs.relaxed_springs(interval.step.h, interval.step.share, model)
 
 
 def _at_ends(model: Any, k: int, moment: Moment, _: bool) -> Iterator[tuple[Any, ...]]:
@@ -133,15 +133,15 @@ def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
     yield "extension beyond the natural length", float(set_of(model, model.springs[index])[0]), "m"
 
 
-# slack: 1 of one that only pulls; of a step: lengths at both ends, and direction at its end; line, line0: vector
-# from a to b, of the last state and of the last step; passed: see `springs.note_lines`; the others are in
-# `RESULTS`, and lost: W, dissipated
+# slack: 1 of one that only pulls, slope: derivative of its tension over its stiffness where it relaxes; of a step:
+# lengths at both ends, and direction at its end; line, line0: vector from a to b, of the last state and of the last
+# step; passed: see `springs.note_lines`; the others are in `RESULTS`, and lost: W, dissipated
 SPRINGS = Family(
     "springs",
     record(
         "a b law first last slack prony prony_end branch",
         "stiffness damping length lateral_stiffness lateral_damping axis",
-        "length0 length1 end line line0 passed distance extension rate tension lateral stored lost",
+        "length0 length1 end slope line line0 passed distance extension rate tension lateral stored lost",
         axis=_3, end=_3, line=_3, line0=_3, lateral=_3,
     ),
     order=150,

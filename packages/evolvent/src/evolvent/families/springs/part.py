@@ -36,7 +36,8 @@ class Spring(Part):
         Relaxation of the spring by a Prony series, as of a material.
     slack : bool
         Whether the spring only pulls, as a lanyard or a bungee: it has no force while it is shorter than its natural
-        length, nor while its damper would push.
+        length, nor while its damper would push. A viscoelastic one is slack while it is shorter than the length at
+        which its relaxed tension is zero, and recovers meanwhile.
     law : optional
         Tension (N) in place of stiffness and damping: an expression of the extension x (m), its rate v (m/s) and t (s),
         or a function under ``@evolvent.spring_law``: ``law(extension, rate, t, parameters) -> tension``.
@@ -116,16 +117,16 @@ class Spring(Part):
             axis=axis,
             **law,
             **terms,
-            branch=add_branches(builder, terms, norm(apart) - length),
+            branch=self._branches(builder, terms, norm(apart) - length),
         )
         builder.names[name] = ("springs", index)
 
+    def _branches(self, builder: Builder, terms: dict[str, int], extension: float) -> int:
+        """Branches of the strain: the extension, of a spring that only pulls its part above 0."""
+        return add_branches(builder, terms, max(extension, 0.0) if self.slack else extension, dashpot=self.slack)
+
     def _check_slack(self, name: str, length: float) -> None:
         """Refuse what cannot go slack."""
-        if self.viscoelastic is not None:
-            raise InputError(
-                f"{name}.slack is true beside {name}.viscoelastic; a spring that only pulls cannot relax; leave one out"
-            )
         if self.law is not None:
             raise InputError(f"{name}.slack is true beside {name}.law; a law says itself where the tension is zero")
         for key in ("lateral_stiffness", "lateral_damping"):

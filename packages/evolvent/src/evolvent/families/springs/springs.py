@@ -14,6 +14,7 @@ from numba import types, void
 from evolvent.algebra.sparse import SPARSE, add_block
 from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined
 from evolvent.compiled.lookups import spring_law_at
+from evolvent.families.springs.slack import pull, recovered, taut_over
 from evolvent.kernels.calls import note_stage
 from evolvent.kernels.law_means import SPRING, scalar_mean, scalar_slope
 from evolvent.kernels.law_slopes import spring_law_slope
@@ -73,22 +74,6 @@ def lateral_force(u, stiffness, damping, ex, ey, ez, vx, vy, vz):
 
 
 @inlined
-def taut_over(start, end):
-    """Mean over an interval of an extension, where it is above zero, and the part of the interval where it is.
-
-    Notes
-    -----
-    From start to end: with u = max(e, 0), (u1^2 - u0^2)/(2 (e1 - e0)), so that the work is the change of k u^2/2.
-    """
-    low, high = max(start, 0.0), max(end, 0.0)
-    if (start > 0.0) == (end > 0.0) or start == end:
-        share = 1.0 if start > 0.0 else 0.0
-    else:
-        share = (high - low) / (end - start)
-    return 0.5 * share * (low + high), share
-
-
-@inlined
 def lateral_energy(u, stiffness, ex, ey, ez):
     """k_l s^2 / 2, J."""
     along = ex * u[0] + ey * u[1] + ez * u[2]
@@ -140,7 +125,14 @@ def evaluate_spring(t, y, h, k, model):
                 note_rate(first, last, branch, rate, model)
                 relaxed = springs[k].stiffness * lost_square(first, last, branch, model)
     elif springs[k].law == 0:
-        mean, share = taut_over(extension - 0.5 * h * rate, extension + 0.5 * h * rate)
+        start, end = extension - 0.5 * h * rate, extension + 0.5 * h * rate
+        if springs[k].prony_end > springs[k].prony:
+            first, last, branch = springs[k].prony, springs[k].prony_end, springs[k].branch
+            mean, share, springs[k].slope = pull(first, last, branch, h, start, end, model)
+            if is_kept(model):
+                relaxed = springs[k].stiffness * lost_square(first, last, branch, model)
+        else:
+            mean, share = taut_over(start, end)
         elastic = springs[k].stiffness * mean
         damping = max(share * springs[k].damping * rate, -elastic)
     else:
@@ -223,10 +215,11 @@ def evaluate_springs(t, y, model):
         springs[k].lost = lost + rubbed
         if springs[k].law == 0:
             extension, kl = springs[k].extension, springs[k].lateral_stiffness
+            relaxing = springs[k].prony_end > springs[k].prony
             if springs[k].slack != 0:
-                extension = max(extension, 0.0)
+                extension = model.branch_strains[springs[k].branch].x if relaxing else max(extension, 0.0)
             springs[k].stored = spring_energy(springs[k].stiffness, extension)
-            if springs[k].prony_end > springs[k].prony:
+            if relaxing:
                 square = excess_square(springs[k].prony, springs[k].prony_end, springs[k].branch, extension, model)
                 springs[k].stored += 0.5 * springs[k].stiffness * square
             springs[k].stored += lateral_energy(springs[k].axis, kl, b[0] - a[0], b[1] - a[1], b[2] - a[2])
@@ -235,13 +228,21 @@ def evaluate_springs(t, y, model):
 
 
 @inlined
-def relaxed_springs(h, model):
-    """What relaxation of all springs takes over a step of length h that is accepted, J."""
+def relaxed_springs(h, share, model):
+    """What relaxation of all springs takes over a step of length h that is accepted, J.
+
+    Parameters
+    ----------
+    share : 1 where the last evaluation was one of the step's end, 0.5 where it was one of the step
+    """
     springs, taken = model.springs, 0.0
     for k in range(springs.size):
         if springs[k].prony_end > springs[k].prony:
             first, last, branch = springs[k].prony, springs[k].prony_end, springs[k].branch
             taken += springs[k].stiffness * relaxed_over(first, last, branch, h, model)
+            if springs[k].slack != 0 and h > 0.0:
+                end = springs[k].extension + (0.0 if share == 1.0 else 0.5 * h * springs[k].rate)
+                taken += springs[k].stiffness * recovered(first, last, branch, h, end, model)
     return taken
 
 
@@ -366,6 +367,9 @@ def _slope_over(t, h, c_rate, k, model):
         if springs[k].tension <= 0.0:
             return 0.0
         start, end = x - 0.5 * h * v, x + 0.5 * h * v
+        if springs[k].prony_end > springs[k].prony:
+            taut = 1.0 if end >= model.branch_strains[springs[k].branch].x else 0.0
+            return springs[k].stiffness * springs[k].slope + c_rate * springs[k].damping * taut
         mean, taut = taut_over(start, end)[0], 1.0 if end > 0.0 else 0.0
         by_end = 2.0 * (taut * end - mean) / (end - start) if (start > 0.0) != (end > 0.0) else taut
         return springs[k].stiffness * by_end + c_rate * springs[k].damping * taut

@@ -163,7 +163,7 @@ def evaluate(assembly: Assembly, t: Array, y: Array, s: Array, sums: Array) -> S
         found.acceleration[k] = dy[n_q : n_q + n_v]
         write_forces(model, found.forces[k])
         found.balance.contact[k] = sum(records["energy"].sum() for records in contacts)
-        found.la[k], coupled = constraints.penalty_values(t[k], s[k], model.constraints)
+        found.la[k], coupled = constraints.penalty_values(t[k], s[k], model)
         found.la[k, model.rows["index"][rows]] = model.la[rows]
         for name, bending in asked("energies.bending").items():
             if getattr(model, name).size:

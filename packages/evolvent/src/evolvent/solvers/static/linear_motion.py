@@ -46,7 +46,7 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[scipy.sparse.csr_matri
     M = work.mass()
     C = _dampers(work) if damped else _spin_of_wheels(work) + _flow(work)
     rows, gradients = work.model.constraints, whole[n_v:, :n_v]
-    penalties = np.flatnonzero((work.time <= rows["until"]) & (rows["stiffness"] > 0.0))
+    penalties = _penalties(work)
     G = gradients[np.flatnonzero(is_held(rows, work.time))]
     if work.redundancy is not None:
         G = independent(G, work.redundancy.rank)
@@ -67,16 +67,25 @@ def matrices(work: Work, *, damped: bool = True) -> tuple[scipy.sparse.csr_matri
     return M, C.tocsr(), K, G.tocsr()
 
 
+def _penalties(work: Work) -> Array:
+    """Rows of constraint that are penalties and hold."""
+    rows = work.model.constraints
+    return np.flatnonzero((work.time <= rows["until"]) & (rows["stiffness"] > 0.0))
+
+
 def softened(work: Work) -> list[tuple[float, scipy.sparse.csr_matrix]]:
     """What of K relaxes with each relaxation time about `work`'s state, whose stresses stay: times (s), (nv, nv).
 
     At the rate s of a motion, such as i w, the stiffness is K less the sum of these over 1 + s times their time.
     """
     b, n_v, found = work.balance, work.n_v, []
+    penalties = _penalties(work)
+    stiffness = scipy.sparse.diags(work.model.constraints["stiffness"][penalties])
 
     def tangent() -> scipy.sparse.csr_matrix:
         eq.unbalance(work.time, work.step, 1.0, 1.0, work.model, b, b.r)
-        return work.tangent(0.0, 0.0)[:n_v, :n_v]
+        whole = work.tangent(0.0, 0.0)
+        return whole[:n_v, :n_v] + whole[:n_v, n_v:][:, penalties] @ stiffness @ whole[n_v:, :n_v][penalties]
 
     whole = tangent()
     for memory in asked("statics.memory").values():
