@@ -237,7 +237,7 @@ ARC = Arc(radius=0.015, angle=1.5, thickness=1e-4)
         ({"curvature": (0.0, 0.0, 1.0)}, "curved without stress"),
         ({"folds": ({"at": 0.01, "angle": 3.0},)}, "behind the fold"),
         ({"folds": ({"at": 0.05, "angle": 0.0},)}, r"folds\[0\].angle is 0; it must not be 0"),
-        ({"section": ARC, "folds": ({"at": 0.05, "angle": 1.0},)}, "only a section that is a tape has a radius of its own"),
+        ({"section": ARC, "folds": ({"at": 0.05, "angle": 1.0},)}, "only a section that is a tape has a radius"),
         ({"material": STEEL.model_copy(update={"shear": 8e10})}, "isotropic"),
     ],
 )
