@@ -86,8 +86,8 @@ def test_creep_under_a_constant_load(book: Book) -> None:
     strain = found.solution.y[:, 0] - 1.0
     exact = 0.1 * (1.0 - 0.6 * np.exp(-0.4 * found.times)) / 0.4
     book(
-        CHAPTER, "Spring under a constant load for 20 relaxation times: creep", reference="(1 - 0.6 exp(-0.4 t/tau))/0.4",
-        source="closed form", error=np.max(np.abs(strain / exact - 1.0)), allowed=1e-6,
+        CHAPTER, "Spring under a constant load for 20 relaxation times: creep", source="closed form",
+        reference="(1 - 0.6 exp(-0.4 t/tau))/0.4", error=np.max(np.abs(strain / exact - 1.0)), allowed=1e-6,
     )  # fmt: skip
 
 
