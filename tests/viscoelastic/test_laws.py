@@ -158,7 +158,11 @@ def test_a_loaded_rod_creeps_from_its_stiff_to_its_soft_equilibrium() -> None:
         (
             {"prony": [(0.1, 1.0)], "temperature": 200.0,
              "shift": {"wlf": {"c1": 17.44, "c2": 51.6, "reference": 373.0}}},
-            r"temperature is 200 K; the shift of the Prony series holds from 321\.4",
+            r"temperature is 200 K; the shift of the Prony series holds above 321\.4",
+        ),
+        (
+            {"prony": [(0.1, 1.0)], "shift": {"wlf": {"c1": 17.44, "c2": "51.6 degC", "reference": 373.0}}},
+            r"c2 is '51\.6 degC'; .*degC has a zero of its own; write the change in K",
         ),
         (
             {"prony": [(0.1, 1.0)], "shift": {"table": {"rows": [(290.0, 1.0), (300.0, 2.0)]}}},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import Any
 
@@ -12,6 +13,7 @@ import yaml
 
 from book import Book
 from evolvent import System, cases, elements, parts
+from evolvent.elements.viscoelastic import Viscoelastic
 from evolvent.families.relaxation.family import set_of
 from evolvent.solvers.static.storage import reduced_time, store
 from evolvent_base.errors import InputError
@@ -156,7 +158,7 @@ def test_a_case_says_how_long_and_how_warm() -> None:
                        "viscoelastic": {"prony": [[0.6, "1 h"]], "shift": SHIFT}},
             "hold": {"kind": "joint", "a": [1.1, 0, 0], "b": "mass", "type": "spherical"},
         },
-        "store": {"time": "10 years", "temperature": [["0 s", "0 degC"], ["5 years", "40 degC"]]},
+        "store": {"time": "10 years", "temperature": [["0 s", "0 degC"], ["10 years", "40 degC"]]},
         "simulate": {"until": "1 s"},
     }  # fmt: skip
     content["parts"]["mass"]["position"] = [1.1, 0, 0]
@@ -223,3 +225,66 @@ def test_a_folded_tape_relaxes_and_opens_with_its_balance(book: Book) -> None:
         assert abs(float(run.energy_defect.values[-1])) < 1e-9
         tips.append(run["tape"].position.values[-1, -1, 1])
     assert 2.5 < (tips[0] - tips[1]) / (tips[1] - tips[2]) < 6.0  # second order
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        [(10.0, 2.0), (20.0, 0.0), (22.0, -1.5), (40.0, -1.6)],
+        [(-20.0, 6.0), (50.0, 5.0), (60.0, 0.0), (70.0, -30.0)],
+    ],
+)
+def test_reduced_time_by_tables_whose_slopes_jump(table: Any) -> None:
+    """Over each straight line of temperatures and of decades the integral is in closed form."""
+    rows = [(273.15 + T, decades) for T, decades in table]
+    law = Viscoelastic(prony=[(0.6, 1.0)], shift={"table": {"rows": rows}})
+    history = np.array([[0.0, rows[0][0]], [7.0, rows[-1][0]]])
+    slope, exact = (rows[-1][0] - rows[0][0]) / 7.0, 0.0
+    for (a, m), (b, n) in itertools.pairwise(rows):
+        exact += (b - a) / slope * (10.0**-n - 10.0**-m) / ((m - n) * math.log(10.0))
+    assert reduced_time(law, history, 0.0, 7.0) == pytest.approx(exact, rel=1e-9)
+
+
+def test_what_nothing_holds_is_refused_for_points_and_rods() -> None:
+    point, rod = System(), System()
+    point.add(parts.Point(mass=1.0, position=(2.0, 0, 0)), "mass")
+    point.add(parts.Spring(a=(0.0, 0, 0), b="mass", stiffness=1.0, length=1.0, viscoelastic=LAW), "spring")
+    material = elements.Material(young_modulus=1e9, density=1000.0, viscoelastic=LAW)
+    folded = parts.Rod(
+        length=1.0, elements=8, section=elements.Circle(radius=0.005), material=material,
+        folds=[{"at": 0.5, "angle": 1.0, "radius": 0.1}],
+    )  # fmt: skip
+    rod.add(folded, "rod")
+    rod.add(parts.Joint(a="ground", b="rod.root", type="clamp"), "root")
+    for system, name in ((point, "spring"), (rod, "rod")):
+        with pytest.raises(
+            InputError, match=f"nothing holds '{name}' in its stowed position: in equilibrium its stress"
+        ):
+            store(system.assemble(), 10.0)
+
+
+@pytest.mark.parametrize(
+    ("law", "section", "sentence"),
+    [
+        (LAW, {"temperature": "80 degC"}, r"store\.temperature has no effect: no Prony series has a `shift`"),
+        (None, {"temperature": 60}, r"store\.temperature is 60 K; it must be from 100 to 1000 K, such as '20 degC'"),
+        (None, {"temperature": [["0 s", "20 degC"], ["2 s", "30 degC"]]}, r"run from 0 s to 2 s; .* store\.time, 10 s"),
+        (None, {"temperature": [["1 s", "20 degC"], ["20 s", "30 degC"]]}, r"from 1 s to 20 s; they must begin at 0"),
+    ],
+)  # fmt: skip
+def test_temperatures_of_storage_without_effect_or_unit_are_refused(law: Any, section: Any, sentence: str) -> None:
+    law = {"prony": [(0.3, "1 day")], "shift": SHIFT} if law is None else law
+    with pytest.raises(InputError, match=sentence):
+        panel(law, sections={"store": {"time": "10 s"} | section}).assemble()
+
+
+def test_margins_warn_of_what_relaxes_during_the_deployment() -> None:
+    margins = panel({"prony": [(0.3, 0.01)]}, sections={"margin": {"zero": ZERO}}, settings={"until": 6.0}).margin()
+    (warning,) = margins.warnings
+    assert "'spring' has a relaxation time of 0.01 s, and the run takes 6 s" in warning
+    assert warning in margins.answer().warnings
+    assert (
+        not panel({"prony": [(0.3, 1e4)]}, sections={"margin": {"zero": ZERO}}, settings={"until": 6.0})
+        .margin()
+        .warnings
+    )

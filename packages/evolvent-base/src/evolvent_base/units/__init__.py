@@ -114,7 +114,7 @@ Density = Annotated[float, Quantity(what="a density", unit="kg/m^3", example="16
 Area = Annotated[float, Quantity(what="an area", unit="m^2", example="2 mm^2", above=0.0)]
 ProductOfArea = Annotated[float, Quantity(what="a product of area", unit="m^4", example="-4 mm^4")]
 ThermalExpansion = Annotated[float, Quantity(what="a thermal expansion", unit="1/K", example="24e-6 1/K")]
-Temperature = Annotated[float, Quantity(what="a change of temperature", unit="K", example="50 K")]
+Temperature = Annotated[float, Quantity(what="a change of temperature", unit="K", example="50 K", difference=True)]
 AbsoluteTemperature = Annotated[float, Quantity(what="an absolute temperature", unit="K", example="20 degC", above=0.0)]
 EnergyPerMole = Annotated[
     float, Quantity(what="an energy per amount of substance", unit="J/mol", example="150 kJ/mol", above=0.0)

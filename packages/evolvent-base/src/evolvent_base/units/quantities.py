@@ -26,6 +26,9 @@ from evolvent_base.units.parsing import (
 )
 from evolvent_base.units.written import parse
 
+#: Units with a zero of their own.
+OFFSET = ("degC", "degF")
+
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Quantity(Annotation):
@@ -38,6 +41,7 @@ class Quantity(Annotation):
     example : str, a valid text
     above, least, most, below : float, optional bounds (`above` and `below` themselves are excluded)
     auto : bool, whether the word 'auto' is a value too
+    difference : bool, whether it is a change, which no unit with a zero of its own (degC, degF) measures
     """
 
     what: str
@@ -48,6 +52,7 @@ class Quantity(Annotation):
     most: float | None = None
     below: float | None = None
     auto: bool = False
+    difference: bool = False
 
     @property
     def bounded(self) -> str:
@@ -80,6 +85,8 @@ class Quantity(Annotation):
         try:
             if isinstance(value, bool) or not isinstance(value, (str, numbers.Real)):
                 raise UnitError("it is not a number")
+            if self.difference and (unit := unit_of(value)) in OFFSET:
+                raise UnitError(f"{unit} has a zero of its own; write the change in {self.unit}")
             number = parse(value, self.unit) if isinstance(value, str) else to_float(value)
             if not math.isfinite(number):
                 raise UnitError("it is not finite")

@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import AfterValidator, BeforeValidator, ValidationError
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
 from evolvent.assembly.assembled import Assembly
@@ -35,6 +36,10 @@ def _rising(value: Any) -> Any:
     return value
 
 
+#: Temperatures of storage, K: what is below or above is a number without its unit.
+COLDEST, WARMEST = 100.0, 1000.0
+
+
 class Store(Section):
     """Time in the stowed position before the run: the stowed equilibrium, relaxed, is the start of every analysis.
 
@@ -43,8 +48,8 @@ class Store(Section):
     time : float, s
         How long the system is stored.
     temperature : float, K, or rows [time, temperature], optional
-        Over storage: constant, or a table with straight lines between its rows, times since the start of storage. If
-        left out, the temperature of each material while it moves.
+        Over storage: constant, or a table with straight lines between its rows, whose times since the start of storage
+        are from 0 to its end. If left out, the temperature of each material while it moves.
     tolerance : float
         Error of the strains in a step of storage, beside their size.
     """
@@ -57,6 +62,24 @@ class Store(Section):
     ] = None
     tolerance: units.Tolerance = 1e-6
 
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        T = self.temperature
+        if isinstance(T, tuple) and (T[0][0] != 0.0 or T[-1][0] < self.time):
+            raise PydanticCustomError(
+                "sentence",
+                "the times of store.temperature run from {first} s to {last} s; they must begin at 0 and reach "
+                "store.time, {time} s",
+                {"first": f"{T[0][0]:g}", "last": f"{T[-1][0]:g}", "time": f"{self.time:g}"},
+            )  # fmt: skip
+        for value in [] if T is None else [row[1] for row in T] if isinstance(T, tuple) else [T]:
+            if not COLDEST <= value <= WARMEST:
+                raise PydanticCustomError(
+                    "sentence", "store.temperature is {T} K; it must be from {low} to {high} K, such as '20 degC'",
+                    {"T": f"{value:g}", "low": f"{COLDEST:g}", "high": f"{WARMEST:g}"},
+                )  # fmt: skip
+        return self
+
     @property
     def shown(self) -> str:
         """How long, and at which temperature, in words."""
@@ -65,7 +88,9 @@ class Store(Section):
             return found
         if isinstance(T, float | int):
             return f"{found} at {T - 273.15:.4g} °C"
-        values = [row[1] - 273.15 for row in T]
+        times, values = np.array(T).T
+        inner = np.append(times[times < self.time], self.time)
+        values = np.interp(inner, times, values) - 273.15
         return f"{found} at {min(values):.4g} to {max(values):.4g} °C"
 
 
@@ -73,7 +98,8 @@ def shown_time(seconds: float) -> str:
     """A time in the largest unit of which it has one."""
     for unit, size in (("years", 365.25 * 86_400.0), ("days", 86_400.0), ("h", 3600.0)):
         if seconds >= size:
-            return f"{seconds / size:.4g} {unit}"
+            count = f"{seconds / size:.4g}"
+            return f"{count} {unit.rstrip('s') if count == '1' else unit}"
     return f"{seconds:.4g} s"
 
 

@@ -39,7 +39,8 @@ class System(Composition, Answered):
     gravity : (3,) float, m/s2, or with a unit in the last entry, inertial frame; acts on every mass
     title : str, what the system is, for the titles of pictures
     settings : mapping, optional, arguments that `simulate` takes where they are left out
-    sections : mapping, optional, other sections of the case that the system was read from, for `to_yaml`
+    sections : mapping, optional, other sections of the case, as in a file: `store` is the storage before every
+        analysis, such as ``{"store": {"time": "10 years", "temperature": "20 degC"}}``; `margin` holds keys of `margin`
 
     Examples
     --------

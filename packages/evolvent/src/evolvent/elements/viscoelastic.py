@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import abc
 import itertools
 import math
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import BeforeValidator, model_validator
+from pydantic import AfterValidator, BeforeValidator, model_validator
 from pydantic_core import PydanticCustomError
 
 from evolvent_base import units
@@ -39,11 +40,39 @@ def _terms(value: Any) -> Any:
     return rows_of(value, "[share, time]")
 
 
+def _below_one(terms: tuple[tuple[float, float], ...]) -> Any:
+    total = math.fsum(share for share, _ in terms)
+    if total >= 1.0:
+        raise PydanticCustomError(
+            "prony", "the shares of `prony` sum to {total}; they must sum to less than 1: the rest never relaxes",
+            {"total": f"{total:.6g}"},
+        )  # fmt: skip
+    return terms
+
+
 def _decades(value: Any) -> Any:
     return rows_of(value, "[temperature, decades]")
 
 
-class WLF(Section):
+class Shift(Section):
+    """Factor a of relaxation times by temperature."""
+
+    @property
+    @abc.abstractmethod
+    def range(self) -> tuple[float, float]:
+        """Temperatures at which it holds, K."""
+
+    @abc.abstractmethod
+    def decades(self, temperature: float) -> float:
+        """log10 of the factor of relaxation times."""
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Temperatures at which its slope jumps, K."""
+        return ()
+
+
+class WLF(Shift):
     """Shift of polymers above their glass transition: log10 a = -c1 (T - T_r)/(c2 + T - T_r).
 
     Parameters
@@ -60,7 +89,9 @@ class WLF(Section):
     """
 
     c1: units.PositiveNumber
-    c2: Annotated[float, units.Quantity(what="a change of temperature", unit="K", example="51.6 K", above=0.0)]
+    c2: Annotated[
+        float, units.Quantity(what="a change of temperature", unit="K", example="51.6 K", above=0.0, difference=True)
+    ]
     reference: units.AbsoluteTemperature
 
     @property
@@ -74,7 +105,7 @@ class WLF(Section):
         return -self.c1 * off / (self.c2 + off)
 
 
-class Arrhenius(Section):
+class Arrhenius(Shift):
     """Shift by an activation energy: ln a = energy/R (1/T - 1/T_r).
 
     Parameters
@@ -97,7 +128,7 @@ class Arrhenius(Section):
         return self.energy / GAS * (1.0 / temperature - 1.0 / self.reference) / math.log(10.0)
 
 
-class ShiftTable(Section):
+class ShiftTable(Shift):
     """Measured shifts; straight lines between the rows.
 
     Parameters
@@ -131,6 +162,11 @@ class ShiftTable(Section):
     def range(self) -> tuple[float, float]:
         """Temperatures at which it holds, K."""
         return self.rows[0][0], self.rows[-1][0]
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Temperatures of its rows, K."""
+        return tuple(temperature for temperature, _ in self.rows)
 
     def _at(self, temperature: float) -> float:
         return float(np.interp(temperature, *np.array(self.rows).T))
@@ -166,18 +202,14 @@ class Viscoelastic(Section):
     Creep that depends on the stress, ageing, damage and moisture are not modelled.
     """
 
-    prony: Annotated[tuple[tuple[units.PositiveNumber, units.Duration], ...], BeforeValidator(_terms)]
+    prony: Annotated[
+        tuple[tuple[units.PositiveNumber, units.Duration], ...], BeforeValidator(_terms), AfterValidator(_below_one)
+    ]
     shift: Annotated[WLF | Arrhenius | ShiftTable, OneOf(SHIFTS)] | None = None
     temperature: units.AbsoluteTemperature | None = None
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        total = math.fsum(share for share, _ in self.prony)
-        if total >= 1.0:
-            raise PydanticCustomError(
-                "prony", "the shares of `prony` sum to {total}; they must sum to less than 1: the rest never relaxes",
-                {"total": f"{total:.6g}"},
-            )  # fmt: skip
         if self.temperature is not None and self.shift is None:
             raise PydanticCustomError(
                 "prony", "`temperature` has no effect without `shift`; leave it out, or give both"
@@ -204,12 +236,9 @@ class Viscoelastic(Section):
         if temperature is None or self.shift is None:
             return 1.0
         low, high = self.shift.range
-        if not low < temperature <= high and not low <= temperature <= high:
-            raise InputError(
-                f"{key} is {temperature:g} K; the shift of the Prony series holds from {low:g} to {high:g} K"
-            )
-        if temperature == low and isinstance(self.shift, WLF):
-            raise InputError(f"{key} is {temperature:g} K; the shift of the Prony series holds above {low:g} K")
+        if not low <= temperature <= high or (temperature == low and math.isinf(high)):
+            where = f"above {low:g} K" if math.isinf(high) else f"from {low:g} to {high:g} K"
+            raise InputError(f"{key} is {temperature:g} K; the shift of the Prony series holds {where}")
         decades = self.shift.decades(temperature)
         if abs(decades) > MOST_DECADES:
             raise InputError(

@@ -89,7 +89,8 @@ class AtRest:
         names = [*(table.coordinate.name for table in self.tables), *self.reels]
         remarks += limitations(solution) if solution is not None else []
         return MarginResults(
-            self.label, self.standard, self.keys, names, still, moving, ends, remarks, title=title, case=case,
+            self.label, self.standard, self.keys, names, still, moving, ends, remarks,
+            warnings=self._warnings(solution), title=title, case=case,
         )  # fmt: skip
 
     def _starts(self, table: MarginTable, solution: Solution) -> bool:
@@ -97,6 +98,19 @@ class AtRest:
         assert self.mechanism is not None
         one = table.coordinate
         return one.sense * (float(self.mechanism.of_run(solution, 0).x[one.k]) - one.end) < 0.0
+
+    def _warnings(self, solution: Solution | None) -> list[str]:
+        """What relaxes during the deployment, which no margin counts: the stiffness is that at the start."""
+        own = {name: min(time for _, time in law.terms) for name, (_, law) in self.assembly.relaxations.items()}
+        found = {name: time for name, time in own.items() if solution is not None and time < float(solution.t[-1])}
+        if not found:
+            return []
+        name = min(found, key=lambda one: found[one])
+        return [
+            f"what relaxes while the system deploys is in no margin: {name!r} has a relaxation time of "
+            f"{found[name]:.3g} s, and the run takes {float(solution.t[-1]) if solution is not None else 0.0:.4g} s; "
+            f"where such a part drives, its margins are lower"
+        ]
 
     def _remarks(self) -> list[str]:
         """Sentences on parts that have no share."""
@@ -109,6 +123,11 @@ class AtRest:
         for name, (family, _) in self.assembly.names.items():
             remarks.setdefault(shares.of_family(family).remark, []).append(repr(name))
         found += [remark.format(names=", ".join(names)) for remark, names in remarks.items() if remark]
+        if self.assembly.relaxations:
+            found.append(
+                "viscoelastic parts act with what they have at the start of the deployment: what relaxes during it is "
+                "not counted"
+            )
         if self.opened:
             found.append(f"the tables at rest leave out what is to be released: {self.opened}")
         if any(share.evaluated.elastic is not None for share in self.shares):

@@ -41,6 +41,7 @@ class MarginResults(Shown):
     moving : list of Table or None, along the run
     latches : list of dict, of `latches.latch_of`; empty without a run
     remarks : list of str, sentences on parts that have no share, and on what the run is beyond
+    warnings : list of str, sentences on what makes the margins wrong
     title, case : str
     without_run : str, why there are no margins along a run; '' where that needs no reason
     """
@@ -50,8 +51,9 @@ class MarginResults(Shown):
     def __init__(
         self, label: str, standard: Standard, keys: Margin, names: Sequence[str], still: Sequence[MarginTable | None],
         moving: Sequence[MarginTable | None], latches: Sequence[dict[str, Any]], remarks: Sequence[str] = (), *,
-        title: str = "", case: str = "",
+        warnings: Sequence[str] = (), title: str = "", case: str = "",
     ) -> None:  # fmt: skip
+        self.warnings = list(warnings)
         self.label, self.standard, self.keys = label, standard, keys
         self.names, self.still, self.moving, self.latches = list(names), list(still), list(moving), list(latches)
         self.remarks, self.title, self.case, self.without_run = list(remarks), title, case, ""
@@ -78,10 +80,11 @@ class MarginResults(Shown):
             sections.append(an.Section(title="Case", blocks=[an.Listing(self.case)], level=an.PAGE))
         why = self.without_run and f"no margins along the run: {self.without_run}"
         low = f"the margin of {', '.join(map(repr, self.negative))} is below 0"
+        warnings = [*([low] if self.negative else []), *self.warnings]
         return an.Answer(
             title=f"Margins of {self.title or 'a mechanism'}",
             facts=[("least margin", shown_margin(self.least)), ("factors", f"{self.label}, {self.standard.revision}")],
-            warnings=[low] if self.negative else [], heads=[] if self.negative else ["every margin holds"],
+            warnings=warnings, heads=[] if warnings else ["every margin holds"],
             sections=sections, notes=[*self.notes(), *filter(None, [self.standard.source, why])], made=made_with(),
             files={"margins.nc": lambda: netcdf.image(self.to_tree()),
                    "margins.json": lambda: an.as_json(self.to_dict()),
@@ -325,7 +328,8 @@ class MarginResults(Shown):
         """All tables as numbers and texts, as the JSON file has them; what is infinite or not known is None."""
         found: dict[str, Any] = {
             "factors": self.label, "revision": self.standard.revision, "others": self.keys.others,
-            "least_margin": self.least, "negative": self.negative, "notes": self.notes(), "coordinates": {},
+            "least_margin": self.least, "negative": self.negative, "warnings": self.warnings, "notes": self.notes(),
+            "coordinates": {},
         }  # fmt: skip
         for n, (still, moving) in enumerate(zip(self.still, self.moving, strict=True)):
             one = {} if still is None else _as_dict(still)

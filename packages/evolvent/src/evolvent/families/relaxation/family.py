@@ -89,6 +89,10 @@ class Memory:
         """What the strains of all branches have changed by since the last state that was accepted."""
         return np.asarray(self._rows["x"] - self._rows["x0"])
 
+    def largest(self, term: int) -> float:
+        """Largest strain of a term."""
+        return float(np.abs(self._rows["x"][self._rows["term"] == term]).max(initial=0.0))
+
     def sizes(self, small: float) -> Array:
         """Sizes of the strains, at least `small` times the largest of their term; 0 where all of a term are 0."""
         found = np.abs(self._rows["x"])

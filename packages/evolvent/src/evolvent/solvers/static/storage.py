@@ -29,6 +29,9 @@ _SMALL = 1e-3
 MOST_STEPS, _SMALLEST = 20_000, 1e-12
 #: What an angle (rad) or a travel (m) of a mechanism may move from the start to the stowed equilibrium.
 MOST_MOVED = 0.05
+#: Share of its strain that a part loses from the start to the stowed equilibrium where nothing holds it.
+_GONE = 1e-6
+_HOLD = "hold it by a joint that is released later, a contact or a drive"
 #: Correction at which an iteration has converged.
 _CONVERGED = 1e-11
 
@@ -101,6 +104,8 @@ def store(
     rows = None if temperature is None else np.atleast_2d(np.array(temperature, dtype=float))
     if rows is not None and rows.shape == (1, 1):
         rows = np.array([[0.0, rows[0, 0]]])
+    if rows is not None and not any(law.shift for _, law in assembly.relaxations.values()):
+        raise InputError("store.temperature has no effect: no Prony series has a `shift`; give both, or leave it out")
     for _, law in assembly.relaxations.values():
         for value in [] if rows is None else rows[:, 1]:
             law.factor(float(value), "store.temperature")
@@ -121,6 +126,24 @@ def store(
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
+#: Most decades of the shift over which these points integrate at once.
+_DECADES = 4.0
+
+
+def _smooth(law: Any, rows: Array, start: float, end: float) -> list[float]:
+    """Times, s, between which the logarithm of the shift is smooth and changes by few decades."""
+    times = [start, *rows[(rows[:, 0] > start) & (rows[:, 0] < end), 0].tolist(), end]
+    found = [start]
+    for a, b in itertools.pairwise(times):
+        Ta, Tb = np.interp([a, b], rows[:, 0], rows[:, 1])
+        inner = [a + (b - a) * (T - Ta) / (Tb - Ta) for T in law.shift.kinks if min(Ta, Tb) < T < max(Ta, Tb)]
+        for c, d in itertools.pairwise([a, *sorted(inner), b]):
+            Tc, Td = np.interp([c, d], rows[:, 0], rows[:, 1])
+            pieces = 1 + int(abs(law.shift.decades(float(Td)) - law.shift.decades(float(Tc))) / _DECADES)
+            found += np.linspace(c, d, pieces + 1)[1:].tolist()
+    return found
+
+
 def reduced_time(law: Any, rows: Array, start: float, end: float) -> float:
     """Integral of dt/a over a history of temperatures, s.
 
@@ -130,9 +153,10 @@ def reduced_time(law: Any, rows: Array, start: float, end: float) -> float:
     rows : (n, 2) float, times (s) and temperatures (K)
     start, end : float, s
     """
-    inner = rows[(rows[:, 0] > start) & (rows[:, 0] < end), 0]
+    if law.shift is None:
+        return end - start
     found = 0.0
-    for a, b in itertools.pairwise([start, *inner.tolist(), end]):
+    for a, b in itertools.pairwise(_smooth(law, rows, start, end)):
         at = np.interp(0.5 * (a + b) + 0.5 * (b - a) * _POINTS, rows[:, 0], rows[:, 1])
         paces = [1.0 / law.factor(float(T), "store.temperature") for T in at]
         found += 0.5 * (b - a) * float(_WEIGHTS @ paces)
@@ -154,20 +178,34 @@ class _Storage:
     def stow(self, most_moved: float) -> None:
         """Find the stowed equilibrium, before any relaxation."""
         rows = motions_of(self.work.model)
-        start = rows["angle"].copy()
+        start, strains = rows["angle"].copy(), self._strains()
         with refusing_laws(self.work.assembly):
             self.search.by_steps(np.ones(1), whole=True)
         if self.search.status != "success":
-            raise InputError(f"storage: the stowed position is in no equilibrium: {self.search.message}")
+            raise InputError(
+                f"storage: from the start no equilibrium of the stowed position is found "
+                f"({self.search.message.partition(';')[0]}); {_HOLD}"
+            )
         for k in np.flatnonzero(np.abs(rows["angle"] - start) > most_moved):
             name, moved = families.owner(self.work.assembly, motions(), int(k)), float(rows["angle"][k] - start[k])
             unit = "rad" if rows["kind"][k] == axial.ANGLE else "m"
             raise InputError(
                 f"storage: nothing holds {name!r} in its stowed position: its equilibrium is {moved:.3g} {unit} from "
-                f"the start; hold it by a joint with `until`, a contact or a drive"
+                f"the start; {_HOLD}"
             )
+        for name, largest in self._strains().items():
+            if largest < _GONE * strains[name]:
+                raise InputError(
+                    f"storage: nothing holds {name!r} in its stowed position: in equilibrium its stress is gone; "
+                    f"{_HOLD}"
+                )
         del self.search.kept[:-1]
         self.times.append(0.0)
+
+    def _strains(self) -> dict[str, float]:
+        """Largest strain of each viscoelastic part."""
+        own = self.work.assembly.relaxations.items()
+        return {name: self._memory.largest(first) for name, (first, _) in own}
 
     def _shift(self, step: float) -> None:
         """Set the relaxation times of a step, by its temperatures."""

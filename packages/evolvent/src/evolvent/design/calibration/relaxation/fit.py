@@ -103,7 +103,7 @@ def fit_curves(
     curves = measured.curves
     _check(curves, deviation, terms)
     warm, levels = _levels(curves)
-    law = shifts.law(shift, warm, _reference(warm, reference, shift))
+    law = shifts.law(shift, warm, _reference(warm, reference, shift, stated=curves[0].temperature is not None))
     scale = max(float(one.forces.max()) for one in curves)
     rows = rows_of(curves, levels, scale)
     own = len(curves) - 1 if own_forces else 0
@@ -174,11 +174,11 @@ def _levels(curves: Sequence[Curve]) -> tuple[Array, list[int]]:
     return np.array([T[part].mean() for part in parts]), level.tolist()
 
 
-def _reference(warm: Array, reference: Any, shift: str | None) -> float:
+def _reference(warm: Array, reference: Any, shift: str | None, *, stated: bool) -> float:
     if reference is None:
         return float(warm[int(np.argmin(np.abs(warm - ROOM)))])
     found = kelvin(reference, "reference")
-    if warm.size < 2 and shift is None and abs(found - warm[0]) > 1e-6:
+    if warm.size < 2 and shift is None and (not stated or abs(found - warm[0]) > 1e-6):
         raise InputError(
             f"reference is {shifts.celsius(found)}, but the data have one temperature, or none that is stated; curves "
             "at two or more determine a shift"
