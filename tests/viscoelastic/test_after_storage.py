@@ -219,3 +219,14 @@ def test_systems_without_storage_are_named() -> None:
         cases.load("heliogyro", {"store.time": "1 year"})
     found = CliRunner().invoke(command, ["heliogyro"])
     assert "the system 'heliogyro' has no key `store`" in str(found.exception)
+
+
+def test_keys_of_a_choice_have_derivatives(array: evolvent.System) -> None:
+    """By the activation energy, whose section has its name between the keys."""
+    warm, time = 303.15, 10.0 * YEAR
+    own = array.with_values({"simulate.until": "0.1 s", "store.temperature": warm})
+    key = "parts.hinge.viscoelastic.shift.arrhenius.energy"
+    found = own.sensitivity(["hinge.torque.max"], [key], check=False).dataset
+    off = (1.0 / warm - 1.0 / COLD) / GAS  # derivative of ln a
+    times = time / (TIMES * np.exp(ENERGY * off))
+    assert float(found.derivative[0, 0]) == pytest.approx(TORQUE * off * (SHARES * times) @ np.exp(-times), rel=1e-5)

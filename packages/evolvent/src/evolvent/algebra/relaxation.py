@@ -18,6 +18,8 @@ from evolvent.algebra.eigenproblem import DISTINCT, Eigenproblem
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
+#: What makes modes complex, beside what makes those of an `Eigenproblem` so.
+RELAXATION = "relaxation"
 
 #: Elastic modes beside those that are wanted, at first.
 MORE = 4

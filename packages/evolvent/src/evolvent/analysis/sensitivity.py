@@ -109,8 +109,10 @@ def key_of(system: Composition, name: str) -> Key:
     for word in place.split("."):
         if isinstance(value, list | tuple) and word.isdigit() and int(word) < len(value):
             value = value[int(word)]
+        elif isinstance(value, Mapping):
+            value = value.get(word, value)  # what is missing of a key that exists is the name of a choice
         else:
-            value = value.get(word) if isinstance(value, Mapping) else None
+            value = None
     if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
         raise InputError(f"{name!r} is {schema.shown(value)}; a derivative is by a key that holds a number")
     marks = [getattr(mark, "quantity", mark) for _, own_marks in found.types for mark in own_marks]

@@ -58,7 +58,7 @@ class StorageResults(Shown):
     title, case : str
     """
 
-    named, endings = "storage", (".nc", ".json", ".csv")
+    named, endings = "results of storage", (".nc", ".json", ".csv")
 
     def __init__(
         self, section: Store, stored: Stored, run: xr.DataTree, *,

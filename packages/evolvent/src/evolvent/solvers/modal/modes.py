@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from evolvent.algebra.eigenproblem import Eigenproblem
-from evolvent.algebra.relaxation import RelaxingProblem
+from evolvent.algebra.relaxation import RELAXATION, RelaxingProblem
 from evolvent.algebra.subspaces import along_axes
 from evolvent.assembly import families
 from evolvent.assembly.assembled import Assembly
@@ -128,7 +128,7 @@ def modes(
         pole, shape = problem.solve(count)
         shape = turned(pole, shape)
         note = AT_ONCE if assembly.relaxations else ""
-    causes = problem.causes if np.iscomplexobj(shape) else ()
+    causes = (*problem.causes, *([RELAXATION] if note == BY_LAW else [])) if np.iscomplexobj(shape) else ()
     return VibrationModes(
         pole=pole, shape=shape, equilibrium=equilibrium, assembly=assembly, M=M, G=G, causes=causes, note=note
     )
