@@ -55,8 +55,8 @@ def outcome(system: System) -> Assembly | str:
 
 
 def rebuilt(system: System) -> System:
-    """A system of the same parts, put together part by part."""
-    found = System(gravity=system._gravity.tolist())
+    """A system of the same parts and storage, put together part by part."""
+    found = System(gravity=system._gravity.tolist(), sections=system.sections)
     for name, part in system.parts.items():
         found.add(part, name)
     return found

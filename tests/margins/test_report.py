@@ -1,6 +1,7 @@
 """Margins in the report of a run: the tables of `evolvent margin`, latches from the results, sentences without them."""
 
 import math
+from typing import Any
 
 import pytest
 
@@ -11,6 +12,11 @@ from evolvent_base.answer import Points, Table
 from margin_cases import NONE, case
 
 pytestmark = pytest.mark.slow
+
+
+def margins_of(run: Any) -> list[Any]:
+    """Blocks of the margins of a run."""
+    return report._margins(run, report._Stored.of(run))
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +36,7 @@ def notes_of(blocks):
 
 def test_tables_are_those_of_margin(run):
     margins = evolvent.load(case()).margin()
-    found = report._margins(run)
+    found = margins_of(run)
     tables = tables_of(found)
     own = tables["Margins by ECSS-E-ST-33-01C"]
     assert own == margins.rows()
@@ -45,12 +51,12 @@ def test_tables_are_those_of_margin(run):
 def test_a_file_has_no_states_for_the_margins_along_the_run(run, tmp_path):
     """So they are left out, and the reason is a note."""
     results.save(run, str(tmp_path / "run.nc"))
-    found = report._margins(evolvent.open(str(tmp_path / "run.nc")))
+    found = margins_of(evolvent.open(str(tmp_path / "run.nc")))
     rows = tables_of(found)["Margins by ECSS-E-ST-33-01C"]
     assert rows == evolvent.load(case()).margin(motion=False).rows()
     assert "margin in the run" not in rows[0]
     assert any(note.startswith("no margins along the run: a file of results has no states") for note in notes_of(found))
-    assert not any(note.startswith("no margins along") for note in notes_of(report._margins(run)))
+    assert not any(note.startswith("no margins along") for note in notes_of(margins_of(run)))
 
 
 def test_the_report_has_the_section(run, tmp_path):
@@ -69,7 +75,7 @@ def test_a_stop_without_a_latch():
     content["parts"]["hinge"] |= {"low": -9.0, "high": 1.0, "stop": 500.0}
     content["margin"]["lines"] = {"hinge": {"travel": [0.0, 1.0]}}
     system = evolvent.load(content)
-    rows = tables_of(report._margins(system.simulate()))["Latches and stops in the run"]
+    rows = tables_of(margins_of(system.simulate()))["Latches and stops in the run"]
     assert rows == system.margin().latch_rows()
     assert rows[1][1] != "-"
 
@@ -93,12 +99,12 @@ def changed(run, **margin):
 )
 def test_margins_that_are_not_stated(run, margin, sentence, tmp_path):
     other = changed(run, **margin)
-    assert sentence in report._margins(other)[0]
+    assert sentence in margins_of(other)[0]
     report.write(other, str(tmp_path / "r.html"))
 
 
 def test_a_case_without_margins_has_no_section(tmp_path):
     plain = evolvent.load({key: value for key, value in case().items() if key != "margin"}).simulate()
-    assert report._margins(plain) == []
+    assert margins_of(plain) == []
     report.write(plain, str(tmp_path / "r.html"))
     assert "#margins" not in (tmp_path / "r.html").read_text()
