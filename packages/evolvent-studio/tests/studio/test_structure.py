@@ -82,9 +82,9 @@ def test_storage_and_relaxation_have_forms():
     assert (fields["store.time"].unit, fields["store.temperature"].unit) == ("s", "K")
     assert fields["store.temperature"].help.endswith("or rows [time (s), absolute temperature (K)]")
     assert form.texts(shown, content)["store.time"] == "10 years"
-    typed = {"store.time": "1 year", "store.temperature": "[[0 days, 20 degC], [100 days, 40 degC]]"}
+    typed = {"store.time": "1 year", "store.temperature": "[[0 days, 20 degC], [400 days, 40 degC]]"}
     found, wrong = form.content_of(shown, typed, {"store"})  # as where a case has none before
-    assert (wrong, found["store"]["temperature"][1]) == ({}, ["100 days", "40 degC"])
+    assert (wrong, found["store"]["temperature"][1]) == ({}, ["400 days", "40 degC"])
     assert cases.problems({**content, **found}) == {}
     falling = {**content, "store": {"time": "1 year", "temperature": [["1 day", "20 degC"], ["0 s", "40 degC"]]}}
     assert list(cases.problems(falling)) == ["store.temperature"]
