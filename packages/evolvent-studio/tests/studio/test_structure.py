@@ -98,7 +98,7 @@ def test_storage_and_relaxation_have_forms():
     typed = form.texts(shown, content["parts"]["hinge"]) | {"viscoelastic.prony": "[[0.6, 1 h], [0.5, 1 h]]"}
     found, _ = form.content_of(shown, typed, {"viscoelastic"})
     (wrong,) = parts.part_problems("hinge", {"kind": "joint-spring", **found}).items()
-    assert wrong[0] == "viscoelastic"
+    assert wrong[0] == "viscoelastic.prony"
     assert "they must sum to less than 1" in wrong[1]
 
 
