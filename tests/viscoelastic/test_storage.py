@@ -11,6 +11,7 @@ import pytest
 import scipy
 import yaml
 
+import evolvent
 from book import Book
 from evolvent import System, cases, elements, parts
 from evolvent.elements.viscoelastic import Viscoelastic
@@ -288,3 +289,11 @@ def test_margins_warn_of_what_relaxes_during_the_deployment() -> None:
         .margin()
         .warnings
     )
+
+
+def test_a_run_states_the_storage_before_it() -> None:
+    run = evolvent.run("hinge-stored", {"simulate.until": 0.1})
+    rows = {one.label: one.value for one in cases.presenter(run).numbers(run)}
+    assert rows["stored before"] == "10 years at 20 °C"
+    run = evolvent.run("hanging-chain", {"simulate.until": 0.1})
+    assert "stored before" not in {one.label for one in cases.presenter(run).numbers(run)}

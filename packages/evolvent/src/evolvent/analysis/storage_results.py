@@ -73,7 +73,7 @@ class StorageResults(Shown):
     def answer(self) -> an.Answer:
         """Facts, tables before and after, figures and files."""
         table = an.Table.of(self.rows(), words=2)
-        sections = [an.Section(title="Forces that relax", blocks=[table])]
+        sections = [an.Section(title="Forces that relax", blocks=[table])] if self.forces else []
         kept = [["part", "deformation", "value"], *([part, words, f"{value:.4g} {unit_text(unit)}".rstrip(" 1")]
                 for part, words, value, unit in self.sets)]  # fmt: skip
         if self.sets:
@@ -159,6 +159,8 @@ class StorageResults(Shown):
             ]  # fmt: skip
             for name in missing:
                 yield f"{name!r} latches in the run before storage, and does not after it"
+        if not self.forces:
+            yield "no viscoelastic part carries a force in the stowed position: nothing relaxes"
 
     # -------------------------------------------------------------------------------------------------- figures
 

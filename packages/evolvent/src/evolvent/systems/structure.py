@@ -9,13 +9,15 @@ from pydantic import Field
 
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.analysis.margins.keys import Margin
-from evolvent.analysis.storage import Store
+from evolvent.analysis.storage import Store, storage_of
 from evolvent.analysis.system import System
 from evolvent.parts.registry import PartsByName
 from evolvent.solvers.time.explicit import methods as explicit_methods
 from evolvent.solvers.time.implicit import methods as implicit_method
 from evolvent_base import units
+from evolvent_base.figures import Number
 from evolvent_base.schema import Section
+from evolvent_base.texts import parse_yaml
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System
@@ -103,6 +105,13 @@ class Structure(SystemDefinition):
         """The sections `store`, `equilibrium`, `modes` and `margin` of a case, where it says something of them."""
         given = case.model_dump(mode="json", exclude_defaults=True)
         return {name: given[name] for name in ("store", "equilibrium", "modes", "margin") if name in given}
+
+    def numbers(self, run: Any) -> list[Number]:
+        """Rows of the table on the screen, and the storage that the run follows."""
+        content = parse_yaml(run.attrs.get("case", ""), "the case of the run")
+        section = storage_of(content if isinstance(content, Mapping) else {})
+        stored = [] if section is None else [Number(label="stored before", value=section.shown)]
+        return [*super().numbers(run), *stored]
 
     def unstored(self, case: StructureCase) -> StructureCase:
         """A case without the section `store`."""
