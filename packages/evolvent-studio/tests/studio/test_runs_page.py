@@ -566,7 +566,8 @@ def test_modes_are_listed_and_the_chosen_one_moves(page, server, shots):
     page.click(part("modes"))
     page.wait_for_selector(part("modes-table"))
     rows = page.locator(f"{part('modes-table')} tr")
-    assert rows.first.locator("th").all_inner_texts()[:4] == ["mode", "frequency, Hz", "frequency, rad/s", "damping ratio"]
+    heads = rows.first.locator("th").all_inner_texts()
+    assert heads[:4] == ["mode", "frequency, Hz", "frequency, rad/s", "damping ratio"]
     found = evolvent.load("boom-slew").modes(count=10)
     hertz = [float(rows.nth(k + 1).locator("td").nth(1).inner_text()) for k in range(10)]
     assert hertz == pytest.approx(found.frequency_hz, rel=1e-4)
