@@ -194,7 +194,7 @@ def test_an_expression_that_jumps_is_refused(expression: str, words: str) -> Non
     constants = {"t0": 2.0} if "t0" in expression else {}
     with pytest.raises(InputError, match=words + ", which needs an infinite force; give an expression whose rate"):
         turned(expression, **constants).assemble()
-    assert turned(expression, until=0.5, **constants).assemble()  # the joint has let go by then
+    assert turned(expression, until=0.5, **constants).assemble()  # the joint is released by then
 
 
 @pytest.mark.parametrize(

@@ -198,7 +198,7 @@ def scores(times: Times, trials: int, *, stamps: Times | None = None) -> Array:
     return np.array(found)
 
 
-#: Kinds of times of which 200 records are told only in the longer tests: 40 of each are always.
+#: Kinds of times of which 200 records are checked in the longer tests alone: 40 of each always are.
 LONGER = set(KINDS) - {"gaps and a scatter of 5 %", "scatter of 30 %"}
 
 

@@ -106,7 +106,7 @@ def unit_of(mark: Any) -> str:
 
 
 def shape_of(annotation: Any) -> str:
-    """How a list is written, where no annotation says so."""
+    """How a list is written that has no annotation."""
     plain = [a for a in (get_args(annotation) or (annotation,)) if a is not NoneType]
     whole = annotation if get_origin(annotation) is tuple else next((a for a in plain if get_origin(a) is tuple), None)
     if whole is None:

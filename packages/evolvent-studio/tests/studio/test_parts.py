@@ -231,10 +231,10 @@ def test_command_refuses_in_one_sentence(tmp_path):
             (["--port", port], "give another with --port"),
         ):
             words = [sys.executable, "-m", "evolvent", "studio", "--no-browser", *options]
-            told = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
-            assert told.returncode == 2
-            assert said in told.stderr
-            assert len(told.stderr.strip().splitlines()) == 1
+            done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+            assert done.returncode == 2
+            assert said in done.stderr
+            assert len(done.stderr.strip().splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
 
 

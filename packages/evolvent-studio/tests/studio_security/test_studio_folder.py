@@ -568,7 +568,7 @@ def test_python_and_libraries_find_nothing_in_the_folder(root, started, monkeypa
 
 @pytest.mark.slow
 def test_a_worker_in_a_hostile_folder_computes(root):
-    """As above, with the process itself: a module of the folder would end it; a fit that cannot be made is told."""
+    """As above, with the process itself: a module of the folder would end it; a fit that fails is reported."""
     for name in ("numpy.py", "numba.py", "yaml.py", "json.py", "evolvent.py"):
         (root / name).write_text("raise SystemExit('code of the folder ran')")
     (root / "log.csv").write_text("time (s),rate (rad/s)\n0,1\n1,2\n2,3\n")

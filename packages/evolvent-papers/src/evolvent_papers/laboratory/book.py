@@ -98,7 +98,7 @@ class Verdict(Shown):
     comparisons : tuple of Comparison
     figures : tuple of Figure
     notes : tuple of str, sentences on what was done and what a reader must know
-    of : Set, of which it is; None before `Set.validate` says so
+    of : Set, to which it belongs; set by `Set.validate`, None before
     """
 
     comparisons: tuple[Comparison, ...]

@@ -179,6 +179,15 @@ def of_run(text: str) -> Any:
     return load(parse_yaml(text, "the run's case"))
 
 
+def content_of_run(run: Any) -> dict[str, Any]:
+    """The case of a run as its file holds it, unchecked; empty where it has none that can be read."""
+    try:
+        content = parse_yaml(run.attrs.get("case", ""), "the run's case")
+    except InputError:
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
 def content_of(case: Any, overrides: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """A case as it is written, with `overrides` in place, unchecked but for what they need.
 

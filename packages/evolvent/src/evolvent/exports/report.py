@@ -143,15 +143,6 @@ def _notes(run: Any) -> list[an.Section]:
     return notes
 
 
-def _content(run: Any) -> dict[str, Any]:
-    """The case of a run as its file holds it; empty where it has none."""
-    try:
-        content = cases.parse_yaml(run.attrs["case"], "the case of the run")
-    except InputError:
-        return {}
-    return content if isinstance(content, dict) else {}
-
-
 def _system(run: Any, content: dict[str, Any]) -> System:
     """The parts of a run, from its case, of which other analyses are made.
 
@@ -188,7 +179,7 @@ class _Stored:
     @classmethod
     def of(cls, run: Any) -> _Stored:
         """That of a run; where it cannot be found, the reason is stated."""
-        content = _content(run)
+        content = cases.content_of_run(run)
         if not content.get("store"):
             return cls([], [])
         try:
@@ -204,7 +195,7 @@ def _margins(run: Any, stored: _Stored) -> list[an.Block]:
 
     Where the margins cannot be found, the reason is stated.
     """
-    content = _content(run)
+    content = cases.content_of_run(run)
     if not isinstance(content.get("margin"), dict):
         return []
     try:

@@ -90,7 +90,7 @@ def refuse_unfit(name: str, part: Any) -> None:
 
 
 def _with(name: str, conditions: tuple[When, ...], values: Mapping[str, Any]) -> str:
-    """What a key applies to, for messages: the value of the key that says so."""
+    """What a key applies to, for messages: the value of the key that decides it."""
     keys = [when.keys[0] for when in conditions if when.values]
     return f"{name}.{keys[0]} {values[keys[0]]!r}" if keys else name
 

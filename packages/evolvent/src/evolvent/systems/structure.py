@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field
 
+from evolvent import cases
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.analysis.margins.keys import Margin
 from evolvent.analysis.storage import Store, storage_of
@@ -17,7 +18,6 @@ from evolvent.solvers.time.implicit import methods as implicit_method
 from evolvent_base import units
 from evolvent_base.figures import Number
 from evolvent_base.schema import Section
-from evolvent_base.texts import parse_yaml
 
 if TYPE_CHECKING:
     from evolvent.analysis.system import System
@@ -108,8 +108,7 @@ class Structure(SystemDefinition):
 
     def numbers(self, run: Any) -> list[Number]:
         """Rows of the table on the screen, and the storage that the run follows."""
-        content = parse_yaml(run.attrs.get("case", ""), "the case of the run")
-        section = storage_of(content if isinstance(content, Mapping) else {})
+        section = storage_of(cases.content_of_run(run))
         stored = [] if section is None else [Number(label="stored before", value=section.shown)]
         return [*super().numbers(run), *stored]
 

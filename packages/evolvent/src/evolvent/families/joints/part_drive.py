@@ -24,7 +24,7 @@ from evolvent_base.errors import InputError
 DRIVEN = ("revolute", "point-on-line", "involute")
 #: What the axis of a driven body and its point on the driven line may be off those of the joint.
 _LEAST_OFF = 1e-6
-#: How far beside a time a drive is looked at, beside that time; jumps of a coordinate and of its rate, beside their
+#: How far from a time a drive is evaluated, relative to that time; jumps of a coordinate and of its rate, beside their
 #: sizes, that are round-off and that count.
 _BESIDE, ROUND_OFF, _JUMP = 1e-6, 1e-9, 1e-6
 Array = np.ndarray
@@ -106,7 +106,7 @@ def _check_jumps(drive: DriveKind, builder: Builder, name: str, row: DriveRow, u
     def at(time: float) -> Array:
         try:
             return np.array(drive.at(builder, row, time)[:2])
-        except InputError:  # not finite there: a run that comes to it says so
+        except InputError:  # not finite there: a run that reaches it reports it
             return np.full(2, np.nan)
 
     def beside(time: float, step: float) -> tuple[Array, float]:
