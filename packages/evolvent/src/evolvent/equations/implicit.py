@@ -102,7 +102,7 @@ def energies(t, y, model, out):
     for i in range(3):
         out[i] = 0.0
     at = model.interval
-    at.t = at.tm = t
+    at.t, at.tm, at.h, at.span = t, t, 0.0, 0.0
     interval, calls = state_interval(at, y, y, y, y, y, model.switches, y), model.energy_calls
     for k in range(calls.size):
         energy_at(model, calls[k])(interval, model, out)

@@ -140,7 +140,7 @@ def penalty_loss(k, model):
     """damping rate^2, W, the power that the penalty takes, with that of relaxation in a state of an explicit method."""
     rows, rate = model.constraints, model.constraints[k].rate
     lost = rows[k].damping * rate * rate
-    if relaxes(rows, k) and is_kept(model):
+    if relaxes(rows, k) and is_kept(0.0, model):
         note_rate(rows[k].prony, rows[k].prony_end, rows[k].branch, rate, model)
         lost += rows[k].stiffness * lost_square(rows[k].prony, rows[k].prony_end, rows[k].branch, model)
     return lost

@@ -52,9 +52,9 @@ def decay_of(term, h, model):
 
 
 @inlined
-def is_kept(model):
-    """Whether branch strains are those among the accounts of a state."""
-    return model.interval.span < 0.0
+def is_kept(h, model):
+    """Whether branch strains are those among the accounts of a state; never over a step of length h > 0."""
+    return h == 0.0 and model.interval.span < 0.0
 
 
 @inlined
@@ -83,7 +83,7 @@ def relax(first, last, branch, h, mean, x1, model):
     -------
     added : float; factor : float, derivative of the stress, over a step twice that of its mean by the end, beside K
     """
-    rows, added, factor, kept = model.branch_strains, 0.0, 1.0, is_kept(model)
+    rows, added, factor, kept = model.branch_strains, 0.0, 1.0, is_kept(h, model)
     for i in range(last - first):
         share = model.prony_terms[first + i].share
         change = (1.0, 1.0, 0.5) if kept else decay_of(first + i, h, model)
@@ -101,7 +101,7 @@ def relax_strains(first, last, branch, n, h, mean, x1, model, out):
     branch : int, of the first strain's first branch; those of a term stand together
     mean, x1, out : (n,) float
     """
-    rows, factor, kept = model.branch_strains, 1.0, is_kept(model)
+    rows, factor, kept = model.branch_strains, 1.0, is_kept(h, model)
     for i in range(last - first):
         share = model.prony_terms[first + i].share
         change = (1.0, 1.0, 0.5) if kept else decay_of(first + i, h, model)
@@ -115,7 +115,7 @@ def relax_strains(first, last, branch, n, h, mean, x1, model, out):
 @inlined
 def stiffness_factor(first, last, h, model):
     """Factor of a stiffness, as `relax` returns it, without an evaluation."""
-    factor, kept = 1.0, is_kept(model)
+    factor, kept = 1.0, is_kept(h, model)
     for i in range(first, last):
         change = (1.0, 1.0, 0.5) if kept else decay_of(i, h, model)
         factor += model.prony_terms[i].share * ((change[1] if h == 0.0 else 2.0 * change[2]) - 1.0)

@@ -79,7 +79,7 @@ def relaxed_torque(k, c, share, before, x, torque, model):
     y1, by_x, bend = strain_of(c, x, model)
     if share == 1.0:
         lost = 0.0
-        if is_kept(model):
+        if is_kept(0.0, model):
             for i in range(branch, branch + last - first):
                 model.branch_strains[i].w, model.branch_strains[i].rate = y1 + model.branch_strains[i].kept, 0.0
             lost = lost_square(first, last, branch, model)

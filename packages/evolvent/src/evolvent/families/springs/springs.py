@@ -14,7 +14,6 @@ from numba import types, void
 from evolvent.algebra.sparse import SPARSE, add_block
 from evolvent.compiled.jit import REAL, VECTOR, entry, indirect, inlined
 from evolvent.compiled.lookups import spring_law_at
-from evolvent.families.springs.slack import pull, recovered, taut_over
 from evolvent.kernels.calls import note_stage
 from evolvent.kernels.law_means import SPRING, scalar_mean, scalar_slope
 from evolvent.kernels.law_slopes import spring_law_slope
@@ -29,6 +28,7 @@ from evolvent.kernels.markers import (
 )
 from evolvent.kernels.rigid import DRIVEN
 from evolvent.kernels.sides import add_product, add_turning
+from evolvent.kernels.slack import pull, recovered, taut_over
 from evolvent.kernels.viscoelastic import (
     excess_square,
     is_kept,
@@ -121,7 +121,7 @@ def evaluate_spring(t, y, h, k, model):
             first, last, branch = springs[k].prony, springs[k].prony_end, springs[k].branch
             end = extension if h == 0.0 else springs[k].length1 - springs[k].length
             elastic += springs[k].stiffness * relax(first, last, branch, h, extension, end, model)[0]
-            if is_kept(model):
+            if is_kept(h, model):
                 note_rate(first, last, branch, rate, model)
                 relaxed = springs[k].stiffness * lost_square(first, last, branch, model)
     elif springs[k].law == 0:
@@ -129,7 +129,7 @@ def evaluate_spring(t, y, h, k, model):
         if springs[k].prony_end > springs[k].prony:
             first, last, branch = springs[k].prony, springs[k].prony_end, springs[k].branch
             mean, share, springs[k].slope = pull(first, last, branch, h, start, end, model)
-            if is_kept(model):
+            if is_kept(h, model):
                 relaxed = springs[k].stiffness * lost_square(first, last, branch, model)
         else:
             mean, share = taut_over(start, end)

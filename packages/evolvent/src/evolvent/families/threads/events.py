@@ -159,6 +159,7 @@ def apply_event(t, y, s, model, k, g):
     else:
         separate(t, y, s, model, p)
     add_to_balance(t, y, s, model, 1.0)
+    thread.begin_strains(y, s, model)
     return 0
 
 

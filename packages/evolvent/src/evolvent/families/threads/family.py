@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.families.relaxation.family import set_of
 from evolvent.families.threads import (
     family_forces as forces,
     family_lengths as lengths,
@@ -21,7 +22,7 @@ from evolvent.kernels.blocks import POSITION, SCALAR
 from evolvent.kernels.drive import FREE, LAW, OPEN
 from evolvent.kernels.ends import of_markers
 from evolvent.model import N_INVENTORY
-from evolvent.model.family import ENERGY, EVERY, MODES, STATIC, End, Family, Kind, Records, record, where
+from evolvent.model.family import ENERGY, EVERY, EXPLICIT, MODES, STATIC, End, Family, Kind, Records, record, where
 from evolvent.model.layout import Events, Switches
 from evolvent.model.questions import (
     DRIVE,
@@ -69,6 +70,25 @@ def _is_free(found: Array) -> Array:
 def _is_turned(found: Array) -> Array:
     """Whether a spool's angle is known beforehand."""
     return np.asarray((found["drive"] != FREE) & (found["law"] != OPEN))
+
+
+def _relaxes(found: Array) -> Array:
+    """Whether a thread is viscoelastic."""
+    return np.asarray(found["prony_end"] > found["prony"])
+
+
+def _is_of_springs(found: Array) -> Array:
+    """Whether a thread has elastic springs and nodes that are fixed to the material."""
+    return np.asarray((found["kind"] == thread.SPRINGS) & ~_relaxes(found))
+
+
+def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
+    row, count = model.threads[index], int(model.switches[index])
+    nodes = model.nodes[int(row["node"]) :][:count]
+    terms = {"prony": row["prony"], "prony_end": row["prony_end"]}
+    found = np.array([set_of(model, terms | {"branch": node["branch"]})[0] for node in nodes])
+    if found.size:
+        yield "largest strain", float(found[np.abs(found).argmax()] / row["segment"]), "1"
 
 
 def _has_no_stiffness(found: Array) -> str:
@@ -253,7 +273,8 @@ THREADS = Family(
     "threads",
     record(
         "kind iq iv n node copies body drive first last law spool_q spool_v turned carried separates end slack coupled "
-        "spool_switch motor_profile motor_law motor_first motor_last tip take_drive take_first take_last take_law",
+        "spool_switch motor_profile motor_law motor_first motor_last tip take_drive take_first take_last take_law "
+        "prony prony_end",
         "segment stiffness damping departure payout_axis chord normal radius spool_inertia spool_torque capture "
         "coiling core spool_friction spool_viscous shortest density tip_mass take_radius",
         "Q d X phi b spool leaving start field r loose motor friction line_energy rest0 rest1 turning0 turning1 "
@@ -302,13 +323,19 @@ THREADS = Family(
         ),
         Kind(
             "a thread with segments of springs",
-            which=lambda t: (t["kind"] == thread.SPRINGS) & _is_turned(t) & (t["slack"] == 0),
+            which=lambda t: _is_of_springs(t) & _is_turned(t) & (t["slack"] == 0),
             symmetric=True,
         ),
         Kind(
             "a thread that goes slack",
-            which=lambda t: (t["kind"] == thread.SPRINGS) & _is_turned(t) & (t["slack"] != 0),
+            which=lambda t: _is_of_springs(t) & _is_turned(t) & (t["slack"] != 0),
             symmetric=True,
+        ),
+        Kind("a viscoelastic thread", which=lambda t: _relaxes(t) & _is_turned(t), symmetric=True),
+        Kind(
+            "a viscoelastic thread on a free spool", frozenset({EXPLICIT}),
+            "use rk4 or heun, or a drive that prescribes the spool's angle",
+            which=lambda t: _relaxes(t) & (t["drive"] == FREE),
         ),
         Kind(
             "a thread with segments of fixed length",
@@ -331,7 +358,7 @@ THREADS = Family(
         Kind(
             "a thread on a free spool", EVERY - {STATIC, MODES},
             "use a drive that prescribes the spool's angle: the number of nodes that are out follows from it",
-            which=lambda t: (t["kind"] == thread.SPRINGS) & (t["drive"] == FREE),
+            which=lambda t: _is_of_springs(t) & (t["drive"] == FREE),
             symmetric=True,
         ),
         Kind(
@@ -407,7 +434,7 @@ THREADS = Family(
         by_rates=False, bound=_bound,
         waves=lambda found: 0.25 if np.any(found["kind"] == thread.INEXTENSIBLE) else 1.0,
     ),
-    implicit=Implicit(taut=lambda found: np.isin(found["kind"], _SPRINGS)),
+    implicit=Implicit(taut=lambda found: np.isin(found["kind"], _SPRINGS), end_step=forces.end_step),
     step=Step(force=forces.step_force, tangent=forces.step_tangent, measure=forces.measure),
     node_events=NodeEvents(
         values=motion.change_values, apply=motion.apply_change, longest_step=motion.longest_step,
@@ -418,7 +445,7 @@ THREADS = Family(
         paid_out=_paid_out, check=lengths.check_lengths, stops=releases.release_times, freeze=rest.freeze,
         place=rest.place_nodes, hold=positions.hold_segments,
     ),
-    statics=Statics(unsteady=limits.unsteady),
+    statics=Statics(unsteady=limits.unsteady, sets=_sets),
     energies=Energies(round_off=limits.lifted),
     samples=Samples(
         prepare=forces.prepare_sample, rates=forces.evaluate_rates, evaluate=forces.evaluate,
@@ -431,13 +458,14 @@ THREADS = Family(
     notes=Notes(warn=limits.pushing),
 )  # fmt: skip
 
-# mass, its inverse, and the length of thread whose loads the node carries; of the segment inwards of it: of a step
+# branch: first branch of the segment inwards, of a viscoelastic thread; mass, its inverse, and the length of thread
+# whose loads the node carries; lost: W, what relaxation of the segment takes under explicit methods; of a step
 # lengths and elongations at both ends, direction at its end
 NODES = Family(
     "nodes",
     record(
-        "", "mass compliance span",
-        "x v af tension piv off rhs length along length0 length1 extension0 extension1 end",
+        "branch", "mass compliance span",
+        "x v af tension piv off rhs lost length along length0 length1 extension0 extension1 end",
         x=_3, v=_3, af=_3, end=_3,
     ),
     order=360,

@@ -27,6 +27,12 @@ def step_force(interval, model):
     powers[DRIVEN] += driven
 
 
+@calls.force
+def end_step(interval, model):
+    """What relaxation of all threads takes over a step."""
+    interval.powers[SPRINGS] += thread.relaxed_threads(interval.step.h, interval.step.share, model)
+
+
 @calls.tangent
 def tangent(interval, model, matrix):
     """Derivatives of `force`."""

@@ -135,6 +135,9 @@ class Releases:
                         own = slice(first + 3 * high - 3, first + 3 * high)
                         y[own] += excess[p] * ways[own]
             hold_segments(t, y, s, self.model)
+            own = thread.strains_of(self.model)
+            for field in ("x0", "w0", "x", "w"):
+                self.model.branch_strains[field][own] = by.branch_strains[field][own]
         return count
 
     def _turn_back(self, y: np.ndarray, by: Any) -> np.ndarray:

@@ -9,6 +9,8 @@ import numpy as np
 
 from evolvent.assembly.builder import Builder
 from evolvent.assembly.references import Location
+from evolvent.elements.viscoelastic import Viscoelastic
+from evolvent.families.relaxation.family import add_branches, add_terms
 from evolvent.families.threads.part_reel import Reel
 from evolvent.kernels import markers, rigid, thread as kernels
 from evolvent.kernels.drive import LEAST_OUT
@@ -66,6 +68,11 @@ class Thread(Part):
         Springs, or segments of fixed length.
     stiffness, damping : float, N/m and N s/m
         Of one segment (springs). The damper takes the rate of the elongation: at the spool all that is paid out counts.
+    viscoelastic : mapping, optional
+        How the stiffness relaxes, which is the instantaneous one then (`segments` 'springs', `mesh` 'material'):
+        `prony`, rows of share and relaxation time, and `shift`, what temperature does
+        (`evolvent.elements.viscoelastic.Viscoelastic`). A thread that is held loses tension by the series, and one
+        under a load creeps.
     mesh : {"material", "moving"}
         Whether nodes are fixed to the material and leave the spool one by one, or all stand on the deployed length, in
         equal parts, and material flows through the mesh (springs). A moving mesh carries wound thread. It needs a
@@ -124,13 +131,18 @@ class Thread(Part):
     is turned by that force, which is the tension T plus the strain energy per length. A released node starts on a
     segment without strain, as under 'constant'. When a node has gone back onto the spool, the next segment is longer
     than l0, by up to `capture_fraction` l0, and softer by as much, also where `shortest_fraction` is 1.
+
+    The memory of a viscoelastic thread is that of the strain of each segment. Wound thread has none. What is paid out
+    into the segment at the spool, or wound up from it, has the mean of that segment's: an error of the order of its
+    length, as of all that is lumped. The spool takes or gives the energy of that thread, as above. A free spool then
+    needs an explicit method.
     """
 
     applies: ClassVar[Applies] = {
         **{key: (one_of("segments", "springs"),) for key in ("stiffness", "damping", "mesh")},
         **{
             key: (one_of("segments", "springs"), one_of("mesh", "material"))
-            for key in ("boundary_segment", "rotate_velocity")
+            for key in ("boundary_segment", "rotate_velocity", "viscoelastic")
         },
         "slack": (one_of("segments", "springs"),),
         "end": (one_of("segments", "springs"), left_out("take_up")),
@@ -154,6 +166,7 @@ class Thread(Part):
     segments: Literal["springs", "inextensible"] = "springs"
     stiffness: units.StiffnessOrZero = 1e4
     damping: units.DampingOrZero = 0.0
+    viscoelastic: Viscoelastic | None = None
     mesh: Literal["material", "moving"] = "material"
     take_up: ReelName | None = None
     slack: bool = False
@@ -209,12 +222,16 @@ class Thread(Part):
         q, v = self._start(
             builder, body, departure, direction, kind, n, released, out, rate * reel.radius, distance, end
         )
-        first = len(builder.rows["nodes"])
+        first, terms = len(builder.rows["nodes"]), add_terms(builder, self.viscoelastic)
         for i in range(n):
             span = l0 if i > 0 else 0.5 * l0
             span *= out / length if moving else 1.0
             mass = self.line_density * span + (tip if i == 0 else 0.0)
-            builder.add("nodes", mass=mass, compliance=1.0 / mass, span=span)
+            strain = 0.0
+            if i < released and out > 0.0:
+                strain = self._strain(distance / out - 1.0, l0 if i < released - 1 else out - i * l0)
+            branch = add_branches(builder, terms, strain, dashpot=True)
+            builder.add("nodes", mass=mass, compliance=1.0 / mass, span=span, branch=branch)
         if end >= 0:
             give_mass(builder, first, end)
         index = builder.add(
@@ -257,6 +274,7 @@ class Thread(Part):
             spool_viscous=drive.viscous,
             spool_switch=-1,
             tip=-1,
+            **terms,
             motor_profile=drive.profile,
             motor_law=drive.motor,
             motor_first=drive.motor_first,
@@ -271,6 +289,13 @@ class Thread(Part):
         """Whether the stiffness of the boundary segment is that of its length."""
         return self.boundary_segment == "by-length" and self.segments == "springs" and self.mesh == "material"
 
+    def _strain(self, stretch: float, rest: float) -> float:
+        """Strain of a segment that is `rest` long without stress, as `kernels.thread.relaxing` has it, m."""
+        if self._follows_length:
+            l0 = self.length / self.nodes
+            rest *= l0 / max(rest, self.shortest_fraction * l0)
+        return max(stretch * rest, 0.0) if self.slack else stretch * rest
+
     def _check_segments(self, name: str, kind: int) -> None:
         """Refuse keys that do not fit the segments."""
         if kind == kernels.SPRINGS and self.stiffness == 0.0:
@@ -281,6 +306,11 @@ class Thread(Part):
                 f"{name}.boundary_segment is {self.boundary_segment!r}; it needs {name}.segments 'springs', not "
                 f"{self.segments!r}"
             )
+        for key, needed in (("segments", "springs"), ("mesh", "material")):
+            if self.viscoelastic is not None and getattr(self, key) != needed:
+                raise InputError(
+                    f"{name}.viscoelastic is given; it needs {name}.{key} {needed!r}, not {getattr(self, key)!r}"
+                )
         if self.shortest_fraction > 1.0:
             raise InputError(
                 f"{name}.shortest_fraction is {self.shortest_fraction!r}; it must be above 0 and at most 1, of the "

@@ -48,6 +48,7 @@ from evolvent.kernels.thread.moving import (
     moving_rates,
 )
 from evolvent.kernels.thread.moving_tangent import add_turning_elements, note_drift
+from evolvent.kernels.thread.relaxing import begin_strains, relaxed_threads, strains_of
 from evolvent.kernels.thread.results import note_results
 from evolvent.kernels.thread.spool import (
     INEXTENSIBLE,
@@ -95,6 +96,7 @@ __all__ = [
     "add_thread_step_tangent",
     "add_thread_tangent",
     "add_turning_elements",
+    "begin_strains",
     "boundary_step",
     "carry_power",
     "carry_root",
@@ -131,6 +133,7 @@ __all__ = [
     "pull_joined",
     "reels",
     "regular_rate",
+    "relaxed_threads",
     "spool",
     "spool_axis",
     "spool_direction",
@@ -138,6 +141,7 @@ __all__ = [
     "spring_points",
     "spring_spools",
     "spring_thread",
+    "strains_of",
     "take_up",
     "thread_inventory",
     "until_release",

@@ -11,8 +11,9 @@ from evolvent.kernels.points import add_angular_momentum
 from evolvent.kernels.rotations import cross, turn
 from evolvent.kernels.thread.chain import chain_points
 from evolvent.kernels.thread.moving_energy import moving_inventory
+from evolvent.kernels.thread.relaxing import relaxes, relaxing_energy
 from evolvent.kernels.thread.spool import INEXTENSIBLE, MOVING, SPRINGS, ring_radius, spool_direction
-from evolvent.kernels.thread.springs import natural_segment, spring_points
+from evolvent.kernels.thread.springs import is_boundary, natural_segment, spring_points
 from evolvent.kernels.thread.wound import reels, spool_axis, wound_mass
 from evolvent.model import ELASTIC, H_CARRIED, H_RELEASED, H_WOUND, KINETIC, MODEL, N_INVENTORY, P_ALL
 
@@ -50,10 +51,14 @@ def thread_inventory(y, s, model, p, out):
                 dx, dy, dz = x[0] - threads[p].Q[0], x[1] - threads[p].Q[1], x[2] - threads[p].Q[2]
             rest, stiffness = natural_segment(s, threads, p, i)
             extension = math.sqrt(dx * dx + dy * dy + dz * dz) - rest
+            if not (i < j - 1 or s[threads.size + p] == 0):
+                continue
+            if relaxes(threads, p):
+                elastic += relaxing_energy(is_boundary(s, threads, p, i), extension, p, k, model)
+                continue
             if threads[p].slack != 0:
                 extension = max(extension, 0.0)
-            if i < j - 1 or s[threads.size + p] == 0:
-                elastic += spring_energy(stiffness, extension)
+            elastic += spring_energy(stiffness, extension)
     part[ELASTIC] = elastic
     wound_inventory(s, model, p, part)
     if threads[p].drive == FREE_SPOOL:

@@ -21,6 +21,7 @@ from evolvent.kernels.thread.joined import joined_thread
 from evolvent.kernels.thread.loads import add_node_load_tangents, node_loads
 from evolvent.kernels.thread.moving import add_moving_residual
 from evolvent.kernels.thread.moving_tangent import add_moving_tangent
+from evolvent.kernels.thread.relaxing import relaxes
 from evolvent.kernels.thread.spool import JOINED, MOVING
 from evolvent.kernels.thread.springs import (
     add_segment_tangent,
@@ -121,13 +122,17 @@ def _note_segments(t, y, step, model, p):
     leads Newton's method astray. Turned segments are given the tension that the last correction dx led to if the
     thread were straight, T + c e . dx, and the first one of a step that of its start: the multiplier of a segment of
     fixed length (Magisano, Leonetti & Garcea, 2017). Where segments go slack, or the length at the spool is unknown,
-    that is c (e . d - rest) of the vector d along the last direction e, and none of a slack segment.
+    that is c (e . d - rest) of the vector d along the last direction e, and none of a slack segment. Of a viscoelastic
+    one c is that of the relaxed stiffness, and the first form is used.
     """
     threads, nodes, s, strands = model.threads, model.nodes, model.switches, model.strands
     before = strands[nodes.size, 0]
     for i in range(s[p]):
         row, T = strands[threads[p].node + i], nodes[threads[p].node + i].tension
         rest, stiffness = natural_segment(s, threads, p, i)
+        by_length = threads[p].slack != 0 or threads[p].drive == FREE_SPOOL
+        if relaxes(threads, p):
+            by_length, stiffness = False, stiffness * nodes[threads[p].node + i].along
         dx, dy, dz, _, _, _ = segment_vector(y, s, p, i, model)
         if step == 0.0:
             row[7] = T
@@ -139,7 +144,7 @@ def _note_segments(t, y, step, model, p):
         else:
             along = row[3] * (dx - row[0]) + row[4] * (dy - row[1]) + row[5] * (dz - row[2])
             row[7] = row[6] + stiffness * along
-            if threads[p].slack != 0 or threads[p].drive == FREE_SPOOL:
+            if by_length:
                 row[7] = stiffness * (row[3] * dx + row[4] * dy + row[5] * dz - rest)
         if threads[p].slack != 0:
             row[7] = max(row[7], 0.0) if T != 0.0 else 0.0

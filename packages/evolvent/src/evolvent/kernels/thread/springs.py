@@ -18,6 +18,7 @@ from evolvent.kernels.rotations import turn_back
 from evolvent.kernels.sides import ON_BODY, add_product, add_turning, side_columns, write_axial
 from evolvent.kernels.thread.boundary import interval_factor, length_factor, mean_square
 from evolvent.kernels.thread.end import TINY, is_end, node_columns, pull_end
+from evolvent.kernels.thread.relaxing import relaxes, relaxing_slope, relaxing_tension
 from evolvent.kernels.thread.spool import MOVING, SPRINGS, pull_spool
 from evolvent.model import MODEL, having
 
@@ -135,6 +136,8 @@ def segment_force(y, h, s, p, i, model):
             threads[p].line_energy = -0.5 * stiffness * slope * squares
     stiffness, damping = factor * stiffness, factor * damping
     elastic, damped = stiffness * extension, damping * rate
+    if relaxes(threads, p):
+        elastic, nodes[k].lost = relaxing_tension(h, boundary, length - rest, p, k, model)
     if threads[p].slack != 0:
         elastic, damped = taut(elastic, damped)
     nodes[k].tension = elastic + damped
@@ -197,7 +200,7 @@ def longest_step(y, s, model):
     """
     threads, found = model.threads, math.inf
     for p in range(threads.size):
-        if threads[p].slack == 0:
+        if threads[p].slack == 0 or relaxes(threads, p):
             continue
         for i in range(segment_count(s, threads, p)):
             rest, _ = natural_segment(s, threads, p, i)
@@ -231,6 +234,8 @@ def add_spring_thread(y, h, s, model, p, loaded, dy):
             scale *= T
             fx, fy, fz = scale * ex, scale * ey, scale * ez
             dissipated += damped * rate
+            if relaxes(threads, p):
+                dissipated += nodes[first + i].lost
             if i == j - 1:
                 if threads[p].drive != FREE_SPOOL:
                     driven = -copies * (T + threads[p].line_energy) * threads[p].b[1]
@@ -290,6 +295,8 @@ def segment_slope(h, c_rate, p, i, model):
         return 0.0
     factor = stiffness_factor(h, threads, p, is_boundary(model.switches, threads, p, i))
     stiffness, damping = factor * threads[p].stiffness, factor * threads[p].damping
+    if relaxes(threads, p):
+        return stiffness * relaxing_slope(h, p, k, model) + c_rate * damping
     if h == 0.0:
         return stiffness + c_rate * damping
     return stiffness * model.nodes[k].along + c_rate * damping

@@ -25,7 +25,7 @@ from evolvent.compiled.jit import REAL, indirect, inlined
 from evolvent.kernels.viscoelastic import branch_strain, decay, decay_of, is_kept
 from evolvent.model import MODEL
 
-USED_FOR = "springs"
+USED_FOR = "branch_strains"
 _I = types.int64
 #: Stress over K beside the strain, up to which a spring is slack at the start of a step.
 _ROUND_OFF = 1e-12
@@ -92,7 +92,7 @@ def pull(first, last, branch, h, start, end, model):
     tension : float, m; share : float, of the change of the extension that is taut
     slope : float, derivative by the extension, over a step twice that of the mean by the end
     """
-    if is_kept(model):
+    if is_kept(h, model):
         x, free = _kept_strain(first, last, branch, end, model)
         taut = 1.0 if end > free else 0.0
         return x - free, taut, taut
