@@ -35,7 +35,7 @@ _I = types.int64
 @inlined
 def relaxes(threads, p):
     """Whether thread p is viscoelastic."""
-    return threads[p].prony_end > threads[p].prony
+    return threads[p].prony_end != 0
 
 
 @inlined
