@@ -12,6 +12,7 @@ import pytest
 
 from evolvent import System, elements, parts
 from evolvent.analysis.margins.tables import MarginTable
+from evolvent.parts.base import Part
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
@@ -75,7 +76,8 @@ def test_the_stations_at_rest_are_those_of_a_fast_or_a_slow_deployment(tmp_path:
     system = deployed_at_a_rate("spring", every=0.5)
     lines = {"spring": {"travel": (0.0, 1.0)}}
     branch = REST * math.exp(-STORED / TAU)
-    for keys, at_rest in (({}, "fast"), ({"pace": "fast"}, "fast"), ({"pace": "slow"}, "slow")):
+    cases: list[tuple[dict[str, Any], str]] = [({}, "fast"), ({"pace": "fast"}, "fast"), ({"pace": "slow"}, "slow")]
+    for keys, at_rest in cases:
         found = system.margin(motion=False, stations=5, lines=lines, **keys)
         x = found["spring"].x
         strain = branch - x if at_rest == "fast" else 0.0 * x
@@ -116,14 +118,14 @@ def test_what_no_margin_along_a_run_counts_is_a_warning() -> None:
 
 # ------------------------------------------------------------------------------------- every part that relaxes
 
-STRIP = {"length": 1.0, "elements": 4}
+ELEMENTS = 4
 BEND = 0.5
 #: A law that relaxes in a short run, and that run: held until 0.02 s, and hardly moved then.
 QUICK = {"prony": [(SHARE, 0.02)]}
 RUN = {"until": 0.05, "every": 0.01, "method": "generalized-alpha", "step": 1e-3}
 
 
-def held(extra: dict[str, parts.Part], *, angle: float = 1.0, at: Any = (0.0, 0.0, 0.0)) -> System:
+def held(extra: dict[str, Part], *, angle: float = 1.0, at: Any = (0.0, 0.0, 0.0)) -> System:
     """A body that no part moves much in the time, clamped at first, with a part from the ground to it."""
     system = System(sections={"margin": {"zero": ZERO, "stations": 2}}, settings=RUN)
     body = parts.RigidBody(mass=1e7, inertia=(1e9, 1e9, 1e9), position=at, points={"tip": (0, 1.0, 0)})
@@ -135,20 +137,21 @@ def held(extra: dict[str, parts.Part], *, angle: float = 1.0, at: Any = (0.0, 0.
     return system
 
 
-def pinned(part: parts.Part, *, angle: float = 1.0) -> System:
+def pinned(part: Part, *, angle: float = 1.0) -> System:
     pin = parts.Joint(a="ground", b="body", type="revolute", axis=(0, 0, 1), position=(0, 0, 0))
     return held({"pin": pin, "it": part}, angle=angle)
 
 
 def bent(kind: Any) -> System:
     """A strip that is bent to an arc, with the body at its end."""
-    angle = np.linspace(0.0, BEND, STRIP["elements"] + 1)
+    angle = np.linspace(0.0, BEND, ELEMENTS + 1)
     x = np.stack([np.sin(angle), 1.0 - np.cos(angle), 0.0 * angle], axis=1) / BEND
     along = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
     across = np.stack([-np.sin(angle), np.cos(angle), 0.0 * angle], axis=1)
     nodes = np.stack([x, along, across, np.tile([0.0, 0.0, 1.0], (angle.size, 1))], axis=1)
     material = elements.Material(young_modulus=1e9, density=1000.0, viscoelastic=QUICK)
-    strip = kind(**STRIP, section=elements.Circle(radius=0.005), material=material, nodes=nodes.tolist())
+    shape = {"length": 1.0, "elements": ELEMENTS, "section": elements.Circle(radius=0.005), "nodes": nodes.tolist()}
+    strip = kind(**shape, material=material)
     clamp = parts.Joint(a="ground", b="it.root", type="clamp")
     weld = parts.Joint(a="it.tip", b="body", type="clamp")
     return held({"it": strip, "clamp": clamp, "weld": weld}, angle=BEND, at=tuple(x[-1]))
