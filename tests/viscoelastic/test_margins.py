@@ -177,12 +177,15 @@ PARTS = {
 
 @pytest.mark.parametrize("name", PARTS)
 def test_a_part_that_is_held_drives_by_what_its_relaxation_leaves(name: str) -> None:
-    """Held since the start: of its share at once E(t) is left at each sample. Elements of a beam vibrate a little."""
+    """Of its share at once E(t) is left at each sample, and E_inf slowly. Elements of a beam vibrate a little."""
     system = PARTS[name]()
     start = 1.5 if "tape" in name else BEND if name in ("a rod", "a beam") else 0.0
-    found = system.margin(lines={"hinge": {"travel": (start, start - 0.01)}})
+    lines = {"hinge": {"travel": (start, start - 0.01)}}
+    found = system.margin(lines=lines)
     first, table = share(found["hinge"], "it")[0], found.motion("hinge")
     assert first > 0.01
     left = LEFT + SHARE * np.exp(-table.time / 0.02)
     assert table.time.size >= 3
     assert share(table, "it") / first == pytest.approx(left, rel=1e-5 if name == "a beam" else 1e-6)
+    slow = system.margin(motion=False, lines=lines, pace="slow")["hinge"]
+    assert share(slow, "it")[0] / first == pytest.approx(LEFT, rel=1e-6)
