@@ -189,3 +189,18 @@ def test_a_part_that_is_held_drives_by_what_its_relaxation_leaves(name: str) -> 
     assert share(table, "it") / first == pytest.approx(left, rel=1e-5 if name == "a beam" else 1e-6)
     slow = system.margin(motion=False, lines=lines, pace="slow")["hinge"]
     assert share(slow, "it")[0] / first == pytest.approx(LEFT, rel=1e-6)
+
+
+def test_a_tape_that_snaps_in_the_run_has_the_torque_of_the_run() -> None:
+    settings = {"until": 6.0, "every": 0.05, "method": "energy-momentum"}
+    sections: dict[str, Any] = {"store": {"time": 0.3}, "margin": {"zero": ZERO, "stations": 2}}
+    system = System(sections=sections, settings=settings)
+    system.add(parts.RigidBody(mass=1.0, inertia=(1.0, 1.0, 1.0)), "body")
+    system.add(parts.Joint(a="ground", b="body", type="revolute", axis=(0, 0, 1), position=(0, 0, 0)), "pin")
+    system.add(parts.JointSpring(joint="pin", start=1.5), "hinge")
+    system.add(parts.Resistance(joint="hinge", type="tape-spring", viscoelastic=LAW, **TAPE), "it")
+    system.add(parts.Joint(a="ground", b="body", type="clamp", position=(0, 0, 0), until=0.01), "hold")
+    table = system.margin(lines={"hinge": {"travel": (1.5, -0.05)}}).motion("hinge")
+    run = system.simulate()["it"]
+    assert table.x[-1] < 0.04 < table.x[0]
+    assert share(table, "it") == pytest.approx(run.torque.sel(time=table.time, method="nearest").values, abs=1e-12)
