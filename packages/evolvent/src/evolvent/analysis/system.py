@@ -226,7 +226,7 @@ class System(Composition, Answered):
             settings that say how long it is simulated
         progress : as of `simulate`
         keys : keys of the section `margin` of a case, in place of those of the case that the system was read from:
-            factors, evidence, zero, stations, others, time, spin, centre, lines, parts
+            factors, evidence, zero, stations, others, pace, time, spin, centre, lines, parts
 
         Returns
         -------

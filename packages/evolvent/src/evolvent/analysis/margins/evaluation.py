@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,11 +18,21 @@ from evolvent.analysis.margins.tables import MarginTable
 from evolvent.model.shares import ACCELERATION
 from evolvent.solvers.common.laws import refusing_laws
 from evolvent.solvers.common.limits import limitations
+from evolvent.solvers.static.storage import check_relaxes
 from evolvent_base.errors import InputError, nearest
 
 if TYPE_CHECKING:
     from evolvent.assembly.assembled import Assembly
     from evolvent.solvers.common.solution import Solution
+
+
+#: What viscoelastic parts act with at a station, by the key `pace`.
+_PACES = {
+    "fast": "pace fast: at each station viscoelastic parts act with what they have at the start of the deployment, and "
+    "with their whole stiffness from there on; nothing relaxes on the way",
+    "slow": "pace slow: at each station viscoelastic parts have relaxed whole; near its rest a part that drives has "
+    "less in a faster deployment",
+}
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -78,6 +88,7 @@ class AtRest:
                 for table, motion in both
             ]
             remarks += [f"{one.name!r} is held throughout the run, which has no margin along it" for one in stay]
+        remarks += self._of_pace(solution)
         still: list[MarginTable | None] = [*self.tables, *([None] * len(self.reels))]
         for name, thread in self.reels.items():
             found = (
@@ -90,7 +101,7 @@ class AtRest:
         remarks += limitations(solution) if solution is not None else []
         return MarginResults(
             self.label, self.standard, self.keys, names, still, moving, ends, remarks,
-            warnings=self._warnings(solution), title=title, case=case,
+            warnings=self._warnings(solution, moving), title=title, case=case,
         )  # fmt: skip
 
     def _starts(self, table: MarginTable, solution: Solution) -> bool:
@@ -99,18 +110,39 @@ class AtRest:
         one = table.coordinate
         return one.sense * (float(self.mechanism.of_run(solution, 0).x[one.k]) - one.end) < 0.0
 
-    def _warnings(self, solution: Solution | None) -> list[str]:
-        """What relaxes during the deployment, which no margin counts: the stiffness is that at the start."""
+    def _relaxes_in(self, solution: Solution | None) -> str:
+        """What relaxes in a run that the tables at rest do not count, a clause; '' where nothing does."""
         own = {name: min(time for _, time in law.terms) for name, (_, law) in self.assembly.relaxations.items()}
-        found = {name: time for name, time in own.items() if solution is not None and time < float(solution.t[-1])}
-        if not found:
+        if solution is None or not own or self.keys.pace != "fast":
+            return ""
+        name, end = min(own, key=lambda one: own[one]), float(solution.t[-1])
+        if own[name] >= end:
+            return ""
+        return f"{name!r} has a relaxation time of {own[name]:.3g} s, and the run takes {end:.4g} s"
+
+    def _warnings(self, solution: Solution | None, moving: Sequence[MarginTable | None]) -> list[str]:
+        """What relaxes during a deployment of which no margin along the run tells."""
+        alone = [table.coordinate.name for table, motion in zip(self.tables, moving, strict=False) if motion is None]
+        why = self._relaxes_in(solution)
+        if not why or not alone:
             return []
-        name = min(found, key=lambda one: found[one])
         return [
-            f"what relaxes while the system deploys is in no margin: {name!r} has a relaxation time of "
-            f"{found[name]:.3g} s, and the run takes {float(solution.t[-1]) if solution is not None else 0.0:.4g} s; "
-            f"where such a part drives, its margins are lower"
+            f"what relaxes while the system deploys is in no margin of {', '.join(map(repr, alone))}: {why}; where "
+            f"such a part drives, margins may be lower"
         ]
+
+    def _of_pace(self, solution: Solution | None) -> list[str]:
+        """Sentences on what viscoelastic parts act with, in the tables at rest and along a run."""
+        if not self.assembly.relaxations or not self.tables:
+            return []
+        found = [_PACES[self.keys.pace]]
+        if solution is not None:
+            why = self._relaxes_in(solution)
+            found.append(
+                "along the run viscoelastic parts act with what they have at each sample"
+                + (f", which the tables at rest do not count: {why}" if why else "")
+            )
+        return found
 
     def _remarks(self) -> list[str]:
         """Sentences on parts that have no share."""
@@ -123,11 +155,6 @@ class AtRest:
         for name, (family, _) in self.assembly.names.items():
             remarks.setdefault(shares.of_family(family).remark, []).append(repr(name))
         found += [remark.format(names=", ".join(names)) for remark, names in remarks.items() if remark]
-        if self.assembly.relaxations:
-            found.append(
-                "viscoelastic parts act with what they have at the start of the deployment: what relaxes during it is "
-                "not counted"
-            )
         if self.opened:
             found.append(f"the tables at rest leave out what is to be released: {self.opened}")
         if any(share.evaluated.elastic is not None for share in self.shares):
@@ -153,6 +180,8 @@ def at_rest(assembly: Assembly, keys: Margin) -> AtRest:
     """
     spools = reels.asked_of(assembly, keys)
     hinges = _with_margins(assembly, keys)
+    if "pace" in keys.model_fields_set:
+        check_relaxes(assembly, "margin.pace")
     if hinges or not spools:
         shares.refuse_unsupported(assembly, spins=any(keys.spin or ()))
     label, standard = factors.standard(keys.factors)
@@ -165,8 +194,9 @@ def at_rest(assembly: Assembly, keys: Margin) -> AtRest:
         mechanism = Mechanism(assembly, spin)
         found = shares.shares_of(assembly, keys.parts, evidence, spins=bool(np.any(spin[:3])))
         _check_parts(keys, found, assembly, standard)
-        free, start = _opened(mechanism, keys), mechanism.at_rest(keys.time)
-        opened = "" if free is mechanism else mechanism.closed(start.t)
+        held, start = _waiting(mechanism, keys), mechanism.at_rest(keys.time)
+        opened, slow = mechanism.closed(start.t) if held else "", keys.pace == "slow"
+        free = Mechanism(assembly, spin, held, relaxed=slow) if held or slow else mechanism
         start = free.at_rest(keys.time)
         asked = lines.with_others(free, lines.coordinates_of(free, keys, start), start)
         ends = {one.k: one.end for one in asked} if keys.others == "end" else {}
@@ -174,8 +204,8 @@ def at_rest(assembly: Assembly, keys: Margin) -> AtRest:
     return AtRest(assembly, keys, label, standard, evidence, mechanism, found, still, spools, opened)
 
 
-def _opened(mechanism: Mechanism, keys: Margin) -> Mechanism:
-    """The mechanism, without hold-downs that keep a coordinate with a margin from moving at rest.
+def _waiting(mechanism: Mechanism, keys: Margin) -> list[int]:
+    """Rows of hold-downs that keep a coordinate with a margin from moving at rest, which its table leaves out.
 
     Those with a time of release hold where the key `time` is given, which then says whether they do.
     """
@@ -184,11 +214,10 @@ def _opened(mechanism: Mechanism, keys: Margin) -> Mechanism:
     if "time" in keys.model_fields_set:
         held = held[mechanism.whole.constraints["event"][held] != -1]
     if not held.size:
-        return mechanism
+        return []
     asked = lines.coordinates_of(mechanism, keys, start)
-    if not any(mechanism.waits(one.k, [], start) for one in asked):
-        return mechanism
-    return Mechanism(mechanism.assembly, mechanism.spin, held.tolist())
+    waits = any(mechanism.waits(one.k, [], start) for one in asked)
+    return list(held.tolist()) if waits else []
 
 
 def _with_margins(assembly: Assembly, keys: Margin) -> bool:

@@ -65,6 +65,11 @@ class Margin(Section):
     others: Literal["start", "end"] = Field(
         "start", description="where the other coordinates are held: at their start, or at the end of their travel"
     )
+    pace: Literal["fast", "slow"] = Field(
+        "fast",
+        description="how fast the mechanism moves to the stations at rest, beside what relaxes in viscoelastic parts: "
+        "fast, nothing relaxes on the way; slow, all has relaxed at each station",
+    )
     time: units.DurationOrZero = Field(0.0, description="at which motors, loads and drives are evaluated")
     spin: units.AngularVelocity | None = Field(None, description="steady turn of everything, inertial axes")
     centre: units.Position = Field((0.0, 0.0, 0.0), description="a point on the axis of the turn")

@@ -63,10 +63,11 @@ class Mechanism(MechanismModels):
     assembly : Assembly
     spin : (6,) float, rad/s and m, rate and centre of a steady turn of everything
     opened : rows of constraint that are released already
+    relaxed : bool, whether viscoelastic parts have relaxed whole, whatever their history
     """
 
-    def __init__(self, assembly: Assembly, spin: Array, opened: Sequence[int] = ()) -> None:
-        super().__init__(assembly, spin, opened)
+    def __init__(self, assembly: Assembly, spin: Array, opened: Sequence[int] = (), *, relaxed: bool = False) -> None:
+        super().__init__(assembly, spin, opened, relaxed=relaxed)
         #: Equilibria of elastic parts, None without any.
         self.elastic = Elastic(self) if has_elastic_parts(self.whole) else None
         self._digest = _digest(self.bare if self.elastic is None else self.elastic.model, self.ties, spin)
@@ -92,8 +93,9 @@ class Mechanism(MechanismModels):
         return model
 
     def of_run(self, solution: Solution, n: int) -> Position:
-        """The mechanism at sample n of a run."""
+        """The mechanism at sample n of a run, with the strains that the branches of viscoelastic parts have there."""
         self._switch(solution.s[n])
+        self.remember(float(solution.t[n]), solution.y[n])
         return self.at(float(solution.t[n]), solution.y[n])
 
     def _switch(self, s: Array) -> None:
@@ -127,6 +129,7 @@ class Mechanism(MechanismModels):
         self._switch(assembly.s)
         y = np.array(assembly.y if y is None else y)
         y[self.n_q : self.n_q + self.n_v] = 0.0
+        self.remember(t, None)
         return self.at(t, y)
 
     def power(self, share: Share, at: Position, direction: Direction, *, still: bool = False) -> float:

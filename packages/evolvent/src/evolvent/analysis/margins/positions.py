@@ -5,6 +5,7 @@ from __future__ import annotations
 import abc
 import dataclasses
 import functools
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,7 +17,7 @@ from evolvent.equations.implicit import residual
 from evolvent.kernels import axial
 from evolvent.kernels.axial import QUARTER
 from evolvent.model.powers import N_POWERS
-from evolvent.model.registry import forget_steps, motions, motions_of
+from evolvent.model.registry import asked, forget_steps, motions, motions_of
 from evolvent.model.shares import Tie
 
 Array = np.ndarray
@@ -77,14 +78,16 @@ class MechanismModels(abc.ABC):
 
     Parameters
     ----------
-    assembly, spin, opened : as of `mechanism.Mechanism`
+    assembly, spin, opened, relaxed : as of `mechanism.Mechanism`
     """
 
     #: Equilibria of elastic parts, None without any.
     elastic: Any
 
-    def __init__(self, assembly: Assembly, spin: Array, opened: Sequence[int] = ()) -> None:
+    def __init__(self, assembly: Assembly, spin: Array, opened: Sequence[int] = (), *, relaxed: bool = False) -> None:
         model = assembly.model.copy()
+        for memory in asked("statics.memory").values():
+            memory(model).pass_over(math.inf if relaxed else 0.0, {})
         model.constraints["until"] = model.constraints["latest"]
         model.constraints["until"][list(opened)] = model.constraints["latest"][list(opened)] = -np.inf
         self.assembly, self.spin = assembly, spin
@@ -107,6 +110,10 @@ class MechanismModels(abc.ABC):
             motions_of(one)["stiffness"] = 1.0
             motions_of(one)["prony_end"] = motions_of(one)["prony"]  # nothing relaxes
         self._models: dict[str, Any] = {}
+        #: Word of the key `pace` of positions at rest, '' without viscoelastic parts.
+        self.pace = ("slow" if relaxed else "fast") if assembly.relaxations else ""
+        #: A model of its own in which the strains of a state are measured.
+        self._measuring: Any = None
         self.powers = np.zeros(N_POWERS)
         self.none = np.zeros(self.n_v), np.zeros(self.n_j)
 
@@ -122,6 +129,22 @@ class MechanismModels(abc.ABC):
         a, la = self.none[0] if a is None else a, self.none[1] if la is None else la
         residual(t, y, a, la, step, factor, model, r, self.powers)
         return r
+
+    def remember(self, t: float, y: Array | None) -> None:
+        """Let the branches of viscoelastic parts have the strains of a state at a time (s); of None, of the start."""
+        if not self.assembly.relaxations:
+            return
+        source = self.assembly.model
+        if y is not None:
+            if self._measuring is None:
+                self._measuring = self.whole.copy()
+            source = self._measuring
+            source.switches[:] = self.bare.switches
+            self.left(t, y, source)
+        for memory in asked("statics.memory").values():
+            if y is not None:
+                memory(source).resume(y)
+            memory(source).give(self.whole)
 
     def at(self, t: float, y: Array) -> Position:
         """The mechanism at a time (s) and a state."""

@@ -166,7 +166,7 @@ class MarginResults(Shown):
         """
         found = [["coordinate", "margin", "governed at", "counts", "required", "spring", "friction"]]
         for still, moving in zip(self.still, self.moving, strict=True):
-            for when, table in (("at rest", still), ("in the run", moving)):
+            for when, table in ((_at_rest(still), still), ("in the run", moving)):
                 if table is None:
                     continue
                 name, n, margin = least_of(table)
@@ -347,7 +347,7 @@ class MarginResults(Shown):
         head += ["available", *(f"required ({name})" for name in names), *(f"margin ({name})" for name in names)]
         found = [head]
         for still, moving in zip(self.still, self.moving, strict=True):
-            for kind, table in (("at rest", still), ("in the run", moving)):
+            for kind, table in ((_at_rest(still), still), ("in the run", moving)):
                 if table is None:
                     continue
                 of = table.by_category()
@@ -364,6 +364,11 @@ def least_of(table: MarginTable) -> tuple[str, int, float]:
     """Requirement, station and value of the least margin of a table."""
     name, n = table.governing()
     return name, n, float(table.margin(name)[n])
+
+
+def _at_rest(table: MarginTable | None) -> str:
+    """What the table at rest of a coordinate is called, with the pace of viscoelastic parts."""
+    return f"at rest, {table.pace}" if table is not None and table.pace else "at rest"
 
 
 def dataset_of(table: MarginTable) -> xr.Dataset:
@@ -393,7 +398,7 @@ def dataset_of(table: MarginTable) -> xr.Dataset:
         "acceleration": one.acceleration, "held": json.dumps(one.held), "follow": json.dumps(one.follow),
         "zero": json.dumps(sorted(one.zero)), "requirement": name, "governing": n, "least_margin": margin,
         "spring_to_add": table.spring_to_add(), "friction_to_lose": table.friction_to_lose(),
-    }  # fmt: skip
+    } | ({"pace": table.pace} if table.pace else {})  # fmt: skip
     return found
 
 
@@ -408,7 +413,8 @@ def _as_dict(table: MarginTable) -> dict[str, Any]:
         numbers[f"margin_{requirement}"] = table.margin(requirement)
     return {
         "units": list(one.units), "held": list(one.held), "follow": list(one.follow), "zero": sorted(one.zero),
-        "acceleration": one.acceleration, "requirement": name, "governing_station": n, "least_margin": margin,
+        "acceleration": one.acceleration, "pace": table.pace or None, "requirement": name, "governing_station": n,
+        "least_margin": margin,
         "spring_to_add": table.spring_to_add(), "friction_to_lose": table.friction_to_lose(), **numbers,
         "shares": [
             {"name": share.label, "category": share.category, "evidence": share.evidence, "source": share.source,

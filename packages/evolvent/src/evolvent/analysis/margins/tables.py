@@ -23,6 +23,8 @@ Array = np.ndarray
 
 #: Relative difference of what two stations ask for that is round-off.
 ALIKE = 1e-9
+#: Pace of viscoelastic parts along a run.
+IN_RUN = "run"
 #: Loss of elastic energy beside its range over the travel that is a snap.
 _SNAP = 0.05
 
@@ -43,6 +45,8 @@ class MarginTable:
     snaps : (k,) int, stations before which elastic parts lose energy that no station shows
     touches : mapping, contacts that touch at a station -> value of the coordinate from which on, rad or m
     behind : int, of a motion, the first sample of the run behind the table
+    pace : str, at which viscoelastic parts are taken to move: a word of the key `pace`, or that of the run; '' without
+        such parts
     """
 
     coordinate: MarginCoordinate
@@ -56,6 +60,7 @@ class MarginTable:
     snaps: tuple[int, ...] = ()
     touches: Mapping[str, float] = dataclasses.field(default_factory=dict)
     behind: int = 0
+    pace: str = ""
 
     def drives(self) -> dict[str, Array]:
         """What drives, by category: (n,) each."""
@@ -181,7 +186,9 @@ def along_travel(
         energy[n] = 0.0 if mechanism.elastic is None else mechanism.elastic.energy(there)
         values[:, n], inertia[n] = _powers(mechanism, shares, direction, there, rows, None), direction.inertia
     snaps = _snaps(xs, energy, values[[share.stores for share in shares]].sum(axis=0))
-    return MarginTable(coordinate, shares, xs, np.zeros(0), values, inertia, *known, snaps, touches)
+    return MarginTable(
+        coordinate, shares, xs, np.zeros(0), values, inertia, *known, snaps, touches, pace=mechanism.pace
+    )
 
 
 def _snaps(x: Array, energy: Array, given: Array) -> tuple[int, ...]:
@@ -198,8 +205,8 @@ def along_motion(
 ) -> list[MarginTable | None]:  # fmt: skip
     """The table along a run of each coordinate, until it reaches its end; None where no sample of the run is before.
 
-    It begins where hold-downs let the coordinate move. Positions and rates are those of the run; the direction is that
-    of the coordinate with the others held.
+    It begins where hold-downs let the coordinate move. Positions, rates and what viscoelastic parts have relaxed are
+    those of the run; the direction is that of the coordinate with the others held.
     """
     rows: dict[int, list[tuple[float, float, Array, float, int]]] = {one.k: [] for one in coordinates}
     moving = list(coordinates)
@@ -217,12 +224,13 @@ def along_motion(
             contacts.refuse_undetermined(mechanism, found, [], at)
             powers = _powers(mechanism, shares, direction, at, [one.k, *held], solution.la[n])
             rows[one.k].append((at.t, float(at.x[one.k]), powers, direction.inertia, n + 1))
-    return [_of_rows(one, shares, rows[one.k], known) for one in coordinates]
+    pace = IN_RUN if mechanism.pace else ""
+    return [_of_rows(one, shares, rows[one.k], known, pace) for one in coordinates]
 
 
 def _of_rows(
     coordinate: MarginCoordinate, shares: list[Share], rows: list[tuple[float, float, Array, float, int]],
-    known: tuple[Standard, str],
+    known: tuple[Standard, str], pace: str,
 ) -> MarginTable | None:  # fmt: skip
     """The table of what was found at each sample; None without any."""
     if not rows:
@@ -230,7 +238,7 @@ def _of_rows(
     time, xs, values, inertia, behind = zip(*rows, strict=True)
     return MarginTable(
         coordinate, shares, np.array(xs), np.array(time), np.array(values).reshape(len(xs), len(shares)).T,
-        np.array(inertia), *known, behind=behind[-1],
+        np.array(inertia), *known, behind=behind[-1], pace=pace,
     )  # fmt: skip
 
 

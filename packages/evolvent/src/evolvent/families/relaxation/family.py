@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.kernels import calls
+from evolvent.kernels.viscoelastic import decay
 from evolvent.model.family import Family, Kind, record
 from evolvent.model.layout import Accounts
 from evolvent.model.questions import AdjointSupport, Explicit, Implicit, Parts, Samples, Stability, Statics, never
@@ -16,6 +17,9 @@ from evolvent.model.shares import Shares
 Array = np.ndarray
 #: Steps beside a relaxation time whose end has the softened stiffness of modes.
 _LONG = 4.0
+#: Steps beside a relaxation time in which strains of branches lie on straight lines, and beyond which those of dashpots
+#: do: with the whole strain.
+_SHORT, _WHOLE = 1e-3, 1e6
 
 
 @calls.force
@@ -164,6 +168,32 @@ def explicit_rate(interval, model):
         model.info.step = min(model.info.step, time)
 
 
+@calls.between
+def between(theta, t, h, y0, y1, model, y):
+    """Strains of all branches at a sample within a step, over which the whole strain changes at a constant rate.
+
+    Notes
+    -----
+    With u = h/tau and w_1 = w_0 exp(-u) + phi_1(u) dx that is w = w_0 exp(-theta u) + phi_1(theta u) theta dx. Where
+    the strain d = w - x of the dashpot stands among the accounts, w_0 follows from d_1 - d_0 and x_1: it fulfils
+    w_1 (1 - phi_1) + phi_1 (d_1 - d_0) = w_0 (exp(-u) - phi_1).
+    """
+    rows = model.branch_strains
+    for k in range(rows.size):
+        u, a = h / model.prony_terms[rows[k].term].time, rows[k].account
+        if u < _SHORT or (rows[k].dashpot != 0 and u > _WHOLE):
+            continue
+        left, first, _ = decay(u)
+        part, of_part, _ = decay(theta * u)
+        if rows[k].dashpot == 0:
+            y[a] = y0[a] * part + theta * of_part * (y1[a] - y0[a] * left) / first
+            continue
+        w1, moved = y1[a] + rows[k].x0, y1[a] - y0[a]
+        w0 = (w1 * (1.0 - first) + first * moved) / (left - first)
+        dx = w1 - w0 - moved
+        y[a] = w0 * part + theta * of_part * dx - (rows[k].x0 - (1.0 - theta) * dx)
+
+
 # strains of the springs of branches (`kernels.viscoelastic`); kept: what stands among the accounts: w, or with dashpot
 # 1 w - x, minus the strain of the dashpot
 BRANCH_STRAINS = Family(
@@ -174,6 +204,7 @@ BRANCH_STRAINS = Family(
     accounts=(Accounts(1, start="kept", states=(0,), order=5.5),),
     explicit=Explicit(rate=explicit_rate),
     implicit=Implicit(end_step=end_step),
+    samples=Samples(between=between),
 )  # fmt: skip
 
 
