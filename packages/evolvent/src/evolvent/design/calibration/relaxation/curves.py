@@ -110,7 +110,7 @@ def _temperatures(paths: Sequence[str], given: Sequence[str]) -> list[str | floa
     """Of each file its temperature, K, or the name of its column of temperatures."""
     if not given:
         return [None] * len(paths)
-    found: list[str | float | None] = [kelvin(one, "--temperature") if units.split(one) else one for one in given]
+    found: list[str | float | None] = [kelvin(one, "--temperature") if is_value(one) else one for one in given]
     if len(found) == 1 and isinstance(found[0], str):
         return found * len(paths)
     if len(found) != len(paths):
@@ -119,6 +119,11 @@ def _temperatures(paths: Sequence[str], given: Sequence[str]) -> list[str | floa
             f"a column once, or a temperature for each file"
         )
     return found
+
+
+def is_value(text: str) -> bool:
+    """Whether a text is a temperature, and no name of a column."""
+    return units.split(text) is not None
 
 
 def kelvin(text: Any, key: str) -> float:
