@@ -7,11 +7,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import ValidationError
 
-from evolvent.design.calibration.relaxation import Relaxation, fit
+from evolvent.design.calibration.relaxation import Relaxation, curves, fit
 from evolvent.design.calibration.relaxation.search import MOST_TERMS
 from evolvent.design.calibration.relaxation.shifts import LAWS
 from evolvent_base import units
-from evolvent_base.errors import InputError
+from evolvent_base.errors import InputError, naming_keys
 from evolvent_base.schema import Section, sentence
 
 
@@ -51,6 +51,8 @@ class Asked(Section):
     own_forces: bool = False
 
 
+#: What messages call arguments that are fields of the page.
+_FIELDS = {"column": "column", "temperatures": "temperature", "own_forces": "own forces"}
 #: Keys that are no options: what they say depends on the files.
 OF_FILES = ("data", "column", "temperatures")
 
@@ -70,6 +72,17 @@ def asked(content: Any) -> Asked:
         raise InputError(sentence(error.errors(include_url=False), Asked)) from None
 
 
+def check(of: Asked, paths: Sequence[str]) -> None:
+    """Refuse files and columns that hold no curves of relaxation.
+
+    Raises
+    ------
+    InputError
+    """
+    with naming_keys(_FIELDS):
+        curves.read(paths, of.column, temperatures=of.temperatures, ramp=of.ramp)
+
+
 def fitted(of: Asked, paths: Sequence[str], report: Callable[[int], None]) -> Relaxation:
     """The fitted series.
 
@@ -84,4 +97,5 @@ def fitted(of: Asked, paths: Sequence[str], report: Callable[[int], None]) -> Re
         If the data are no relaxation, or do not determine what is asked for.
     """
     options = {name: getattr(of, name) for name in Asked.model_fields if name not in OF_FILES}
-    return fit.fit_files(paths, of.column, temperatures=of.temperatures, report=report, **options)
+    with naming_keys(_FIELDS):
+        return fit.fit_files(paths, of.column, temperatures=of.temperatures, report=report, **options)

@@ -75,7 +75,7 @@ class RelaxationPanel:
                 ui.label("columns").classes("ev-h")
                 with ui.element("div").classes("ev-fields"):
                     self._select("column", "force or torque", names)
-                    self._select("temperature", "temperature, where it has one", names)
+                    self._select("temperature", "temperature", names)
             ui.label("series").classes("ev-h")
             self._form = FormView(
                 relaxation.Asked, state["options"], self._changed, skip=relaxation.OF_FILES, complete=self._whole,
@@ -166,7 +166,7 @@ class RelaxationPanel:
         def check() -> None:
             asked = relaxation.asked(content)
             paths[:] = [str(self.studio.folder.file(name, LARGEST_RECORDING)) for name in asked.data]
-            curves.read(paths, asked.column, temperatures=asked.temperatures, ramp=asked.ramp)
+            relaxation.check(asked, paths)
 
         self._go.props("loading")
         try:

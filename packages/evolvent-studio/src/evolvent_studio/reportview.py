@@ -105,7 +105,7 @@ class ReportView:
             ui.label(f"{title}: the key viscoelastic of").classes("ev-what")
             chosen = ui.select(options, value=[next(iter(options))] if len(options) == 1 else [], multiple=True)
             chosen.props('outlined dense options-dense use-chips data-testid="law-places"').classes("w-full")
-            ui.code(text.strip(), language="yaml").classes("ev-code w-full")
+            ui.label(text.strip()).classes("ev-code ev-law w-full")
 
             def put() -> None:
                 if not chosen.value:
