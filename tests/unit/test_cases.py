@@ -56,6 +56,14 @@ def test_overrides_come_on_top_and_leave_the_mapping_alone():
     assert "sunlight" not in PAPER
 
 
+def test_a_key_of_a_named_material_is_set_beside_its_other_keys():
+    content = cases.content_of("boom-slew", {"parts.boom.material": "kapton"})
+    found = cases.load(content, {"parts.boom.material.density": "1 g/cm^3"}).parts["boom"].material
+    assert found == cases.load(content).parts["boom"].material.replaced(density=1000.0)
+    with pytest.raises(InputError, match=r"'parts\.boom\.material' is 'kaptn', which has no keys"):
+        cases.content_of("boom-slew", {"parts.boom.material": "kaptn", "parts.boom.material.density": 1})
+
+
 @pytest.mark.parametrize(
     "overrides",
     [

@@ -9,7 +9,8 @@ from evolvent_base import progress
 from evolvent_massprops import description
 from evolvent_massprops.certificate import result_table
 from evolvent_massprops.measurement import mass_properties
-from evolvent_studio.worker import CASE, CERTIFICATE, parsed
+from evolvent_studio.jobkinds import CASE, CERTIFICATE
+from evolvent_studio.worker import parsed
 
 
 def identify(place: pathlib.Path, job: dict[str, Any], report: Any) -> None:

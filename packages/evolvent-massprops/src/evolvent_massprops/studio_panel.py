@@ -22,13 +22,13 @@ from evolvent_base.signals import timebase
 from evolvent_massprops import description
 from evolvent_studio import charts, form
 from evolvent_studio.context import Context, Panel as StudioPanel
+from evolvent_studio.drafts import MEASURED, View
 from evolvent_studio.elements import ChartElement, report_frame, table, upload
 from evolvent_studio.formview import FormView, errors_text, first_error
 from evolvent_studio.job import Job
 from evolvent_studio.jobview import STATUS, draw_progress
 from evolvent_studio.places import LARGEST, LARGEST_RECORDING, LARGEST_SIGNALS
 from evolvent_studio.placing import SIGNALS
-from evolvent_studio.state import MEASURED, View
 
 #: Number of signal columns that are drawn.
 _DRAWN = 6

@@ -17,13 +17,14 @@ from evolvent_base import signals
 from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import form, reading, studydraft
 from evolvent_studio.context import Context
+from evolvent_studio.drafts import view_of
 from evolvent_studio.elements import upload
 from evolvent_studio.places import LARGEST_RECORDING, LARGEST_SIGNALS
-from evolvent_studio.placing import source_file
-from evolvent_studio.state import view_of
+from evolvent_studio.placing import TABLES, source_file
+from evolvent_studio.relaxationpanel import RelaxationPanel
 
-#: Endings of files of measured data.
-_ENDINGS = (".csv", ".tsv", ".txt")
+#: The two forms of the panel, and what is fitted by each.
+_FORMS = {"keys": "keys of the case", "curves": "relaxation curves"}
 #: Fields of what was measured and of keys that are fitted, and what they are called.
 _ROWS = {
     "observe": {"variable": "variable", "column": "column", "std": "standard deviation"},
@@ -44,6 +45,19 @@ class CalibratePanel:
         self._columns: list[str] = []
         self._names: list[str] = []
         self._asked: Any = None
+        with ui.element("div").classes("ev-pick-form"):
+            self._turn = ui.toggle(_FORMS, value=self._shown)
+            self._turn.props('dense flat no-caps spread toggle-color=primary data-testid="form-of-calibration"')
+            self._turn.on_value_change(lambda e: self._turned(str(e.value)))
+        with ui.element("div").classes("ev-part") as of_keys:
+            self._draw_form()
+        with ui.element("div").classes("ev-part") as of_curves:
+            self.curves = RelaxationPanel(page, self.draw)
+        self._forms = {"keys": of_keys, "curves": of_curves}
+        self.draw()
+
+    def _draw_form(self) -> None:
+        """Draw the form of fitted keys."""
         with ui.element("div").classes("ev-scroll"):
             ui.label(
                 "Keys of the open case are fitted to measured data: a history over time, or a table of runs whose "
@@ -53,7 +67,7 @@ class CalibratePanel:
                 upload(
                     label="Drop a file of data (CSV) here, or choose", most=LARGEST_SIGNALS, handle=self._dropped,
                     refused=lambda: self.page.show_message("the upload was refused: it is too large"),
-                ).props('flat dense accept=".csv,.tsv,.txt" data-testid="data-upload"')  # fmt: skip
+                ).props(f'flat dense accept="{",".join(TABLES)}" data-testid="data-upload"')  # fmt: skip
             self._file = ui.select([], label="or a file of the folder")
             self._file.props('outlined dense options-dense data-testid="data-file"').classes("w-full")
             self._file.on_value_change(lambda e: self._choose(str(e.value or "")))
@@ -64,19 +78,36 @@ class CalibratePanel:
             self._go = ui.button("Fit the keys", on_click=self._submit)
             self._go.props('unelevated color=primary data-testid="calibrate"')
             self._hint = ui.label("").classes("ev-status ev-wrap")
-        self.draw()
 
     @property
     def _state(self) -> dict[str, Any]:
         return self.studio.calibration
 
+    @property
+    def _shown(self) -> str:
+        """Which of the two forms is shown."""
+        shown = str(self._state["shown"])
+        return shown if shown in _FORMS else "keys"
+
+    def _turned(self, shown: str) -> None:
+        """Show another of the two forms."""
+        if shown != self._state["shown"]:
+            self._state["shown"] = shown
+            self.list()
+
     def draw(self) -> None:
         """Draw the panel again."""
+        self._turn.set_value(self._shown)
+        for name, part in self._forms.items():
+            part.set_visibility(name == self._shown)
+        if self._shown == "curves":
+            self.curves.draw()
+            return
         self._read()
         case = self.studio.draft.content
         self._keys = studydraft.keys(case)
         self._case.set_text(f"of the open case: {self.studio.open_case_title()}")
-        files = self.studio.folder.files(*_ENDINGS)
+        files = self.studio.folder.files(*TABLES)
         own = [self._state["file"]] if self._state["file"] and self._state["file"] not in files else []
         self._file.set_options({name: name.rpartition("/")[2] if name in own else name for name in own + files},
                                value=self._state["file"] or None)  # fmt: skip
@@ -94,7 +125,7 @@ class CalibratePanel:
         case = self.studio.draft.content
         self._state["fit"] = [row for row in self._state["fit"] if studydraft.has_key(case, row["key"])]
         self.draw()
-        if self._asked != case:
+        if self._asked != case and self._shown == "keys":
             ui.timer(0.01, self._ask, once=True)
 
     async def _ask(self) -> None:
@@ -265,6 +296,7 @@ class CalibratePanel:
         ends = {key: [form.text_of(end) if _is_typed(end) else "" for end in both]
                 for key, both in asked.get("bounds", {}).items()}  # fmt: skip
         self._state.update(
+            shown="keys",
             file=str(asked.get("data", "")),
             observe=[dict(zip(_ROWS["observe"], map(str, row), strict=True)) for row in observed],
             fit=[dict(zip(_ROWS["fit"], (key, *ends.get(key, ("", ""))), strict=True)) for key in asked["fit"]],

@@ -15,20 +15,13 @@ from evolvent_base.errors import EvolventError, InputError
 from evolvent_base.schema import Section
 from evolvent_studio import parts
 from evolvent_studio.context import Context
+from evolvent_studio.drafts import Draft, view_of
 from evolvent_studio.elements import upload
 from evolvent_studio.formview import FormView, errors_text, first_error
-from evolvent_studio.job import COMPUTED
+from evolvent_studio.jobkinds import KINDS
 from evolvent_studio.partsview import PartsView
 from evolvent_studio.places import LARGEST
 from evolvent_studio.startview import StartView
-from evolvent_studio.state import Draft, view_of
-
-#: What the analyses beside a run find.
-_TIPS = {
-    "equilibrium": "static equilibrium under the loads, as set by the key equilibrium",
-    "margin": "torque and force margins of every hinge and slide over its travel, as set by the key margin",
-    "modes": "frequencies and shapes about the equilibrium, as set by the keys equilibrium and modes",
-}
 
 
 class CasePanel:
@@ -56,11 +49,13 @@ class CasePanel:
             self._run = ui.button("Run", on_click=lambda: self._submit()).props(
                 'unelevated color=primary data-testid="run"'
             )
-            with ui.element("div").classes("ev-part") as self._analyses:
-                for kind in ("equilibrium", "modes", "margin"):
-                    button = ui.button(COMPUTED[kind], on_click=lambda k=kind: self._submit(k))
+            self._analyses: dict[str, ui.button] = {}
+            for kind, sort in KINDS.items():
+                if sort.analysis:
+                    button = ui.button(sort.title, on_click=lambda k=kind: self._submit(k))
                     button.props(f'outline color=primary data-testid="{kind}"')
-                    button.props["title"] = _TIPS[kind]
+                    button.props["title"] = sort.analysis
+                    self._analyses[kind] = button
             ui.button("Save as", on_click=self._save).props('flat color=primary data-testid="save-case"')
             ui.button("YAML", on_click=self._text).props('flat color=primary data-testid="yaml"')
             self._state = ui.label("").classes("ev-status").style("margin-left:auto")
@@ -161,10 +156,10 @@ class CasePanel:
         self.studio.draft = self.draft
         count = len(self.shown_wrong())
         self._run.set_enabled(not count)
-        self._analyses.set_visibility(self.has_parts)
-        for button in self._analyses:
-            if isinstance(button, ui.button):
-                button.set_enabled(not count)
+        for kind, button in self._analyses.items():
+            needs = KINDS[kind].needs
+            button.set_visibility(self.has_parts and (not needs or content.get(needs) is not None))
+            button.set_enabled(not count)
         self.start.schedule()
         self._state.set_text(errors_text(count))
 

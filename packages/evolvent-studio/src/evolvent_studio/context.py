@@ -10,7 +10,8 @@ from typing import Any, ClassVar
 from nicegui import ui
 
 from evolvent_base.errors import EvolventError, reason_of
-from evolvent_studio.state import Studio, View
+from evolvent_studio.drafts import View
+from evolvent_studio.state import Studio
 
 
 class Context(abc.ABC):

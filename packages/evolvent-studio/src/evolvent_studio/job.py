@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, Field, ValidationError
 
-from evolvent_studio.worker import CALIBRATION, CERTIFICATE, DISPERSION, MARGINS, MODES, REPORT, RUN, STUDY
+from evolvent_studio.jobkinds import KINDS, Kind
 
 #: What a job is called that this installation has not queued, and why it does not start.
 NOT_STARTED, FOREIGN = "not started", "queued by another installation"
@@ -19,20 +19,6 @@ NOT_STARTED, FOREIGN = "not started", "queued by another installation"
 _WINDOW = 15.0
 #: States of a job that is still to end.
 OPEN = ("waiting", "running")
-#: Kinds of jobs that compute a case, and what they are called.
-COMPUTED = {"run": "Run", "equilibrium": "Equilibrium", "modes": "Modes", "margin": "Margins"}
-#: File or folder of the results, by kind of job.
-RESULTS = {
-    "run": RUN, "equilibrium": RUN, "modes": MODES, "margin": MARGINS, "sweep": STUDY, "disperse": STUDY,
-    "calibrate": CALIBRATION, "identify": CERTIFICATE,
-}  # fmt: skip
-#: File of a folder of results that is written last.
-LAST = {STUDY: "results.zarr", CALIBRATION: REPORT}
-#: Page with the results, by kind of job, and kinds of jobs that go on where they were cancelled.
-REPORTS = {
-    "margin": (MARGINS,), "disperse": (DISPERSION,), "calibrate": (CALIBRATION, REPORT), "identify": (CERTIFICATE,),
-}  # fmt: skip
-RESUMED = ("sweep", "disperse", "calibrate")
 #: How a job may have ended.
 _ENDED = ("success", "stopped by event", "interrupted", "failed")
 _KEY = re.compile(r"\d{4}-[\w-]{1,60}", re.ASCII)
@@ -78,7 +64,7 @@ class Job:
     Attributes
     ----------
     key : str, name of its folder
-    kind : a key of `RESULTS`
+    kind : a key of `KINDS`
     title : str
     status : "waiting", "running", "cancelling", or how it ended: "success", "stopped by event", "interrupted", "failed"
     message : str
@@ -104,6 +90,11 @@ class Job:
     digest: str = ""
     own: bool = True
     marks: deque[tuple[float, float]] = dataclasses.field(default_factory=deque, repr=False)
+
+    @property
+    def sort(self) -> Kind:
+        """What is known of its kind."""
+        return KINDS[self.kind]
 
     @property
     def open(self) -> bool:
@@ -153,7 +144,7 @@ def kept_job(content: Mapping[str, Any], *, own: bool) -> Job | None:
         job = Job(**{name: checked[name] for name in KEPT if name in checked}, own=own)
     except (ValidationError, TypeError):
         return None
-    if not _KEY.fullmatch(job.key) or job.kind not in RESULTS:
+    if not _KEY.fullmatch(job.key) or job.kind not in KINDS:
         return None
     if not own and job.status not in _ENDED:
         job.status, job.message = NOT_STARTED, FOREIGN

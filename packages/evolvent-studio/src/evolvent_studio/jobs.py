@@ -24,9 +24,10 @@ from typing import Any
 from evolvent_base.errors import InputError
 from evolvent_studio import child, signing
 from evolvent_studio.folder import OWN, Folder
-from evolvent_studio.job import FOREIGN, KEPT, LAST, REPORTS, RESULTS, RESUMED, Job, kept_job
+from evolvent_studio.job import FOREIGN, KEPT, Job, kept_job
+from evolvent_studio.jobkinds import CASE
 from evolvent_studio.places import LARGEST_RECORDING
-from evolvent_studio.worker import CASE, parsed
+from evolvent_studio.worker import parsed
 
 #: Seconds that a cancelled job has to keep what it computed.
 GRACE = 8.0
@@ -162,7 +163,7 @@ class Jobs:
         """Put a job that was cancelled back into the queue, which goes on where it was, such as a study."""
         with self._lock:
             job = self.get(key)
-            if job.kind not in RESUMED or job.open or job.status == "success":
+            if not job.sort.resumed or job.open or job.status == "success":
                 raise InputError(f"{key} is nothing that was cancelled and can go on, such as a study")
             if not job.own:
                 raise InputError(f"{key} was {FOREIGN}, and is not started; run it yourself")
@@ -197,14 +198,14 @@ class Jobs:
 
     def result(self, key: str) -> pathlib.Path | None:
         """File or folder of a job's results, None while there are none."""
-        name = RESULTS[self.get(key).kind]
-        whole = self.folder.existing(OWN, key, name, *([LAST[name]] if name in LAST else []))
-        return self.folder.existing(OWN, key, name) if whole is not None else None
+        sort = self.get(key).sort
+        whole = self.folder.existing(OWN, key, sort.result, *filter(None, [sort.last]))
+        return self.folder.existing(OWN, key, sort.result) if whole is not None else None
 
     def report(self, key: str) -> pathlib.Path | None:
         """The page with a job's results, None where there is none."""
-        place = REPORTS.get(self.get(key).kind)
-        return None if place is None else self.folder.existing(OWN, key, *place)
+        place = self.get(key).sort.report
+        return self.folder.existing(OWN, key, *place) if place else None
 
     def stop(self) -> None:
         """End the work for now; what is open goes on when the studio is started again."""

@@ -8,15 +8,10 @@ from nicegui import ui
 
 from evolvent_studio.changes import ADDED, REMOVED
 from evolvent_studio.context import Context
-from evolvent_studio.job import COMPUTED, RESUMED, Job
-from evolvent_studio.worker import AT_ONCE
+from evolvent_studio.job import Job
 
 #: How a job ended, in a word.
 STATUS = {"stopped by event": "stopped", "success": "done", "interrupted": "cancelled"}
-#: What jobs are called.
-NAMES = {
-    **COMPUTED, "sweep": "Study", "disperse": "Dispersion", "calibrate": "Calibration", "identify": "Identification",
-}  # fmt: skip
 #: Letters of one change that are shown.
 _LONGEST = 70
 #: Seconds between two looks at a job.
@@ -83,20 +78,13 @@ def duration(seconds: float) -> str:
 def progress_text(job: Job) -> str:
     """How far a job is, as a sentence."""
     if job.status == "cancelling":
-        return "stopping" if job.kind in AT_ONCE else "stopping; what was computed is kept"
+        return "stopping" if job.sort.at_once else "stopping; what was computed is kept"
     if job.status == "running":
-        if job.kind in ("identify", "calibrate"):
+        if not job.sort.counted:
             return job.note or "starting"
         if not job.reached:
             return job.note or "starting; where functions must be compiled first, this takes up to a minute"
-        unit = {
-            "sweep": " cases",
-            "disperse": " runs",
-            "run": " s",
-            "equilibrium": " of the load factor",
-            "modes": " modes",
-        }.get(job.kind, "")
-        reached = f"{job.reached:.4g} of {job.end:.4g}{unit}"
+        reached = f"{job.reached:.4g} of {job.end:.4g}{job.sort.unit}"
         left = job.left
         return reached + (f", about {duration(left)} left" if left is not None else "")
     if job.status == "waiting":
@@ -105,7 +93,7 @@ def progress_text(job: Job) -> str:
 
 
 def _title(job: Job) -> str:
-    return f"{NAMES.get(job.kind, 'Run')} {int(job.key[:4])} {job.title}"
+    return f"{job.sort.title} {int(job.key[:4])} {job.title}"
 
 
 def draw_progress(page: Context, job: Job) -> None:
@@ -137,17 +125,17 @@ def draw_without(page: Context, job: Job) -> None:
         ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
     kind = "bad" if job.status == "failed" else "warn"
     message = job.message or "nothing was computed"
-    if job.kind in ("sweep", "disperse") and job.end > 0.0:
-        message += f"; {job.reached:.0f} of {job.end:.0f} {'cases' if job.kind == 'sweep' else 'runs'} are done"
+    if job.sort.many and job.end > 0.0:
+        message += f"; {job.reached:.0f} of {job.end:.0f} {job.sort.many} are done"
     ui.label(message).classes(f"ev-banner {kind}").props('data-testid="message"')
-    if job.kind in RESUMED:
+    if job.sort.resumed:
         button = ui.button(
-            f"Continue the {NAMES[job.kind].lower()}",
+            f"Continue the {job.sort.title.lower()}",
             on_click=lambda: page.attempt(lambda: page.studio.jobs.resume(job.key)),
         )
         button.props('unelevated color=primary data-testid="continue"').style("align-self:flex-start")
         ui.label("What is done is not computed again.").classes("ev-what")
-    if job.kind in COMPUTED:
+    if job.sort.of_case:
         ui.button("Open its case", on_click=lambda: page.open_job_case(job.key)).props(
             'outline color=primary data-testid="open-job-case"'
         ).style("align-self:flex-start")

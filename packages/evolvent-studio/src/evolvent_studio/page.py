@@ -10,11 +10,12 @@ from evolvent_studio import added
 from evolvent_studio.calibratepanel import CalibratePanel
 from evolvent_studio.casepanel import CasePanel
 from evolvent_studio.context import Context, Panel
+from evolvent_studio.drafts import View, view_of
 from evolvent_studio.modesview import ModesView
 from evolvent_studio.reportview import ReportView
 from evolvent_studio.resultview import ResultView
 from evolvent_studio.runspanel import RunsPanel
-from evolvent_studio.state import FIRST, Studio, View, view_of
+from evolvent_studio.state import FIRST, Studio
 from evolvent_studio.studyform import DISPERSIONS
 from evolvent_studio.studypanel import StudyPanel
 
@@ -58,7 +59,14 @@ class Page(Context):
         self.dialogs = ui.element("div")  # they stay while what is shown changes
         self.result = ResultView(self)
         self.modes = ModesView(self)
-        self.report = ReportView(self, {"disperse": self.dispersions.edit, "calibrate": self.calibrations.edit})
+        self.report = ReportView(
+            self,
+            {
+                "disperse": self.dispersions.edit,
+                "calibrate": self.calibrations.edit,
+                "relaxation": self.calibrations.curves.edit,
+            },
+        )
         ui.run_javascript(_STEADY)
         ui.timer(_LOOK, self.update)
         ui.timer(0.01, self._first, once=True)
@@ -190,7 +198,7 @@ class Page(Context):
                 "Case: the values of a case, and of a structure its parts. "
                 "Runs: the queue, and runs saved in the folder; tick two or more to compare them. "
                 "Studies: many cases over keys that vary. Dispersion: keys drawn from distributions. "
-                "Calibration: keys fitted to measured data."
+                "Calibration: keys fitted to measured data, and laws to relaxation curves."
                 + "".join(f" {panel.label}: {panel.about}." for panel in self.added.values())
             ).classes("ev-what")
 

@@ -13,8 +13,9 @@ from evolvent_base import file_keys
 from evolvent_base.errors import InputError
 from evolvent_base.schema import Section
 
-#: Endings of files that hold signals.
-SIGNALS = (".csv", ".tsv", ".txt", ".tdms", ".uff", ".unv", ".mat", ".h5", ".hdf5", ".wav", ".nc")
+#: Endings of files with tables, and of all that hold signals.
+TABLES = (".csv", ".tsv", ".txt")
+SIGNALS = (*TABLES, ".tdms", ".uff", ".unv", ".mat", ".h5", ".hdf5", ".wav", ".nc")
 _FILES = re.compile(rf"\.(ya?ml|{'|'.join(ending[1:] for ending in SIGNALS)})$", re.IGNORECASE)
 #: A value of a case that can only be the path of a file: absolute, of a home or a parent folder, of a drive or network.
 _PATH = re.compile(r"(/|~[\w.-]*/|\.\.?[/\\]|[A-Za-z]:[/\\]|\\\\).*|.*/\.\./.*", re.DOTALL)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import urllib.parse
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -9,14 +10,14 @@ from typing import Any
 from nicegui import ui
 
 from evolvent_base.errors import InputError
-from evolvent_studio import reading
+from evolvent_studio import laws, reading
 from evolvent_studio.context import Context
+from evolvent_studio.drafts import View
 from evolvent_studio.elements import report_frame
 from evolvent_studio.folder import OWN
-from evolvent_studio.job import COMPUTED, Job
-from evolvent_studio.jobview import NAMES, STATUS, draw_job
-from evolvent_studio.state import View
-from evolvent_studio.worker import CALIBRATION, FITTED
+from evolvent_studio.job import Job
+from evolvent_studio.jobkinds import CALIBRATION, FITTED, LAW
+from evolvent_studio.jobview import STATUS, draw_job
 
 
 class ReportView:
@@ -37,11 +38,11 @@ class ReportView:
         job = self.studio.jobs.jobs.get(key)
         if job is None or job.open or self.studio.jobs.report(key) is None:
             draw_job(self.page, key)
-            if job is not None and not job.open and job.kind not in COMPUTED:
+            if job is not None and not job.open and not job.sort.of_case:
                 self._change(job, "outline").style("align-self:flex-start")
             return
         with ui.element("div").classes("ev-titlebar").props('data-testid="report-of"'):
-            ui.label(f"{NAMES[job.kind]} {self.studio.name(ref)}").classes("ev-h1")
+            ui.label(f"{job.sort.title} {self.studio.name(ref)}").classes("ev-h1")
             ui.label(STATUS.get(job.status, job.status)).classes(f"ev-status {job.status}")
             ui.element("div").style("flex:1")
             self._change(job, "flat dense")
@@ -51,22 +52,27 @@ class ReportView:
             if job.kind == "calibrate":
                 fitted = ui.button("Open the fitted case", on_click=lambda: self._open_fitted(job))
                 fitted.props('flat dense color=primary data-testid="open-fitted"')
+            if job.kind == "relaxation":
+                law = ui.button(
+                    "Put it into the case", on_click=lambda: self.page.attempt(lambda: self._ask_place(job))
+                )
+                law.props('flat dense color=primary data-testid="put-law"')
             self._downloads(job, urllib.parse.quote(ref))
         if job.message:
             kind = "bad" if job.status == "failed" else "warn" if job.is_warning else "note"
             ui.label(job.message[:1].upper() + job.message[1:]).classes(f"ev-banner {kind}").props(
                 'data-testid="message"'
             )
-        report_frame(ref, NAMES[job.kind])
+        report_frame(ref, job.sort.title)
 
     def _change(self, job: Job, look: str) -> ui.element:
         """The button that opens what a job was made from."""
-        if job.kind in COMPUTED:
+        if job.sort.of_case:
             button = ui.button("Open its case", on_click=lambda: self.page.open_job_case(job.key))
         else:
             take = self._edit[job.kind]
             button = ui.button(
-                f"Edit the {NAMES[job.kind].lower()}",
+                f"Edit the {job.sort.title.lower()}",
                 on_click=lambda: self.page.attempt(lambda: take(self.studio.jobs.case_text(job.key), job.title)),
             )
         return button.props(f'{look} color=primary data-testid="edit-job"')
@@ -82,10 +88,48 @@ class ReportView:
 
         self.page.attempt(take)
 
+    def _ask_place(self, job: Job) -> None:
+        """Ask which parts of the open case take the law of a relaxation fit, and put it there."""
+        text = self.studio.folder.read(OWN, job.key, CALIBRATION, LAW).decode("utf-8", "replace")
+        law = reading.content(text, LAW)
+        law = law.get("viscoelastic") if isinstance(law, dict) else None
+        if not isinstance(law, dict):
+            raise InputError(f"{LAW} of the relaxation fit holds no law")
+        draft = self.studio.draft
+        options = {place: _named(draft.content, place) for place in laws.places(draft.content)}
+        title = self.studio.open_case_title()
+        if not options:
+            raise InputError(f"the open case, {title}, has no material and no spring that can relax; open another one")
+        with self.page.dialogs, ui.dialog(value=True) as dialog, ui.card().style("min-width:min(460px,90vw)"):
+            ui.label("Put the law into the open case").classes("ev-title")
+            ui.label(f"{title}: the key viscoelastic of").classes("ev-what")
+            chosen = ui.select(options, value=[next(iter(options))] if len(options) == 1 else [], multiple=True)
+            chosen.props('outlined dense options-dense use-chips data-testid="law-places"').classes("w-full")
+            ui.label(text.strip()).classes("ev-code ev-law w-full")
+
+            def put() -> None:
+                if not chosen.value:
+                    raise InputError("no part is chosen; choose one or more")
+                content = laws.with_law(draft.content, law, chosen.value)
+                self.studio.draft = dataclasses.replace(draft, content=content)
+                dialog.close()
+                self.page.open_case()
+
+            with ui.row():
+                button = ui.button("Put it there", on_click=lambda: self.page.attempt(put))
+                button.props('unelevated color=primary data-testid="law-done"')
+                ui.button("Cancel", on_click=dialog.close).props("flat")
+
     def _downloads(self, job: Job, ref: str) -> None:
         button = ui.button("Download").props('outline dense color=primary data-testid="download-report"')
         with button.style("padding:0 10px"), ui.menu():
-            name = f"{NAMES[job.kind].lower()}.html"
+            name = f"{job.sort.title.lower().replace(' ', '-')}.html"
             ui.menu_item("Report (HTML)", lambda: ui.download(f"/studio/report?ref={ref}", filename=name))
-            if job.kind == "disperse":
-                ui.menu_item("All runs (CSV)", lambda: ui.download(f"/studio/dispersed?ref={ref}"))
+            for text, file in job.sort.kept.items():
+                ui.menu_item(text, lambda f=file: ui.download(f"/studio/kept?ref={ref}:{f}"))
+
+
+def _named(content: Mapping[str, Any], place: str) -> str:
+    """How a place of a law is called: its part, what of it, and whether it holds a law already."""
+    name = place.partition(".")[2].rpartition(".")[0].replace(".", ": ")
+    return f"{name} (replaces its law)" if laws.held(content, place) else name

@@ -9,11 +9,14 @@ from fastapi.responses import FileResponse, Response
 
 from evolvent.view.animation import VIEWER
 from evolvent_base.errors import EvolventError
+from evolvent_studio.jobkinds import MODES
 from evolvent_studio.state import Studio, plain
-from evolvent_studio.worker import DISPERSED, MODES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+#: Types of files that are kept beside results, by their endings.
+_TYPES = {".csv": "text/csv", ".nc": "application/x-netcdf"}
 
 
 def install(app: FastAPI, studio: Studio) -> None:
@@ -41,11 +44,11 @@ def install(app: FastAPI, studio: Studio) -> None:
         path = studio.path(ref)
         if not ref.startswith("job:") or path.name != MODES:
             return _missing("modes not found")
-        return FileResponse(path, filename=f"{plain(studio.name(ref))}-modes.nc", media_type="application/x-netcdf")
+        return FileResponse(path, filename=f"{plain(studio.name(ref))}-modes.nc", media_type=_TYPES[path.suffix])
 
     def run(ref: str) -> Response:
         path = studio.load(ref).path
-        return FileResponse(path, filename=f"{plain(studio.name(ref))}.nc", media_type="application/x-netcdf")
+        return FileResponse(path, filename=f"{plain(studio.name(ref))}.nc", media_type=_TYPES[".nc"])
 
     def case(ref: str) -> Response:
         headers = {"Content-Disposition": f'attachment; filename="{plain(studio.name(ref))}.yaml"'}
@@ -57,9 +60,12 @@ def install(app: FastAPI, studio: Studio) -> None:
             return _missing("download not found")
         return FileResponse(found.path, filename=found.name, media_type="application/octet-stream")
 
-    def dispersed(ref: str) -> Response:
-        path = studio.beside(ref, DISPERSED)
-        return FileResponse(path, filename=f"{plain(studio.name(ref))}.csv", media_type="text/csv")
+    def kept(ref: str) -> Response:
+        of, _, name = ref.rpartition(":")
+        if not of.startswith("job:") or name not in studio.jobs.get(of.removeprefix("job:")).sort.kept.values():
+            return _missing("download not found")
+        path = studio.beside(of, name)
+        return FileResponse(path, filename=f"{plain(studio.name(of))}-{name}", media_type=_TYPES[path.suffix])
 
     def report(ref: str) -> Response:
         path = studio.report(ref)
@@ -67,7 +73,7 @@ def install(app: FastAPI, studio: Studio) -> None:
         headers = {"Content-Security-Policy": "sandbox; script-src 'none'"}
         return FileResponse(path, media_type="text/html", headers=headers)
 
-    for answer in (motion, mode, start, modes, run, case, export, dispersed, report):
+    for answer in (motion, mode, start, modes, run, case, export, kept, report):
         app.get(f"/studio/{answer.__name__}", include_in_schema=False)(guarded(answer))
 
     @app.get("/studio/viewer/{name}", include_in_schema=False)

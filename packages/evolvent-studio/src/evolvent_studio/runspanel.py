@@ -8,12 +8,10 @@ from nicegui import ui
 
 from evolvent_base.errors import EvolventError
 from evolvent_studio.context import Context
-from evolvent_studio.job import COMPUTED, RESUMED, Job
+from evolvent_studio.drafts import View, view_of
+from evolvent_studio.job import Job
 from evolvent_studio.jobview import STATUS, ask_title, changes_text, date_text, progress_text, since_text
-from evolvent_studio.state import View, view_of
 
-_KINDS = {"run": "", "equilibrium": "equilibrium", "modes": "modes", "margin": "margins", "sweep": "study",
-          "disperse": "dispersion", "calibrate": "calibration", "identify": "identification"}  # fmt: skip
 #: Changed keys of a run that its row shows.
 _CHANGES = 4
 
@@ -110,7 +108,7 @@ class RunsPanel:
                 if job.kind == "run":
                     self._tick(ref, enabled=self.studio.jobs.result(job.key) is not None)
                 self._link(f"{int(job.key[:4])} {job.title}", view_of(job))
-                kind = _KINDS[job.kind]
+                kind = job.sort.row
                 status = ui.label(
                     f"{kind}, {STATUS.get(job.status, job.status)}" if kind else STATUS.get(job.status, job.status)
                 )
@@ -139,11 +137,11 @@ class RunsPanel:
 
     def _menu(self, job: Job) -> None:
         with ui.button(icon="more_vert").props(f'flat dense round size=sm data-testid="menu-{job.key}"'), ui.menu():
-            if job.kind in COMPUTED:
+            if job.sort.of_case:
                 ui.menu_item("Open its case", lambda: self.open_case(job.key))
-                if job.kind in ("run", "equilibrium") and self.studio.jobs.result(job.key) is not None:
+                if job.sort.view == "run" and self.studio.jobs.result(job.key) is not None:
                     ui.menu_item("Save it in the folder", lambda: self.save_run(f"job:{job.key}"))
-            if job.kind in RESUMED and job.status != "success":
+            if job.sort.resumed and job.status != "success":
                 ui.menu_item("Continue", lambda: self.page.attempt(lambda: self.studio.jobs.resume(job.key)))
             ui.menu_item("Rename", lambda: ask_title(self.page, job.key))
             ui.menu_item("Remove", lambda: self._remove(job.key))

@@ -10,8 +10,8 @@ from nicegui import ui
 
 from evolvent_base.errors import EvolventError
 from evolvent_studio.context import Context
+from evolvent_studio.drafts import Draft
 from evolvent_studio.elements import MotionElement
-from evolvent_studio.state import Draft
 
 #: Seconds after the last change before the start is assembled.
 _PAUSE = 0.5

@@ -20,15 +20,15 @@ from evolvent.model import family
 from evolvent.view import animation, show
 from evolvent_base import file_keys
 from evolvent_base.errors import EvolventError, InputError
-from evolvent_studio import pages, reading, signing, studydraft
+from evolvent_studio import drafts, pages, reading, signing, studydraft
 from evolvent_studio.changes import changes
+from evolvent_studio.drafts import Draft, View
 from evolvent_studio.exports import Export, Exports
 from evolvent_studio.folder import OWN, Folder
-from evolvent_studio.job import COMPUTED, Job
+from evolvent_studio.jobkinds import MODE
 from evolvent_studio.jobs import Jobs
 from evolvent_studio.placing import source_file
 from evolvent_studio.studydraft import StudyDraft
-from evolvent_studio.worker import MODE
 
 if TYPE_CHECKING:
     from evolvent_base.figures import Figure, Number
@@ -39,12 +39,8 @@ _KEPT = 8
 _LARGEST_MODE = 100_000_000
 #: The case that the form holds at first.
 FIRST = "case:boom-slew"
-#: What is kept of a measurement, as it is at first.
-MEASURED: dict[str, Any] = {
-    "files": [], "kind": "springs", "stand": "", "content": {"stand": {"kind": "springs"}}, "columns": {},
-}  # fmt: skip
-#: What is kept of a calibration, as it is at first: its file, observed variables and fitted keys.
-CALIBRATED: dict[str, Any] = {"file": "", "observe": [], "fit": []}
+#: What the parts of a case must support, by kind of job.
+_SOLVERS = {"equilibrium": family.STATIC, "modes": family.MODES}
 #: Starts of cases that are kept for the pages that show them.
 _STARTS = 16
 #: Cases to begin with, name -> (what it is, YAML).
@@ -59,43 +55,6 @@ simulate: {until: 20 s}
 """,
     )
 }
-
-
-@dataclasses.dataclass
-class Draft:
-    """The case in a form.
-
-    Attributes
-    ----------
-    source : str, "case:NAME" of a built-in one, "file:NAME", '' where it was opened from elsewhere
-    about : str
-    content : dict
-    base : dict, the case that it was before it was changed
-    origin : str, the source of that case, '' where there is none
-    """
-
-    source: str = ""
-    about: str = ""
-    content: dict[str, Any] = dataclasses.field(default_factory=dict)
-    base: dict[str, Any] = dataclasses.field(default_factory=dict)
-    origin: str = ""
-
-
-@dataclasses.dataclass(frozen=True)
-class View:
-    """What the page shows beside the panels: nothing, the case's start, runs ("run"), modes, a report of a job, ..."""
-
-    kind: str = ""
-    refs: tuple[str, ...] = ()
-
-
-def view_of(job: Job) -> View:
-    """What shows a job."""
-    kind = {
-        "equilibrium": "run", "sweep": "study", "identify": "measure", "margin": "report", "disperse": "report",
-        "calibrate": "report",
-    }.get(job.kind, job.kind)  # fmt: skip
-    return View(kind, (f"job:{job.key}",))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -138,7 +97,7 @@ class Studio:
         self.draft, self.view, self.tab = Draft(), View(), "case"
         self.dark: bool | None = None  # as the browser has it
         self.measure: dict[str, Any] = {}
-        self.calibration: dict[str, Any] = copy.deepcopy(CALIBRATED)
+        self.calibration: dict[str, Any] = copy.deepcopy(drafts.CALIBRATED)
         self.studies = {
             kind: studydraft.opened(self.folder, f"new:{word}") for kind, word in studydraft.NEW_ONES.items()
         }
@@ -171,14 +130,9 @@ class Studio:
         contents = (draft.content, draft.base, content["measure"], *(one.content for one in studies.values()))
         if not all(isinstance(text, str) for text in texts) or not all(isinstance(one, dict) for one in contents):
             return
-        measure = {key: content["measure"][key] for key in MEASURED if key in content["measure"]}
-        if any(not isinstance(value, type(MEASURED[key])) for key, value in measure.items()):
-            return
-        calibration = {key: content["calibration"][key] for key in CALIBRATED}
-        rows = [row for key in ("observe", "fit") for row in calibration[key]]
-        if not isinstance(calibration["file"], str) or not all(
-            isinstance(text, str) for row in rows for text in row.values()
-        ):
+        measure = drafts.kept(content["measure"], drafts.MEASURED)
+        calibration = drafts.kept_calibration(content["calibration"])
+        if measure is None or calibration is None:
             return
         self.draft = self._checked(draft)
         self.view, self.tab = View(view["kind"], tuple(view["refs"])), content["tab"]
@@ -278,7 +232,7 @@ class Studio:
 
         Parameters
         ----------
-        kind : "run", "equilibrium", "modes" or "margin", what is computed of it
+        kind : str, that of a job of one case (`evolvent_studio.jobkinds.Kind.of_case`), what is computed of it
 
         Raises
         ------
@@ -293,10 +247,10 @@ class Studio:
         before = definition.unstored(case)  # storage, too, is left to the job
         if assembled and kind == "run":
             definition.plan(before)
-        elif assembled and kind == "margin":
-            definition.build(before).assemble()  # what it lacks is found with the margins, which takes longer
         elif assembled:
-            families.check(definition.build(before).assemble(), family.MODES if kind == "modes" else family.STATIC)
+            assembly = definition.build(before).assemble()
+            if kind in _SOLVERS:  # what others lack is found with their results, which takes longer
+                families.check(assembly, _SOLVERS[kind])
         name = pathlib.PurePosixPath((draft.origin or draft.source).partition(":")[2]).stem or case.system
         changed = [list(change) for change in changes(draft.base, draft.content)] if draft.base else []
         of = name if draft.origin else draft.about
@@ -306,7 +260,7 @@ class Studio:
     def _since(self, origin: str, of: str, content: Mapping[str, Any]) -> dict[str, Any]:
         """The last run of the same case, and what differs from it; empty where there is none."""
         for job in self.jobs.listed():
-            if job.kind in COMPUTED and (job.extra.get("origin"), job.extra.get("of")) == (origin, of):
+            if job.sort.of_case and (job.extra.get("origin"), job.extra.get("of")) == (origin, of):
                 with contextlib.suppress(EvolventError, OSError):
                     found = changes(self.job_case(job.key), content)
                     return {"before": int(job.key[:4]), "since": [list(change) for change in found]}

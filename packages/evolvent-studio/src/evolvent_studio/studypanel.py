@@ -17,8 +17,8 @@ from evolvent.design.studies import runner
 from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import child, reading, studydraft
 from evolvent_studio.context import Context
+from evolvent_studio.drafts import View, view_of
 from evolvent_studio.sentences import as_sentence, cases_text, estimated_text, names_key
-from evolvent_studio.state import View, view_of
 from evolvent_studio.studyform import DISPERSIONS, STUDIES, Kind, StudyForm
 from evolvent_studio.studyview import StudyView
 

@@ -20,9 +20,9 @@ from evolvent_base.errors import EvolventError
 from evolvent_studio import studycharts
 from evolvent_studio.charts import Chart
 from evolvent_studio.context import Context
+from evolvent_studio.drafts import View
 from evolvent_studio.elements import ChartElement
 from evolvent_studio.jobview import draw_job
-from evolvent_studio.state import View
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -21,35 +21,41 @@ from evolvent import cases, results
 from evolvent.view import animation
 from evolvent_base import progress, showing
 from evolvent_base.answer import Table
-from evolvent_base.errors import EvolventError, InputError
+from evolvent_base.errors import EvolventError, InputError, counted
 from evolvent_studio import added_jobs, child
+from evolvent_studio.jobkinds import (
+    CALIBRATION,
+    CASE,
+    DISPERSED,
+    DISPERSION,
+    KINDS,
+    MARGINS,
+    MODE,
+    MODES,
+    RELAXED,
+    RUN,
+    STORAGE,
+    STORED,
+    STUDY,
+)
 
 # what most jobs do without
 studies = lazy.load("evolvent.design.studies", suppress_warning=True)
 dispersed = lazy.load("evolvent.design.dispersions.dispersed", suppress_warning=True)
 fit = lazy.load("evolvent.design.calibration.fit", suppress_warning=True)
-
-#: Files of a job.
-CASE, RUN, STUDY, CERTIFICATE = "case.yaml", "run.nc", "study", "certificate.html"
-MARGINS, DISPERSION, DISPERSED = "margins.html", "dispersion.html", "dispersion.csv"
-#: Folder of a calibration, its page and the case with the fitted values.
-CALIBRATION, REPORT, FITTED = "calibration", "report.html", "case.yaml"
-#: Kinds of jobs that keep nothing when they are cancelled.
-AT_ONCE = ("equilibrium", "modes", "margin", "identify")
-#: Modes, and the packed motion of one of them.
-MODES, MODE = "modes.nc", "mode-{}.motion"
+relaxation = lazy.load("evolvent_studio.relaxation", suppress_warning=True)
 
 
 def main(folder: str) -> int:
     """Compute the job in `folder`."""
     send = child.channel()
     job = json.loads(sys.stdin.readline())
-    report = _Report(send, at_once=job["kind"] in AT_ONCE)
+    report = _Report(send, at_once=KINDS[job["kind"]].at_once)
     place = pathlib.Path(folder)
     try:
         known = {
-            "run": _run, "equilibrium": _equilibrium, "modes": _modes, "margin": _margin, "sweep": _sweep,
-            "disperse": _disperse, "calibrate": _calibrate,
+            "run": _run, "equilibrium": _equilibrium, "modes": _modes, "margin": _margin, "storage": _storage,
+            "sweep": _sweep, "disperse": _disperse, "calibrate": _calibrate, "relaxation": _relaxation,
         }  # fmt: skip
         compute = known.get(job["kind"]) or added_jobs.computation(job["kind"])
         compute(place, job, report)
@@ -180,6 +186,21 @@ def _margin(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
     )
 
 
+def _storage(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
+    case = _case(job)[0]
+    report.reached(0.0, 1.0)
+    with progress.compilation_shown_by(report.compiling), progress.shown_by(report.stage):
+        found = (
+            cases.system(case.system)
+            .system(case)
+            .storage(progress=lambda reached: report.send(note=f"deployment before and after storage: {reached:.4g} s"))
+        )
+        for name in (STORED, RELAXED):
+            found.save(place / name)
+        found.report(place / STORAGE)
+    report.send(status="success", message="; ".join(found.answer().warnings) or f"stored for {found.stored_for}")
+
+
 def _cases(job: dict[str, Any], place: pathlib.Path, report: _Report) -> dict[str, Any]:
     """Arguments with which the many cases of a job are run."""
     return {
@@ -224,3 +245,15 @@ def _calibrate(place: pathlib.Path, job: dict[str, Any], report: _Report) -> Non
     count = len(found.parameters)
     message = f"{count} parameter{'s' * (count > 1)} fitted, root mean square {found.rms:.3g} {found.series[0].unit}"
     report.send(status="success", message=message.strip())
+
+
+def _relaxation(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
+    asked = relaxation.asked(parsed(job["case"], CASE))
+    found = relaxation.fitted(
+        asked, job["signals"], report=lambda count: report.send(note=f"fitting a Prony series of {count} terms")
+    )
+    report.send(note="drawing the report")
+    showing.fill(found.answer(), place / CALIBRATION)
+    left = found.left
+    message = f"{counted(found.terms, 'term')}; the share that stays is {left.value:.4g}, from {left.low:.4g} to "
+    report.send(status="success", message=f"{message}{left.high:.4g} (95 %)")

@@ -23,9 +23,9 @@ from evolvent_massprops import description
 from evolvent_studio import charts, command, form, gate, reading
 from evolvent_studio.differences import difference, whole
 from evolvent_studio.folder import Folder
+from evolvent_studio.jobkinds import CASE
 from evolvent_studio.jobs import Jobs
 from evolvent_studio.state import Studio
-from evolvent_studio.worker import CASE
 from studio.serving import LONG, SHORT
 
 BRIEF = SHORT + "solver: {duration: 1 s}\n"

@@ -19,8 +19,9 @@ from evolvent_base import schema
 from evolvent_base.errors import InputError
 from evolvent_studio import charts, form, kindgroups, parts, preview, reading
 from evolvent_studio.assemblies import HingedPanel
+from evolvent_studio.drafts import Draft, View, view_of
 from evolvent_studio.folder import Folder
-from evolvent_studio.state import NEW, Draft, Studio, View, view_of
+from evolvent_studio.state import NEW, Studio
 
 STRUCTURES = [name for name in cases.built_in() if cases.content_of(name)["system"] == "structure"]
 HUB = {"kind": "rigid-body", "mass": "20 kg", "inertia": [1.2, 1.2, "2 kg m^2"], "points": {"left": [0.2, 0, "0 m"]}}

@@ -5,17 +5,23 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import urllib.error
+import urllib.request
 
+import numpy as np
 import pytest
 
 from evolvent import cases
 from evolvent.design import studies
+from evolvent.elements.viscoelastic import Viscoelastic
 from margin_cases import case
 from studio.conftest import AT_ONCE
 from studio.serving import SHORT, WAIT, choose, part
 
 #: A phone, and the screen of the other tests.
 PHONE, SCREEN = {"width": 390, "height": 844}, {"width": 1440, "height": 900}
+#: Times of curves of relaxation, s.
+CURVE = np.geomspace(10.0, 1e6, 40)
 #: The picture of a result.
 VIEWER = "document.querySelector('.ev-motion')?.viewer"
 
@@ -39,6 +45,12 @@ def folder(tmp_path_factory):
     silent = case()
     silent["margin"]["zero"].remove("harness")
     (place / "silent.yaml").write_text(cases.dump(silent))
+    bare = cases.content_of("hinge-stored")
+    law = Viscoelastic.model_validate(bare["parts"]["hinge"].pop("viscoelastic"))
+    (place / "stored.yaml").write_text(cases.dump(bare))
+    warm = [(T, law.replaced(temperature=273.15 + T).modulus(CURVE)) for T in (20.0, 60.0, 100.0)]
+    rows = [f"{t:.6g},{f:.9g},{T:g}" for T, forces in warm for t, f in zip(CURVE, forces, strict=True)]
+    (place / "curves.csv").write_text("\n".join(["time (s),torque (N m),oven (degC)", *rows]))
     (place / "springs.csv").write_text("stiffness (mN m/rad)\n98\n101\n99.5\n102\n97\n100\n")
     shutil.copyfile(cases.system("wire-booms").data_files["rbsp-a.csv"], place / "log.csv")
     over = {"solver.step": "table(1e-4 s, 1e-4 s, 1e-4 s, 2e-2 s)", "spool.rate": "5%"}
@@ -436,3 +448,53 @@ def test_keys_of_the_open_case_are_fitted_to_a_log(page, shots):
     mass = float(page.locator(part("field-wire.tip_mass")).input_value().split()[0])
     assert 0.08 < mass < 0.1
     assert mass != 0.091
+
+
+def test_a_law_is_fitted_put_into_the_open_case_and_stored(page, server, shots):
+    """The law of hinge-stored is found again from its curves; what is left after ten years is that of the law."""
+    choose(page, "case", "stored.yaml")
+    page.click(part("tab-calibrate"))
+    page.locator(part("form-of-calibration")).get_by_text("relaxation curves").click()
+    choose(page, "curves-file", "curves.csv")
+    page.wait_for_selector(part("curve-0"))
+    choose(page, "curves-column", "torque")
+    page.click(part("fit-series"))
+    page.locator(".q-notification", has_text="name the column with temperature oven").wait_for()
+    choose(page, "curves-temperature", "oven")
+    choose(page, "field-relaxation.shift", "arrhenius")
+    page.locator(part("field-relaxation.terms")).fill("99")
+    page.locator(part("error-relaxation.terms"), has_text="whole number from 1 to").wait_for()
+    assert page.locator(part("fit-series")).is_disabled()
+    page.locator(part("field-relaxation.terms")).fill("3")
+    checked(page, shots, "relaxation-form")
+    page.click(part("fit-series"))
+    report = page.frame_locator(part("relaxation fit"))
+    report.locator("text=standard uncertainty").first.wait_for()
+    assert report.locator("figure img").count() == 1
+    assert "3 terms; the share that stays is 0.72" in page.locator(part("message")).inner_text()
+    checked(page, shots, "relaxation")
+    page.click(part("edit-job"))
+    has_value(page, "field-relaxation.terms", "3")
+    page.click(part("put-law"))
+    page.locator(f".q-field:has({part('law-places')}) .q-chip", has_text="hinge").wait_for()  # the only place
+    page.click(part("law-done"))
+    page.click(part("part-hinge"))
+    rows = page.locator(part("field-parts.hinge.viscoelastic.prony"))
+    rows.wait_for()
+    assert np.array(re.findall(r"\[(0\.\d+), ", rows.input_value()), float) == pytest.approx(
+        [0.08, 0.08, 0.12], rel=1e-3
+    )
+    page.click(part("storage"))
+    page.locator(part("report-of"), has_text=re.compile(r"Storage \d+ stored")).wait_for()
+    report = page.frame_locator(part("storage"))
+    report.locator("text=Relaxation in storage").first.wait_for()
+    assert report.locator("figure img").count() == 2
+    left = re.search(r"torque\s.*\s([\d.]+) %", report.locator("body").inner_text())[1]
+    law = Viscoelastic.model_validate(cases.content_of("hinge-stored")["parts"]["hinge"]["viscoelastic"])
+    assert float(left) == pytest.approx(100.0 * float(law.modulus(np.array([10 * 365.25 * 86400.0]))[0]), abs=0.05)
+    checked(page, shots, "storage")
+    ref = f"job:{page.locator('.ev-job.on').get_attribute('data-testid').removeprefix('job-')}"
+    with urllib.request.urlopen(f"{server.url}studio/kept?ref={ref}:storage.nc") as answer:
+        assert answer.read().startswith(b"\x89HDF")
+    with pytest.raises(urllib.error.HTTPError, match="404"):
+        urllib.request.urlopen(f"{server.url}studio/kept?ref={ref}:case.yaml")

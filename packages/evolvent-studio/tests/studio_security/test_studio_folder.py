@@ -25,6 +25,7 @@ from evolvent_base.errors import EvolventError, InputError
 from evolvent_studio import child
 from evolvent_studio.command import studio as command
 from evolvent_studio.folder import Folder
+from evolvent_studio.jobkinds import KINDS
 from evolvent_studio.jobs import Jobs
 from evolvent_studio.state import Studio
 from studio.serving import SHORT
@@ -171,16 +172,14 @@ def test_a_link_in_the_folder_of_an_own_job_stops_it_before_it_writes(root, outs
 
 
 def test_a_result_that_is_a_link_is_not_opened(root, outside, started):
-    kinds = (
-        ("run", "run.nc"), ("modes", "modes.nc"), ("margin", "margins.html"), ("identify", "certificate.html"),
-        ("disperse", "dispersion.html"), ("calibrate", "calibration"), ("sweep", "study"),
-    )  # fmt: skip
-    for kind, name in kinds:
+    names = {(kind, name) for kind, one in KINDS.items() for name in (one.result, *one.report[:1], *one.kept.values())}
+    for kind, name in sorted(names):
         (root / OWN / "queue.json").write_text(json.dumps([WAITING | {"kind": kind, "status": "success"}]))
         (outside / "results.zarr").mkdir(exist_ok=True)
         (outside / "report.html").touch()
         target = outside if name in ("study", "calibration") else outside / "precious.txt"
-        (root / OWN / "0001-a" / name).symlink_to(target)
+        link = root / OWN / "0001-a" / name
+        link.symlink_to(target)
         studio = Studio(Folder(root))
         try:
             assert studio.jobs.result("0001-a") is None
@@ -192,6 +191,7 @@ def test_a_result_that_is_a_link_is_not_opened(root, outside, started):
                 studio.beside("job:0001-a", name)
         finally:
             studio.jobs.stop()
+        link.unlink()
 
 
 def test_a_folder_that_is_given_by_a_link_is_used(root, tmp_path, started):
@@ -236,8 +236,7 @@ def test_no_upload_leaves_the_folder_while_another_program_swaps_folders_for_lin
 # ------------------------------------------------------------------------------------------------ the queue
 
 
-@pytest.mark.parametrize("kind", ["run", "equilibrium", "modes", "margin", "sweep", "disperse", "calibrate",
-                                  "identify"])  # fmt: skip
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("status", ["waiting", "running", "cancelling"])
 def test_a_queue_from_elsewhere_starts_nothing(root, outside, started, kind, status):
     (root / OWN / "0001-a" / "job.json").write_text(json.dumps({"kind": kind, "signals": [str(outside / "run.nc")]}))

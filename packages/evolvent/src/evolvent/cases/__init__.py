@@ -36,6 +36,7 @@ from evolvent.cases.inputs import (
 )
 from evolvent_base import safe_open
 from evolvent_base.errors import InputError, nearest
+from evolvent_base.named import Named
 from evolvent_base.overrides import (
     copied as copied,
     override as override,
@@ -296,7 +297,7 @@ def _override(kind: type[Section], content: dict[str, Any], key: str, value: Any
 def _write_out(kind: type[Section], content: Any, key: str) -> None:
     """Write out what stands for a section in short, where a key goes into it: rows that stand for {table: rows}.
 
-    So is a part that stands for several, where the key is one of these.
+    So is a name, as of a material, and a part that stands for several, where the key is one of these.
     """
     path = key.split(".")
     place = content
@@ -314,8 +315,11 @@ def _write_out(kind: type[Section], content: Any, key: str) -> None:
         inner, wanted = place[name], path[k + 1]
         if not isinstance(inner, dict) and not (isinstance(inner, list) and wanted.isdecimal()):
             with contextlib.suppress(InputError):
-                for one, _ in locate(kind, ".".join(path[: k + 1]), content).types:
-                    if isinstance(one, type) and issubclass(one, Section) and wanted in one.model_fields:
+                for one, own in locate(kind, ".".join(path[: k + 1]), content).types:
+                    named = next((mark for mark in own if isinstance(mark, Named)), None)
+                    if named is not None:
+                        place[name] = named.written_out(inner)
+                    elif isinstance(one, type) and issubclass(one, Section) and wanted in one.model_fields:
                         with contextlib.suppress(ValidationError):
                             one.model_validate({wanted: inner})
                             place[name] = {wanted: inner}

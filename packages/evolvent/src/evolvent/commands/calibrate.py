@@ -164,6 +164,7 @@ def _series(
         progress.report("fitting a Prony series", count, unit="terms")
 
     keys = {name: f"--{name.replace('_', '-')}" for name in asked}
+    keys |= {"column": "--relaxation", "temperatures": keys["temperature"]}
     with showing_progress(quiet=quiet), errors.naming_keys(keys):
         return series.fit_files(
             paths, column, temperatures=asked["temperature"], shift=asked["shift"], reference=asked["reference"],

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, NamedTuple, Self
 
 import numpy as np
-from pydantic import BeforeValidator, GetJsonSchemaHandler, model_validator
+from pydantic import model_validator
 from pydantic_core import PydanticCustomError
 
 from evolvent.elements.materials import MATERIALS, Material
 from evolvent.elements.shapes import Angle, Arc, Circle, CrossSection, IBeam, Properties, Rectangle, Strip, Tube
 from evolvent_base import units
 from evolvent_base.dense import product
-from evolvent_base.errors import nearest
+from evolvent_base.named import Named
 from evolvent_base.schema import OneOf
 
 #: Largest angle of a section that flattens, whose theory is that of a shallow arc.
@@ -281,21 +281,4 @@ RodSection = Annotated[
 # ---------------------------------------------------------------------------------------------- materials
 
 
-class _Named:
-    """A pydantic annotation: the name of a material stands for it."""
-
-    def __get_pydantic_json_schema__(self, schema: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """A name, or the keys of a material."""
-        return {"anyOf": [{"enum": sorted(MATERIALS)}, handler(schema)]}
-
-
-def _by_name(value: Any) -> Any:
-    if not isinstance(value, str):
-        return value
-    if value not in MATERIALS:
-        message = f"a material by name must be known; {nearest(value, MATERIALS)}"
-        raise PydanticCustomError("material", "{message}", {"message": message})
-    return MATERIALS[value]
-
-
-MaterialOrName = Annotated[Material, BeforeValidator(_by_name), _Named()]
+MaterialOrName = Annotated[Material, Named(what="a material", known=MATERIALS)]

@@ -91,9 +91,9 @@ def read(paths: Sequence[str], column: str, *, temperatures: Sequence[str] = (),
     found: dict[str, str] = {}
     for path, temperature in zip(paths, given, strict=True):
         table = data.opened(path)
-        place = data.place(table, column, "--relaxation COLUMN")
+        place = data.place(table, column, "`column`")
         found[path] = table.units[place]
-        time = data.times(table, data.clock_of(table), place, notes, "--relaxation")
+        time = data.times(table, data.clock_of(table), place, notes, "`column`")
         values = table.numbers(place + 1)
         for warm, rows in _groups(table, temperature, values):
             label = repr(path) if warm is None or len(paths) > 1 else f"{path!r} at {celsius(warm)}"
@@ -110,15 +110,20 @@ def _temperatures(paths: Sequence[str], given: Sequence[str]) -> list[str | floa
     """Of each file its temperature, K, or the name of its column of temperatures."""
     if not given:
         return [None] * len(paths)
-    found: list[str | float | None] = [kelvin(one, "--temperature") if units.split(one) else one for one in given]
+    found: list[str | float | None] = [kelvin(one, "temperatures") if is_value(one) else one for one in given]
     if len(found) == 1 and isinstance(found[0], str):
         return found * len(paths)
     if len(found) != len(paths):
         raise InputError(
-            f"--temperature is given {counted(len(given), 'time')} for {counted(len(paths), 'file')}; give the name of "
+            f"temperatures is given {counted(len(given), 'time')} for {counted(len(paths), 'file')}; give the name of "
             f"a column once, or a temperature for each file"
         )
     return found
+
+
+def is_value(text: str) -> bool:
+    """Whether a text is a temperature, and no name of a column."""
+    return units.split(text) is not None
 
 
 def kelvin(text: Any, key: str) -> float:
@@ -144,7 +149,7 @@ def _groups(table: Any, temperature: str | float | None, values: Array) -> list[
     if not isinstance(temperature, str):
         _check_unnamed(table)
         return [(temperature, np.arange(values.size))]
-    place = data.place(table, temperature, "--temperature COLUMN")
+    place = data.place(table, temperature, "`temperatures`")
     head = table.heads[place]
     if not table.units[place]:
         raise InputError(f"the column {head!r} of {table.path!r} states no unit; write it as temperature (degC)")
@@ -165,7 +170,7 @@ def _groups(table: Any, temperature: str | float | None, values: Array) -> list[
                 f"the temperatures in {head!r} of {table.path!r} go from {low - CELSIUS:.4g} to {high - CELSIUS:.4g} "
                 f"degC without a gap; a curve is measured at one temperature, within {_RANGE:g} K"
             )
-        mean = kelvin(float(np.mean(in_kelvin[rows])), "--temperature")
+        mean = kelvin(float(np.mean(in_kelvin[rows])), "temperatures")
         found.append((mean if high == low else round(mean - CELSIUS, 1) + CELSIUS, np.sort(rows)))
     return found
 
@@ -187,7 +192,7 @@ def _check_unnamed(table: Any) -> None:
         if np.nanmax(values) - np.nanmin(values) > _RANGE:
             raise InputError(
                 f"the temperatures in {table.heads[place]!r} of {table.path!r} go from {celsius(np.nanmin(values))} to "
-                f"{celsius(np.nanmax(values))}; name the column with --temperature {table.names[place]}"
+                f"{celsius(np.nanmax(values))}; name the column with `temperatures` {table.names[place]}"
             )
 
 
