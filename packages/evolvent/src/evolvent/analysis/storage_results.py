@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import lazy_loader as lazy
 import numpy as np
+import scipy
 
 from evolvent.analysis.margins.results import MarginResults, least_of, shown_margin
-from evolvent.analysis.storage import Store, shown_time
+from evolvent.analysis.storage import Store
 from evolvent.model.registry import asked
 from evolvent.results import display, made_with, netcdf
 from evolvent.results.happened import LATCHED, events_of, latches_of
@@ -19,6 +20,7 @@ from evolvent.results.variables import group_of, parts as parts_of
 from evolvent.solvers.static.storage import Stored
 from evolvent_base import answer as an
 from evolvent_base.figures import Figure, Line, Panel, stacked
+from evolvent_base.scales import named_times, shown_time
 from evolvent_base.showing import Shown
 from evolvent_base.units import unit_text
 
@@ -31,6 +33,8 @@ else:
 _FORCES = ("N", "N m")
 #: Part of the largest force of a part below which one of its forces is not shown.
 _SMALL = 1e-6
+#: Distance beside the range of all below which curves are drawn as one; points of a curve; parts that are named.
+_APART, _POINTS, _NAMES = 0.01, 300, 4
 
 
 @dataclasses.dataclass(frozen=True)
@@ -199,18 +203,36 @@ class StorageResults(Shown):
 
     def figure(self) -> Figure | None:
         """Forces over storage, beside those of its start, over the logarithm of time."""
-        lines, times = list[Line](), np.asarray(self.run["time"])
-        for k, one in enumerate(self.forces):
-            values = _largest(group_of(self.run, one.part)[one.name])
-            if one.before and times.size > 2:
-                label = f"{one.part}: {one.name.replace('_', ' ')}"
-                lines.append(Line(x=times[1:], y=values[1:] / one.before, label=label, color=k))
-        if not lines:
+        times = np.asarray(self.run["time"])[1:]
+        if not self.forces or times.size < 2:
             return None
+        curves = [_largest(group_of(self.run, one.part)[one.name])[1:] / one.before for one in self.forces]
+        fine, lines = np.geomspace(times[0], times[-1], max(times.size, _POINTS)), list[Line]()
+        fine[0], fine[-1] = times[0], times[-1]
+        for k, own in enumerate(_alike(curves)):
+            y = scipy.interpolate.Akima1DInterpolator(np.log(times), curves[own[0]], method="makima")(np.log(fine))
+            lines.append(Line(x=fine, y=y, label=self._words([self.forces[i] for i in own]), color=k))
+        names = named_times(float(times[0]), float(times[-1]))
+        several = len(names) > 1
         panel = Panel(
-            x_label="time in storage, s", y_label="part of the force that is left, 1", lines=lines, log_x=True
-        )
+            x_label="time in storage" if several else "time in storage, s", x_names=names if several else None,
+            y_label="part of the force that is left, 1", lines=lines, log_x=True,
+        )  # fmt: skip
         return Figure(name="storage", title="Relaxation in storage", panels=[panel])
+
+    def _words(self, forces: Sequence[Relaxed]) -> str:
+        """Names of forces of which all are left with the same part: parts with the same forces together."""
+        parts: dict[str, list[str]] = {}
+        for one in forces:
+            parts.setdefault(one.part, []).append(one.name.replace("_", " "))
+        together: dict[str, list[str]] = {}
+        for part, names in parts.items():
+            everything = len(names) > 1 and len(names) == sum(one.part == part for one in self.forces)
+            together.setdefault("all forces and moments" if everything else ", ".join(names), []).append(part)
+        return "; ".join(
+            ", ".join(own[:_NAMES]) + (f" and {len(own) - _NAMES} more" if len(own) > _NAMES else "") + f": {names}"
+            for names, own in together.items()
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """All numbers, as the JSON file has them."""
@@ -232,8 +254,34 @@ def _largest(values: xr.DataArray) -> np.ndarray:
     return np.asarray(found.reshape(found.shape[0], -1).max(axis=1))
 
 
+def _alike(curves: Sequence[np.ndarray]) -> list[list[int]]:
+    """Places of curves in groups, within which they lie on each other beside the range of all."""
+    span = max(float(one.max()) for one in curves) - min(float(one.min()) for one in curves)
+    groups = list[list[int]]()
+    for k, one in enumerate(curves):
+        for own in groups:
+            if np.all(np.abs(one - curves[own[0]]) <= _APART * span):
+                own.append(k)
+                break
+        else:
+            groups.append([k])
+    return groups
+
+
+def _extent(group: xr.Dataset) -> float:
+    """Length (m) that a part spans at the start, along its longest axis; 0 of one without positions of its own."""
+    spans = [
+        float(np.ptp(values.values[0].reshape(-1, 3), axis=0).max()) for values in group.data_vars.values()
+        if values.dims[:1] == ("time",) and values.dims[-1] == "axis" and values.attrs.get("units") == "m"
+    ]  # fmt: skip
+    return max(spans, default=0.0)
+
+
 def _forces(run: xr.DataTree, part: str) -> list[Relaxed]:
-    """Forces and moments of a part that are not zero at the start, or not small beside its largest."""
+    """Forces and moments of a part that are not zero at the start, nor small beside its largest ones.
+
+    Forces are compared with moments by the length that the part spans.
+    """
     if part not in parts_of(run):
         return []
     group, found = group_of(run, part), []
@@ -242,16 +290,21 @@ def _forces(run: xr.DataTree, part: str) -> list[Relaxed]:
         if unit in _FORCES and values.dims[:1] == ("time",):
             largest = _largest(values)
             found.append(Relaxed(part, str(name), unit, float(largest[0]), float(largest[-1])))
+    length = _extent(group)
     most = {
         unit: max((max(one.before, one.after) for one in found if one.unit == unit), default=0.0) for unit in _FORCES
     }
+    force, moment = (most[unit] for unit in _FORCES)
+    if length > 0.0:
+        most = dict(zip(_FORCES, (max(force, moment / length), max(moment, force * length)), strict=True))
     return [one for one in found if one.before > _SMALL * most[one.unit] > 0.0]
 
 
 def _sets(stored: Stored, part: str) -> Iterator[tuple[str, str, float, str]]:
     """Deformations of a part that are kept."""
     family, index = stored.assembly.names[part]
-    found = list(asked("statics.sets")[family](stored.assembly.model, index))
+    kept = asked("statics.sets").get(family)
+    found = [] if kept is None else list(kept(stored.assembly.model, index))
     largest = {unit: max(abs(value) for _, value, one in found if one == unit) for _, _, unit in found}
     for words, value, unit in found:
         if abs(value) > 1e-9 and abs(value) > 1e-3 * largest[unit]:

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.design.calibration.relaxation.fitted import Fitted
-from evolvent.design.calibration.relaxation.shifts import YEAR, YEARS, celsius
+from evolvent.design.calibration.relaxation.fitted import YEARS, Fitted
 from evolvent_base.figures import Figure, Line, Panel, stacked
+from evolvent_base.scales import YEAR, celsius
 
 Array = np.ndarray
 #: Points of a curve, and of a line of the series, that are drawn.
