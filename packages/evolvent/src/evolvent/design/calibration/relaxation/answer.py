@@ -135,22 +135,22 @@ def _warnings(found: Fitted) -> list[str]:
     last = found.times[-1]
     if last.high > end:
         said.append(
-            f"the longest relaxation time, {_time(last.value)} (95 % bound {_time(last.high)}), is not "
-            f"within the longest time measured, {_time(end)}{at}: its share is not determined by the data alone; measure "
+            f"the longest relaxation time, {_time(last.value)} (95 % bound {_time(last.high)}), is not within the "
+            f"longest time measured, {_time(end)}{at}: its share is not determined by the data alone; measure "
             "longer, or warmer"
         )
     if found.times[0].value < found.shortest:
         said.append(
-            f"the shortest relaxation time, {_time(found.times[0].value)}, is below the first time measured "
-            f"after the step, {_time(found.shortest)}{at}: its share, and the instantaneous force, hang on the first rows"
+            f"the shortest relaxation time, {_time(found.times[0].value)}, is below the first time measured after the "
+            f"step, {_time(found.shortest)}{at}: its share, and the instantaneous force, hang on the first rows"
         )
     if years > end:
         share, then = found.share_left(end).value, found.share_left(years).value
         slope = (share - found.share_left(1.001 * end).value) / math.log10(1.001)
         straight = max(share - slope * math.log10(years / end), 0.0)
         said.append(
-            f"{YEARS:g} years are {years / end:.3g} times the longest time measured, {_time(end)}{at}: the share "
-            f"of {then:.3g} that is left then is an extrapolation, as the series holds no relaxation at longer times"
+            f"{YEARS:g} years are {years / end:.3g} times the longest time measured, {_time(end)}{at}: the share of "
+            f"{then:.3g} that is left then is an extrapolation, as the series holds no relaxation at longer times"
             + (
                 f"; a force that falls on in each decade of time as at the end of the data leaves {straight:.3g}"
                 if straight < then
