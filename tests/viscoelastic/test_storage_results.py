@@ -80,6 +80,18 @@ def test_forces_that_are_round_off_have_no_row(load: Any, keys: Any, names: set[
     assert {one.name for one in found.forces} == names
 
 
+def test_the_force_of_a_cord_at_an_angle_is_its_tension_and_has_one_row() -> None:
+    system = System(gravity=(6.0, 8.0, 0.0), sections={"store": {"time": "1 h"}})
+    system.add(parts.Point(mass=1.0, position=(0.6, 0.8, 0.0)), "load")
+    law = {"prony": [(0.3, "1 h")]}
+    cord = parts.Joint(a=(0.0, 0, 0), b="load", type="distance", stiffness=1000.0, viscoelastic=law)
+    system.add(cord, "cord")
+    (row,) = system.storage(motion=False).forces
+    assert row.name == "tension"
+    assert row.before == pytest.approx(10.0, rel=1e-9)
+    assert row.after == pytest.approx(10.0, rel=1e-9)
+
+
 @pytest.mark.parametrize("kind", [parts.Rod, parts.Beam])
 def test_rods_and_beams_keep_curvature(kind: Any) -> None:
     """A bent part held for 10 relaxation times keeps 0.5999728 of its curvature."""

@@ -249,8 +249,8 @@ class StorageResults(Shown):
 
 
 def _largest(values: xr.DataArray) -> np.ndarray:
-    """Largest size over a part at each time: (n,)."""
-    found = np.abs(values.values)
+    """Largest size over a part at each time, of vectors their length: (n,)."""
+    found = np.linalg.norm(values.values, axis=-1) if values.dims[-1] == "axis" else np.abs(values.values)
     return np.asarray(found.reshape(found.shape[0], -1).max(axis=1))
 
 
@@ -280,16 +280,21 @@ def _extent(group: xr.Dataset) -> float:
 def _forces(run: xr.DataTree, part: str) -> list[Relaxed]:
     """Forces and moments of a part that are not zero at the start, nor small beside its largest ones.
 
-    Forces are compared with moments by the length that the part spans.
+    Forces are compared with moments by the length that the part spans. A vector whose length is another row is not one.
     """
     if part not in parts_of(run):
         return []
-    group, found = group_of(run, part), []
-    for name, values in group.data_vars.items():
-        unit = str(values.attrs.get("units", ""))
-        if unit in _FORCES and values.dims[:1] == ("time",):
-            largest = _largest(values)
-            found.append(Relaxed(part, str(name), unit, float(largest[0]), float(largest[-1])))
+    group = group_of(run, part)
+    sizes = {
+        str(name): (str(values.attrs["units"]), values.dims[-1] == "axis", _largest(values))
+        for name, values in group.data_vars.items()
+        if values.attrs.get("units") in _FORCES and values.dims[:1] == ("time",)
+    }
+    found = [
+        Relaxed(part, name, unit, float(own[0]), float(own[-1])) for name, (unit, vector, own) in sizes.items()
+        if not (vector and any(np.allclose(own, other, rtol=1e-9, atol=0.0)
+                               for one, of_vector, other in sizes.values() if one == unit and not of_vector))
+    ]  # fmt: skip
     length = _extent(group)
     most = {
         unit: max((max(one.before, one.after) for one in found if one.unit == unit), default=0.0) for unit in _FORCES
