@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent_base.errors import InputError
+from evolvent_base.scales import named_times
 
 Array = np.ndarray
 #: Width of every figure, mm: that of a page of a journal, two columns.
@@ -193,6 +194,20 @@ def numbers_of(rows: Iterable[tuple[Any, ...]]) -> list[Number]:
         )
         for label, text, *quantities in rows
     ]
+
+
+def over_log_time(label: str, first: float, last: float) -> dict[str, Any]:
+    """Fields of a panel over the logarithm of time (s): its ticks are named in s, h, days and years.
+
+    Parameters
+    ----------
+    label : str, without the unit
+    first, last : float, s, ends of the lines
+    """
+    names = named_times(first, last)
+    if len(names) < 2:
+        return {"x_label": f"{label}, s", "log_x": True}
+    return {"x_label": label, "x_names": names, "log_x": True}
 
 
 def stacked(rows: int) -> float:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import lazy_loader as lazy
 import numpy as np
-import scipy
 
 from evolvent.analysis.margins.results import MarginResults, least_of, shown_margin
 from evolvent.analysis.storage import Store
@@ -19,8 +18,8 @@ from evolvent.results.happened import LATCHED, events_of, latches_of
 from evolvent.results.variables import group_of, parts as parts_of
 from evolvent.solvers.static.storage import Stored
 from evolvent_base import answer as an
-from evolvent_base.figures import Figure, Line, Panel, stacked
-from evolvent_base.scales import named_times, shown_time
+from evolvent_base.figures import Figure, Line, Panel, over_log_time, spline, stacked
+from evolvent_base.scales import shown_time
 from evolvent_base.showing import Shown
 from evolvent_base.units import unit_text
 
@@ -207,17 +206,13 @@ class StorageResults(Shown):
         if not self.forces or times.size < 2:
             return None
         curves = [_largest(group_of(self.run, one.part)[one.name])[1:] / one.before for one in self.forces]
-        fine, lines = np.geomspace(times[0], times[-1], max(times.size, _POINTS)), list[Line]()
-        fine[0], fine[-1] = times[0], times[-1]
+        fine = np.geomspace(times[0], times[-1], _POINTS) if 4 <= times.size < _POINTS else times
+        lines = list[Line]()
         for k, own in enumerate(_alike(curves)):
-            y = scipy.interpolate.Akima1DInterpolator(np.log(times), curves[own[0]], method="makima")(np.log(fine))
+            y = curves[own[0]] if fine is times else spline(np.log(times), curves[own[0]], np.log(fine))
             lines.append(Line(x=fine, y=y, label=self._words([self.forces[i] for i in own]), color=k))
-        names = named_times(float(times[0]), float(times[-1]))
-        several = len(names) > 1
-        panel = Panel(
-            x_label="time in storage" if several else "time in storage, s", x_names=names if several else None,
-            y_label="part of the force that is left, 1", lines=lines, log_x=True,
-        )  # fmt: skip
+        axis = over_log_time("time in storage", float(times[0]), float(times[-1]))
+        panel = Panel(y_label="part of the force that is left, 1", lines=lines, **axis)
         return Figure(name="storage", title="Relaxation in storage", panels=[panel])
 
     def _words(self, forces: Sequence[Relaxed]) -> str:
