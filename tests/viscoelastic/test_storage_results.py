@@ -10,6 +10,7 @@ import pytest
 
 import evolvent
 from evolvent import System, elements, parts
+from evolvent_base import plots
 from evolvent_base.figures import Figure
 from viscoelastic_rods import bent_rod
 
@@ -31,6 +32,9 @@ def test_curves_that_lie_on_each_other_are_one_line_that_follows_the_law() -> No
     assert line.x[-1] == pytest.approx(10.0 * YEAR, rel=1e-12)
     assert np.max(np.abs(line.y - law.modulus(line.x))) < 2e-4  # 27 equilibria, which are exact
     assert {"1 h", "10 days", "1 year", "10 years"} <= set((panel.x_names or {}).values())
+    axis = plots.sheet(figure(hinge)).axes[0]
+    assert axis.get_xlabel() == "time in storage"
+    assert [one.get_text() for one in axis.get_xticklabels()] == list((panel.x_names or {}).values())
     (panel,) = figure(evolvent.load("tape-hinge-stored")).panels
     assert [one.label for one in panel.lines] == ["tape 1, tape 2: all forces and moments"]
 

@@ -116,7 +116,8 @@ class Panel:
     log, log_x : bool, whether y, and whether x, is logarithmic
     y_zero : bool, whether the y axis starts at zero where no value is below it
     y_span : float, least length of the y axis, so that differences that do not matter look small
-    x_names, y_names : mapping, position on the axis -> name, for an axis of things rather than numbers
+    x_names, y_names : mapping, position on the axis -> name, for an axis of things rather than numbers; of a
+        logarithmic one with their units, in place of that of the label
     map : Map, drawn below the lines; None for none
     notes : text over the lines
     axes : bool, False hides axes and grid, as of a schematic
@@ -205,9 +206,7 @@ def over_log_time(label: str, first: float, last: float) -> dict[str, Any]:
     first, last : float, s, ends of the lines
     """
     names = named_times(first, last)
-    if len(names) < 2:
-        return {"x_label": f"{label}, s", "log_x": True}
-    return {"x_label": label, "x_names": names, "log_x": True}
+    return {"x_label": f"{label}, s", "x_names": names if len(names) > 1 else None, "log_x": True}
 
 
 def stacked(rows: int) -> float:

@@ -212,7 +212,9 @@ def _panel(axis: Any, panel: Panel, size: tuple[float, float], *, legend: bool, 
         )
     for note in panel.notes:
         _note(axis, note)
-    axis.set_xlabel(wrapped(axis_label(panel.x_label), 8.0, width))
+    named = panel.log_x and panel.x_names is not None
+    x_label = panel.x_label.rpartition(", ")[0] if named else panel.x_label
+    axis.set_xlabel(wrapped(axis_label(x_label), 8.0, width))
     axis.set_ylabel(wrapped(axis_label(panel.y_label), 8.0, height))
     upright = False
     if panel.log_x:
