@@ -195,9 +195,21 @@ def test_the_report_says_how_long_and_shows_margins_before_and_after(tmp_path: P
         ({"time": "1 h", "temperature": "-300 degC"}, "store.temperature is '-300 degC'; it must be an absolute temp"),
         (
             {"time": "1 h", "temperature": [["1 h", "20 degC"], ["1 h", "40 degC"]]},
-            "store.temperature is .*; its times must rise; row 2 is at 3600 s, not after the row before",
+            "store.temperature is .*; its times must rise; row 2 is at 1 h, not after the row before",
         ),
-        ({"time": "1 h", "temperature": "1 K"}, "store.temperature is 1 K; it must be from 100 to 1000 K"),
+        ({"time": "1 h", "temperature": "1 K"}, "store.temperature is '1 K'; .* of 100 K or above and up to 1000 K"),
+        (
+            {"time": "1 h", "temperature": [["0 h", "20 degC"], ["1 h", "warm"]]},
+            "store.temperature.1.1 is 'warm'; it must be an absolute temperature",
+        ),
+        (
+            {"time": "1 h", "temperature": [["0 h", "20 degC"], ["1 h", "-200 degC"]]},
+            "store.temperature.1.1 is '-200 degC'; .* of 100 K or above",
+        ),
+        (
+            {"time": "1 h", "temperature": [["0 h", "20 degC"], ["1 h"]]},
+            r"every row of it must have two values, \[time, temperature\]; row 2 is \['1 h'\]",
+        ),
         ({"time": "1 h", "warm": True}, "unknown key 'store.warm'"),
     ],
 )

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent_base.errors import InputError
+from evolvent_base.scales import named_times
 
 Array = np.ndarray
 #: Width of every figure, mm: that of a page of a journal, two columns.
@@ -115,7 +116,8 @@ class Panel:
     log, log_x : bool, whether y, and whether x, is logarithmic
     y_zero : bool, whether the y axis starts at zero where no value is below it
     y_span : float, least length of the y axis, so that differences that do not matter look small
-    x_names, y_names : mapping, position on the axis -> name, for an axis of things rather than numbers
+    x_names, y_names : mapping, position on the axis -> name, for an axis of things rather than numbers; of a
+        logarithmic one with their units, in place of that of the label
     map : Map, drawn below the lines; None for none
     notes : text over the lines
     axes : bool, False hides axes and grid, as of a schematic
@@ -193,6 +195,18 @@ def numbers_of(rows: Iterable[tuple[Any, ...]]) -> list[Number]:
         )
         for label, text, *quantities in rows
     ]
+
+
+def over_log_time(label: str, first: float, last: float) -> dict[str, Any]:
+    """Fields of a panel over the logarithm of time (s): its ticks are named in s, h, days and years.
+
+    Parameters
+    ----------
+    label : str, without the unit
+    first, last : float, s, ends of the lines
+    """
+    names = named_times(first, last)
+    return {"x_label": f"{label}, s", "x_names": names if len(names) > 1 else None, "log_x": True}
 
 
 def stacked(rows: int) -> float:

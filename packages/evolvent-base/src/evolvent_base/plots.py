@@ -212,10 +212,15 @@ def _panel(axis: Any, panel: Panel, size: tuple[float, float], *, legend: bool, 
         )
     for note in panel.notes:
         _note(axis, note)
-    axis.set_xlabel(wrapped(axis_label(panel.x_label), 8.0, width))
+    named = panel.log_x and panel.x_names is not None
+    x_label = panel.x_label.rpartition(", ")[0] if named else panel.x_label
+    axis.set_xlabel(wrapped(axis_label(x_label), 8.0, width))
     axis.set_ylabel(wrapped(axis_label(panel.y_label), 8.0, height))
     upright = False
+    if panel.log_x:
+        axis.set_xscale("log")
     if panel.x_names is not None:
+        axis.xaxis.set_minor_locator(sheets.NullLocator())
         axis.set_xticks(list(panel.x_names), list(panel.x_names.values()))
         longest = max(text_width(name, 7.5) for name in panel.x_names.values())
         upright = longest * len(panel.x_names) > 0.9 * width
@@ -226,8 +231,6 @@ def _panel(axis: Any, panel: Panel, size: tuple[float, float], *, legend: bool, 
         axis.set_aspect("equal", adjustable="datalim")
     if panel.log:
         axis.set_yscale("log")
-    if panel.log_x:
-        axis.set_xscale("log")
     if not panel.log_x and panel.x_names is None and panel.axes:
         nbins = int(np.clip(width / _TICK, 3, 10))
         axis.locator_params(axis="x", nbins=nbins, integer=counts(panel, "x"))

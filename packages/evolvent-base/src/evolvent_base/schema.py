@@ -451,10 +451,10 @@ def dotted(location: Sequence[Any]) -> str:
 def error_priority(error: Any) -> tuple[bool, bool]:
     """Key by which pydantic's errors are sorted: what a user should read first comes first.
 
-    Unknown keys explain others; last come the words that a list might have been, since their errors say more.
+    Unknown keys explain others; last come the words and numbers that a list might have been, since its errors say more.
     """
-    kind = error["type"]
-    return kind != "extra_forbidden", kind == "literal_error" and isinstance(error["input"], (list, dict))
+    lists = {"literal_error": (list, dict), "quantity": (list, tuple)}.get(error["type"], ())
+    return error["type"] != "extra_forbidden", isinstance(error["input"], lists)
 
 
 def sentence(errors: Sequence[Any], kind: type[Section], *, before: str = "") -> str:

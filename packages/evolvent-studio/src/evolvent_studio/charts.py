@@ -248,7 +248,7 @@ def _chart(panel: Panel, x_label: str, series: list[dict[str, Any]], *, several:
             x_axis |= {"min": min(known), "max": max(known)}
     elif panel.x_names is None and not panel.equal and _counts(series):
         x_axis["minInterval"] = 1
-    if panel.x_names is not None:
+    if panel.x_names is not None and not panel.log_x:  # names of things, which are counted
         x_axis |= {"names": {str(int(k)): plain(name) for k, name in panel.x_names.items()}, "interval": 1}
     options: dict[str, Any] = {
         "title": {"text": plain(panel.title)},

@@ -116,6 +116,10 @@ ProductOfArea = Annotated[float, Quantity(what="a product of area", unit="m^4", 
 ThermalExpansion = Annotated[float, Quantity(what="a thermal expansion", unit="1/K", example="24e-6 1/K")]
 Temperature = Annotated[float, Quantity(what="a change of temperature", unit="K", example="50 K", difference=True)]
 AbsoluteTemperature = Annotated[float, Quantity(what="an absolute temperature", unit="K", example="20 degC", above=0.0)]
+# what is below or above is a number without its unit
+MaterialTemperature = Annotated[
+    float, Quantity(what="an absolute temperature", unit="K", example="20 degC", least=100.0, most=1000.0)
+]
 EnergyPerMole = Annotated[
     float, Quantity(what="an energy per amount of substance", unit="J/mol", example="150 kJ/mol", above=0.0)
 ]

@@ -16,6 +16,7 @@ from evolvent.elements.viscoelastic import rows_of
 from evolvent.solvers.static.storage import Stored, store
 from evolvent_base import units
 from evolvent_base.errors import InputError
+from evolvent_base.scales import CELSIUS, shown_time
 from evolvent_base.schema import Section, sentence
 
 
@@ -30,14 +31,10 @@ def _rising(value: Any) -> Any:
         for k, (a, b) in enumerate(itertools.pairwise(value)):
             if b[0] <= a[0]:
                 raise PydanticCustomError(
-                    "store", "its times must rise; row {row} is at {time} s, not after the row before",
-                    {"row": k + 2, "time": f"{b[0]:g}"},
+                    "store", "its times must rise; row {row} is at {time}, not after the row before",
+                    {"row": k + 2, "time": shown_time(b[0])},
                 )  # fmt: skip
     return value
-
-
-#: Temperatures of storage, K: what is below or above is a number without its unit.
-COLDEST, WARMEST = 100.0, 1000.0
 
 
 class Store(Section):
@@ -56,7 +53,7 @@ class Store(Section):
 
     time: units.Duration
     temperature: Annotated[
-        units.AbsoluteTemperature | tuple[tuple[units.Time, units.AbsoluteTemperature], ...] | None,
+        units.MaterialTemperature | tuple[tuple[units.Time, units.MaterialTemperature], ...] | None,
         BeforeValidator(_temperatures),
         AfterValidator(_rising),
     ] = None
@@ -68,16 +65,10 @@ class Store(Section):
         if isinstance(T, tuple) and (T[0][0] != 0.0 or T[-1][0] < self.time):
             raise PydanticCustomError(
                 "sentence",
-                "the times of store.temperature run from {first} s to {last} s; they must begin at 0 and reach "
-                "store.time, {time} s",
-                {"first": f"{T[0][0]:g}", "last": f"{T[-1][0]:g}", "time": f"{self.time:g}"},
+                "the times of store.temperature run from {first} to {last}; they must begin at 0 and reach "
+                "store.time, {time}",
+                {"first": shown_time(T[0][0]), "last": shown_time(T[-1][0]), "time": shown_time(self.time)},
             )  # fmt: skip
-        for value in [] if T is None else [row[1] for row in T] if isinstance(T, tuple) else [T]:
-            if not COLDEST <= value <= WARMEST:
-                raise PydanticCustomError(
-                    "sentence", "store.temperature is {T} K; it must be from {low} to {high} K, such as '20 degC'",
-                    {"T": f"{value:g}", "low": f"{COLDEST:g}", "high": f"{WARMEST:g}"},
-                )  # fmt: skip
         return self
 
     @property
@@ -87,20 +78,11 @@ class Store(Section):
         if T is None:
             return found
         if isinstance(T, float | int):
-            return f"{found} at {T - 273.15:.4g} °C"
+            return f"{found} at {T - CELSIUS:.4g} °C"
         times, values = np.array(T).T
         inner = np.append(times[times < self.time], self.time)
-        values = np.interp(inner, times, values) - 273.15
+        values = np.interp(inner, times, values) - CELSIUS
         return f"{found} at {min(values):.4g} to {max(values):.4g} °C"
-
-
-def shown_time(seconds: float) -> str:
-    """A time in the largest unit of which it has one."""
-    for unit, size in (("years", 365.25 * 86_400.0), ("days", 86_400.0), ("h", 3600.0)):
-        if seconds >= size:
-            count = f"{seconds / size:.4g}"
-            return f"{count} {unit.rstrip('s') if count == '1' else unit}"
-    return f"{seconds:.4g} s"
 
 
 def storage_of(sections: Mapping[str, Any]) -> Store | None:

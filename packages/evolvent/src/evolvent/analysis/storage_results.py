@@ -11,14 +11,15 @@ import lazy_loader as lazy
 import numpy as np
 
 from evolvent.analysis.margins.results import MarginResults, least_of, shown_margin
-from evolvent.analysis.storage import Store, shown_time
+from evolvent.analysis.storage import Store
 from evolvent.model.registry import asked
 from evolvent.results import display, made_with, netcdf
 from evolvent.results.happened import LATCHED, events_of, latches_of
 from evolvent.results.variables import group_of, parts as parts_of
 from evolvent.solvers.static.storage import Stored
 from evolvent_base import answer as an
-from evolvent_base.figures import Figure, Line, Panel, stacked
+from evolvent_base.figures import Figure, Line, Panel, over_log_time, spline, stacked
+from evolvent_base.scales import shown_time
 from evolvent_base.showing import Shown
 from evolvent_base.units import unit_text
 
@@ -31,6 +32,8 @@ else:
 _FORCES = ("N", "N m")
 #: Part of the largest force of a part below which one of its forces is not shown.
 _SMALL = 1e-6
+#: Distance beside the range of all below which curves are drawn as one; points of a curve; parts that are named.
+_APART, _POINTS, _NAMES = 0.01, 300, 4
 
 
 @dataclasses.dataclass(frozen=True)
@@ -199,18 +202,32 @@ class StorageResults(Shown):
 
     def figure(self) -> Figure | None:
         """Forces over storage, beside those of its start, over the logarithm of time."""
-        lines, times = list[Line](), np.asarray(self.run["time"])
-        for k, one in enumerate(self.forces):
-            values = _largest(group_of(self.run, one.part)[one.name])
-            if one.before and times.size > 2:
-                label = f"{one.part}: {one.name.replace('_', ' ')}"
-                lines.append(Line(x=times[1:], y=values[1:] / one.before, label=label, color=k))
-        if not lines:
+        times = np.asarray(self.run["time"])[1:]
+        if not self.forces or times.size < 2:
             return None
-        panel = Panel(
-            x_label="time in storage, s", y_label="part of the force that is left, 1", lines=lines, log_x=True
-        )
+        curves = [_largest(group_of(self.run, one.part)[one.name])[1:] / one.before for one in self.forces]
+        fine = np.geomspace(times[0], times[-1], _POINTS) if 4 <= times.size < _POINTS else times
+        lines = list[Line]()
+        for k, own in enumerate(_alike(curves)):
+            y = curves[own[0]] if fine is times else spline(np.log(times), curves[own[0]], np.log(fine))
+            lines.append(Line(x=fine, y=y, label=self._words([self.forces[i] for i in own]), color=k))
+        axis = over_log_time("time in storage", float(times[0]), float(times[-1]))
+        panel = Panel(y_label="part of the force that is left, 1", lines=lines, **axis)
         return Figure(name="storage", title="Relaxation in storage", panels=[panel])
+
+    def _words(self, forces: Sequence[Relaxed]) -> str:
+        """Names of forces of which all are left with the same part: parts with the same forces together."""
+        parts: dict[str, list[str]] = {}
+        for one in forces:
+            parts.setdefault(one.part, []).append(one.name.replace("_", " "))
+        together: dict[str, list[str]] = {}
+        for part, names in parts.items():
+            everything = len(names) > 1 and len(names) == sum(one.part == part for one in self.forces)
+            together.setdefault("all forces and moments" if everything else ", ".join(names), []).append(part)
+        return "; ".join(
+            ", ".join(own[:_NAMES]) + (f" and {len(own) - _NAMES} more" if len(own) > _NAMES else "") + f": {names}"
+            for names, own in together.items()
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """All numbers, as the JSON file has them."""
@@ -227,31 +244,67 @@ class StorageResults(Shown):
 
 
 def _largest(values: xr.DataArray) -> np.ndarray:
-    """Largest size over a part at each time: (n,)."""
-    found = np.abs(values.values)
+    """Largest size over a part at each time, of vectors their length: (n,)."""
+    found = np.linalg.norm(values.values, axis=-1) if values.dims[-1] == "axis" else np.abs(values.values)
     return np.asarray(found.reshape(found.shape[0], -1).max(axis=1))
 
 
+def _alike(curves: Sequence[np.ndarray]) -> list[list[int]]:
+    """Places of curves in groups, within which they lie on each other beside the range of all."""
+    span = max(float(one.max()) for one in curves) - min(float(one.min()) for one in curves)
+    groups = list[list[int]]()
+    for k, one in enumerate(curves):
+        for own in groups:
+            if np.all(np.abs(one - curves[own[0]]) <= _APART * span):
+                own.append(k)
+                break
+        else:
+            groups.append([k])
+    return groups
+
+
+def _extent(group: xr.Dataset) -> float:
+    """Length (m) that a part spans at the start, along its longest axis; 0 of one without positions of its own."""
+    spans = [
+        float(np.ptp(values.values[0].reshape(-1, 3), axis=0).max()) for values in group.data_vars.values()
+        if values.dims[:1] == ("time",) and values.dims[-1] == "axis" and values.attrs.get("units") == "m"
+    ]  # fmt: skip
+    return max(spans, default=0.0)
+
+
 def _forces(run: xr.DataTree, part: str) -> list[Relaxed]:
-    """Forces and moments of a part that are not zero at the start, or not small beside its largest."""
+    """Forces and moments of a part that are not zero at the start, nor small beside its largest ones.
+
+    Forces are compared with moments by the length that the part spans. A vector whose length is another row is not one.
+    """
     if part not in parts_of(run):
         return []
-    group, found = group_of(run, part), []
-    for name, values in group.data_vars.items():
-        unit = str(values.attrs.get("units", ""))
-        if unit in _FORCES and values.dims[:1] == ("time",):
-            largest = _largest(values)
-            found.append(Relaxed(part, str(name), unit, float(largest[0]), float(largest[-1])))
+    group = group_of(run, part)
+    sizes = {
+        str(name): (str(values.attrs["units"]), values.dims[-1] == "axis", _largest(values))
+        for name, values in group.data_vars.items()
+        if values.attrs.get("units") in _FORCES and values.dims[:1] == ("time",)
+    }
+    found = [
+        Relaxed(part, name, unit, float(own[0]), float(own[-1])) for name, (unit, vector, own) in sizes.items()
+        if not (vector and any(np.allclose(own, other, rtol=1e-9, atol=0.0)
+                               for one, of_vector, other in sizes.values() if one == unit and not of_vector))
+    ]  # fmt: skip
+    length = _extent(group)
     most = {
         unit: max((max(one.before, one.after) for one in found if one.unit == unit), default=0.0) for unit in _FORCES
     }
+    force, moment = (most[unit] for unit in _FORCES)
+    if length > 0.0:
+        most = dict(zip(_FORCES, (max(force, moment / length), max(moment, force * length)), strict=True))
     return [one for one in found if one.before > _SMALL * most[one.unit] > 0.0]
 
 
 def _sets(stored: Stored, part: str) -> Iterator[tuple[str, str, float, str]]:
     """Deformations of a part that are kept."""
     family, index = stored.assembly.names[part]
-    found = list(asked("statics.sets")[family](stored.assembly.model, index))
+    kept = asked("statics.sets").get(family)
+    found = [] if kept is None else list(kept(stored.assembly.model, index))
     largest = {unit: max(abs(value) for _, value, one in found if one == unit) for _, _, unit in found}
     for words, value, unit in found:
         if abs(value) > 1e-9 and abs(value) > 1e-3 * largest[unit]:

@@ -13,7 +13,7 @@ from pydantic_core import PydanticCustomError
 
 from evolvent_base import units
 from evolvent_base.errors import InputError
-from evolvent_base.schema import OneOf, Section
+from evolvent_base.schema import OneOf, Section, shown
 
 Array = np.ndarray
 #: Gas constant, J/(mol K).
@@ -22,13 +22,41 @@ GAS = 8.314462618
 MOST_DECADES = 60.0
 
 
+def wlf_decades(off: Any, c1: Any, c2: Any) -> Any:
+    """log10 of the factor of relaxation times by the equation of Williams, Landel and Ferry.
+
+    Parameters
+    ----------
+    off : float or (n,) float, K, temperatures less that of reference
+    c1 : float
+    c2 : float, K
+    """
+    return -c1 * off / (c2 + off)
+
+
+def arrhenius_decades(temperature: Any, reference: float, energy: Any) -> Any:
+    """log10 of the factor of relaxation times by an activation energy.
+
+    Parameters
+    ----------
+    temperature : float or (n,) float, K
+    reference : float, K
+    energy : float, J/mol
+    """
+    return energy / GAS * (1.0 / temperature - 1.0 / reference) / math.log(10.0)
+
+
 def rows_of(value: Any, columns: str) -> Any:
     """Rows of a table of two columns; a unit that stands in the last row alone is that of its column."""
     rows = value.tolist() if isinstance(value, np.ndarray) else value
     if not isinstance(rows, (list, tuple)) or not rows:
         raise PydanticCustomError("table", "it must be a list of one or more rows {columns}", {"columns": columns})
-    if any(not isinstance(row, (list, tuple)) or len(row) != 2 for row in rows):
-        raise PydanticCustomError("table", "every row of it must have two values, {columns}", {"columns": columns})
+    for k, row in enumerate(rows):
+        if not isinstance(row, (list, tuple)) or len(row) != 2:
+            raise PydanticCustomError(
+                "table", "every row of it must have two values, {columns}; row {k} is {row}",
+                {"columns": columns, "k": k + 1, "row": shown(row)},
+            )  # fmt: skip
     try:
         found = [units.shared_unit(list(column)) for column in zip(*rows, strict=True)]
     except (units.UnitError, TypeError, ValueError) as error:
@@ -92,7 +120,7 @@ class WLF(Shift):
     c2: Annotated[
         float, units.Quantity(what="a change of temperature", unit="K", example="51.6 K", above=0.0, difference=True)
     ]
-    reference: units.AbsoluteTemperature
+    reference: units.MaterialTemperature
 
     @property
     def range(self) -> tuple[float, float]:
@@ -101,8 +129,7 @@ class WLF(Shift):
 
     def decades(self, temperature: float) -> float:
         """log10 of the factor of relaxation times."""
-        off = temperature - self.reference
-        return -self.c1 * off / (self.c2 + off)
+        return float(wlf_decades(temperature - self.reference, self.c1, self.c2))
 
 
 class Arrhenius(Shift):
@@ -116,7 +143,7 @@ class Arrhenius(Shift):
     """
 
     energy: units.EnergyPerMole
-    reference: units.AbsoluteTemperature
+    reference: units.MaterialTemperature
 
     @property
     def range(self) -> tuple[float, float]:
@@ -125,7 +152,7 @@ class Arrhenius(Shift):
 
     def decades(self, temperature: float) -> float:
         """log10 of the factor of relaxation times."""
-        return self.energy / GAS * (1.0 / temperature - 1.0 / self.reference) / math.log(10.0)
+        return float(arrhenius_decades(temperature, self.reference, self.energy))
 
 
 class ShiftTable(Shift):
@@ -139,8 +166,8 @@ class ShiftTable(Shift):
         Temperature of the Prony series, within the rows; where the decades are 0 if left out.
     """
 
-    rows: Annotated[tuple[tuple[units.AbsoluteTemperature, units.Number], ...], BeforeValidator(_decades)]
-    reference: units.AbsoluteTemperature | None = None
+    rows: Annotated[tuple[tuple[units.MaterialTemperature, units.Number], ...], BeforeValidator(_decades)]
+    reference: units.MaterialTemperature | None = None
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -206,7 +233,7 @@ class Viscoelastic(Section):
         tuple[tuple[units.PositiveNumber, units.Duration], ...], BeforeValidator(_terms), AfterValidator(_below_one)
     ]
     shift: Annotated[WLF | Arrhenius | ShiftTable, OneOf(SHIFTS)] | None = None
-    temperature: units.AbsoluteTemperature | None = None
+    temperature: units.MaterialTemperature | None = None
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -221,12 +248,12 @@ class Viscoelastic(Section):
                 raise PydanticCustomError("prony", "{why}", {"why": str(error)}) from None
         return self
 
-    def factor(self, temperature: float | None, key: str) -> float:
+    def factor(self, temperature: float | None, key: str, part: str = "") -> float:
         """Factor a of the relaxation times at a temperature (K); 1 where none is given, or without a shift.
 
         Parameters
         ----------
-        key : str, that holds the temperature, for messages
+        key, part : str, that holds the temperature, and that has the series, for messages
 
         Raises
         ------
@@ -235,14 +262,14 @@ class Viscoelastic(Section):
         """
         if temperature is None or self.shift is None:
             return 1.0
-        low, high = self.shift.range
+        of, (low, high) = f" of {part!r}" if part else "", self.shift.range
         if not low <= temperature <= high or (temperature == low and math.isinf(high)):
             where = f"above {low:g} K" if math.isinf(high) else f"from {low:g} to {high:g} K"
-            raise InputError(f"{key} is {temperature:g} K; the shift of the Prony series holds {where}")
+            raise InputError(f"{key} is {temperature:g} K; the shift of the Prony series{of} holds {where}")
         decades = self.shift.decades(temperature)
         if abs(decades) > MOST_DECADES:
             raise InputError(
-                f"{key} is {temperature:g} K, where the relaxation times are shifted by {decades:.3g} decades; "
+                f"{key} is {temperature:g} K, where the relaxation times{of} are shifted by {decades:.3g} decades; "
                 f"{MOST_DECADES:g} at most"
             )
         return 10.0**decades

@@ -12,6 +12,7 @@ from evolvent.algebra.sparse import add_entry
 from evolvent.elements.thermal import thermal_form
 from evolvent.families.beams import beam_strains
 from evolvent.families.beams.beam_strains import POINTS
+from evolvent.families.beams.family_relaxation import kept
 from evolvent.kernels import ancf, ancf_beams, calls, free_strains
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS, beam_energies
 from evolvent.kernels.between import keep_lengths
@@ -264,7 +265,7 @@ BEAMS = Family(
         nodal=lambda row: (int(row["nodes"]), NODE_VECTORS[row["kind"]], 3),
     ),
     inertia=Inertia(kick=kick),
-    statics=Statics(uneven=never),
+    statics=Statics(uneven=never, sets=kept),
     energies=Energies(bending=_bending, by_causes=True),
     samples=Samples(local=True, evaluate=evaluate, interpolate=interpolate),
     advice=Advice(conserved="beams", short_steps=lambda _: "beams are stiff"),

@@ -73,9 +73,10 @@ def _check_ends(key: str, x: Array, torque: Array, low: bool, high: bool) -> Non
     slope = np.diff(torque) / np.diff(x)
     for goes_on, i, side, sense in ((low, 0, "below", -1.0), (high, -1, "above", 1.0)):
         if goes_on and (slope[i] < 0.0 or (slope[i] == 0.0 and sense * torque[i] < 0.0)):
+            level = ": end it level, with a row of the same torque" if sense * torque[i] > 0.0 else ""
             raise InputError(
                 f"{key} goes on straight {side} its rows, where its torque drives on without end; a viscoelastic one "
-                f"must hold back there"
+                f"must hold back there{level}"
             )
 
 

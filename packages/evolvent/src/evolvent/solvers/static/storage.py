@@ -106,9 +106,10 @@ def store(
         rows = np.array([[0.0, rows[0, 0]]])
     if rows is not None and not any(law.shift for _, law in assembly.relaxations.values()):
         raise InputError("store.temperature has no effect: no Prony series has a `shift`; give both, or leave it out")
-    for _, law in assembly.relaxations.values():
-        for value in [] if rows is None else rows[:, 1]:
-            law.factor(float(value), "store.temperature")
+    values = [] if rows is None else rows[:, 1].tolist()
+    for name, (_, law) in assembly.relaxations.items():
+        for k, value in enumerate(values):
+            law.factor(value, f"store.temperature.{k}.1" if len(values) > 1 else "store.temperature", name)
     families.check(assembly, family.STATIC)
     if assembly.directions is not None:
         raise InputError("`store` does not support threads with segments of fixed length; leave it out")

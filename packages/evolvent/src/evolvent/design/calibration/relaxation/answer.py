@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 from collections.abc import Sequence
 from typing import Any
 
 from evolvent.design.calibration import uncertainty
 from evolvent.design.calibration.relaxation import pictures, shifts
-from evolvent.design.calibration.relaxation.fitted import Fitted, Value, rounded
+from evolvent.design.calibration.relaxation.fitted import YEARS, Fitted, Value, rounded
 from evolvent.design.calibration.relaxation.search import MOST_TERMS
-from evolvent.design.calibration.relaxation.shifts import YEAR, YEARS
 from evolvent_base import answer as an
 from evolvent_base.errors import counted
+from evolvent_base.scales import YEAR, celsius, shown_time
 
 #: Overlap of curves in reduced time that is named as short, and 95 % bound of a shift that is named as vague, decades.
 SHORT, VAGUE = 0.3, 0.5
 #: Ratio from which the scatter that is stated and that of the residuals are said to differ.
 _DIFFER = 1.5
+_time = functools.partial(shown_time, digits=3)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
@@ -65,7 +67,7 @@ def answer_of(found: Fitted) -> an.Answer:
     sections = [an.Section(title="Prony series", blocks=blocks)]
     if found.temperatures.size > 1:
         sections.append(an.Section(title="Shift by temperature", blocks=_shift_tables(found, heads)))
-    at = f", at {shifts.celsius(found.reference)}" if found.reference is not None else ""
+    at = f", at {celsius(found.reference)}" if found.reference is not None else ""
     sections += [
         an.Section(title="For a case", blocks=[found.section]),
         an.Section(title="Number of terms", blocks=[of_tried], level=an.DETAIL),
@@ -99,7 +101,7 @@ def _shift_tables(found: Fitted, heads: Sequence[str]) -> list[an.Block]:
     assert found.free is not None
     for T, one, free in zip(found.temperatures, found.decades(), found.decades(found.free), strict=True):
         cells = ("0", "", "") if free.error == 0.0 else _shown(free)
-        rows.append((shifts.celsius(T), *cells, *(() if isinstance(law, shifts.Free) else (f"{one.value + 0.0:.4g}",))))
+        rows.append((celsius(T), *cells, *(() if isinstance(law, shifts.Free) else (f"{one.value + 0.0:.4g}",))))
     own = () if isinstance(law, shifts.Free) else ("by the law",)
     blocks: list[an.Block] = [an.Table(heads=("temperature", "decades", *heads[2:], *own), rows=rows)]
     if isinstance(law, shifts.Arrhenius):
@@ -125,7 +127,7 @@ def _summary(found: Fitted) -> list[str]:
 
 def _warnings(found: Fitted) -> list[str]:
     """Sentences on what the data do not determine."""
-    at = "" if found.temperatures.size < 2 or found.reference is None else f" at {shifts.celsius(found.reference)}"
+    at = "" if found.temperatures.size < 2 or found.reference is None else f" at {celsius(found.reference)}"
     said = []
     if len(found.tried) > 1 and found.terms == MOST_TERMS:
         said.append(f"the data ask for {MOST_TERMS} terms, the most that are tried")
@@ -168,24 +170,16 @@ def _warnings(found: Fitted) -> list[str]:
         over, first, second = found.overlap()
         if over < SHORT:
             said.append(
-                f"the curves at {shifts.celsius(first)} and {shifts.celsius(second)} overlap by {over:.2g} decades of "
+                f"the curves at {celsius(first)} and {celsius(second)} overlap by {over:.2g} decades of "
                 "reduced time alone"
             )
         for T, one in zip(found.temperatures, found.decades(found.free), strict=True):
             if found.factor * one.error > VAGUE:
                 said.append(
-                    f"the data do not determine the shift at {shifts.celsius(T)}: {one.value:.2g} decades, standard "
+                    f"the data do not determine the shift at {celsius(T)}: {one.value:.2g} decades, standard "
                     f"uncertainty {one.error:.2g}"
                 )
     return said
-
-
-def _time(seconds: float) -> str:
-    """A time as people read it."""
-    for unit, size in (("years", YEAR), ("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
-        if seconds >= 2.0 * size:
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds:.3g} s"
 
 
 def to_dict(found: Fitted) -> dict[str, Any]:

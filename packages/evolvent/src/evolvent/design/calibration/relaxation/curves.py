@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from evolvent.design.calibration import data, histories
-from evolvent.design.calibration.relaxation.shifts import CELSIUS, celsius
 from evolvent_base import units
 from evolvent_base.errors import InputError, counted
+from evolvent_base.scales import CELSIUS, celsius
 
 Array = np.ndarray
 #: Share of the largest force below which the first force is that of a ramp, and up to which the position is not loaded.

@@ -16,6 +16,7 @@ from evolvent.design.calibration.relaxation.response import LN10, Response, rows
 from evolvent.design.calibration.relaxation.search import MOST_TERMS, Search, Solved, aligned, span
 from evolvent_base import units
 from evolvent_base.errors import InputError, counted
+from evolvent_base.scales import celsius
 
 Array = np.ndarray
 #: Reference temperature next to which one of the data is taken, K.
@@ -180,7 +181,7 @@ def _reference(warm: Array, reference: Any, shift: str | None, *, stated: bool) 
     found = kelvin(reference, "reference")
     if warm.size < 2 and shift is None and (not stated or abs(found - warm[0]) > 1e-6):
         raise InputError(
-            f"reference is {shifts.celsius(found)}, but the data have one temperature, or none that is stated; curves "
+            f"reference is {celsius(found)}, but the data have one temperature, or none that is stated; curves "
             "at two or more determine a shift"
         )
     return found
@@ -207,7 +208,7 @@ def _check_forces(curves: Sequence[Curve], levels: Sequence[int], law: shifts.Sh
     for k in range(1, count):
         if low[:k].min() > high[k:].max():
             raise InputError(
-                f"the curves at {shifts.celsius(law.temperatures[k - 1])} and {shifts.celsius(law.temperatures[k])} do "
+                f"the curves at {celsius(law.temperatures[k - 1])} and {celsius(law.temperatures[k])} do "
                 f"not overlap: the force ends at {low[:k].min():.4g} in the colder and begins at {high[k:].max():.4g} "
                 "in the warmer; measure longer, or at a temperature between, or take "
                 "`own_forces` for curves of different specimens"
@@ -246,7 +247,7 @@ def _check_shifts(free: Solved) -> None:
     if rising.size:
         k = int(rising[0])
         raise InputError(
-            f"the curve at {shifts.celsius(warm[k + 1])} relaxes no faster than that at {shifts.celsius(warm[k])} "
+            f"the curve at {celsius(warm[k + 1])} relaxes no faster than that at {celsius(warm[k])} "
             f"(shift by {decades[k + 1] - decades[k]:+.2g} decades); time-temperature superposition needs warmer to be "
             "faster"
         )
@@ -257,7 +258,7 @@ def _check_overlap(result: Relaxation) -> None:
     gap, first, second = result.overlap()
     if gap < 0.0:
         raise InputError(
-            f"the curves at {shifts.celsius(first)} and {shifts.celsius(second)} do not overlap in reduced time: "
+            f"the curves at {celsius(first)} and {celsius(second)} do not overlap in reduced time: "
             f"{-gap:.2g} decades lie between them; measure longer, or at a temperature between"
         )
 

@@ -14,9 +14,12 @@ from evolvent.design.calibration.relaxation import shifts
 from evolvent.design.calibration.relaxation.curves import ROUND_OFF, Measured
 from evolvent.design.calibration.relaxation.search import Solved
 from evolvent.elements.viscoelastic import Viscoelastic
+from evolvent_base.scales import celsius
 from evolvent_base.showing import Shown
 
 Array = np.ndarray
+#: Years of storage for which the share that is left is stated.
+YEARS = 10.0
 
 
 class Value(NamedTuple):
@@ -241,7 +244,7 @@ class Fitted(Shown):
         law = self.solved.response.shift
         if isinstance(law, shifts.NoShift):
             return ""
-        at = shifts.celsius(law.reference)
+        at = celsius(law.reference)
         if isinstance(law, shifts.Arrhenius):
             energy = self.constants[0]
             text = rounded(energy.value * law.UNIT / 1e3, energy.error * law.UNIT / 1e3)
@@ -250,7 +253,7 @@ class Fitted(Shown):
             c1, c2 = (rounded(one.value, one.error) for one in self.constants)
             return f"{{wlf: {{c1: {c1}, c2: {c2} K, reference: {at}}}}}"
         rows = ", ".join(
-            f"[{shifts.celsius(T)}, {rounded(one.value, one.error) if one.error else 0}]"
+            f"[{celsius(T)}, {rounded(one.value, one.error) if one.error else 0}]"
             for T, one in zip(self.temperatures, self.decades(), strict=True)
         )
         return f"{{table: {{rows: [{rows}], reference: {at}}}}}"

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from evolvent.design.calibration.relaxation.fitted import Fitted
-from evolvent.design.calibration.relaxation.shifts import YEAR, YEARS, celsius
-from evolvent_base.figures import Figure, Line, Panel, stacked
+from evolvent.design.calibration.relaxation.fitted import YEARS, Fitted
+from evolvent_base.figures import Figure, Line, Panel, over_log_time, stacked
+from evolvent_base.scales import YEAR, celsius
 
 Array = np.ndarray
 #: Points of a curve, and of a line of the series, that are drawn.
@@ -47,14 +48,18 @@ def figure(found: Fitted) -> Figure:
         beyond = np.array([found.share_left(float(t)).value for t in then])
         master.append(Line(x=then, y=beyond, label="beyond the data", color="black", style="--", width=0.8))
     off.append(Line(x=time[[0, -1]], y=np.zeros(2), color="grey", width=0.8))
-    panels = [Panel(x_label="time, s", y_label=f"force{unit}", lines=[*data, *fit], log_x=True)]
+    panels = [_panel("time", f"force{unit}", [*data, *fit])]
     if several:
-        panels.append(
-            Panel(x_label=f"time{at}, s", y_label="share of the instantaneous force", lines=master, log_x=True)
-        )
-    panels.append(Panel(x_label=f"time{at}, s", y_label=f"series minus measured{unit}", lines=off, log_x=True))
+        panels.append(_panel(f"time{at}", "share of the instantaneous force", master))
+    panels.append(_panel(f"time{at}", f"series minus measured{unit}", off))
     title = "Relaxation, Prony series and residuals"
     return Figure(name="relaxation", title=title, panels=panels, height=stacked(len(panels)))
+
+
+def _panel(x_label: str, y_label: str, lines: Sequence[Line]) -> Panel:
+    """Lines over the logarithm of time."""
+    first, last = min(float(one.x[0]) for one in lines), max(float(one.x[-1]) for one in lines)
+    return Panel(y_label=y_label, lines=lines, **over_log_time(x_label, first, last))
 
 
 def _few(times: Array, rows: Array) -> Array:

@@ -8,14 +8,11 @@ import dataclasses
 
 import numpy as np
 
-from evolvent.elements.viscoelastic import GAS, MOST_DECADES, SHIFTS
+from evolvent.elements.viscoelastic import MOST_DECADES, SHIFTS, arrhenius_decades, wlf_decades
 from evolvent_base.errors import InputError, counted, nearest
+from evolvent_base.scales import celsius
 
 Array = np.ndarray
-#: Years of storage for which the share that is left is stated, and seconds of a year.
-YEARS, YEAR = 10.0, 365.25 * 86400.0
-#: 0 degC, K.
-CELSIUS = 273.15
 #: Largest c2 of the equation of Williams, Landel and Ferry, K: with it the shift is straight in the temperature.
 MOST_C2 = 2000.0
 
@@ -110,8 +107,7 @@ class Arrhenius(Shift):
 
     @property
     def _by_energy(self) -> Array:
-        found: Array = self.UNIT / GAS * (1.0 / self.temperatures - 1.0 / self.reference) / np.log(10.0)
-        return found
+        return np.asarray(arrhenius_decades(self.temperatures, self.reference, self.UNIT))
 
     def at(self, x: Array) -> tuple[Array, Array]:
         """In proportion to the energy."""
@@ -139,8 +135,8 @@ class WLF(Shift):
     def at(self, x: Array) -> tuple[Array, Array]:
         """The equation of Williams, Landel and Ferry (1955)."""
         off = self.temperatures - self.reference
-        under = x[1] + off
-        return -x[0] * off / under, np.column_stack([-off / under, x[0] * off / under**2])
+        by_c1 = wlf_decades(off, 1.0, x[1])
+        return np.asarray(wlf_decades(off, x[0], x[1])), np.column_stack([by_c1, -x[0] * by_c1 / (x[1] + off)])
 
     def start(self, decades: Array) -> Array:
         """Of the straight line of off/decades over off, where its slope allows it."""
@@ -153,7 +149,7 @@ class WLF(Shift):
         c2 = (level / slope if slope > 0.0 else 0.5 * high) + self.reference - base
         c2 = min(max(c2, low + 5.0), 0.5 * high)
         off = T - self.reference
-        by_c1 = np.column_stack([-off / (c2 + off), np.ones(T.size)])  # and an offset of the decades
+        by_c1 = np.column_stack([wlf_decades(off, 1.0, c2), np.ones(T.size)])  # and an offset of the decades
         return np.array([max(float(np.linalg.lstsq(by_c1, decades, rcond=None)[0][0]), 1e-3), c2])
 
     def bounds(self) -> tuple[Array, Array]:
@@ -200,8 +196,3 @@ def law(name: str | None, temperatures: Array, reference: float) -> Shift:
             f"{celsius(low)} to {celsius(high)}"
         )
     return found
-
-
-def celsius(temperature: float) -> str:
-    """A temperature (K) as people read it."""
-    return f"{temperature - CELSIUS:.6g} degC"
