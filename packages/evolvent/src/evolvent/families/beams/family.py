@@ -12,6 +12,7 @@ from evolvent.algebra.sparse import add_entry
 from evolvent.elements.thermal import thermal_form
 from evolvent.families.beams import beam_strains
 from evolvent.families.beams.beam_strains import POINTS
+from evolvent.families.relaxation.family import set_of
 from evolvent.kernels import ancf, ancf_beams, calls, free_strains
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS, beam_energies
 from evolvent.kernels.between import keep_lengths
@@ -216,6 +217,15 @@ def interpolate(theta, y0, y1, model, y):
         keep_lengths(theta, y0, y1, beams[k].iq, 3 * NODE_VECTORS[beams[k].kind], beams[k].nodes, 0.0, y)
 
 
+def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
+    """Of cables: what a beam's products of nodal vectors keep is no deformation that anything else shows."""
+    row, bends = model.beams[index], model.bend_relaxations
+    of = bends["element"] - int(row["first_element"])
+    kept = [float(value) for bend in bends[(of >= 0) & (of < row["elements"])] for value in set_of(model, bend, 2)]
+    if kept:
+        yield "largest curvature", max(kept, key=abs), "1/m"
+
+
 # beams; a node's coordinates stand together, node after node; first_node: number of the first among
 # the nodes of all beams and rods; relaxes: 1 of a viscoelastic one; paper: 1 where the damping is the paper's, which a
 # turn of the whole feels; held: 1 where rows of constraint act on its nodes; axes: rows x along, y and z of the root
@@ -239,7 +249,13 @@ BEAMS = Family(
         Kind(
             "a viscoelastic beam", EVERY - {EXPLICIT},
             "use generalized-alpha or energy-momentum: beams have far shorter periods than relaxation times",
-            which=where("relaxes", 1),
+            which=lambda found: (found["relaxes"] != 0) & (found["kind"] == BEAM),
+            symmetric=True,
+        ),
+        Kind(
+            "a viscoelastic cable", EVERY - {EXPLICIT},
+            "use generalized-alpha or energy-momentum: cables have far shorter periods than relaxation times",
+            which=lambda found: (found["relaxes"] != 0) & (found["kind"] != BEAM),
             symmetric=True,
         ),
         Kind(
@@ -264,7 +280,7 @@ BEAMS = Family(
         nodal=lambda row: (int(row["nodes"]), NODE_VECTORS[row["kind"]], 3),
     ),
     inertia=Inertia(kick=kick),
-    statics=Statics(uneven=never),
+    statics=Statics(uneven=never, sets=_sets),
     energies=Energies(bending=_bending, by_causes=True),
     samples=Samples(local=True, evaluate=evaluate, interpolate=interpolate),
     advice=Advice(conserved="beams", short_steps=lambda _: "beams are stiff"),
