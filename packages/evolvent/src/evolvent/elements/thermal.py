@@ -22,12 +22,12 @@ from numpy.typing import ArrayLike, NDArray
 from evolvent.elements.forms import (
     ASSUMED,
     EXACT,
-    slope_factors,
     gauss,
     line_rows,
     nodal_vectors,
     product_row,
     products,
+    slope_factors,
     straight_beam,
     straight_cable,
 )

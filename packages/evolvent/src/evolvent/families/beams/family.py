@@ -12,6 +12,7 @@ from evolvent.algebra.sparse import add_entry
 from evolvent.elements.thermal import thermal_form
 from evolvent.families.beams import beam_strains
 from evolvent.families.beams.beam_strains import POINTS
+from evolvent.families.beams.family_bends import COUNT, STRAINS
 from evolvent.families.relaxation.family import set_of
 from evolvent.kernels import ancf, ancf_beams, calls, free_strains
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS, beam_energies
@@ -221,9 +222,10 @@ def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
     """Of cables: what a beam's products of nodal vectors keep is no deformation that anything else shows."""
     row, bends = model.beams[index], model.bend_relaxations
     of = bends["element"] - int(row["first_element"])
-    kept = [float(value) for bend in bends[(of >= 0) & (of < row["elements"])] for value in set_of(model, bend, 2)]
+    kept = [set_of(model, bend, STRAINS)[:COUNT] / bend["radii"] for bend in bends[(of >= 0) & (of < row["elements"])]]
     if kept:
-        yield "largest curvature", max(kept, key=abs), "1/m"
+        found = np.concatenate(kept)
+        yield "largest curvature", float(found[np.abs(found).argmax()]), "1/m"
 
 
 # beams; a node's coordinates stand together, node after node; first_node: number of the first among

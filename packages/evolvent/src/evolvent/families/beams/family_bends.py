@@ -1,19 +1,21 @@
 """Relaxation of the bending of cables of viscoelastic materials.
 
-The strain that relaxes at each of the two points of an element (`cable.curvature`) is its curvature x = |a x k|, 1/m,
-of the slope a = r,x and k = r,xx, with a sign: that of the side to which it bends, at the start positive. A cable has no
-torsional stiffness, and no directions across it: its sections turn about the tangent with the plane in which it bends,
-and the set that they keep turns with them. So a rigid rotation changes no stress, the forces keep both momenta, and what
-bends back through straight without leaving its plane bends to the other side.
+The strains that relax at each of the two points of an element (`cable.curvature`) are both parts of k = r,xx times the
+radius of gyration, of whose squares its energy is the sum: the bending x = |t x k| across the tangent t = a/|a|,
+a = r,x, and y = t . k along it, which the cubic has where its stretch varies. The bending has a sign, that of the side
+to which it bends, at the start positive. A cable has no torsional stiffness, and no directions across it: its sections
+turn about the tangent with the plane in which it bends, and the set that they keep turns with them. So a rigid rotation
+changes no stress, and what bends back through straight without leaving its plane bends to the other side.
 
 Notes
 -----
-What relaxation adds to the moment is E I s, s = sum g (w - x) of the branches. With A = a.a, P = a.k, Q = k.k and their
-means over a step, x^2 = A Q - P^2 changes by A d(k.k) + Q d(a.a) - 2 P d(a.k), and the force s/x (Q a - P k) on a,
-s/x (A k - P a) on k, along the means of a, k and x, does the work s (x1 - x0). The part of s that is proportional to x
-is defined in a straight cable, too; the rest, by the past, fades out in one that bends by less than `_STRAIGHT`. Over a
-step through straight the rest is a moment along a vector p of which p . (c1 - c0) = x1 - x0 for c = a x k: in a plane
-its normal.
+The moment changes by E A times the radius times s = sum g (w - x) of the branches. Over a step x^2 = k.k - y^2 changes
+by 2 km . dk - 2 ym dy, with means m of both ends, and y by Y . d(a, k) with Y = (D, w am), w the mean of 1/|a|,
+D = w km - b Pm am, P = a.k, b = 2/(|a0| |a1| (|a0| + |a1|)). So the force s_x/xm (km - ym Y) + s_y Y on a and k does
+the work s_x dx + s_y dy, and keeps both momenta. The part of s that is proportional to the strains themselves is that
+of k alone, along km. The rest, by the past, fades out in a cable that bends by less than `_STRAIGHT`. Over a step
+through straight the rest of s_x is a moment along a vector p of which p . (c1 - c0) = x1 - x0 for c = t x k: in a plane
+its normal; out of a plane such a step keeps all but the angular momentum.
 """
 
 from __future__ import annotations
@@ -38,12 +40,12 @@ from evolvent.model.powers import STIFFNESS_DAMPING
 from evolvent.model.questions import Implicit, Samples, Stability
 
 Array = np.ndarray
-#: Points of an element.
-COUNT = 2
+#: Points of an element, and their strains: x of both, y of both.
+COUNT, STRAINS = 2, 4
 #: Angle, rad, by which an element bends below which its curvature has no direction.
 _STRAIGHT = 1e-8
 #: Places in the scratch `Model.work`: mean strains, those of the end, and what relaxation adds.
-_MEAN, _END, _ADDED, _LAST = 0, COUNT, 2 * COUNT, 3 * COUNT
+_MEAN, _END, _ADDED, _LAST = 0, STRAINS, 2 * STRAINS, 3 * STRAINS
 
 
 @inlined
@@ -59,7 +61,7 @@ def _across(a, k):
 
 @inlined
 def _vectors(row, p, at, y, model):
-    """Slope and second derivative at point p of the coordinates from `at` on."""
+    """Slope and second derivative at point p of the coordinates from `at` on, this one times the radius."""
     element, root = model.elements[row.element], row.roots[p]
     e, S = y[at : at + 12], cable.slope_factors(element.length, POINTS[p])
     k = cable.curvature(model.B[element.form], p, e)
@@ -72,17 +74,18 @@ def _vectors(row, p, at, y, model):
 
 
 @inlined
-def _bent(row, p, y, model):
-    """Curvature at point p in a state, with its sign, and the vector that it is the length of."""
-    a, k = _vectors(row, p, model.elements[row.element].iq, y, model)
-    return _signed(row, p, _across(a, k), y)
+def _bent(row, p, a, k, y):
+    """Strains x and y at point p, x with its sign beside the side of the last state that was accepted; a x k."""
+    at, c, size = row.account + 3 * p, _across(a, k), math.sqrt(dot(a, a))
+    x = math.sqrt(dot(c, c)) / size
+    return -x if c[0] * y[at] + c[1] * y[at + 1] + c[2] * y[at + 2] < 0.0 else x, dot(a, k) / size, c
 
 
 @inlined
-def _signed(row, p, c, y):
-    """The length of a vector of curvature, with its sign beside the side of the last state that was accepted."""
-    at, size = row.account + 3 * p, math.sqrt(dot(c, c))
-    return -size if c[0] * y[at] + c[1] * y[at + 1] + c[2] * y[at + 2] < 0.0 else size, c
+def _bent_in(row, p, y, model):
+    """`_bent` of a state."""
+    a, k = _vectors(row, p, model.elements[row.element].iq, y, model)
+    return _bent(row, p, a, k, y)
 
 
 @inlined
@@ -100,47 +103,52 @@ def _ends(row, p, interval, model):
 @inlined
 def _relax(row, interval, model):
     """Strains of both points over an interval and what relaxation adds to them, into `work`; the stiffness's factor."""
-    work, h = model.work, interval.step.h
+    work, h, rows = model.work, interval.step.h, model.branch_strains
     for p in range(COUNT):
         a0, k0, a1, k1, _, _ = _ends(row, p, interval, model)
-        x, _ = _signed(row, p, _across(a1, k1), interval.y0)
-        work[_END + p], work[_MEAN + p], work[_ADDED + p] = x, x, 0.0
+        x, y, _ = _bent(row, p, a1, k1, interval.y0)
+        work[_END + p], work[_END + COUNT + p] = x, y
         if h != 0.0:
-            c0 = _across(a0, k0)
-            work[_MEAN + p] = 0.5 * (x + math.copysign(math.sqrt(dot(c0, c0)), model.branch_strains[row.branch + p].x0))
+            x0, y0, _ = _bent(row, p, a0, k0, interval.y0)
+            x, y = 0.5 * (x + math.copysign(x0, rows[row.branch + p].x0)), 0.5 * (y + y0)
+        work[_MEAN + p], work[_MEAN + COUNT + p] = x, y
+        work[_ADDED + p] = work[_ADDED + COUNT + p] = 0.0
     mean, end, added = work[_MEAN:_END], work[_END:_ADDED], work[_ADDED:_LAST]
-    return relax_strains(row.prony, row.prony_end, row.branch, COUNT, h, mean, end, model, added)
+    return relax_strains(row.prony, row.prony_end, row.branch, STRAINS, h, mean, end, model, added)
 
 
 @inlined
-def _stress(row, p, part, model):
-    """What relaxation adds at point p by the past alone, strains of start and end, and its factor of their mean."""
-    mean, end = model.work[_MEAN + p], model.work[_END + p]
-    past = model.work[_ADDED + p] - part * mean
-    return past, 2.0 * mean - end, end, past * math.copysign(1.0 / max(abs(mean), row.least), mean)
+def _past(row, p, part, model):
+    """Strains x of start and end at point p; stress of x by the past alone, and over the mean; factor z of Y."""
+    mean, end, added = model.work[_MEAN:_END], model.work[_END:_ADDED], model.work[_ADDED:_LAST]
+    past, x0, q = added[p] - part * mean[p], 2.0 * mean[p] - end[p], COUNT + p
+    ratio = past * math.copysign(1.0 / max(abs(mean[p]), row.least), mean[p])
+    if x0 * end[p] < 0.0:
+        ratio = 0.0
+    return x0, end[p], past, ratio, added[q] - part * mean[q] - ratio * mean[q]
 
 
 @inlined
 def _through(a0, k0, a1, k1, x0, x1):
     """The vector p of the notes of a step through straight."""
     c0, c1 = _across(a0, k0), _across(a1, k1)
-    u0, u1 = _sum(1.0 / x0, c0, 0.0, c0), _sum(1.0 / x1, c1, 0.0, c1)
+    i0, i1 = 1.0 / (x0 * math.sqrt(dot(a0, a0))), 1.0 / (x1 * math.sqrt(dot(a1, a1)))
+    u0, u1 = _sum(i0, c0, 0.0, c0), _sum(i1, c1, 0.0, c1)
     c = max(dot(u0, u1), 0.0)
     turn = (x0 + x1) / max(x0 * x0, x1 * x1)
     return _sum((1.0 - turn * (x1 - c * x0)) / (1.0 + c), u0, (1.0 - turn * (x0 - c * x1)) / (1.0 + c), u1)
 
 
 @inlined
-def _squares(a0, k0, a1, k1):
-    """Means of a.a, a.k and k.k."""
-    return (
-        0.5 * (dot(a0, a0) + dot(a1, a1)), 0.5 * (dot(a0, k0) + dot(a1, k1)), 0.5 * (dot(k0, k0) + dot(k1, k1))
-    )  # fmt: skip
+def _sizes(a0, k0, a1, k1):
+    """Lengths of a at start and end; w, b and Pm of the notes."""
+    l0, l1 = math.sqrt(dot(a0, a0)), math.sqrt(dot(a1, a1))
+    return l0, l1, 0.5 / l0 + 0.5 / l1, 2.0 / (l0 * l1 * (l0 + l1)), 0.5 * (dot(a0, k0) + dot(a1, k1))
 
 
 @inlined
 def _factors(row, p, model):
-    """Factors by which a and k at point p are sums of an element's vectors, times the root of E I times its length."""
+    """Factors by which a and k at point p are sums of an element's vectors, times the root of E A times its length."""
     element = model.elements[row.element]
     B, root, S = model.B[element.form], row.roots[p], cable.slope_factors(element.length, POINTS[p])
     return (root * S[0], root * S[1], root * S[2]), (B[p, 0], B[p, 1], B[p, 2])
@@ -155,13 +163,14 @@ def force(interval, model):
         part, at = _relax(row, interval, model) - 1.0, model.elements[row.element].iv - model.info.nq
         for p in range(COUNT):
             a0, k0, a1, k1, a, k = _ends(row, p, interval, model)
-            past, x0, x1, ratio = _stress(row, p, part, model)
-            A, P, Q = _squares(a0, k0, a1, k1)
-            factor = part if x0 * x1 < 0.0 else part + ratio
-            on_a, on_k = _sum(factor * Q, a, -factor * P, k), _sum(factor * A, k, -factor * P, a)
+            x0, x1, past, ratio, z = _past(row, p, part, model)
+            l0, l1, w, b, P = _sizes(a0, k0, a1, k1)
+            on_a, on_k = _sum(z * w, k, -z * b * P, a), _sum(part + ratio, k, z * w, a)
             if x0 * x1 < 0.0:
                 by = _through(a0, k0, a1, k1, x0, x1)
-                on_a, on_k = _sum(1.0, on_a, past, _across(k, by)), _sum(1.0, on_k, past, _across(by, a))
+                bent = 0.5 * (dot(by, _across(a0, k0)) + dot(by, _across(a1, k1)))
+                on_a = _sum(1.0, on_a, past, _sum(w, _across(k, by), -b * bent, a))
+                on_k = _sum(1.0, on_k, past * w, _across(by, a))
             S, C = _factors(row, p, model)
             root = row.roots[p]
             for c in range(3):
@@ -183,34 +192,45 @@ def tangent(interval, model, matrix):
             for j in range(12):
                 K[i, j] = 0.0
         for p in range(COUNT):
-            a0, k0, a1, k1, a, k = _ends(row, p, interval, model)
-            past, x0, x1, ratio = _stress(row, p, part, model)
-            A, P, Q = _squares(a0, k0, a1, k1)
-            S, C = _factors(row, p, model)
-            factor, slope, moment = part + ratio, 0.0, (0.0, 0.0, 0.0)
-            if x0 * x1 < 0.0:
-                factor, moment = part, _through(a0, k0, a1, k1, x0, x1)
-                moment = _sum(past, moment, 0.0, moment)
-            elif abs(x0 + x1) > 2.0 * row.least and x1 != 0.0:
-                slope = -2.0 * ratio / ((x0 + x1) * x1)
-            A1, P1, Q1 = dot(a1, a1), dot(a1, k1), dot(k1, k1)
-            left, right = (_sum(Q, a, -P, k), _sum(A, k, -P, a)), (_sum(Q1, a1, -P1, k1), _sum(A1, k1, -P1, a1))
-            for r in range(3):
-                for s in range(3):
-                    one = 1.0 if r == s else 0.0
-                    turned = _turned(moment, r, s)
-                    aa = factor * (Q * one - k[r] * k1[s]) + slope * left[0][r] * right[0][s]
-                    ak = factor * (2.0 * a[r] * k1[s] - k[r] * a1[s] - P * one) + slope * left[0][r] * right[1][s]
-                    ka = factor * (2.0 * k[r] * a1[s] - a[r] * k1[s] - P * one) + slope * left[1][r] * right[0][s]
-                    kk = factor * (A * one - a[r] * a1[s]) + slope * left[1][r] * right[1][s]
-                    ak, ka = ak - turned, ka + turned
-                    for i in range(3):
-                        for j in range(3):
-                            K[3 * i + 3 + r, 3 * j + 3 + s] += (
-                                S[i] * (aa * S[j] + ak * C[j]) + C[i] * (ka * S[j] + kk * C[j])
-                            )
+            _add_tangent(row, p, part, interval, model, K)
         cable.fill_first_position(K)
         ancf_beams.add_with_mass(matrix, element.iv - model.info.nq, 12, K, 0.0, model.M[element.mass])
+
+
+@inlined
+def _add_tangent(row, p, part, interval, model, K):
+    """Add the derivatives of the forces of point p, over a step twice those by its end, to the rows of the vectors."""
+    a0, k0, a1, k1, a, k = _ends(row, p, interval, model)
+    x0, x1, past, ratio, z = _past(row, p, part, model)
+    l0, l1, w, b, P = _sizes(a0, k0, a1, k1)
+    S, C = _factors(row, p, model)
+    y, y1, i = model.work[_MEAN + COUNT + p], model.work[_END + COUNT + p], 1.0 / l1
+    # derivatives of y, and of the ratio, by the end's a and k
+    y_a, y_k, slope = _sum(i, k1, -y1 * i * i, a1), _sum(i, a1, 0.0, a1), 0.0
+    if ratio != 0.0 and abs(x0 + x1) > 2.0 * row.least and x1 != 0.0:
+        slope = -2.0 * ratio / ((x0 + x1) * x1)
+    h_a, h_k = _sum(-slope * y1, y_a, 0.0, a), _sum(slope, k1, -slope * y1, y_k)
+    z_a, z_k = _sum(-y, h_a, -ratio, y_a), _sum(-y, h_k, -ratio, y_k)
+    D, b_a = _sum(w, k, -b * P, a), -2.0 * b * (i + 1.0 / (l0 + l1)) * i
+    # of the moment m through straight, whose direction stays
+    m, bent, none = (0.0, 0.0, 0.0), 0.0, (0.0, 0.0, 0.0)
+    if x0 * x1 < 0.0:
+        m = _sum(past, _through(a0, k0, a1, k1, x0, x1), 0.0, none)
+        bent = 0.5 * (dot(m, _across(a0, k0)) + dot(m, _across(a1, k1)))
+    m_a, m_a1, k_m, k1_m = _across(m, a), _across(m, a1), _across(k, m), _across(k1, m)
+    for r in range(3):
+        for s in range(3):
+            one, turned = 1.0 if r == s else 0.0, _turned(m, r, s)
+            aa = (
+                D[r] * z_a[s] - z * (i**3 * k[r] * a1[s] + b * (P * one + a[r] * k1[s]) + P * b_a * a[r] * a1[s])
+                - i**3 * k_m[r] * a1[s] - b * (bent * one + a[r] * k1_m[s]) - bent * b_a * a[r] * a1[s]
+            )  # fmt: skip
+            ak = D[r] * z_k[s] + z * (w * one - b * a[r] * a1[s]) - w * turned - b * a[r] * m_a1[s]
+            ka = k[r] * h_a[s] + a[r] * (w * z_a[s] - z * i**3 * a1[s]) + w * (z * one + turned) - i**3 * m_a[r] * a1[s]
+            kk = k[r] * h_k[s] + w * a[r] * z_k[s] + (part + ratio) * one
+            for c in range(3):
+                for d in range(3):
+                    K[3 * c + 3 + r, 3 * d + 3 + s] += S[c] * (aa * S[d] + ak * C[d]) + C[c] * (ka * S[d] + kk * C[d])
 
 
 @inlined
@@ -222,9 +242,12 @@ def _turned(m, r, s):
 
 
 @inlined
-def _energy(row, p, x, model):
-    """What relaxation changes the energy of point p by, at the curvature x."""
-    return 0.5 * row.roots[p] ** 2 * excess_of(row.prony, row.prony_end, row.branch, COUNT, p, x, model)
+def _energy(row, p, x, y, model):
+    """What relaxation changes the energy of point p by, at the strains x and y."""
+    first, last, branch = row.prony, row.prony_end, row.branch
+    found = excess_of(first, last, branch, STRAINS, p, x, model)
+    found += excess_of(first, last, branch, STRAINS, COUNT + p, y, model)
+    return 0.5 * row.roots[p] ** 2 * found
 
 
 @calls.energy
@@ -233,8 +256,8 @@ def energy(interval, model, out):
     rows = model.bend_relaxations
     for k in range(rows.size):
         for p in range(COUNT):
-            x, _ = _bent(rows[k], p, interval.ym, model)
-            changed = _energy(rows[k], p, x, model)
+            x, y, _ = _bent_in(rows[k], p, interval.ym, model)
+            changed = _energy(rows[k], p, x, y, model)
             out[1] += changed
             out[2] += changed
 
@@ -245,41 +268,46 @@ def end_step(interval, model):
     rows, h, y, taken = model.bend_relaxations, interval.step.h, interval.y1, 0.0
     for k in range(rows.size):
         row = rows[k]
+        for i in range(STRAINS):
+            lost = relaxed_one(row.prony, row.prony_end, row.branch, STRAINS, i, h, model)
+            taken += row.roots[i % COUNT] ** 2 * lost
         for p in range(COUNT):
-            taken += row.roots[p] ** 2 * relaxed_one(row.prony, row.prony_end, row.branch, COUNT, p, h, model)
-            (x, c), at = _bent(row, p, y, model), row.account + 3 * p
+            (x, _, c), at = _bent_in(row, p, y, model), row.account + 3 * p
             if abs(x) >= row.least:
-                x = math.copysign(x, model.branch_strains[row.branch + p].x)
+                size = math.copysign(math.sqrt(dot(c, c)), model.branch_strains[row.branch + p].x)
                 for i in range(3):
-                    y[at + i] = c[i] / x
+                    y[at + i] = c[i] / size
     interval.powers[STIFFNESS_DAMPING] += taken
 
 
 @calls.force
 def evaluate(interval, model):
     """Relaxed moments, and what they do along the axis, into the records of all elements; energies of their beams."""
-    rows, work, y = model.bend_relaxations, model.work, interval.ym
+    rows, work, state = model.bend_relaxations, model.work, interval.ym
     for k in range(rows.size):
         row, element = rows[k], model.elements[rows[k].element]
-        beam, x, added = model.beams[element.beam], work[_END:_ADDED], work[_ADDED:_LAST]
+        beam, strains, added = model.beams[element.beam], work[_END:_ADDED], work[_ADDED:_LAST]
         for p in range(COUNT):
-            x[p], _ = _bent(row, p, y, model)
-            added[p], changed = 0.0, _energy(row, p, x[p], model)
+            x, y, _ = _bent_in(row, p, state, model)
+            strains[p], strains[COUNT + p], added[p], added[COUNT + p] = x, y, 0.0, 0.0
+            changed = _energy(row, p, x, y, model)
             beam.elastic += changed
             beam.bending += changed
-        add_branches(row.prony, row.prony_end, row.branch, COUNT, 0, x, model, added)
+        add_branches(row.prony, row.prony_end, row.branch, STRAINS, 0, strains, model, added)
         for p in range(COUNT):
-            EI, side = model.parameters[element.section + OF_CABLE * p + 1], math.copysign(1.0, x[p])
-            element.bending_moment[p] = abs(element.bending_moment[p] + EI * side * added[p])
-            a, _ = _vectors(row, p, element.iq, y, model)
-            element.axial_force[p] += EI * x[p] * added[p] / math.sqrt(dot(a, a))
+            a, _ = _vectors(row, p, element.iq, state, model)
+            EA, radius = model.parameters[element.section + OF_CABLE * p], row.radii[p]
+            EA /= math.sqrt(dot(a, a))
+            moment = element.bending_moment[p] + EA * radius * math.copysign(1.0, strains[p]) * added[p]
+            element.bending_moment[p] = abs(moment)
+            element.axial_force[p] += EA * (strains[p] * added[p] + strains[COUNT + p] * added[COUNT + p])
 
 
-# element: of a cable; account: index in the state of the directions to which positive curvatures bend at both points;
-# roots: of E I times the length of both points, N1/2 m3/2; least: curvature below which it has no direction, 1/m
+# element: of a cable; account: index in the state of the directions to which positive strains bend at both points; of
+# these radii: of gyration, m, and roots: of E A times their length, N1/2 m1/2; least: strain that has no direction
 BEND_RELAXATIONS = Family(
     "bend_relaxations",
-    record("element prony prony_end branch account", "roots least", roots=(COUNT,)),
+    record("element prony prony_end branch account", "radii roots least", radii=(COUNT,), roots=(COUNT,)),
     order=32,
     of="beams",
     accounts=(Accounts(3 * COUNT, states=tuple(range(3 * COUNT)), order=5.6),),
@@ -305,11 +333,16 @@ def add_bends(builder: Any, terms: dict[str, int], first: int, lengths: Sequence
     """
     for k, (length, start) in enumerate(zip(lengths, starts, strict=True)):
         B = builder.pools["B"][builder.rows["elements"][first + k]["form"]]
-        roots = np.sqrt(B[:, 3]) * length / STRAIGHT
+        at = builder.rows["elements"][first + k]["section"]
+        EA, EI, _ = np.reshape(builder.values[at : at + COUNT * OF_CABLE], (COUNT, OF_CABLE)).T
+        radii = np.sqrt(EI / EA)
+        roots = np.sqrt(B[:, 3]) * length / STRAIGHT / radii
         vectors = np.stack([start[3:6], start[6:9] - start[:3], start[9:]])
         slopes = np.array([slope_factors(length, xi) for xi in POINTS[:COUNT]]) @ vectors
-        bends = np.linalg.norm(np.cross(slopes, B[:, :3] @ vectors), axis=1) / roots
+        tangents, bends = slopes / np.linalg.norm(slopes, axis=1)[:, None], (B[:, :3] @ vectors) / roots[:, None]
+        strains = [*np.linalg.norm(np.cross(tangents, bends), axis=1), *np.einsum("ij,ij->i", tangents, bends)]
         builder.add(
-            "bend_relaxations", element=first + k, **terms, roots=roots, least=_STRAIGHT / length,
-            branch=relaxation.add_branches(builder, terms, bends),
+            "bend_relaxations", element=first + k, **terms, radii=radii, roots=roots,
+            least=_STRAIGHT * radii.min() / length,
+            branch=relaxation.add_branches(builder, terms, strains),
         )  # fmt: skip

@@ -312,9 +312,7 @@ class Beam(Part):
             straight = np.concatenate([np.zeros((1, 3)), np.eye(3)])[: self.vectors]
             unloaded = np.tile(straight, (self.elements + 1, 1, 1))
             unloaded[:, 0, 0] = self.arc
-        starts, rests = (
-            np.stack([one[i : i + 2].ravel() for i in range(self.elements)]) for one in (nodes, unloaded)
-        )
+        starts, rests = (np.stack([one[i : i + 2].ravel() for i in range(self.elements)]) for one in (nodes, unloaded))
         terms = add_terms(builder, self.material.viscoelastic)
         add_relaxation(builder, terms, first, starts, rests)
         if self.vectors != 4:
