@@ -5,7 +5,8 @@ radius of gyration, of whose squares its energy is the sum: the bending x = |t x
 a = r,x, and y = t . k along it, which the cubic has where its stretch varies. The bending has a sign, that of the side
 to which it bends, at the start positive. A cable has no torsional stiffness, and no directions across it: its sections
 turn about the tangent with the plane in which it bends, and the set that they keep turns with them. So a rigid rotation
-changes no stress, and what bends back through straight without leaving its plane bends to the other side.
+changes no stress, and what bends back through straight without leaving its plane bends to the other side. A plane that
+turns by more than a right angle in a step is taken for that, too.
 
 Notes
 -----

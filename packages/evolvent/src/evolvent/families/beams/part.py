@@ -61,7 +61,8 @@ class Beam(Part):
     formulation : {"assumed_strain", "elastic_line", "nu_split", "full", "cable", "cable_stretch"}
         A beam with bending, shear and torsion: assumed_strain does not lock, the other three are for comparison. A
         cable bends and stretches, but has no torsion; the two cables differ where they stretch by more than a per cent:
-        by Green's strain (r'.r' - 1)/2 and r'', or by the stretch ``|r'| - 1`` and the curvature.
+        by Green's strain (r'.r' - 1)/2 and r'', or by the stretch ``|r'| - 1`` and the curvature. The first may be
+        viscoelastic; what it keeps turns with its plane of bending.
     position : (3,) float, m
         Root of a beam that starts straight, inertial axes.
     direction : (3,) float
