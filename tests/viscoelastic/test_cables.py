@@ -120,7 +120,7 @@ def test_motion_through_straight_is_of_second_order(method: str) -> None:
 def test_a_free_bow_that_turns_about_all_axes_never_gains_energy(step: float) -> None:
     """Its plane of bending turns with it, and it bends through straight: without any damping but that of the law."""
     system = bow(TWO, until=0.0, modulus=1e7, angular_velocity=(3.0, 2.0, 1.0))
-    keys = {"method": "energy-momentum", "step": step, "spectral_radius": 1.0}
+    keys: dict[str, Any] = {"method": "energy-momentum", "step": step, "spectral_radius": 1.0}
     run = system.simulate(until=20 * step, every=step, fine=False, **keys)
     energy = run.energy.values
     assert np.all(np.diff(energy) <= 1e-9 * energy[0])
