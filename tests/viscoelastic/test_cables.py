@@ -161,6 +161,14 @@ def test_a_relaxed_equilibrium_is_that_of_what_is_left() -> None:
     assert sag(LAW, 1e9) == pytest.approx(sag(None, 1e9), abs=1e-10)
 
 
+def test_bending_out_of_a_plane_is_reported() -> None:
+    """Not that of a bow which turns as a whole."""
+    for law, load, reported in ((LAW, 0.05, True), (LAW, 0.0, False), (None, 0.05, False)):
+        system = bow(law, curvature=0.5)
+        system.add(parts.Load(at="bow[2]", direction=(0, 0, 1), profile={"constant": load}), "load")
+        assert ("leaves its plane" in str(system.equilibrium().attrs)) is reported
+
+
 @pytest.mark.parametrize(
     ("keys", "sentence"),
     [

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.algebra.sparse import add_entry
+from evolvent.elements.forms import STRAIGHT
 from evolvent.elements.thermal import thermal_form
 from evolvent.families.beams import beam_strains
 from evolvent.families.beams.beam_strains import POINTS
@@ -46,6 +47,8 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 #: Stretch of a beam's axis beyond which Green's strain with a constant modulus is reported.
 GREEN = 0.05
+#: Part of its size by which the bending of a viscoelastic cable may leave a plane before it is reported.
+PLANE = 1e-3
 _3, _33 = (3,), (3, 3)
 
 
@@ -204,6 +207,30 @@ def _beyond_green(solution: Any) -> Iterator[str]:
             )
 
 
+def _out_of_plane(solution: Any) -> Iterator[str]:
+    """Sentences on viscoelastic cables whose bending leaves a plane by more than `PLANE` (`Notes.limits`)."""
+    model = solution.assembly.model
+    for name, (family, index) in solution.assembly.names.items():
+        row = model.beams[index] if family == "beams" else None
+        if row is None or not row["relaxes"] or row["kind"] == BEAM:
+            continue
+        first, nodes = int(row["iq"]), int(row["nodes"])
+        slopes = solution.y[:, first : first + 6 * nodes].reshape(-1, nodes, 2, 3)[:, :, 1]
+        turns = np.cross(slopes[:, :-1], slopes[:, 1:])
+        across, along = np.sqrt(np.maximum(np.linalg.eigvalsh(turns.mT @ turns)[:, 1:].T, 0.0))
+        part = float(across.max() / max(along.max(), STRAIGHT))
+        if part > PLANE:
+            yield (
+                f"the bending of {name!r} leaves its plane, by {100.0 * part:.2g} % of its size: what a viscoelastic "
+                f"cable keeps turns with its plane, as it has no torsional stiffness; use a Rod where torsion counts"
+            )
+
+
+def _limits(solution: Any) -> Iterator[str]:
+    yield from _beyond_green(solution)
+    yield from _out_of_plane(solution)
+
+
 @calls.kick
 def kick(y, s, model, dy):
     """Velocities of all beams jump by dy."""
@@ -286,7 +313,7 @@ BEAMS = Family(
     energies=Energies(bending=_bending, by_causes=True),
     samples=Samples(local=True, evaluate=evaluate, interpolate=interpolate),
     advice=Advice(conserved="beams", short_steps=lambda _: "beams are stiff"),
-    notes=Notes(limits=_beyond_green),
+    notes=Notes(limits=_limits),
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod
