@@ -92,16 +92,15 @@ def rod() -> Case:
     )  # fmt: skip
 
 
-@of("a viscoelastic beam")
-def beam() -> Case:
-    """The same of a beam with sections."""
+def sinking(formulation: str, elements: int, theory: float) -> Case:
+    """The same of a beam."""
     sag = 5e-3
     gravity = 8.0 * EI * sag / MASS
 
     def system() -> System:
         found = System(gravity=(0.0, -gravity, 0.0))
         found.add(
-            parts.Beam(length=1.0, section=FLAT, material=RELAXING, elements=8, formulation="assumed_strain"), "beam"
+            parts.Beam(length=1.0, section=FLAT, material=RELAXING, elements=elements, formulation=formulation), "beam"
         )
         found.add(parts.Joint(a=ORIGIN, b="beam.root", type="clamp"), "root")
         return found
@@ -111,6 +110,18 @@ def beam() -> Case:
 
     w = BETA**2 * math.sqrt(EI / MASS)
     return Case(
-        part="beam", system=system, seen=tip, end=1.5, step=1e-4, theory=1e-2,
+        part="beam", system=system, seen=tip, end=1.5, step=1e-4, theory=theory,
         motion=lambda t: sinks(t, sag, w), still=(-sag,), poles=(pole(w[0] ** 2),), damped=True,
     )  # fmt: skip
+
+
+@of("a viscoelastic beam")
+def beam() -> Case:
+    """With sections."""
+    return sinking("assumed_strain", elements=8, theory=1e-2)
+
+
+@of("a viscoelastic cable")
+def cable() -> Case:
+    """Without."""
+    return sinking("cable", elements=4, theory=4e-3)

@@ -37,6 +37,7 @@ REFUSED = {
     "a contact with the paper's law": "contact_surfaces",
     "a Prony term": "a part is viscoelastic",
     "a viscoelastic beam": "a part is viscoelastic",
+    "a viscoelastic cable": "a part is viscoelastic",
     "a viscoelastic rod": "a part is viscoelastic",
 }
 #: Largest difference beside the largest change of a coordinate, or of a rate times a step.

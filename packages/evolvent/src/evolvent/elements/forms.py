@@ -113,14 +113,14 @@ def straight_cable(length: float) -> Array:
     return np.array([[0, 0, 0], [1, 0, 0], [length, 0, 0], [1, 0, 0]], dtype=float).ravel()
 
 
-def _slope(length: float, xi: float) -> tuple[float, float, float]:
+def slope_factors(length: float, xi: float) -> tuple[float, float, float]:
     """r,x on the axis, as factors of r_p,x, d and r_q,x."""
     return 1.0 - 4.0 * xi + 3.0 * xi**2, 6.0 * xi * (1.0 - xi) / length, 3.0 * xi**2 - 2.0 * xi
 
 
 def _line(length: float, xi: float) -> dict[str, Array]:
     """Gradients r,x; r,y; r,z and the last two's derivatives, as factors of the seven vectors."""
-    p, d, q = _slope(length, xi)
+    p, d, q = slope_factors(length, xi)
     s, t, u = 1.0 - xi, xi, 1.0 / length
     return {
         "x": np.array([p, 0, 0, d, q, 0, 0]),
@@ -303,7 +303,7 @@ def beam_form(
 def line_strains(formulation: str, length: float, xi: float, e: ArrayLike) -> Array:
     """Strains of an element's axis: `kernels.ancf.STRAINS`, (9,); of a cable the strain alone, (1,)."""
     if formulation in ("cable", "cable_stretch"):
-        size = norm(product(nodal_vectors(e).T, np.array(_slope(length, xi))))
+        size = norm(product(nodal_vectors(e).T, np.array(slope_factors(length, xi))))
         return np.array([size - 1.0 if formulation == "cable_stretch" else 0.5 * (size * size - 1.0)])
     unit = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0])
     return product(np.array(list(line_rows(length, xi).values())), products(e)) - 0.5 * unit
@@ -348,7 +348,7 @@ def cable_parts(
         return section.at(xi).properties(material.nu)
 
     def membrane(xi: float) -> Array:
-        slope = np.array(_slope(length, xi))
+        slope = np.array(slope_factors(length, xi))
         return _stiff(material.E * properties(xi).area, 0.5 * product_row(slope, slope))
 
     def bending(xi: float) -> Array:
@@ -411,7 +411,7 @@ def cable_stretch_parts(
     weights = {"membrane": rows.copy(), "bending": rows.copy()}
     for p, (xi, weight) in enumerate(gauss(3)):
         s = section.at(xi).properties(material.nu)
-        rows[p] = *_slope(length, xi), *_curvature(length, xi)
+        rows[p] = *slope_factors(length, xi), *_curvature(length, xi)
         stretches[p] = 1.0 if rest is None else norm(product(v.T, rows[p, :3]))
         weights["membrane"][3, p] = weight * length * material.E * s.area
         weights["bending"][3, 3 + p] = weight * length * material.E * s.Iz

@@ -22,12 +22,12 @@ from numpy.typing import ArrayLike, NDArray
 from evolvent.elements.forms import (
     ASSUMED,
     EXACT,
-    _slope,
     gauss,
     line_rows,
     nodal_vectors,
     product_row,
     products,
+    slope_factors,
     straight_beam,
     straight_cable,
 )
@@ -82,7 +82,7 @@ def thermal_form(
         if is_beam:
             row = line_rows(length, xi)["axial"]
         elif green:
-            slope = np.array(_slope(length, xi))
+            slope = np.array(slope_factors(length, xi))
             row = 0.5 * product_row(slope, slope)
         else:  # of the stretch at this point
             row = np.eye(3)[p]
@@ -99,5 +99,5 @@ def thermal_form(
         g0 = products(start if rest is None else rest)
     else:
         v = nodal_vectors(straight_cable(length) if rest is None else rest)
-        g0 = np.array([norm(product(v.T, np.array(_slope(length, xi)))) for xi, _ in gauss(3)])
+        g0 = np.array([norm(product(v.T, np.array(slope_factors(length, xi)))) for xi, _ in gauss(3)])
     return ThermalForm(C, Q, product(C, g0))

@@ -14,6 +14,7 @@ import math
 from numba import types, void
 
 from evolvent.compiled.jit import VECTOR, indirect, inlined
+from evolvent.families.beams.cable import slope_factors
 from evolvent.kernels import ancf
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS, beam_energies, beam_momenta
 from evolvent.kernels.rotations import cross
@@ -165,7 +166,7 @@ def _evaluate_cable(y, row, i, model):
     p, at, xi, L = model.parameters, row.section + OF_CABLE * i, POINTS[i], row.length
     half = 3 * NODE_VECTORS[model.beams[row.beam].kind]
     e = y[row.iq : row.iq + half + 6]
-    A = (1.0 - 4.0 * xi + 3.0 * xi * xi, 6.0 * xi * (1.0 - xi) / L, 3.0 * xi * xi - 2.0 * xi)
+    A = slope_factors(L, xi)
     B = ((6.0 * xi - 4.0) / L, (6.0 - 12.0 * xi) / (L * L), (6.0 * xi - 2.0) / L)
     ax, ay, az = _combined(e, half, A)
     bx, by, bz = _combined(e, half, B)

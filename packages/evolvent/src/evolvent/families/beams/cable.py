@@ -31,7 +31,13 @@ N, PRODUCTS = 3, 6
 
 
 @inlined
-def _curvature(B, p, e):
+def slope_factors(length, xi):
+    """Factors of the vectors of an element of which r,x at x = xi length is the sum."""
+    return 1.0 - 4.0 * xi + 3.0 * xi * xi, 6.0 * xi * (1.0 - xi) / length, 3.0 * xi * xi - 2.0 * xi
+
+
+@inlined
+def curvature(B, p, e):
     """q = B_p v : (x, y, z)."""
     x = B[p, 0] * e[3] + B[p, 1] * (e[6] - e[0]) + B[p, 2] * e[9]
     y = B[p, 0] * e[4] + B[p, 1] * (e[7] - e[1]) + B[p, 2] * e[10]
@@ -52,7 +58,7 @@ def add_bending_damping(e, u, b, B, f):
     """
     power = 0.0
     for p in range(2):
-        q, qt = _curvature(B, p, e), _curvature(B, p, u)
+        q, qt = curvature(B, p, e), curvature(B, p, u)
         rate = q[0] * qt[0] + q[1] * qt[1] + q[2] * qt[2]
         k = b * rate / (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + B[p, 3])
         power += k * rate
@@ -72,7 +78,7 @@ def add_bending_damping_tangent(e, u, b, c, B, K):
     Sum over p of B_p^T D B_p, D = b/Q (q . q' I + q (q' + c q - 2 (q . q')/Q q)^T), Q = q . q + eps_p.
     """
     for p in range(2):
-        q, qt = _curvature(B, p, e), _curvature(B, p, u)
+        q, qt = curvature(B, p, e), curvature(B, p, u)
         rate = q[0] * qt[0] + q[1] * qt[1] + q[2] * qt[2]
         Q = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + B[p, 3]
         a = (-B[p, 1], B[p, 0], B[p, 1], B[p, 2])
@@ -103,7 +109,7 @@ def add_bending_filter(u, interval, B, changes, f):
     """
     h, _, chi, ratio = interval
     for p in range(2):
-        q = _curvature(B, p, u)
+        q = curvature(B, p, u)
         a = (-B[p, 1], B[p, 0], B[p, 1], B[p, 2])
         for c in range(3):
             at = PRODUCTS + 3 * p + c

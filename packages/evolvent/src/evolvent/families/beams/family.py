@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 
 from evolvent.algebra.sparse import add_entry
+from evolvent.elements.forms import STRAIGHT
 from evolvent.elements.thermal import thermal_form
 from evolvent.families.beams import beam_strains
 from evolvent.families.beams.beam_strains import POINTS
+from evolvent.families.beams.family_bends import COUNT, STRAINS
 from evolvent.families.beams.family_relaxation import kept
+from evolvent.families.relaxation.family import set_of
 from evolvent.kernels import ancf, ancf_beams, calls, free_strains
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS, beam_energies
 from evolvent.kernels.between import keep_lengths
@@ -45,6 +48,8 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 #: Stretch of a beam's axis beyond which Green's strain with a constant modulus is reported.
 GREEN = 0.05
+#: Part of its size by which the bending of a viscoelastic cable may leave a plane before it is reported.
+PLANE = 1e-3
 _3, _33 = (3,), (3, 3)
 
 
@@ -203,6 +208,30 @@ def _beyond_green(solution: Any) -> Iterator[str]:
             )
 
 
+def _out_of_plane(solution: Any) -> Iterator[str]:
+    """Sentences on viscoelastic cables whose bending leaves a plane by more than `PLANE` (`Notes.limits`)."""
+    model = solution.assembly.model
+    for name, (family, index) in solution.assembly.names.items():
+        row = model.beams[index] if family == "beams" else None
+        if row is None or not row["relaxes"] or row["kind"] == BEAM:
+            continue
+        first, nodes = int(row["iq"]), int(row["nodes"])
+        slopes = solution.y[:, first : first + 6 * nodes].reshape(-1, nodes, 2, 3)[:, :, 1]
+        turns = np.cross(slopes[:, :-1], slopes[:, 1:])
+        across, along = np.sqrt(np.maximum(np.linalg.eigvalsh(turns.mT @ turns)[:, 1:].T, 0.0))
+        part = float(across.max() / max(along.max(), STRAIGHT))
+        if part > PLANE:
+            yield (
+                f"the bending of {name!r} leaves its plane, by {100.0 * part:.2g} % of its size: what a viscoelastic "
+                f"cable keeps turns with its plane, as it has no torsional stiffness; use a Rod where torsion counts"
+            )
+
+
+def _limits(solution: Any) -> Iterator[str]:
+    yield from _beyond_green(solution)
+    yield from _out_of_plane(solution)
+
+
 @calls.kick
 def kick(y, s, model, dy):
     """Velocities of all beams jump by dy."""
@@ -215,6 +244,17 @@ def interpolate(theta, y0, y1, model, y):
     beams = model.beams
     for k in range(beams.size):
         keep_lengths(theta, y0, y1, beams[k].iq, 3 * NODE_VECTORS[beams[k].kind], beams[k].nodes, 0.0, y)
+
+
+def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
+    row, bends = model.beams[index], model.bend_relaxations
+    if row["kind"] == BEAM:
+        yield from kept(model, index)
+    of = bends["element"] - int(row["first_element"])
+    own = [set_of(model, bend, STRAINS)[:COUNT] / bend["radii"] for bend in bends[(of >= 0) & (of < row["elements"])]]
+    if own:
+        found = np.concatenate(own)
+        yield "largest curvature", float(found[np.abs(found).argmax()]), "1/m"
 
 
 # beams; a node's coordinates stand together, node after node; first_node: number of the first among
@@ -240,7 +280,13 @@ BEAMS = Family(
         Kind(
             "a viscoelastic beam", EVERY - {EXPLICIT},
             "use generalized-alpha or energy-momentum: beams have far shorter periods than relaxation times",
-            which=where("relaxes", 1),
+            which=lambda found: (found["relaxes"] != 0) & (found["kind"] == BEAM),
+            symmetric=True,
+        ),
+        Kind(
+            "a viscoelastic cable", EVERY - {EXPLICIT},
+            "use generalized-alpha or energy-momentum: cables have far shorter periods than relaxation times",
+            which=lambda found: (found["relaxes"] != 0) & (found["kind"] != BEAM),
             symmetric=True,
         ),
         Kind(
@@ -265,11 +311,11 @@ BEAMS = Family(
         nodal=lambda row: (int(row["nodes"]), NODE_VECTORS[row["kind"]], 3),
     ),
     inertia=Inertia(kick=kick),
-    statics=Statics(uneven=never, sets=kept),
+    statics=Statics(uneven=never, sets=_sets),
     energies=Energies(bending=_bending, by_causes=True),
     samples=Samples(local=True, evaluate=evaluate, interpolate=interpolate),
     advice=Advice(conserved="beams", short_steps=lambda _: "beams are stiff"),
-    notes=Notes(limits=_beyond_green),
+    notes=Notes(limits=_limits),
 )  # fmt: skip
 
 # nodes of beams and rods; undeformed: position without stress, from the root, in its axes; share: part of the rod

@@ -16,7 +16,9 @@ from evolvent.elements.sections import AnySection, MaterialOrName
 from evolvent.elements.shapes import CrossSection
 from evolvent.families.beams import element_calls
 from evolvent.families.beams.beam_strains import POINTS
+from evolvent.families.beams.family_bends import add_bends
 from evolvent.families.beams.family_relaxation import add_relaxation
+from evolvent.families.relaxation.family import add_terms
 from evolvent.kernels import ancf_beams as kernels
 from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Arrays, Group, Part, unit
@@ -59,7 +61,8 @@ class Beam(Part):
     formulation : {"assumed_strain", "elastic_line", "nu_split", "full", "cable", "cable_stretch"}
         A beam with bending, shear and torsion: assumed_strain does not lock, the other three are for comparison. A
         cable bends and stretches, but has no torsion; the two cables differ where they stretch by more than a per cent:
-        by Green's strain (r'.r' - 1)/2 and r'', or by the stretch ``|r'| - 1`` and the curvature.
+        by Green's strain (r'.r' - 1)/2 and r'', or by the stretch ``|r'| - 1`` and the curvature. The first may be
+        viscoelastic; what it keeps turns with its plane of bending.
     position : (3,) float, m
         Root of a beam that starts straight, inertial axes.
     direction : (3,) float
@@ -299,19 +302,22 @@ class Beam(Part):
         self, builder: Builder, name: str, first: int, nodes: np.ndarray, unloaded: np.ndarray | None
     ) -> None:
         """Write the relaxation of the elements from `first` on; refuses what has none."""
-        if self.vectors != 4:
+        if self.formulation == "cable_stretch":
             raise InputError(
-                f"{name}.material is viscoelastic and {name}.formulation is {self.formulation!r}; a cable has no "
-                f"directions across it, in which curvatures could be remembered: use a formulation with sections, or a "
-                f"Rod"
+                f"{name}.material is viscoelastic and {name}.formulation is 'cable_stretch', whose relaxation is not "
+                f"implemented: use 'cable', a formulation with sections, or a Rod"
             )
         if self.stiffness_damping > 0.0 and self.damping == element_calls.PAPER:
             raise InputError(f"{name}.material is viscoelastic, but {name}.damping is 'paper'; use 'objective'")
         if unloaded is None:
-            unloaded = np.tile(np.concatenate([np.zeros((1, 3)), np.eye(3)]), (self.elements + 1, 1, 1))
+            straight = np.concatenate([np.zeros((1, 3)), np.eye(3)])[: self.vectors]
+            unloaded = np.tile(straight, (self.elements + 1, 1, 1))
             unloaded[:, 0, 0] = self.arc
-        pairs = [np.stack([one[i : i + 2].ravel() for i in range(self.elements)]) for one in (nodes, unloaded)]
-        add_relaxation(builder, self.material.viscoelastic, first, *pairs)
+        starts, rests = (np.stack([one[i : i + 2].ravel() for i in range(self.elements)]) for one in (nodes, unloaded))
+        terms = add_terms(builder, self.material.viscoelastic)
+        add_relaxation(builder, terms, first, starts, rests)
+        if self.vectors != 4:
+            add_bends(builder, terms, first, self.lengths.tolist(), starts)
 
     def _shape(self, unloaded: np.ndarray | None) -> np.ndarray:
         """Nodes of the shape without stress (n + 1, 3) from the root, in its axes; straight where none is given."""
