@@ -60,6 +60,7 @@ FRAMES = {
     "tape-drum": Frame(0.3),
     "tape-hinge": Frame(0.4),
     "tape-hinge-stored": Frame(0.4),
+    "tape-rods-stored": Frame(0.4),
     "two-booms": Frame(0.05),
     "wire-boom-satellite": Frame(0.2),
     "wire-booms": Frame(0.7, {"wire.nodes": 8}),

@@ -35,7 +35,7 @@ def test_curves_that_lie_on_each_other_are_one_line_that_follows_the_law() -> No
     axis = plots.sheet(figure(hinge)).axes[0]
     assert axis.get_xlabel() == "time in storage"
     assert [one.get_text() for one in axis.get_xticklabels()] == list((panel.x_names or {}).values())
-    (panel,) = figure(evolvent.load("tape-hinge-stored")).panels
+    (panel,) = figure(evolvent.load("tape-rods-stored")).panels
     assert [one.label for one in panel.lines] == ["tape 1, tape 2: all forces and moments"]
 
 
