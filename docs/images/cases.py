@@ -59,7 +59,7 @@ FRAMES = {
     "spinning-tether": Frame(0.5),
     "tape-drum": Frame(0.3),
     "tape-hinge": Frame(0.4),
-    "tape-hinge-stored": Frame(0.4),
+    "tape-hinge-stored": Frame(0.52),
     "tape-rods-stored": Frame(0.4),
     "two-booms": Frame(0.05),
     "wire-boom-satellite": Frame(0.2),
