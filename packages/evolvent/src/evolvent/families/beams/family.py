@@ -265,7 +265,9 @@ BEAMS = Family(
         nodal=lambda row: (int(row["nodes"]), NODE_VECTORS[row["kind"]], 3),
     ),
     inertia=Inertia(kick=kick),
-    statics=Statics(uneven=never, sets=kept),
+    statics=Statics(
+        uneven=never, sets=lambda model, k: kept(model, k).largest(), sets_along=lambda model, k: kept(model, k).along()
+    ),
     energies=Energies(bending=_bending, by_causes=True),
     samples=Samples(local=True, evaluate=evaluate, interpolate=interpolate),
     advice=Advice(conserved="beams", short_steps=lambda _: "beams are stiff"),
