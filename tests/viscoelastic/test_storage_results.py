@@ -149,5 +149,7 @@ def test_a_boom_has_its_time_to_deploy_and_its_shapes_before_and_after() -> None
     assert [line.label for line in stowed.lines] == ["before storage", "after storage"]
     for line, run in zip(deployed.lines, found.runs, strict=True):
         assert [line.x[-1], line.y[-1]] == pytest.approx(run["boom"].tip_position.values[-1, :2], rel=1e-12)
-    (curvature,) = kept_figure(found.along).panels
+    along = kept_figure(found.along)
+    assert along is not None
+    (curvature,) = along.panels
     assert np.abs(curvature.lines[0].y).max() == pytest.approx(4.029, rel=1e-3)

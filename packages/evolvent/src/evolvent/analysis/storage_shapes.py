@@ -66,11 +66,11 @@ def shape_figure(over: xr.DataTree, runs: Sequence[xr.DataTree]) -> Figure | Non
     moments = [("stowed", [("before storage", stowed, 0), ("after storage", stowed, -1)])]
     ends = [motion_of(run) for run in runs]
     if ends and all(ends):
-        time = float(runs[-1]["time"].values[-1])
+        time = float(runs[-1].to_dataset()["time"].values[-1])
         labels = ("without storage", "after storage")
         shown = [(label, end, -1) for label, end in zip(labels, ends, strict=True) if end is not None]
         moments.append((f"end of the deployment, {time:.4g} s", shown))
-    clouds = [points for _, shown in moments for _, motion, at in shown for points in _lines(motion, at)]
+    clouds = [own for _, shown in moments for _, motion, at in shown for own in _lines(motion, at)]
     plane = _plane(clouds)
     panels = [
         Panel(
@@ -85,13 +85,12 @@ def shape_figure(over: xr.DataTree, runs: Sequence[xr.DataTree]) -> Figure | Non
 
 def _lines(motion: Motion, at: int) -> list[Array]:
     """Points (n, 3) of each line that is there at a sample, but for those of springs."""
-    found = [line.points[at] for line in motion.lines if line.kind != "spring"]
-    return [points for points in found if np.isfinite(points).any()]
+    return [own[at] for own in motion.strands if np.isfinite(own[at]).any()]
 
 
 def _plane(clouds: Sequence[Array]) -> tuple[int, int]:
     """The two axes along which single lines, points (n, 3) each, extend most."""
-    extent = np.max([np.nanmax(points, axis=0) - np.nanmin(points, axis=0) for points in clouds], axis=0)
+    extent = np.max([np.nanmax(own, axis=0) - np.nanmin(own, axis=0) for own in clouds], axis=0)
     first, second = sorted(np.argsort(-extent, kind="stable")[:2].tolist())
     return first, second
 
@@ -100,6 +99,6 @@ def _drawn(shown: Sequence[tuple[str, Motion, int]], plane: tuple[int, int]) -> 
     """Lines of a panel: dashed before, full after; the first of each has the label."""
     found = []
     for style, (label, motion, at) in zip(("--", "-"), shown, strict=True):
-        for k, points in enumerate(_lines(motion, at)):
-            found.append(Line(x=points[:, plane[0]], y=points[:, plane[1]], label="" if k else label, style=style))
+        for k, own in enumerate(_lines(motion, at)):
+            found.append(Line(x=own[:, plane[0]], y=own[:, plane[1]], label="" if k else label, style=style))
     return found
