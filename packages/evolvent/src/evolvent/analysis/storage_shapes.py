@@ -48,7 +48,7 @@ def kept_figure(kept: Sequence[Kept]) -> Figure | None:
         )
     if not panels:
         return None
-    title = "Deformation just after a sudden release of all stress"
+    title = "Kept along the length just after a sudden release of all stress"
     return Figure(name="storage_kept", title=title, panels=panels, height=stacked(len(panels)))
 
 
