@@ -78,6 +78,7 @@ EVENTS = {
     "rate about an axis": ({"w": "hub.rate"}, "w - 0.2", 0.2 ** (1.0 / 3.0)),
     "angle about an axis": ({"a": "hub.angle"}, "a - 0.2", 0.8**0.25),
     "rate of a free body": ({"w": "craft.rate.y"}, "w - 0.35", 0.35),
+    "rate at a point of a free body": ({"w": "craft.ear.rate.y"}, "w - 0.35", 0.35),
     "place of a point of a free body": (
         {"x": "craft.ear.position.x"},
         "0.58 - x",  # 0.3 cos a + 0.5 sin a = sqrt(0.34) cos(a - atan(5/3)), a = t^2/2, falls at its second crossing
@@ -107,7 +108,7 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "no rate": ({"h": "ball.rate.z"}, r"event\.variables\.h is 'ball\.rate\.z'; known: position\.x"),
     "off the centre": (
         {"h": "craft.ear.velocity.z"},
-        r"event\.variables\.h is 'craft\.ear\.velocity\.z'; did you mean 'position\.z'",
+        "off the centre of mass of its body, where only positions are read",
     ),
     "no such point": ({"h": "craft.eat.position.z"}, r"event\.variables\.h is 'craft\.eat'; .*ear"),
     "no vector": ({"h": "hub.rate.z"}, r"event\.variables\.h is 'hub\.rate\.z'; did you mean 'rate'"),

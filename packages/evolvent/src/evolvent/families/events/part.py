@@ -106,11 +106,16 @@ def _read(builder: Builder, key: str, name: str, text: str) -> tuple[str, dict[s
         raise InputError(f"{key} is {text!r}; it must be a quantity such as 'ball.position.z' or 'hub.rate'")
     known, iq, iv, arm = _quantities(builder, key, match["place"])
     what = f"{match['what']}.{match['axis']}" if match["axis"] else match["what"]
+    if match["what"] == "velocity" and np.any(arm):
+        raise InputError(
+            f"{key} is {text!r}, off the centre of mass of its body, where only positions are read; give "
+            f"'{match['place']}.position.{match['axis'] or 'x'}', or the velocity of the body"
+        )
     if what not in known:
         raise InputError(f"{key} is {text!r}; {nearest(what, known)}")
     at, is_velocity = known[what]
     places = {name: ((iv if is_velocity else iq) + at, is_velocity)}
-    if not np.any(arm):
+    if match["what"] != "position" or not np.any(arm):
         return name, places
     attitude = [f"_{name}_{k}" for k in range(4)]
     turned = _turned(arm, "xyz".index(match["axis"]), attitude)
@@ -145,7 +150,6 @@ def _quantities(builder: Builder, key: str, place: str) -> tuple[dict[str, tuple
         row = builder.rows["bodies"][at.row]
         if row["motion"] == rigid.FREE:
             rates = {f"rate.{c}": (3 + k, True) for k, c in enumerate("xyz")}
-            velocities = {} if np.any(at.local) else velocities
             return vectors | velocities | rates, row["iq"], row["iv"], at.local
         if row["motion"] == rigid.SPIN and at.alone:
             return {"angle": (0, False), "rate": (0, True)}, row["iq"], row["iv"], np.zeros(3)
