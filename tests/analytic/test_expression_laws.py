@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
-from evolvent import InputError, System, event_law, parts, spring_law
+from evolvent import InputError, System, elements, event_law, parts, spring_law
+from evolvent.families.events.part import _turned
 from evolvent.parts.base import Part
 from evolvent.solvers import solve
 from evolvent.solvers.time.implicit.plan import solve_implicit
@@ -61,7 +63,7 @@ def falling(event: Part) -> System:
     system.add(event, "event")
     system.add(parts.Point(mass=1.0, position=(0.0, 0.0, 1.0)), "ball")
     system.add(parts.RigidBody(inertia=2.0, motion="spin"), "hub")
-    system.add(parts.RigidBody(mass=1.0, inertia=2.0, motion="free"), "craft")
+    system.add(parts.RigidBody(mass=1.0, inertia=2.0, motion="free", points={"ear": (0.3, -0.2, 0.5)}), "craft")
     system.add(parts.RigidBody(inertia=2.0, motion="driven"), "stand")
     system.add(parts.Load(at="hub", axis=(0.0, 0.0, 1.0), profile={"expression": "6*t**2"}), "slew")
     system.add(parts.Load(at="craft", axis=(0.0, 1.0, 0.0), profile=[(0.0, 2.0), (1.0, 2.0)]), "turn")
@@ -76,6 +78,12 @@ EVENTS = {
     "rate about an axis": ({"w": "hub.rate"}, "w - 0.2", 0.2 ** (1.0 / 3.0)),
     "angle about an axis": ({"a": "hub.angle"}, "a - 0.2", 0.8**0.25),
     "rate of a free body": ({"w": "craft.rate.y"}, "w - 0.35", 0.35),
+    "rate at a point of a free body": ({"w": "craft.ear.rate.y"}, "w - 0.35", 0.35),
+    "place of a point of a free body": (
+        {"x": "craft.ear.position.x"},
+        "0.58 - x",  # 0.3 cos a + 0.5 sin a = sqrt(0.34) cos(a - atan(5/3)), a = t^2/2, falls at its second crossing
+        math.sqrt(2.0 * (math.atan2(0.5, 0.3) + math.acos(0.58 / math.sqrt(0.34)))),
+    ),
     "place of a free body": (
         {"z": "craft.position.z", "v": "craft.velocity.z"},
         "-z - v - 3",
@@ -98,6 +106,11 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "quantity": ({"h": "ball.positon.z"}, r"event\.variables\.h is 'ball\.positon\.z'; it must be a quantity such as"),
     "axis": ({"h": "ball.position"}, r"event\.variables\.h is 'ball\.position'; did you mean 'position\.z'"),
     "no rate": ({"h": "ball.rate.z"}, r"event\.variables\.h is 'ball\.rate\.z'; known: position\.x"),
+    "off the centre": (
+        {"h": "craft.ear.velocity.z"},
+        "off the centre of mass of its body, where only positions are read",
+    ),
+    "no such point": ({"h": "craft.eat.position.z"}, r"event\.variables\.h is 'craft\.eat'; .*ear"),
     "no vector": ({"h": "hub.rate.z"}, r"event\.variables\.h is 'hub\.rate\.z'; did you mean 'rate'"),
     "part": ({"h": "bal.position.z"}, r"'event' refers to 'bal', but no part is called that; did you mean 'ball'"),
     "driven": ({"h": "stand.rate"}, r"event\.variables\.h: 'stand' is no point, no body that moves by forces"),
@@ -107,6 +120,29 @@ REFUSED: dict[str, tuple[dict[str, Any], str]] = {
     "mapping": (3, "Event.variables is 3; it must be a mapping of names to quantities of parts"),  # type: ignore[dict-item]
     "bad name": ({"a b": "ball.position.z"}, "Event.variables is .* it must be a mapping of names"),
 }
+
+
+def test_a_point_of_a_body_is_read_by_its_attitude() -> None:
+    q = np.array([0.4, -0.5, 0.7, 0.2]) / math.sqrt(0.94)
+    arm, names = np.array([0.3, -0.2, 0.5]), ["_h_0", "_h_1", "_h_2", "_h_3"]
+    found = [
+        float(eval(_turned(arm, i, names), {"__builtins__": {}}, dict(zip(names, q.tolist(), strict=True))))
+        for i in range(3)
+    ]
+    assert found == pytest.approx(Rotation.from_quat(q, scalar_first=True).apply(arm), abs=1e-14)
+
+
+def test_the_tip_of_a_rod_is_read_where_it_is() -> None:
+    """The centres of mass of the shares of its end nodes are within it; it turns about its root."""
+    system = System()
+    section = elements.Rectangle(width=0.02, thickness=0.02)
+    material = elements.Material(young_modulus=70e9, poisson_ratio=0.3, density=2700.0)
+    turning = {"velocity": (0.0, 0.5, 0.0), "angular_velocity": (0.0, 0.0, 1.0)}
+    rod = parts.Rod(position=(0.5, 0.0, 0.0), length=1.0, elements=4, section=section, material=material, **turning)
+    system.add(rod, "rod")
+    system.add(parts.Event(law="y - 1.2", variables={"y": "rod.tip.position.y"}, stops=True), "event")
+    run = system.simulate(until=2.0, every=0.1, fine=False)
+    assert float(run["rod"].position.values[-1, -1, 1]) == pytest.approx(1.2, abs=1e-6)
 
 
 @pytest.mark.parametrize("kind", REFUSED)

@@ -34,7 +34,7 @@ SHORT = {
     "solar-array-flexible": 2.0,
     "tape-drum": 0.1,
     "tape-hinge": 0.1,
-    "tape-hinge-stored": 0.1,
+    "tape-rods-stored": 0.1,
     "z-fold": 5.0,
 }
 

@@ -36,7 +36,8 @@ SHORT = {
     "spinning-tether": {"simulate.until": 5.0},
     "tape-drum": {"simulate.until": 0.1},
     "tape-hinge": {"simulate.until": 0.1},
-    "tape-hinge-stored": {"simulate.until": 0.1},
+    "tape-hinge-stored": {},
+    "tape-rods-stored": {"simulate.until": 0.1},
     "two-booms": {"simulate.until": 0.2},
     "wire-boom-satellite": {"simulate.until": 2.0},
     "wrapped-rib": {"solver.duration": 10.0},
@@ -46,7 +47,7 @@ SHORT = {
     "z-fold": {"simulate.until": 5.0},
 }
 #: Variants of other cases in this list.
-VARIANTS = ("heliogyro-strip-payout", "solar-array-flexible", "tape-hinge-stored")
+VARIANTS = ("heliogyro-strip-payout", "solar-array-flexible", "tape-rods-stored")
 SCHEMATICS = [name for name, entry in papers.ENTRIES.items() if "schematic" in entry.function]
 #: Room around a text that may be shared, pixels, and share of points that a legend may cover.
 SLACK, COVERED = 2.0, 0.01

@@ -19,6 +19,7 @@ PRONY = [(0.3, 0.5), (0.3, 5.0)]
 CURVE = [(-1.0, -30.0), (-0.3, -3.0), (0.4, 4.0), (1.5, 60.0)]
 STRAIGHT = [[-1.0, -20.0], [0.1, 2.0]]
 FOLDED = [[0.04, 0.3], [3.2, 0.3]]
+CURVES = {"straight": STRAIGHT, "folded": FOLDED}
 HELD = 0.01
 ZERO = ["friction", "hysteresis", "harness", "motor losses", "adhesion", "load", "acceleration"]
 
@@ -158,6 +159,39 @@ def test_a_margin_after_storage_follows_the_tape_past_its_snap() -> None:
             y, root = math.sqrt(40.0) * x, math.sqrt(40.0)
             left = (1.0 - share) * y + share * (snap - folded + y - root * 0.04)
             assert value == pytest.approx(left * root, rel=1e-6)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize("share", [0.15, 0.45])
+def test_the_angle_that_a_stored_tape_keeps(share: float, sense: float) -> None:
+    """It snaps straight where the strain that is kept is below that of the folded tape at its end."""
+    start, law = 1.5, {"prony": [(share, "1 day")]}
+    rows = {key: sorted([sense * x, sense * T] for x, T in table) for key, table in CURVES.items()}
+    tape = parts.Resistance(joint="hinge", type="tape-spring", viscoelastic=law, **rows)
+    system = hinge(tape, sense * start, 9.0, sections={"store": {"time": "1 year"}})
+    ((part, words, kept, unit),) = system.storage(motion=False).sets
+    energy = 0.5 * 20.0 * 0.04**2 + 0.5 * (0.5 * (0.8 + 2.0) * 0.06 - 0.3 * 0.06)  # folded, at its snap-back
+    folded, end = (math.sqrt(2.0 * (energy + 0.3 * (x - 0.04))) for x in (start, 0.04))
+    straight, strain_kept = math.sqrt(20.0) * 0.04, share * folded
+    if strain_kept > end:
+        exact = 0.04 + (0.5 * strain_kept**2 - energy) / 0.3
+    else:
+        exact = (strain_kept + share * (straight - end)) / math.sqrt(20.0)
+        assert exact < 0.1
+    assert (strain_kept > end) == (share > 0.3)
+    assert (part, words, unit) == ("it", "angle beyond that of no torque", "deg")
+    assert kept == pytest.approx(sense * math.degrees(exact), rel=1e-9)
+
+
+def test_the_angle_that_a_stored_harness_keeps() -> None:
+    """That at which its strain is the share of that at which it was held, by the root of the curve's energy."""
+    share, start = 0.4, 1.2
+    system = hinge(
+        harness(viscoelastic={"prony": [(share, "1 day")]}), start, 9.0, sections={"store": {"time": "1 year"}}
+    )
+    ((*_, kept, _),) = system.storage(motion=False).sets
+    exact = scipy.optimize.brentq(lambda x: strain(x)[0] - share * strain(start)[0], 0.0, start, xtol=1e-13)
+    assert kept == pytest.approx(math.degrees(exact), rel=1e-9)
 
 
 def test_curves_that_cannot_relax_are_refused() -> None:

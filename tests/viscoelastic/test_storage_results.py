@@ -10,11 +10,13 @@ import pytest
 
 import evolvent
 from evolvent import System, elements, parts
+from evolvent.analysis.storage_shapes import kept_figure
 from evolvent_base import plots
 from evolvent_base.figures import Figure
 from viscoelastic_rods import bent_rod
 
 YEAR = 365.25 * 86_400.0
+TAPES = ("tape 1", "tape 2")
 
 
 def figure(system: System) -> Figure:
@@ -35,7 +37,7 @@ def test_curves_that_lie_on_each_other_are_one_line_that_follows_the_law() -> No
     axis = plots.sheet(figure(hinge)).axes[0]
     assert axis.get_xlabel() == "time in storage"
     assert [one.get_text() for one in axis.get_xticklabels()] == list((panel.x_names or {}).values())
-    (panel,) = figure(evolvent.load("tape-hinge-stored")).panels
+    (panel,) = figure(evolvent.load("tape-rods-stored")).panels
     assert [one.label for one in panel.lines] == ["tape 1, tape 2: all forces and moments"]
 
 
@@ -108,8 +110,46 @@ def test_rods_and_beams_keep_curvature(kind: Any) -> None:
     """A bent part held for 10 relaxation times keeps 0.5999728 of its curvature."""
     system = bent_rod({"prony": [(0.6, 1.0)]}, curvature=0.1, kind=kind)
     system.sections["store"] = {"time": "10 s"}
-    kept = {words: value for _, words, value, _ in system.storage(motion=False).sets}
+    found = system.storage(motion=False)
+    kept = {words: value for _, words, value, _ in found.sets}
     assert kept["largest curvature about z"] == pytest.approx(0.1 * 0.5999728, rel=2e-3)
     assert kept["integral of the curvature about z from root to tip"] == pytest.approx(
         math.degrees(0.1 * 0.5999728), rel=1e-3
     )
+    (along,) = found.along
+    assert along[:2] == (found.sets[0][0], "curvature about z")
+    assert along.values == pytest.approx(np.full(along.arc.size, 0.1 * 0.5999728), rel=2e-3)
+    assert along.arc[0] + along.arc[-1] == pytest.approx(1.0, rel=1e-12)
+
+
+def test_the_tape_hinge_after_ten_years_has_margins_a_latch_and_an_angle_that_stays() -> None:
+    hinge = evolvent.load("tape-hinge-stored")
+    found, left = hinge.storage(), float(hinge.parts["tape 1"].viscoelastic.modulus(10.0 * YEAR))
+    assert {one.part: one.after / one.before for one in found.forces} == pytest.approx(dict.fromkeys(TAPES, left))
+    before, after = (one.least for one in found.margins)
+    assert before > after > 0.0
+    assert [(part, unit) for part, _, _, unit in found.sets] == [(name, "deg") for name in TAPES]
+    assert all(0.0 < value < 5.0 for _, _, value, _ in found.sets)  # past the snap at 5 deg, short of the latch
+    (_, row) = found.latch_rows()
+    assert row[0] == "hinge"
+    assert float(row[1].split()[0]) < float(row[2].split()[0])
+
+
+def test_a_boom_has_its_time_to_deploy_and_its_shapes_before_and_after() -> None:
+    found = evolvent.load("boom-on-drum-stored").storage()
+    (_, (name, before, after)) = found.event_rows()
+    assert name == "out"
+    assert float(before.split()[0]) < float(after.split()[0])
+    for run, text in zip(found.runs, (before, after), strict=True):
+        place = np.interp(float(text.split()[0]), run.time.values, run["boom"].tip_position.values[:, 0])
+        assert place == pytest.approx(0.36, abs=1e-3)
+    drawn = found.shape_figure()
+    assert drawn is not None
+    stowed, deployed = drawn.panels
+    assert [line.label for line in stowed.lines] == ["before storage", "after storage"]
+    for line, run in zip(deployed.lines, found.runs, strict=True):
+        assert [line.x[-1], line.y[-1]] == pytest.approx(run["boom"].tip_position.values[-1, :2], rel=1e-12)
+    along = kept_figure(found.along)
+    assert along is not None
+    (curvature,) = along.panels
+    assert np.abs(curvature.lines[0].y).max() == pytest.approx(4.029, rel=1e-3)

@@ -12,6 +12,7 @@ import numpy as np
 
 from evolvent.analysis.margins.results import MarginResults, least_of, shown_margin
 from evolvent.analysis.storage import Store
+from evolvent.analysis.storage_shapes import Kept, kept_figure, shape_figure
 from evolvent.model.registry import asked
 from evolvent.results import display, made_with, netcdf
 from evolvent.results.happened import LATCHED, events_of, latches_of
@@ -56,6 +57,7 @@ class StorageResults(Shown):
     run : xarray.DataTree, the equilibria over storage: a group a part, times since its start
     forces : list of Relaxed
     sets : list of (part, words, value, unit), deformation that is kept just after a sudden release of all stress
+    along : list of Kept, the same along the parts that have a length
     margins : MarginResults before and after; none where they are not asked for
     runs : xarray.DataTree, of the deployments before and after; none without them
     title, case : str
@@ -72,6 +74,7 @@ class StorageResults(Shown):
         relaxing = list(stored.assembly.relaxations)
         self.forces = [one for name in relaxing for one in _forces(run, name)]
         self.sets = [one for name in relaxing for one in _sets(stored, name)]
+        self.along = [one for name in relaxing for one in _along(stored, name)]
 
     def answer(self) -> an.Answer:
         """Facts, tables before and after, figures and files."""
@@ -87,7 +90,8 @@ class StorageResults(Shown):
         if self.runs:
             tables = [an.Table.of(rows) for rows in (self.latch_rows(), self.event_rows()) if len(rows) > 1]
             sections.append(an.Section(title="Deployment", blocks=tables))
-        figures = [figure for figure in (self.margin_figure(), self.figure()) if figure is not None]
+        drawn = self.margin_figure(), self.figure(), self.shape_figure(), kept_figure(self.along)
+        figures = [figure for figure in drawn if figure is not None]
         sections += [an.Section(title=figure.title, blocks=[figure], level=an.PAGE) for figure in figures]
         if self.case:
             sections.append(an.Section(title="Case", blocks=[an.Listing(self.case)], level=an.PAGE))
@@ -215,6 +219,10 @@ class StorageResults(Shown):
         panel = Panel(y_label="part of the force that is left, 1", lines=lines, **axis)
         return Figure(name="storage", title="Relaxation in storage", panels=[panel])
 
+    def shape_figure(self) -> Figure | None:
+        """Shapes of beams, rods and threads before and after storage, and at the end of the deployments."""
+        return shape_figure(self.run, self.runs)
+
     def _words(self, forces: Sequence[Relaxed]) -> str:
         """Names of forces of which all are left with the same part: parts with the same forces together."""
         parts: dict[str, list[str]] = {}
@@ -235,6 +243,7 @@ class StorageResults(Shown):
             "time": self.section.time, "temperature": self.section.temperature,
             "forces": [dataclasses.asdict(one) for one in self.forces],
             "sets": [dict(zip(("part", "deformation", "value", "unit"), one, strict=True)) for one in self.sets],
+            "along": [one._asdict() | {"arc": one.arc.tolist(), "values": one.values.tolist()} for one in self.along],
         }  # fmt: skip
         if self.margins:
             found |= dict(
@@ -310,6 +319,17 @@ def _sets(stored: Stored, part: str) -> Iterator[tuple[str, str, float, str]]:
         if abs(value) > 1e-9 and abs(value) > 1e-3 * largest[unit]:
             factor, shown = display.shown_unit(unit)
             yield part, words, factor * value, shown
+
+
+def _along(stored: Stored, part: str) -> Iterator[Kept]:
+    """Deformations that are kept along a part, without those that are small beside the largest one of their unit."""
+    family, index = stored.assembly.names[part]
+    asked_of = asked("statics.sets_along").get(family)
+    found = [] if asked_of is None else [Kept(part, *one) for one in asked_of(stored.assembly.model, index)]
+    sizes = [float(np.abs(one.values).max(initial=0.0)) for one in found]
+    for one, size in zip(found, sizes, strict=True):
+        if size > 1e-9 and size > 1e-3 * max(other for k, other in enumerate(sizes) if found[k].unit == one.unit):
+            yield one
 
 
 def _latching(run: xr.DataTree) -> Sequence[str]:

@@ -184,6 +184,11 @@ class Motion:
         return list(dict.fromkeys(label for line in self.lines for label in line.values))
 
     @property
+    def strands(self) -> list[Array]:
+        """Points (nt, n, 3) of all lines but those of springs, m, inertial axes."""
+        return [line.points for line in self.lines if line.kind != "spring"]
+
+    @property
     def clouds(self) -> list[Array]:
         """Points (nt, n, 3) of all lines and marks, m, inertial axes."""
         return [line.points for line in self.lines] + [mark.points for mark in self.marks]

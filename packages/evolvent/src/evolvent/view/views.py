@@ -110,9 +110,8 @@ def _points(motion: Motion, kept: Array) -> Iterator[Array]:
 def _clouds(motion: Motion, kept: Array) -> Iterator[Array]:
     """Points (nk, n, 3) of lines and marks relative to the main body."""
     origin = 0.0 if motion.body is None else motion.body.origin[kept][:, None]
-    for line in motion.lines:
-        if line.kind != "spring":
-            yield line.points[kept] - origin
+    for points in motion.strands:
+        yield points[kept] - origin
     for mark in motion.marks:
         yield mark.points[kept] - origin
 

@@ -15,7 +15,7 @@ from evolvent.families.beams import beam_strains
 from evolvent.families.beams.beam_strains import POINTS
 from evolvent.families.beams.family_bends import COUNT, STRAINS
 from evolvent.families.beams.family_relaxation import kept
-from evolvent.families.relaxation.family import set_of
+from evolvent.families.relaxation.family import LineSet, set_of
 from evolvent.kernels import ancf, ancf_beams, calls, free_strains
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS, beam_energies
 from evolvent.kernels.between import keep_lengths
@@ -246,15 +246,15 @@ def interpolate(theta, y0, y1, model, y):
         keep_lengths(theta, y0, y1, beams[k].iq, 3 * NODE_VECTORS[beams[k].kind], beams[k].nodes, 0.0, y)
 
 
-def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
+def _kept(model: Any, index: int) -> LineSet:
+    """What a beam keeps, or the curvature of a cable, the mean of its points in each element."""
     row, bends = model.beams[index], model.bend_relaxations
     if row["kind"] == BEAM:
-        yield from kept(model, index)
+        return kept(model, index)
     of = bends["element"] - int(row["first_element"])
-    own = [set_of(model, bend, STRAINS)[:COUNT] / bend["radii"] for bend in bends[(of >= 0) & (of < row["elements"])]]
-    if own:
-        found = np.concatenate(own)
-        yield "largest curvature", float(found[np.abs(found).argmax()]), "1/m"
+    own = bends[(of >= 0) & (of < row["elements"])]
+    found = np.array([(set_of(model, bend, STRAINS)[:COUNT] / bend["radii"]).mean() for bend in own])
+    return LineSet(model.elements["length"][own["element"]], {"curvature": found})
 
 
 # beams; a node's coordinates stand together, node after node; first_node: number of the first among
@@ -311,7 +311,9 @@ BEAMS = Family(
         nodal=lambda row: (int(row["nodes"]), NODE_VECTORS[row["kind"]], 3),
     ),
     inertia=Inertia(kick=kick),
-    statics=Statics(uneven=never, sets=_sets),
+    statics=Statics(
+        uneven=never, sets=lambda model, k: _kept(model, k).largest(), sets_along=lambda model, k: _kept(model, k).along()
+    ),
     energies=Energies(bending=_bending, by_causes=True),
     samples=Samples(local=True, evaluate=evaluate, interpolate=interpolate),
     advice=Advice(conserved="beams", short_steps=lambda _: "beams are stiff"),

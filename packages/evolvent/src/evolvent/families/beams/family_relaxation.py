@@ -7,7 +7,6 @@ the membrane alone, since its bending is linear in the products: `family_bends`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -254,21 +253,15 @@ BEAM_RELAXATIONS = Family(
 )  # fmt: skip
 
 
-def kept(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
-    """Deformation of a beam that it keeps just after all stress is released at once: words, largest value, unit.
-
-    Strains are those in the middle of each element.
-    """
+def kept(model: Any, index: int) -> relaxation.LineSet:
+    """Deformation of a beam that it keeps just after all stress is released at once, in the middle of each element."""
     rows = [row for row in model.beam_relaxations if model.elements[int(row["element"])]["beam"] == index]
     lengths = np.array([model.elements[int(row["element"])]["length"] for row in rows])
     found = np.zeros((len(rows), 9))
     for row, length, own in zip(rows, lengths.tolist(), found, strict=True):
         _line(length, 0.5, relaxation.set_of(model, row, ancf.PRODUCTS), own)
-    for k, factor, words in ((4, -1.0, "curvature about z"), (5, 1.0, "curvature about y"), (3, 1.0, "twist")):
-        value = factor * found[:, k]
-        yield f"largest {words}", float(value[np.abs(value).argmax()]), "1/m"
-        yield f"integral of the {words} from root to tip", float(value @ lengths), "rad"
-    yield "largest strain", float(found[np.abs(found[:, 0]).argmax(), 0]), "1"
+    components = {"curvature about z": -found[:, 4], "curvature about y": found[:, 5], "twist": found[:, 3]}
+    return relaxation.LineSet(lengths, components, found[:, 0])
 
 
 def _products(e: Array) -> Array:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
+import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -65,6 +67,8 @@ def friction_power(model):
 _CURVE, _HYSTERESIS = "elastic", "hysteresis"
 #: Rate of a coordinate, beside that of the direction, below which it does not move.
 _OFF = 1e-7
+#: Places between two rows of a curve at which its torque is looked at, both rows among them.
+_PLACES = 9
 
 
 def _of_kind(kind: int) -> Callable[[Any], bool]:
@@ -155,22 +159,58 @@ def _no_balance(model: Any, _: float, y: Array) -> Iterator[tuple[int, str]]:
             yield k, why
 
 
+def _torques(model: Any, row: Any, state: int, wanted: float, at: Iterable[float]) -> Array:
+    """Torques of a curve at places, (n,) float, where its branches keep a strain; 0 where that of the curve is."""
+    strains = [strain_of(int(row["curve"]) + state, float(x), model)[:2] for x in at]
+    return np.array([(y - wanted) * by_x for y, by_x in strains])
+
+
+def _towards(model: Any, row: Any, state: int, x: float) -> Array:
+    """Places from x on towards where the energy of a curve is least: to there, or to the end before it."""
+    curve = model.curves[int(row["curve"]) + state]
+    end = min(max(float(curve["zero"]), float(curve["low"])), float(curve["high"]))
+    rows = model.parameters[int(curve["first"]) :][: int(curve["count"])]
+    own = rows[(rows > min(x, end)) & (rows < max(x, end))]
+    corners = np.unique([x, *own, end])
+    inner = [np.linspace(*pair, _PLACES) for pair in itertools.pairwise(corners)]
+    found = np.unique(np.concatenate([corners, *inner]))
+    return found if end >= x else found[::-1]
+
+
+def _released(model: Any, row: Any, x: float) -> float | None:
+    """Where the torque of a resistance is zero just after it is let go at x, past snaps; None where it is not.
+
+    No time passes: the strain that its branches keep is that at x but for what it changes by between curves
+    (`relaxing_curve.snap`).
+    """
+    state, wanted = int(model.switches[row["switch"]]), float(set_of(model, row)[0])
+    relaxed = float(model.prony_terms["share"][int(row["prony"]) : int(row["prony_end"])].sum())
+    for _ in range(int(row["curves"])):
+        at = _towards(model, row, state, x)
+        torques = _torques(model, row, state, wanted, at)
+        if torques[0] == 0.0:
+            return x
+        zeros = np.flatnonzero(torques[1:] * torques[0] <= 0.0)
+        if zeros.size:
+            own, k = functools.partial(_torques, model, row, state, wanted), int(zeros[0])
+            return float(scipy.optimize.brentq(lambda place: own([place])[0], at[k], at[k + 1], xtol=1e-12))  # noqa: B023
+        curve, x = model.curves[int(row["curve"]) + state], float(at[-1])
+        after = int({curve["low"]: curve["below"], curve["high"]: curve["above"]}.get(x, -1))
+        if after < 0:
+            return None
+        before, then = (float(strain_of(int(row["curve"]) + one, x, model)[0]) for one in (state, after))
+        state, wanted = after, wanted + relaxed * (then - before)
+    return None
+
+
 def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
-    """Where the torque is zero now, beside where that of the curve is; nothing of a curve without such a place."""
+    """Where the torque is zero just after a sudden release, from where that of the curve at the lowest energy is."""
     row = model.resistances[index]
-    c, slider = int(row["curve"]) + int(model.switches[row["switch"]]), model.coordinates[int(row["coordinate"])]
-    zero, x, wanted = float(model.curves["zero"][c]), float(slider["angle"]), float(set_of(model, row)[0])
-
-    def off(at: float) -> float:
-        return float(strain_of(c, at, model)[0]) - wanted
-
-    if math.isfinite(zero) and off(zero) * off(x) < 0.0:
-        unit = ("angle", "rad") if slider["kind"] == axial.ANGLE else ("travel", "m")
-        yield (
-            f"{unit[0]} beyond that of no torque",
-            float(scipy.optimize.brentq(off, zero, x, xtol=1e-12)) - zero,
-            unit[1],
-        )
+    slider = model.coordinates[int(row["coordinate"])]
+    found, zero = _released(model, row, float(slider["angle"])), float(model.curves["zero"][int(row["curve"])])
+    if found is not None:
+        name, unit = ("angle", "rad") if slider["kind"] == axial.ANGLE else ("travel", "m")
+        yield f"{name} beyond that of no torque", found - zero, unit
 
 
 @calls.force

@@ -6,19 +6,21 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
 from evolvent.assembly import expressions
 from evolvent.assembly.builder import Builder
-from evolvent.families.beams.part import node_of
 from evolvent.kernels import rigid
+from evolvent.model.registry import asked
 from evolvent.parts.base import Group, Part, split_reference
 from evolvent.parts.expression import Constants, EventLaw, Parameters, write_law
 from evolvent_base.errors import InputError, nearest
 
+Array = np.ndarray
 _QUANTITY = re.compile(r"(?P<place>.+?)\.(?P<what>position|velocity|rate|angle)(?:\.(?P<axis>[xyz]))?")
-#: Most variables of an event.
+#: Most variables of an event, and numbers of the state that they read.
 MOST = 30
 
 
@@ -36,9 +38,10 @@ class Event(Part):
     ----------
     law : an expression of t (s) and of `variables`, or a function under ``@evolvent.event_law``:
         ``law(t, y, parameters) -> value``, y the state vector
-    variables : mapping of names to quantities of parts: of points, free bodies and beams' nodes ``ball.position.x``,
-        ``boom.tip.velocity.y`` (m, m/s, inertial axes), of free bodies ``hub.rate.z`` (rad/s, body axes), of spinning
-        bodies ``hub.angle`` and ``hub.rate`` (rad, rad/s)
+    variables : mapping of names to quantities of parts: of points, free bodies, their points, and nodes of beams and
+        rods ``ball.position.x``, ``boom.tip.velocity.y`` (m, m/s, inertial axes; off the centre of mass of a body
+        positions alone), of free bodies ``hub.rate.z`` (rad/s, body axes), of spinning bodies ``hub.angle`` and
+        ``hub.rate`` (rad, rad/s)
     parameters : list of numbers, of a Python law
     constants : mapping of names to numbers, of an expression
     stops : bool, whether the run ends there
@@ -78,47 +81,76 @@ class Event(Part):
             raise InputError(f"{name}.variables are those of an expression; a Python law takes the state y")
         if "t" in variables:
             raise InputError(f"{name}.variables.t has the name of the time; give it another one")
-        places = [_index(builder, f"{name}.variables.{key}", text) for key, text in variables.items()]
+        if not callable(self.law):  # messages on names are of the law as it was given
+            expressions.compile_expression(self.law, ("t", *variables), self.constants, name=f"{name}.law")
+        law, places = self.law, dict[str, tuple[int, bool]]()
+        for key, text in variables.items():
+            shown, own = _read(builder, f"{name}.variables.{key}", key, text)
+            law, places = re.sub(rf"\b{key}\b", shown, law), places | own
+        if len(places) > MOST:
+            raise InputError(f"{name}.variables read {len(places)} numbers of the state; at most {MOST} are allowed")
         fields = write_law(
-            builder, name, self.law, "event", self.parameters, self.constants,
-            variables=("t", *variables), before=[float(len(places)), *(float(place) for place, _ in places)],
+            builder, name, law, "event", self.parameters, self.constants, variables=("t", *places),
+            before=[float(len(places)), *(float(place) for place, _ in places.values())],
         )  # fmt: skip
-        for k, (_, is_velocity) in enumerate(places):
+        for k, (_, is_velocity) in enumerate(places.values()):
             if is_velocity:
                 builder.velocity_parameters.append(fields["first"] + 1 + k)
         builder.names[name] = ("events", builder.add("events", stops=int(self.stops), **fields))
 
 
-def _index(builder: Builder, key: str, text: str) -> tuple[int, bool]:
-    """Index of a quantity among the coordinates, or among the velocities (True)."""
+def _read(builder: Builder, key: str, name: str, text: str) -> tuple[str, dict[str, tuple[int, bool]]]:
+    """What a variable reads: an expression, and its names with indices among coordinates, or velocities (True)."""
     match = _QUANTITY.fullmatch(text)
     if match is None:
         raise InputError(f"{key} is {text!r}; it must be a quantity such as 'ball.position.z' or 'hub.rate'")
-    known, iq, iv = _quantities(builder, key, match["place"])
+    known, iq, iv, arm = _quantities(builder, key, match["place"])
     what = f"{match['what']}.{match['axis']}" if match["axis"] else match["what"]
+    if match["what"] == "velocity" and np.any(arm):
+        raise InputError(
+            f"{key} is {text!r}, off the centre of mass of its body, where only positions are read; give "
+            f"'{match['place']}.position.{match['axis'] or 'x'}', or the velocity of the body"
+        )
     if what not in known:
         raise InputError(f"{key} is {text!r}; {nearest(what, known)}")
     at, is_velocity = known[what]
-    return (iv if is_velocity else iq) + at, is_velocity
+    places = {name: ((iv if is_velocity else iq) + at, is_velocity)}
+    if match["what"] != "position" or not np.any(arm):
+        return name, places
+    attitude = [f"_{name}_{k}" for k in range(4)]
+    turned = _turned(arm, "xyz".index(match["axis"]), attitude)
+    return f"({name} + {turned})", places | {one: (iq + 3 + k, False) for k, one in enumerate(attitude)}
 
 
-def _quantities(builder: Builder, key: str, place: str) -> tuple[dict[str, tuple[int, bool]], int, int]:
-    """Quantities of a place: where each stands from its coordinates or velocities on; and where these start."""
-    part, point = split_reference(place)
-    family, index = builder.names.get(part, ("", -1))
-    vectors = {f"position.{c}": (k, False) for k, c in enumerate("xyz")}
-    vectors |= {f"velocity.{c}": (k, True) for k, c in enumerate("xyz")}
-    if family == "beams" and point is not None:
-        _, _, iq, iv = node_of(builder, (part, point))
-        return vectors, iq, iv
-    if family == "points" and point is None:
-        row = builder.rows["points"][index]
-        return vectors, row["iq"], row["iv"]
-    if family == "bodies" and point is None:
-        row = builder.rows["bodies"][index]
+def _turned(arm: Array, i: int, q: list[str]) -> str:
+    """Component i of a vector of body axes in inertial axes, by names of the quaternion's components, scalar first."""
+    terms = []
+    for j in range(3):
+        k = next(one for one in range(3) if one not in {i, j})
+        if i == j:
+            entry = f"1 - 2*({q[1 + (i + 1) % 3]}**2 + {q[1 + (i + 2) % 3]}**2)"
+        else:
+            entry = f"2*({q[1 + i]}*{q[1 + j]} {'-' if j == (i + 1) % 3 else '+'} {q[0]}*{q[1 + k]})"
+        terms += [f"({float(arm[j])!r})*({entry})"] if arm[j] else []
+    return " + ".join(terms)
+
+
+def _quantities(builder: Builder, key: str, place: str) -> tuple[dict[str, tuple[int, bool]], int, int, Array]:
+    """Quantities of a place: where each stands from its coordinates or velocities on; where these start; its arm.
+
+    The arm is that from the centre of mass of its body, (3,) float, body axes; off that only positions are read.
+    """
+    part, _ = split_reference(place)
+    if builder.names.get(part, ("", -1))[0] in asked("parts.place"):
+        at = builder.location(place, key)
+        vectors = {f"position.{c}": (k, False) for k, c in enumerate("xyz")}
+        velocities = {f"velocity.{c}": (k, True) for k, c in enumerate("xyz")}
+        if at.family != "bodies":
+            return vectors | velocities, at.iq, at.iv, np.zeros(3)
+        row = builder.rows["bodies"][at.row]
         if row["motion"] == rigid.FREE:
-            vectors |= {f"rate.{c}": (3 + k, True) for k, c in enumerate("xyz")}
-            return vectors, row["iq"], row["iv"]
-        if row["motion"] == rigid.SPIN:
-            return {"angle": (0, False), "rate": (0, True)}, row["iq"], row["iv"]
-    raise InputError(f"{key}: {place!r} is no point, no body that moves by forces, and no node of a beam")
+            rates = {f"rate.{c}": (3 + k, True) for k, c in enumerate("xyz")}
+            return vectors | velocities | rates, row["iq"], row["iv"], at.local
+        if row["motion"] == rigid.SPIN and at.alone:
+            return {"angle": (0, False), "rate": (0, True)}, row["iq"], row["iv"], np.zeros(3)
+    raise InputError(f"{key}: {place!r} is no point, no body that moves by forces, and no node of a beam or rod")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -251,3 +251,32 @@ def set_of(model: Any, row: Any, count: int = 1) -> Array:
     terms = model.prony_terms[int(row["prony"]) : int(row["prony_end"])]
     rows = model.branch_strains[int(row["branch"]) :][: terms.size * count].reshape(terms.size, count)
     return np.asarray(terms["share"] @ (rows["x"] - rows["w"]))
+
+
+class LineSet(NamedTuple):
+    """What a beam or rod keeps just after all stress is released at once, in the middle of each element.
+
+    Attributes
+    ----------
+    lengths : (n,) float, m, of the elements
+    curvatures : mapping of words to values, (n,) float, 1/m
+    strain : (n,) float; none of a cable
+    """
+
+    lengths: Array
+    curvatures: Mapping[str, Array]
+    strain: Array | None = None
+
+    def largest(self) -> Iterator[tuple[str, float, str]]:
+        """As `Statics.sets`."""
+        for words, values in self.curvatures.items():
+            yield f"largest {words}", float(values[np.abs(values).argmax()]), "1/m"
+            yield f"integral of the {words} from root to tip", float(values @ self.lengths), "rad"
+        if self.strain is not None:
+            yield "largest strain", float(self.strain[np.abs(self.strain).argmax()]), "1"
+
+    def along(self) -> Iterator[tuple[str, Array, Array, str]]:
+        """As `Statics.sets_along`."""
+        middles = np.cumsum(self.lengths) - 0.5 * self.lengths
+        for words, values in self.curvatures.items():
+            yield words, middles, values, "1/m"

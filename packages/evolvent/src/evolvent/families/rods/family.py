@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.families.bodies.family import node_point
-from evolvent.families.relaxation.family import set_of
+from evolvent.families.relaxation.family import LineSet, set_of
 from evolvent.families.rods import family_limits as rod_limits, rod, rod_payout, rod_strains, rod_tangent
 from evolvent.families.rods.rod import evaluate_rods
 from evolvent.kernels import calls, free_strains
@@ -249,15 +249,21 @@ def interpolate(theta, y0, y1, model, y):
     rod_strains.keep_chords(theta, y0, y1, model, y)
 
 
-def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
+def _set(model: Any, index: int) -> LineSet:
+    """What a rod keeps, in the middle of each element."""
     row = model.rods[index]
     elements = model.rod_elements[int(row["first_element"]) :][: int(row["elements"])]
     found = np.array([set_of(model, element, 6) for element in elements])
-    for k, words in ((5, "curvature about z"), (4, "curvature about y"), (3, "twist")):
-        own = found[:, k]
-        yield f"largest {words}", float(own[np.abs(own).argmax()]), "1/m"
-        yield f"integral of the {words} from root to tip", float(own @ elements["length"]), "rad"
-    yield "largest strain", float(found[np.abs(found[:, 0]).argmax(), 0]), "1"
+    curvatures = {words: found[:, k] for k, words in ((5, "curvature about z"), (4, "curvature about y"), (3, "twist"))}
+    return LineSet(elements["length"], curvatures, found[:, 0])
+
+
+def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
+    return _set(model, index).largest()
+
+
+def _sets_along(model: Any, index: int) -> Iterator[tuple[str, Array, Array, str]]:
+    return _set(model, index).along()
 
 
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass; relaxes: 1 of a
@@ -327,7 +333,7 @@ RODS = Family(
     drives=Drives(
         paid_out=_paid_out, check=rod_limits.check_lengths, freeze=rod_limits.freeze, place=rod_limits.lengthen,
     ),
-    statics=Statics(uneven=never, sets=_sets),
+    statics=Statics(uneven=never, sets=_sets, sets_along=_sets_along),
     energies=Energies(bending=_bending, by_causes=True, round_off=_stretched),
     samples=Samples(evaluate=evaluate, kept={"drive_force": BETWEEN}, note_part=note_part, interpolate=interpolate),
     advice=Advice(conserved="rods"),

@@ -40,6 +40,8 @@ class Statics:
         (`families.relaxation.family.Memory`)
     sets : function of the model and the index of a viscoelastic record to what deformation it keeps just after all
         stress is released at once: words, largest value, unit
+    sets_along : of parts with a length, function as `sets`: words, lengths from the root (n,) float, m, values there
+        (n,) float, unit
     """
 
     scale: Call = None
@@ -53,3 +55,4 @@ class Statics:
     frame: Callable[[Any], Array | None] | None = None
     memory: Callable[[Any], Any] | None = None
     sets: Callable[[Any, int], Iterator[tuple[str, float, str]]] | None = None
+    sets_along: Callable[[Any, int], Iterator[tuple[str, Array, Array, str]]] | None = None
