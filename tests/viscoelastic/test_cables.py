@@ -77,7 +77,7 @@ def test_a_held_bow_relaxes_and_keeps_curvature_which_decays(book: Book) -> None
 def test_storage_states_the_curvature_that_stays() -> None:
     system = bow(LAW, until=1.0)
     system.sections["store"] = {"time": 10.0}
-    ((part, words, value, unit),) = system.storage(motion=False).sets
+    (part, words, value, unit), *_ = system.storage(motion=False).sets
     assert (part, words, unit) == ("bow", "largest curvature", "1/m")
     assert value == pytest.approx(0.5999728, rel=1e-3)
 

@@ -312,7 +312,9 @@ BEAMS = Family(
     ),
     inertia=Inertia(kick=kick),
     statics=Statics(
-        uneven=never, sets=lambda model, k: _kept(model, k).largest(), sets_along=lambda model, k: _kept(model, k).along()
+        uneven=never,
+        sets=lambda model, k: _kept(model, k).largest(),
+        sets_along=lambda model, k: _kept(model, k).along(),
     ),
     energies=Energies(bending=_bending, by_causes=True),
     samples=Samples(local=True, evaluate=evaluate, interpolate=interpolate),
