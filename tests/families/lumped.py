@@ -351,6 +351,12 @@ def outer_node(assembly: Assembly, y: Array) -> Array:
     return y[..., int(assembly.model.threads["iq"][0]) :][..., :3]
 
 
+def with_spool(assembly: Assembly, y: Array) -> Array:
+    """`outer_node`, and the angle of the spool."""
+    angle = y[..., int(assembly.model.threads["spool_q"][0])]
+    return np.concatenate([outer_node(assembly, y), angle[..., None]], axis=-1)
+
+
 def reeled(drive: Any, *, gravity: Any = ORIGIN, length: float, **thread: Any) -> System:
     """A thread along x from a reel at the origin."""
     found = System(gravity=gravity)
@@ -362,15 +368,21 @@ def reeled(drive: Any, *, gravity: Any = ORIGIN, length: float, **thread: Any) -
     return found
 
 
-def hanging(c: float, masses: Array, rests: Array, g: float = G) -> tuple[float, Array]:
-    """A chain from its tip on under its weight: its length, and its poles, along it and twice across."""
+def hanging_squares(c: float, masses: Array, rests: Array, g: float = G) -> tuple[float, Array, Array]:
+    """A chain from its tip on under its weight: its length, and squares of its frequencies, along it and across."""
     tension = g * np.cumsum(masses)
     lengths = rests + tension / c
     squares = []
     for k in (np.full(masses.size, c), tension / lengths):
         pulled = np.diag(k) + np.diag(np.append(0.0, k[:-1])) - np.diag(k[:-1], 1) - np.diag(k[:-1], -1)
         squares.append(np.linalg.eigvals(pulled / masses[:, None]).real)
-    return float(lengths.sum()), springs_poles(*squares[0], *squares[1], *squares[1])
+    return float(lengths.sum()), squares[0], squares[1]
+
+
+def hanging(c: float, masses: Array, rests: Array, g: float = G) -> tuple[float, Array]:
+    """As `hanging_squares`: the length, and the poles, along it and twice across."""
+    length, along, across = hanging_squares(c, masses, rests, g)
+    return length, springs_poles(*along, *across, *across)
 
 
 @of("a thread with segments of springs")
@@ -475,13 +487,8 @@ def free_spool() -> Case:
         angle = r * c * G / (inertia * w**2) * (0.5 * t**2 - (1.0 - np.cos(w * t)) / w**2)
         return columns(0.5 + r * angle + stretch, 0.0, 0.0, 5.0 + angle)
 
-    def seen(assembly: Assembly, y: Array) -> Array:
-        return np.concatenate(
-            [outer_node(assembly, y), y[..., int(assembly.model.threads["spool_q"][0])][..., None]], axis=-1
-        )
-
     return Case(
-        part="thread", seen=seen, end=0.5, step=5e-4, motion=motion,
+        part="thread", seen=with_spool, end=0.5, step=5e-4, motion=motion,
         system=lambda: reeled(
             parts.FreeSpool(inertia=inertia, angle=5.0), gravity=(G, 0.0, 0.0), length=5.0, nodes=1, stiffness=c
         ),

@@ -11,7 +11,8 @@ from evolvent import System, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.elements.viscoelastic import Viscoelastic
 from families.beams import BETA, ORIGIN, SIGMA
-from families.case import Array, Case, at, columns, of
+from families.case import Array, Case, at, columns, of, springs_poles
+from families.lumped import G, hanging_squares, outer_node, reeled, with_spool
 from families.rods import EI, FLAT, MASS, SOFT, node
 from implicit.rigs import coordinates
 
@@ -125,3 +126,42 @@ def beam() -> Case:
 def cable() -> Case:
     """Without."""
     return sinking("cable", elements=4, theory=4e-3)
+
+
+@of("a viscoelastic thread")
+def thread() -> Case:
+    """As `lumped.spring_thread`: under its weight it creeps along; across, its tension stays."""
+    c, m, v = 200.0, 0.55, 0.2
+    x, along, across = hanging_squares(c, np.array([m, 0.1]), np.array([1.0, 0.2]))
+
+    def motion(t: Array) -> Array:
+        return columns(np.where(t < 1.0, 0.8 + v * t + m * G / c * creep(t, c / m), np.nan), 0.0, 0.0)
+
+    return Case(
+        part="thread", seen=outer_node, end=1.5, step=1e-3, motion=motion, still=(x, 0.0, 0.0), time=2.0, damped=True,
+        poles=np.append([pole(square) for square in along], springs_poles(*across, *across)),
+        system=lambda: reeled(
+            parts.ConstantDrive(rate=v / 0.1, angle=8.0), gravity=(G, 0.0, 0.0), length=2.0, nodes=2, stiffness=c,
+            viscoelastic={"prony": PRONY},
+        ),
+    )  # fmt: skip
+
+
+@of("a viscoelastic thread on a free spool")
+def thread_on_a_free_spool() -> Case:
+    """As `lumped.free_spool`: the spring creeps under the part of the weight that turns the drum."""
+    c, m, inertia, r = 200.0, 0.75, 0.01, 0.1
+    w = math.sqrt(c * (1.0 / m + r**2 / inertia))
+
+    def motion(t: Array) -> Array:
+        stretch = G / w**2 * creep(t, w**2)
+        angle = r * c / (inertia * w**2) * (0.5 * G * t**2 - stretch)
+        return columns(0.5 + r * angle + stretch, 0.0, 0.0, 5.0 + angle)
+
+    return Case(
+        part="thread", seen=with_spool, end=0.5, step=5e-4, motion=motion,
+        system=lambda: reeled(
+            parts.FreeSpool(inertia=inertia, angle=5.0), gravity=(G, 0.0, 0.0), length=5.0, nodes=1, stiffness=c,
+            viscoelastic={"prony": PRONY},
+        ),
+    )  # fmt: skip

@@ -39,6 +39,8 @@ REFUSED = {
     "a viscoelastic beam": "a part is viscoelastic",
     "a viscoelastic cable": "a part is viscoelastic",
     "a viscoelastic rod": "a part is viscoelastic",
+    "a viscoelastic thread": "a part is viscoelastic",
+    "a viscoelastic thread on a free spool": "a part is viscoelastic",
 }
 #: Largest difference beside the largest change of a coordinate, or of a rate times a step.
 WITHIN = 1e-6

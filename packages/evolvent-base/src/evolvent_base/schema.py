@@ -448,13 +448,14 @@ def dotted(location: Sequence[Any]) -> str:
     return ".".join(str(part) for part in location if not re.fullmatch(r"[\w-]+\[.*\]", str(part)))
 
 
-def error_priority(error: Any) -> tuple[bool, bool]:
+def error_priority(error: Any) -> tuple[bool, int]:
     """Key by which pydantic's errors are sorted: what a user should read first comes first.
 
-    Unknown keys explain others; last come the words and numbers that a list might have been, since its errors say more.
+    Unknown keys explain others; last come the numbers and then the words that a list might have been, since its errors
+    say more.
     """
-    lists = {"literal_error": (list, dict), "quantity": (list, tuple)}.get(error["type"], ())
-    return error["type"] != "extra_forbidden", isinstance(error["input"], lists)
+    rank, lists = {"literal_error": (2, (list, dict)), "quantity": (1, (list, tuple))}.get(error["type"], (0, ()))
+    return error["type"] != "extra_forbidden", rank if isinstance(error["input"], lists) else 0
 
 
 def sentence(errors: Sequence[Any], kind: type[Section], *, before: str = "") -> str:

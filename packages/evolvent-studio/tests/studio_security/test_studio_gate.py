@@ -238,7 +238,7 @@ def test_the_link_that_is_printed_opens_the_page(server):
 
 
 STEPS = ("../", "..%2f", "%2e%2e/", "..%5c", "..\\", "....//", "%252e%252e%252f", "..%c0%af", "/..;/")
-ROUTES = ("run", "case", "export", "motion", "start", "mode", "modes", "report", "dispersed")
+ROUTES = ("run", "case", "export", "motion", "start", "mode", "modes", "report", "kept")
 
 
 @pytest.mark.slow

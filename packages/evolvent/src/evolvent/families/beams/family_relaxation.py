@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.compiled.jit import inlined
+from evolvent.compiled.jit import REAL, VECTOR, entry, inlined
 from evolvent.compiled.views import matrix_view
 from evolvent.families.beams import cable
 from evolvent.families.beams.beam_strains import MIDDLE, OF_BEAM, OF_CABLE, POINTS
@@ -146,6 +146,7 @@ def _product(out, i, j):
     return out[ancf.pair(i, j, ancf.N)]
 
 
+@entry(REAL, REAL, VECTOR, VECTOR)
 @inlined
 def _line(length, xi, out, strains):
     """Strains of the axis (`ancf.line_strains`) of products `out` of the nodal vectors, linear in these."""

@@ -138,7 +138,27 @@ def relaxing_energy(leaves, extension, p, k, model):
     return model.threads[p].stiffness / f * _psi(p, k, model)
 
 
-@indirect(REAL(REAL, REAL, MODEL))
+@indirect(REAL(REAL, REAL, _I, MODEL))
+def _relaxed_thread(h, share, p, model):
+    """What relaxation of thread p takes (`relaxed_threads`), over its stiffness and its copies."""
+    threads, nodes, s, taken = model.threads, model.nodes, model.switches, 0.0
+    first, last, count = threads[p].prony, threads[p].prony_end, s[p] - (1 if s[threads.size + p] != 0 else 0)
+    for i in range(count):
+        k, f, part, rest = threads[p].node + i, 1.0, 1.0, threads[p].element
+        if i == s[p] - 1:
+            rest = threads[p].b[0] if share == 1.0 else threads[p].rest1
+            f = length_factor(threads, p, rest)[0]
+            part = 1.0 / f
+            if share != 1.0:
+                part = 0.5 * (part + 1.0 / length_factor(threads, p, threads[p].rest0)[0])
+        taken += part * relaxed_over(first, last, nodes[k].branch, h, model)
+        if threads[p].slack != 0:
+            end = f * (nodes[k].length - rest if share == 1.0 else nodes[k].extension1)
+            taken += part * recovered(first, last, nodes[k].branch, h, end, model)
+    return taken
+
+
+@inlined
 def relaxed_threads(h, share, model):
     """What relaxation of all threads takes over a step of length h that is accepted, J.
 
@@ -146,24 +166,10 @@ def relaxed_threads(h, share, model):
     ----------
     share : 1 where the last evaluation was one of the step's end, 0.5 where it was one of the step
     """
-    threads, nodes, s, taken = model.threads, model.nodes, model.switches, 0.0
+    threads, taken = model.threads, 0.0
     for p in range(threads.size):
-        if h <= 0.0 or not relaxes(threads, p):
-            continue
-        first, last, count = threads[p].prony, threads[p].prony_end, s[p] - (1 if s[threads.size + p] != 0 else 0)
-        for i in range(count):
-            k, f, part, rest = threads[p].node + i, 1.0, 1.0, threads[p].element
-            if i == s[p] - 1:
-                rest = threads[p].b[0] if share == 1.0 else threads[p].rest1
-                f = length_factor(threads, p, rest)[0]
-                part = 1.0 / f
-                if share != 1.0:
-                    part = 0.5 * (part + 1.0 / length_factor(threads, p, threads[p].rest0)[0])
-            part *= threads[p].copies * threads[p].stiffness
-            taken += part * relaxed_over(first, last, nodes[k].branch, h, model)
-            if threads[p].slack != 0:
-                end = f * (nodes[k].length - rest if share == 1.0 else nodes[k].extension1)
-                taken += part * recovered(first, last, nodes[k].branch, h, end, model)
+        if h > 0.0 and relaxes(threads, p):
+            taken += threads[p].copies * threads[p].stiffness * _relaxed_thread(h, share, p, model)
     return taken
 
 
