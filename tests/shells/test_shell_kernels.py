@@ -107,7 +107,7 @@ def test_slopes_make_changes_of_the_measures_exact() -> None:
     rng, m = np.random.default_rng(2), np.zeros((2, shell_strains.MEASURES))
     for one in m:
         shell_strains.measure_vectors(0.5 * rng.standard_normal((shell_strains.VECTORS, 3)), one)
-    G, products = np.zeros((17, 20)), shell_strains.PRODUCTS
+    G, products = np.zeros((shell_strains.STRAINS, 20)), shell_strains.PRODUCTS
     shell_strains.slopes(m[0], m[1], G)
     change = m[1] - m[0]
     wanted = change[shell_strains.STRAIN : shell_strains.DRILLING]

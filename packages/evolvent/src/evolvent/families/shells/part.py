@@ -13,7 +13,7 @@ from evolvent.elements.sections import MaterialOrName
 from evolvent.families.beams.part import _across
 from evolvent.families.shells import stiffness
 from evolvent.kernels import rigid
-from evolvent.parts.applies import Applies, left_out
+from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Arrays, Group, Part, unit
 from evolvent_base import units
 from evolvent_base.errors import InputError
@@ -40,6 +40,9 @@ class Shell(Part):
         Of a cylinder with its axis along axis 1, on whose outside the normal is; the second side is its arc.
     nodes : (n1 + 1, n2 + 1, 3) float, m, optional
         Positions of all nodes without stress, inertial axes, in place of `size`.
+    normals : (n1 + 1, n2 + 1, 3) float, optional
+        Normals of the surface at `nodes`; if left out, those of paraboloids through neighbouring nodes. Exact ones make
+        coarse meshes of curved shells more accurate.
     elements : (2,) int
         Numbers n1 and n2 of elements along both sides.
     thickness : float, m
@@ -71,6 +74,7 @@ class Shell(Part):
     applies: ClassVar[Applies] = {
         "size": (left_out("nodes"),),
         "radius": (left_out("nodes"),),
+        "normals": (given("nodes"),),
         "position": (left_out("nodes"),),
         "direction": (left_out("nodes"),),
         "normal": (left_out("nodes"),),
@@ -80,6 +84,7 @@ class Shell(Part):
     size: units.Pair | None = None
     radius: units.Length | None = None
     nodes: ShellNodes | None = None
+    normals: ShellNodes | None = None
     elements: tuple[Annotated[int, units.Whole(least=1, most=1000)], Annotated[int, units.Whole(least=1, most=1000)]]
     thickness: units.Length
     material: MaterialOrName
@@ -112,7 +117,15 @@ class Shell(Part):
             x = np.array(self.nodes, dtype=float)
             if x.shape != (n1 + 1, n2 + 1, 3):
                 raise InputError(f"{name}.nodes has the shape {x.shape}; it must be {(n1 + 1, n2 + 1, 3)}")
-            return x, _axes_of(name, x)
+            if self.normals is None:
+                return x, _axes_of(x, _normals_of(name, x))
+            normals = np.array(self.normals, dtype=float)
+            sizes = np.linalg.norm(normals, axis=-1, keepdims=True)
+            if normals.shape != x.shape or not np.all(sizes > 0.0):
+                raise InputError(
+                    f"{name}.normals has the shape {normals.shape}; it must be {x.shape}, of vectors that are not 0"
+                )
+            return x, _axes_of(x, normals / sizes)
         if self.size is None:
             raise InputError(f"{name}.size is missing; give it, or {name}.nodes")
         if min(self.size) <= 0.0:
@@ -197,8 +210,25 @@ class Shell(Part):
         return first
 
 
-def _axes_of(name: str, x: Array) -> Array:
-    """Axes (n1 + 1, n2 + 1, 3, 3) of nodes: the normal is the mean of the elements', axis 1 along the first side."""
+def _axes_of(x: Array, three: Array) -> Array:
+    """Axes (n1 + 1, n2 + 1, 3, 3) of nodes x with the given normals: axis 1 is along the first side."""
+    one = np.gradient(x, axis=0)
+    one -= np.sum(one * three, axis=-1, keepdims=True) * three
+    one /= np.linalg.norm(one, axis=-1, keepdims=True)
+    return np.stack([one, np.cross(three, one), three], axis=-1)
+
+
+def _normals_of(name: str, x: Array) -> Array:
+    """Normals (n1 + 1, n2 + 1, 3) of a smooth surface through nodes."""
+    found = _mean_normals(name, x)
+    for _ in range(2):
+        for place in np.ndindex(found.shape[:2]):
+            found[place] = _fitted_normal(x, place, found[place])
+    return found
+
+
+def _mean_normals(name: str, x: Array) -> Array:
+    """Means of the normals of the elements at each node, (n1 + 1, n2 + 1, 3)."""
     n1, n2 = x.shape[0] - 1, x.shape[1] - 1
     normals = np.zeros_like(x)
     areas = np.cross(x[1:, 1:] - x[:-1, :-1], x[:-1, 1:] - x[1:, :-1])
@@ -209,8 +239,22 @@ def _axes_of(name: str, x: Array) -> Array:
     if np.any(sizes <= 0.0):
         i, j = np.unravel_index(int(sizes.argmin()), sizes.shape[:2])
         raise InputError(f"{name}.nodes has no normal at the node ({i}, {j}); elements there must have an area")
-    three = normals / sizes
-    one = np.gradient(x, axis=0)
-    one -= np.sum(one * three, axis=-1, keepdims=True) * three
-    one /= np.linalg.norm(one, axis=-1, keepdims=True)
-    return np.stack([one, np.cross(three, one), three], axis=-1)
+    return normals / sizes
+
+
+def _fitted_normal(x: Array, place: tuple[int, ...], normal: Array) -> Array:
+    """Normal at a node of the surface of second order through it that fits the nodes around it best."""
+    first = [max(0, min(k - 1, n - 3)) for k, n in zip(place, x.shape, strict=False)]
+    around = x[first[0] : first[0] + 3, first[1] : first[1] + 3]
+    long = 1 if around.shape[1] == 3 else 0  # three nodes along this side
+    if around.shape[long] < 3:
+        return normal
+    d = (around - x[place]).reshape(-1, 3)
+    d /= np.abs(d).max()
+    side = around.take(2, long)[0] - around.take(0, long)[0]
+    one = unit(side - (side @ normal) * normal)
+    two = np.cross(normal, one)
+    u, v, z = d @ one, d @ two, d @ normal
+    terms = [u, v, u * u, u * v, v * v] if around.shape[1 - long] == 3 else [u, v, u * u, u * v]
+    fit = np.linalg.lstsq(np.stack(terms, axis=1), z, rcond=1e-6)[0]
+    return unit(normal - fit[0] * one - fit[1] * two)

@@ -10,11 +10,16 @@ without stretching then leaves no membrane strain up to fourth order in its size
     M_1 = (x_1.x_1 + x_3.x_3)/2 + (p_1^2 + q_1^2)/6,   T_1 = x_1.x_3 + p_1 q_1/3,   and 2 for 1,
     S = x_1.x_2 + (x_1.d_1 + x_2.d_2)(x_1.d_2 + x_2.d_1)/3,   p_1 = x_1.d_1 + x_3.d_3,   q_1 = x_1.d_3 + x_3.d_1
 
-The strains of bending and shear are the products x_i.d_j, those with d_1 and d_2 times phi(d_j.d_j), by which the
-angle between directors counts in place of its sine: phi = (asin(s)/s)^2 of s^2 = d_j.d_j. Transverse shear is that of
-the middles of the edges (MITC4, Dvorkin & Bathe 1984), which is linear in these products; `stiffness` has how stress
-resultants that are assumed in the element weight the 17 measures. A drilling strain of each node of the element is half
-of the rotation of its in-plane axes against the deformed surface.
+The strains of bending are products x_i.d_j, those with d_1 and d_2 times phi(d_j.d_j), by which the angle between
+directors counts in place of its sine: phi = (asin(s)/s)^2 of s^2 = d_j.d_j; those of transverse shear are the products
+in the middles of the edges (MITC4, Dvorkin & Bathe 1984):
+
+    K_1 = phi_1 x_1.d_1,  K_2 = phi_2 x_2.d_2,  K_12 = phi_2 x_1.d_2 + phi_1 x_2.d_1,
+    B_1 = x_1.d_3 + phi_1 x_3.d_1,  B_2 = x_2.d_3 + phi_2 x_3.d_2,  B_3 = x_3.d_3,
+    x_1.d_0 + x_3.d_2,  x_1.d_2 + x_3.d_0,  x_2.d_0 + x_3.d_1,  x_2.d_1 + x_3.d_0
+
+`stiffness` has how stress resultants that are assumed in the element weight these 15 measures. A drilling strain of
+each node of the element is half of the rotation of its in-plane axes against the deformed surface.
 
 The measures do not change in a rigid motion. They are polynomials of products of vectors that are fixed to the bodies,
 so that their changes over a step are exactly those by means of the factors (`slopes`). Forces: `shell`.
@@ -33,12 +38,14 @@ from evolvent.model import MODEL
 USED_FOR = "shells"
 _I = types.int64
 #: Vectors of an element: x_1, x_2, x_3, then d_0 to d_3; its products I, then the squares of d_1 and d_2.
-VECTORS, PRODUCTS, STRAINS = 7, 20, 17
+VECTORS, PRODUCTS, STRAINS = 7, 20, 15
 #: Factors of each product, indices of vectors.
 FIRST = (0, 1, 2, 0, 0, 1, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 4, 5)
 SECOND = (0, 1, 2, 1, 2, 2, 3, 4, 5, 6, 3, 4, 5, 6, 3, 4, 5, 6, 4, 5)
 #: Numbers of an element that `measure_element` writes: products, strains, drilling strains of its nodes.
-STRAIN, DRILLING, MEASURES = 20, 37, 41
+STRAIN, DRILLING, MEASURES = 20, 35, 39
+#: Terms of strains that are products times phi: strain, product, and 0 or 1 of d_1 or d_2.
+BENT = ((5, 7, 0), (6, 12, 1), (7, 8, 1), (7, 11, 0), (8, 15, 0), (9, 16, 1))
 #: Signs of the nodes in the interpolation, of 1, xi, eta and xi eta.
 SIGNS = ((1.0, 1.0, 1.0, 1.0), (-1.0, 1.0, 1.0, -1.0), (-1.0, -1.0, 1.0, 1.0), (1.0, -1.0, 1.0, -1.0))
 #: Coefficients of phi in powers of the square of the sine of half the angle.
@@ -117,10 +124,12 @@ def measure_vectors(V, out):
     out[STRAIN + 2] = out[3] + (out[7] + out[12]) * (out[8] + out[11]) / 3.0
     out[STRAIN + 3], out[STRAIN + 4] = out[4] + p1 * q1 / 3.0, out[5] + p2 * q2 / 3.0
     one, two = bend_factor(out[18])[0], bend_factor(out[19])[0]
-    for i in range(3):
-        m = 6 + 4 * i
-        out[STRAIN + m - 1], out[STRAIN + m + 2] = out[m], out[m + 3]
-        out[STRAIN + m], out[STRAIN + m + 1] = one * out[m + 1], two * out[m + 2]
+    out[STRAIN + 5], out[STRAIN + 6] = one * out[7], two * out[12]
+    out[STRAIN + 7] = two * out[8] + one * out[11]
+    out[STRAIN + 8], out[STRAIN + 9] = out[9] + one * out[15], out[13] + two * out[16]
+    out[STRAIN + 10] = out[17]
+    out[STRAIN + 11], out[STRAIN + 12] = out[6] + out[16], out[8] + out[14]
+    out[STRAIN + 13], out[STRAIN + 14] = out[10] + out[15], out[11] + out[14]
 
 
 @inlined
@@ -160,7 +169,7 @@ def note_strains(rows):
 
 @kernel
 def slopes(m0, m1, G):
-    """Derivatives G : (17, 20) of the strains by the products, such that G d(products) = d(strains) over a step, exactly.
+    """Derivatives G : (15, 20) of the strains by the products, such that G d(products) = d(strains) over a step, exactly.
 
     Parameters
     ----------
@@ -171,7 +180,7 @@ def slopes(m0, m1, G):
             G[i, j] = 0.0
     p1, q1 = 0.5 * (m0[7] + m0[17] + m1[7] + m1[17]), 0.5 * (m0[9] + m0[15] + m1[9] + m1[15])
     p2, q2 = 0.5 * (m0[12] + m0[17] + m1[12] + m1[17]), 0.5 * (m0[13] + m0[16] + m1[13] + m1[16])
-    b, t = 0.5 * (m0[7] + m0[12] + m1[7] + m1[12]), 0.5 * (m0[8] + m0[11] + m1[8] + m1[11])
+    b, c = 0.5 * (m0[7] + m0[12] + m1[7] + m1[12]), 0.5 * (m0[8] + m0[11] + m1[8] + m1[11])
     G[0, 0] = G[0, 2] = G[1, 1] = G[1, 2] = 0.5
     G[2, 3] = G[3, 4] = G[4, 5] = 1.0
     G[0, 7] = G[0, 17] = G[3, 9] = G[3, 15] = p1 / 3.0
@@ -179,16 +188,14 @@ def slopes(m0, m1, G):
     G[1, 12] = G[4, 13] = G[4, 16] = p2 / 3.0
     G[1, 17] += p2 / 3.0
     G[1, 13] = G[1, 16] = G[4, 12] = G[4, 17] = q2 / 3.0
-    G[2, 7] = G[2, 12] = t / 3.0
+    G[2, 7] = G[2, 12] = c / 3.0
     G[2, 8] = G[2, 11] = b / 3.0
-    for j in range(2):
-        phi = 0.5 * (bend_factor(m0[18 + j])[0] + bend_factor(m1[18 + j])[0])
-        secant, _ = _secant(m0[18 + j], m1[18 + j])
-        for i in range(3):
-            m = 7 + 4 * i + j
-            G[m - 1, m], G[m - 1, 18 + j] = phi, secant * 0.5 * (m0[m] + m1[m])
-    for i in range(3):
-        G[5 + 4 * i, 6 + 4 * i] = G[8 + 4 * i, 9 + 4 * i] = 1.0
+    G[8, 9] = G[9, 13] = G[10, 17] = 1.0
+    G[11, 6] = G[11, 16] = G[12, 8] = G[12, 14] = G[13, 10] = G[13, 15] = G[14, 11] = G[14, 14] = 1.0
+    for t in range(6):
+        i, m, j = BENT[t][0], BENT[t][1], 18 + BENT[t][2]
+        G[i, m] = 0.5 * (bend_factor(m0[j])[0] + bend_factor(m1[j])[0])
+        G[i, j] += _secant(m0[j], m1[j])[0] * 0.5 * (m0[m] + m1[m])
 
 
 @inlined
@@ -220,11 +227,9 @@ def add_curved_strains(m0, m1, S, H):
     for i in (7, 12):
         for j in (8, 11):
             _add_pair(H, three, i, j)
-    for j in range(2):
-        _, slope = bend_factor(m1[18 + j])
-        secant, curved = _secant(m0[18 + j], m1[18 + j])
-        for i in range(3):
-            m = 7 + 4 * i + j
-            H[m, 18 + j] += S[m - 1] * slope
-            H[18 + j, m] += S[m - 1] * secant
-            H[18 + j, 18 + j] += S[m - 1] * curved * 0.5 * (m0[m] + m1[m])
+    for t in range(6):
+        i, m, j = BENT[t][0], BENT[t][1], 18 + BENT[t][2]
+        secant, curved = _secant(m0[j], m1[j])
+        H[m, j] += S[i] * bend_factor(m1[j])[1]
+        H[j, m] += S[i] * secant
+        H[j, j] += S[i] * curved * 0.5 * (m0[m] + m1[m])

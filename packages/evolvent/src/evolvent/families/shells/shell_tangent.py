@@ -51,7 +51,7 @@ USED_FOR = "shells"
 
 @kernel
 def multiply_slopes(rows, k, factor, G0, G1, C, A):
-    """A : (20, 20) = factor G0^T K G1; C : (17, 20), scratch. Most of G0 and G1 is zero."""
+    """A : (20, 20) = factor G0^T K G1; C : (15, 20), scratch. Most of G0 and G1 is zero."""
     for i in range(STRAINS):
         for j in range(PRODUCTS):
             C[i, j] = 0.0

@@ -3,7 +3,7 @@
 Hellinger and Reissner: with resultants P beta, beta (14,), the energy of an element is G . H^-1 G/2, H the integral of
 P^T C^-1 P and G that of P^T E. Membrane forces and moments have, in axes of the element, the terms of Pian and Sumihara:
 constants and one linear term along each side; transverse shear forces constants and a linear term each. G is linear in
-the 17 measures of `shell_strains`, so that the stiffness of the element by these is constant.
+the 15 measures of `shell_strains`, so that the stiffness of the element by these is constant.
 
 In the plane the field of the membrane strains is found from the five measures as in a flat element, of which x_3 is
 c_1 x_1 + c_2 x_2: the strain of x_3 by itself is then (c_1 T_1 + c_2 T_2 - c_1^2 M_1 - c_2^2 M_2 - c_1 c_2 S)/(1 - c_1^2
@@ -34,9 +34,9 @@ class Constants(NamedTuple):
 
     Attributes
     ----------
-    stiffness : (17, 17) float, of the measures; resultants : (8, 17) float, forces N11, N22, N12 (N/m), moments M11,
+    stiffness : (15, 15) float, of the measures; resultants : (8, 15) float, forces N11, N22, N12 (N/m), moments M11,
         M22, M12 (N) and shear forces Q1, Q2 (N/m) in its middle by the measures
-    rest : (17,) float, measures without stress
+    rest : (15,) float, measures without stress
     slopes : (8, 4) float, 1/m, derivatives along the axes 1 and 2 of each node by the nodes' positions
     untwisted : (4,) float, drilling strains without stress
     area : float, m2; axes : (3, 3) float, of the resultants, in rows
@@ -66,13 +66,8 @@ def isotropic(E: float, nu: float, thickness: float, shear: float | None = None)
     return C
 
 
-def _product(i: int, j: int) -> int:
-    """Number, among strains of bending and shear, of the product x_i . d_j, i from 1, j from 0."""
-    return 5 + 4 * (i - 1) + j
-
-
 def _strain_rows(xi: float, eta: float, c1: float, c2: float) -> Array:
-    """Strains at a point along the sides of the element, (8, 17) by the measures."""
+    """Strains at a point along the sides of the element, (8, 15) by the measures."""
     L = np.zeros((8, STRAINS))
     of_x3 = np.array([-c1 * c1, -c2 * c2, -c1 * c2, c1, c2]) / (1.0 - c1 * c1 - c2 * c2)
     L[0, 0], L[0, 3], L[1, 1], L[1, 4] = 1.0, eta, 1.0, xi
@@ -80,16 +75,11 @@ def _strain_rows(xi: float, eta: float, c1: float, c2: float) -> Array:
     L[0, :5] += (eta * eta - 1.0) * of_x3
     L[1, :5] += (xi * xi - 1.0) * of_x3
     L[2, :5] += 2.0 * xi * eta * of_x3
-    one, two = ((1, 1.0), (3, eta)), ((2, 1.0), (3, xi))
-    for row, first, second in ((3, one, one), (4, two, two), (5, one, two), (5, two, one)):
-        for i, f in first:
-            for j, g in second:
-                L[row, _product(i, j)] += f * g
-    for row, i, j, at in ((6, 1, 2, eta), (7, 2, 1, xi)):
-        L[row, _product(i, 0)] += 1.0
-        L[row, _product(3, j)] += 1.0
-        L[row, _product(i, j)] += at
-        L[row, _product(3, 0)] += at
+    L[3, [5, 8, 10]] = 1.0, eta, eta * eta
+    L[4, [6, 9, 10]] = 1.0, xi, xi * xi
+    L[5, 7:11] = 1.0, xi, eta, 2.0 * xi * eta
+    L[6, 11:13] = 1.0, eta
+    L[7, 13:15] = 1.0, xi
     return L
 
 
@@ -139,14 +129,22 @@ def element_constants(name: str, x: Array, R: Array, along: Array, C: Array) -> 
         own = axes @ _onto(normal, n / np.linalg.norm(n)).T
         return np.array([[a @ own[0], a @ own[1]], [b @ own[0], b @ own[1]]])
 
-    middle, J = sides(0.0, 0.0), [sides(*point) for point in _POINTS]
+    c1, c2 = np.linalg.solve(m[1:3] @ m[1:3].T, m[1:3] @ m[3])
+    rest = rest_measures(x, R)
+
+    def along_arcs(xi: float, eta: float) -> Array:
+        J, E = sides(xi, eta), _strain_rows(xi, eta, c1, c2)[:3] @ rest
+        metric = np.linalg.solve(J, np.linalg.solve(J, np.array([[2.0 * E[0], E[2]], [E[2], 2.0 * E[1]]])).T)
+        w, Q = np.linalg.eigh(metric)
+        return np.asarray(J @ (Q * np.sqrt(w)) @ Q.T)
+
+    middle, J = along_arcs(0.0, 0.0), [along_arcs(*point) for point in _POINTS]
     weights = np.array([np.linalg.det(one) for one in J])
     if np.any(weights <= 0.0) or any(float(np.cross(m[1] + s * m[3], m[2] + r * m[3]) @ normal) <= 0.0 for r in (-1, 1)
                                      for s in (-1, 1)):  # fmt: skip
         raise InputError(f"{name} is not convex; its inner angles must be below 180 deg")
     area = float(weights.sum())
     xi0, eta0 = weights @ np.array(_POINTS) / area
-    c1, c2 = np.linalg.solve(m[1:3] @ m[1:3].T, m[1:3] @ m[3])
     stress_axes, inverse = _turned(middle), np.linalg.inv(C)
     H, L = np.zeros((14, 14)), np.zeros((14, STRAINS))
 
@@ -168,7 +166,6 @@ def element_constants(name: str, x: Array, R: Array, along: Array, C: Array) -> 
         L += weight * P.T @ E
     by_measures = np.linalg.solve(H, L)
     K = L.T @ by_measures
-    rest = rest_measures(x, R)
     slopes, untwisted = _drilling(x, R)
     return Constants(
         0.5 * (K + K.T), resultants(0.0, 0.0) @ by_measures, rest, slopes, untwisted, area, axes,
@@ -176,7 +173,7 @@ def element_constants(name: str, x: Array, R: Array, along: Array, C: Array) -> 
 
 
 def rest_measures(x: Array, R: Array) -> Array:
-    """The 17 measures of an element with the nodes x (4, 3), m, and axes R (4, 3, 3)."""
+    """The 15 measures of an element with the nodes x (4, 3), m, and axes R (4, 3, 3)."""
     V = np.concatenate([0.25 * _SIGNS[1:] @ x, 0.25 * _SIGNS @ R[:, :, 2]])
     found = np.zeros(MEASURES)
     measure_vectors(V, found)
