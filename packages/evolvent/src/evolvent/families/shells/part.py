@@ -111,7 +111,7 @@ class Shell(Part):
         return np.asarray(0.5 * (np.append(lengths, 0.0) + np.append(0.0, lengths)))
 
     def mesh(self, name: str = "shell") -> tuple[Array, Array]:
-        """Positions (n1 + 1, n2 + 1, 3), m, and axes (n1 + 1, n2 + 1, 3, 3), columns 1, 2 and the normal, of the nodes."""
+        """Positions (n1 + 1, n2 + 1, 3), m, and axes (n1 + 1, n2 + 1, 3, 3) of nodes: 1, 2 and normal in columns."""
         n1, n2 = self.elements
         if self.nodes is not None:
             x = np.array(self.nodes, dtype=float)
@@ -155,39 +155,35 @@ class Shell(Part):
     def write(self, builder: Builder, name: str) -> None:
         """Write the nodes into the family `bodies`, the rest into `shells` and `shell_elements`."""
         n1, n2 = self.elements
-        places, turns = self.mesh(name)
-        x, R = places.reshape(-1, 3), turns.reshape(-1, 3, 3)
+        places, axes = self.mesh(name)
+        x, R = places.reshape(-1, 3), axes.reshape(-1, 3, 3)
         material = self.material
         C = stiffness.isotropic(material.E, material.nu, self.thickness, material.shear)
-        corners = [
-            np.array([self.node(i, j), self.node(i + 1, j), self.node(i + 1, j + 1), self.node(i, j + 1)])
-            for i in range(n1)
-            for j in range(n2)
-        ]
-        constants = []
-        for k, own in enumerate(corners):
-            cosines = np.clip(R[own, :, 2] @ R[own, :, 2].T, -1.0, 1.0)
-            turn = float(np.degrees(np.arccos(cosines.min())))
-            if turn > LARGEST_TURN:
-                raise InputError(
-                    f"{name}.elements is {self.elements!r}, but the normals of element {k} are {turn:.0f} deg apart; "
-                    f"at most {LARGEST_TURN:g} deg is allowed, use more elements"
-                )
-            along = R[own, :, 0].sum(axis=0)
-            constants.append(stiffness.element_constants(f"element {k} of {name}", x[own], R[own], along, C))
+        first = (np.arange(n1)[:, None] * (n2 + 1) + np.arange(n2)).ravel()
+        corners = first[:, None] + np.array([0, n2 + 1, n2 + 2, 1])
+        own = R[corners]
+        turns = np.degrees(np.arccos(np.clip(np.einsum("nac,nbc->nab", own[..., 2], own[..., 2]), -1.0, 1.0)))
+        largest = turns.max(axis=(1, 2))
+        if largest.max() > LARGEST_TURN:
+            k = int(largest.argmax())
+            raise InputError(
+                f"{name}.elements is {self.elements!r}, but the normals of element {k} are {largest[k]:.0f} deg apart; "
+                f"at most {LARGEST_TURN:g} deg is allowed, use more elements"
+            )
+        found = stiffness.constants(name, x[corners], own, own[..., 0].sum(axis=1), C)
         masses = np.zeros(len(x))
-        for own, found in zip(corners, constants, strict=True):
-            masses[own] += 0.25 * found.area * self.thickness * material.density
+        np.add.at(masses, corners, (0.25 * self.thickness * material.density * found.area)[:, None])
         first_body = self._write_nodes(builder, x, R, masses)
-        first = len(builder.rows["shell_elements"])
-        for own, found in zip(corners, constants, strict=True):
+        first_element = len(builder.rows["shell_elements"])
+        for k, area in enumerate(found.area.tolist()):
             builder.add(
-                "shell_elements", nodes=first_body + own, area=found.area, membrane=float(C[:3, :3].max()),
-                drilling=0.25 * self.drilling * float(C[2, 2]) * found.area, stiffness=found.stiffness,
-                resultants=found.resultants, rest=found.rest, slopes=found.slopes, untwisted=found.untwisted,
+                "shell_elements", nodes=first_body + corners[k], area=area, membrane=float(C[:3, :3].max()),
+                drilling=0.25 * self.drilling * float(C[2, 2]) * area, stiffness=found.stiffness[k],
+                resultants=found.resultants[k], rest=found.rest[k], slopes=found.slopes[k],
+                untwisted=found.untwisted[k],
             )  # fmt: skip
         index = builder.add(
-            "shells", first_element=first, elements=len(corners), first_body=first_body, nodes=len(x),
+            "shells", first_element=first_element, elements=len(corners), first_body=first_body, nodes=len(x),
         )  # fmt: skip
         builder.names[name] = ("shells", index)
 
