@@ -12,6 +12,7 @@ from evolvent.elements import rods
 from evolvent.elements.sections import MaterialOrName
 from evolvent.families.beams.part import _across
 from evolvent.families.shells import stiffness
+from evolvent.families.shells.section import Laminate, Ply, homogeneous, laminated
 from evolvent.kernels import rigid
 from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Arrays, Group, Part, unit
@@ -21,6 +22,8 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 #: Positions of all nodes.
 ShellNodes = Annotated[tuple[tuple[units.Triple, ...], ...], Arrays(shape="of the shape (n1 + 1, n2 + 1, 3)")]
+#: Stiffness of a section.
+SectionMatrix = Annotated[tuple[tuple[float, ...], ...], Arrays(shape="of the shape (8, 8)")]
 Edge = Literal["x0", "x1", "y0", "y1"]
 #: Largest angle between the directors of neighbouring nodes at the start, degrees.
 LARGEST_TURN = 90.0
@@ -45,10 +48,18 @@ class Shell(Part):
         coarse meshes of curved shells more accurate.
     elements : (2,) int
         Numbers n1 and n2 of elements along both sides.
-    thickness : float, m
-        Of the wall.
-    material : Material, or the name of a known one
-        Linearly elastic.
+    thickness : float, m, optional
+        Of a wall of one material.
+    material : Material, or the name of a known one, optional
+        Of the wall, linearly elastic.
+    plies : list of Ply, optional
+        In place of `thickness` and `material`: a laminate, from the side against the normal on; the nodes are in its
+        middle: [{thickness: 0.1 mm, material: cfrp-ud, across: 8 GPa, angle: 45 deg}].
+    matrix : (8, 8) float, optional
+        In place of these: stiffness by the membrane strains 11, 22 and twice 12 (N/m), the changes of curvature alike
+        (N m) and the transverse shear strains 13 and 23 (N/m).
+    mass_per_area : float, kg/m^2, optional
+        Of a section that is given by `matrix`, which needs it.
     position : (3,) float, m
         Position of the corner where both sides begin, inertial axes.
     direction : (3,) float
@@ -86,8 +97,11 @@ class Shell(Part):
     nodes: ShellNodes | None = None
     normals: ShellNodes | None = None
     elements: tuple[Annotated[int, units.Whole(least=1, most=1000)], Annotated[int, units.Whole(least=1, most=1000)]]
-    thickness: units.Length
-    material: MaterialOrName
+    thickness: units.Length | None = None
+    material: MaterialOrName | None = None
+    plies: tuple[Ply, ...] = ()
+    matrix: SectionMatrix | None = None
+    mass_per_area: units.AreaDensity | None = None
     position: units.Position = (0.0, 0.0, 0.0)
     direction: units.Direction = (1.0, 0.0, 0.0)
     normal: units.Direction | None = None
@@ -152,13 +166,47 @@ class Shell(Part):
             R[:, j] = np.array([one, cosine * two - sine * three, cosine * three + sine * two]).T
         return x, R
 
+    def section(self, name: str = "shell") -> Laminate:
+        """Stiffness of the section, and its mass.
+
+        Raises
+        ------
+        InputError
+            If it is not given by one of `thickness` and `material`, `plies`, or `matrix` and `mass_per_area`.
+        """
+        ways = {
+            "thickness and material": (self.thickness, self.material),
+            "plies": (self.plies or None,),
+            "matrix and mass_per_area": (self.matrix, self.mass_per_area),
+        }
+        begun = [way for way, keys in ways.items() if any(key is not None for key in keys)]
+        if len(begun) != 1 or any(key is None for key in ways[begun[0]]):
+            given = " and ".join(begun) or "nothing"
+            raise InputError(
+                f"{name} has {given} of its section, in part or in whole; give one of: thickness and material; plies; "
+                f"matrix and mass_per_area"
+            )
+        relaxing = [one for one in (self.material, *(ply.material for ply in self.plies)) if one is not None]
+        if any(material.viscoelastic is not None for material in relaxing):
+            raise InputError(f"{name} has a viscoelastic material; relaxation of shells is not implemented")
+        if self.thickness is not None and self.material is not None:
+            return homogeneous(self.material, self.thickness)
+        if self.mass_per_area is None:
+            return laminated(list(self.plies))
+        C = np.array(self.matrix, dtype=float)
+        if C.shape != (8, 8):
+            raise InputError(f"{name}.matrix has the shape {C.shape}; it must be (8, 8)")
+        if not np.allclose(C, C.T, rtol=1e-9, atol=1e-12 * np.abs(C).max()) or np.linalg.eigvalsh(C).min() <= 0.0:
+            raise InputError(f"{name}.matrix is not symmetric and positive definite; it must be")
+        return Laminate(C, self.mass_per_area)
+
     def write(self, builder: Builder, name: str) -> None:
         """Write the nodes into the family `bodies`, the rest into `shells` and `shell_elements`."""
         n1, n2 = self.elements
         places, axes = self.mesh(name)
         x, R = places.reshape(-1, 3), axes.reshape(-1, 3, 3)
-        material = self.material
-        C = stiffness.isotropic(material.E, material.nu, self.thickness, material.shear)
+        section = self.section(name)
+        C = section.C
         first = (np.arange(n1)[:, None] * (n2 + 1) + np.arange(n2)).ravel()
         corners = first[:, None] + np.array([0, n2 + 1, n2 + 2, 1])
         own = R[corners]
@@ -172,8 +220,8 @@ class Shell(Part):
             )
         found = stiffness.constants(name, x[corners], own, own[..., 0].sum(axis=1), C)
         masses = np.zeros(len(x))
-        np.add.at(masses, corners, (0.25 * self.thickness * material.density * found.area)[:, None])
-        first_body = self._write_nodes(builder, x, R, masses)
+        np.add.at(masses, corners, (0.25 * section.mass * found.area)[:, None])
+        first_body = self._write_nodes(builder, x, R, masses, section.thickness)
         first_element = len(builder.rows["shell_elements"])
         for k, area in enumerate(found.area.tolist()):
             builder.add(
@@ -187,12 +235,12 @@ class Shell(Part):
         )  # fmt: skip
         builder.names[name] = ("shells", index)
 
-    def _write_nodes(self, builder: Builder, x: Array, R: Array, masses: Array) -> int:
+    def _write_nodes(self, builder: Builder, x: Array, R: Array, masses: Array, thickness: float) -> int:
         """Write the nodes as bodies, free but at edges that are clamped; returns the first one's index."""
         held = {int(k) for edge in self.clamped for k in self.edge(edge)}
         first, turns, v = len(builder.rows["bodies"]), rods.quaternion(R), np.array(self.velocity)
         for k, (place, mass) in enumerate(zip(x, masses, strict=True)):
-            inertia = mass * self.thickness**2 / 12.0 * np.diag([1.0, 1.0, 2.0])
+            inertia = mass * thickness**2 / 12.0 * np.diag([1.0, 1.0, 2.0])
             if k in held:
                 q, at, speed, motion = -1, -1, np.zeros(3), rigid.DRIVEN
             else:
