@@ -281,7 +281,7 @@ def _mean_normals(name: str, x: Array) -> Array:
             normals[i : n1 + i, j : n2 + j] += areas
     sizes = np.linalg.norm(normals, axis=-1, keepdims=True)
     if np.any(sizes <= 0.0):
-        i, j = np.unravel_index(int(sizes.argmin()), sizes.shape[:2])
+        i, j = divmod(int(sizes.argmin()), n2 + 1)
         raise InputError(f"{name}.nodes has no normal at the node ({i}, {j}); elements there must have an area")
     return normals / sizes
 
