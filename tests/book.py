@@ -42,6 +42,7 @@ RENEW = (
 #: Chapters, in the order of the table.
 CHAPTERS = (
     "Statics of beams",
+    "Statics of shells",
     "Modes",
     "Dynamics",
     "Threads, reels, tethers",

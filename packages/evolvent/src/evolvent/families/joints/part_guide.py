@@ -20,7 +20,7 @@ def write_guide(joint: Any, builder: Builder, name: str) -> None:
     """Write the guide into the family `guides`, and its row of `joints`, as which implicit methods have it."""
     ground_end(builder, name, joint)
     found = builder.location(joint.b, f"{name}.b")
-    body = found.row if found.family == "bodies" and found.alone else -1
+    body = found.row if found.family == "bodies" and not np.any(found.local) else -1
     if body < 0 or builder.rows["bodies"][body]["motion"] != rigid.FREE:
         raise InputError(f"{name}.b is {joint.b!r}; only a free body, named alone, can be guided")
     direction, pose = unit(joint.axis), builder.poses[body]

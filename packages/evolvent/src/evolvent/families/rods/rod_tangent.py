@@ -32,7 +32,8 @@ from evolvent.families.rods.rod_strains import (
     strain_columns,
 )
 from evolvent.families.rods.strip import add_fibre_tangent
-from evolvent.kernels.rotations import cross, turn, turn_back
+from evolvent.kernels.poses import add_double, add_skew, end_axes, pose_after
+from evolvent.kernels.rotations import turn, turn_back
 from evolvent.kernels.viscoelastic import stiffness_factor
 from evolvent.model import MODEL
 
@@ -71,28 +72,6 @@ def add_curved_strains(m, S, length, A):
             A[4 + j, i] += psi * S[i] * m[j]
 
 
-@inlined
-def _add_skew(K, row, column, scale, x, y, z):
-    """Add scale [x]x."""
-    K[row, column + 1] -= scale * z
-    K[row, column + 2] += scale * y
-    K[row + 1, column] += scale * z
-    K[row + 1, column + 2] -= scale * x
-    K[row + 2, column] -= scale * y
-    K[row + 2, column + 1] += scale * x
-
-
-@inlined
-def _add_double(K, row, column, scale, ax, ay, az, bx, by, bz):
-    """Add scale [a]x [b]x = scale (b a^T - (a . b) 1)."""
-    a, b = (ax, ay, az), (bx, by, bz)
-    dot = ax * bx + ay * by + az * bz
-    for i in range(3):
-        for j in range(3):
-            K[row + i, column + j] += scale * b[i] * a[j]
-        K[row + i, column + i] -= scale * dot
-
-
 @kernel
 def add_turned_forces(k, model, p, A0, B0, v0, A1, B1, v1, K):
     """Add p . (second derivatives of s, c and v) to K : (12, 12), displacements and turns in inertial axes.
@@ -107,20 +86,20 @@ def add_turned_forces(k, model, p, A0, B0, v0, A1, B1, v1, K):
     a1, b1 = (v1[0], v1[1], v1[2]), (v1[3], v1[4], v1[5])
     for side in range(2):  # forces on b and a
         row, sign = (6, -1.0) if side == 0 else (0, 1.0)
-        _add_skew(K, row, 3, sign, ha[0], ha[1], ha[2])
-        _add_skew(K, row, 9, sign, hb[0], hb[1], hb[2])
+        add_skew(K, row, 3, sign, ha[0], ha[1], ha[2])
+        add_skew(K, row, 9, sign, hb[0], hb[1], hb[2])
     for side in range(2):  # torques on a and b
         row = 3 if side == 0 else 9
         g, h, arm0, arm1 = (ga, ha, a0, a1) if side == 0 else (gb, hb, b0, b1)
         sign = 1.0 if side == 0 else -1.0
-        _add_double(K, row, row, 1.0, d0[0], d0[1], d0[2], h[0], h[1], h[2])
-        _add_skew(K, row, 6, 1.0, g[0], g[1], g[2])
-        _add_skew(K, row, 0, -1.0, g[0], g[1], g[2])
-        _add_double(K, row, 9, -1.0, g[0], g[1], g[2], b1[0], b1[1], b1[2])
-        _add_double(K, row, 3, 1.0, g[0], g[1], g[2], a1[0], a1[1], a1[2])
-        _add_double(K, row, row, -sign, f[0], f[1], f[2], arm1[0], arm1[1], arm1[2])
-        _add_double(K, row, 3, sign, arm0[0], arm0[1], arm0[2], ha[0], ha[1], ha[2])
-        _add_double(K, row, 9, sign, arm0[0], arm0[1], arm0[2], hb[0], hb[1], hb[2])
+        add_double(K, row, row, 1.0, d0[0], d0[1], d0[2], h[0], h[1], h[2])
+        add_skew(K, row, 6, 1.0, g[0], g[1], g[2])
+        add_skew(K, row, 0, -1.0, g[0], g[1], g[2])
+        add_double(K, row, 9, -1.0, g[0], g[1], g[2], b1[0], b1[1], b1[2])
+        add_double(K, row, 3, 1.0, g[0], g[1], g[2], a1[0], a1[1], a1[2])
+        add_double(K, row, row, -sign, f[0], f[1], f[2], arm1[0], arm1[1], arm1[2])
+        add_double(K, row, 3, sign, arm0[0], arm0[1], arm0[2], ha[0], ha[1], ha[2])
+        add_double(K, row, 9, sign, arm0[0], arm0[1], arm0[2], hb[0], hb[1], hb[2])
     for j in range(3):
         x0, y0, z0 = _conjugate_director(A0, p, j)
         x1, y1, z1 = _conjugate_director(A1, p, j)
@@ -128,8 +107,8 @@ def add_turned_forces(k, model, p, A0, B0, v0, A1, B1, v1, K):
         bx1, by1, bz1 = _column(B1, j)
         for side in range(2):
             row, sign = (3, 1.0) if side == 0 else (9, -1.0)
-            _add_double(K, row, 3, sign, bx0, by0, bz0, x1, y1, z1)
-            _add_double(K, row, 9, -sign, x0, y0, z0, bx1, by1, bz1)
+            add_double(K, row, 3, sign, bx0, by0, bz0, x1, y1, z1)
+            add_double(K, row, 9, -sign, x0, y0, z0, bx1, by1, bz1)
 
 
 @kernel
@@ -214,31 +193,6 @@ def add_mass_damping_tangents(c_rate, model, matrix):
             add_block(matrix, at, at, K, 0, 0, 6, 6, 1.0)
 
 
-@inlined
-def _pose_after(bodies, b, h, R):
-    """Rotation of body b at the half interval h after its mean into R; returns its position, all that its rates say.
-
-    Notes
-    -----
-    Over a step a body's rates make dR = h [w]x R and dx = h v of its means R and x.
-    """
-    M, w, x, v = bodies[b].R, bodies[b].w, bodies[b].x, bodies[b].v
-    for j in range(3):
-        x1, y1, z1 = cross(w[0], w[1], w[2], M[0, j], M[1, j], M[2, j])
-        R[0, j], R[1, j], R[2, j] = M[0, j] + h * x1, M[1, j] + h * y1, M[2, j] + h * z1
-    return x[0] + h * v[0], x[1] + h * v[1], x[2] + h * v[2]
-
-
-@inlined
-def _end_axes(R0, w, h, Q):
-    """Q = R0 (1 + [t]x/2)/(1 + t.t/4), by which a change of the increment t = R0^T h w turns the end, inertial axes."""
-    x, y, z = turn_back(R0, 0.5 * h * w[0], 0.5 * h * w[1], 0.5 * h * w[2])
-    s = 1.0 / (1.0 + x * x + y * y + z * z)
-    Q[0, 0], Q[1, 0], Q[2, 0] = turn(R0, s, s * z, -s * y)
-    Q[0, 1], Q[1, 1], Q[2, 1] = turn(R0, -s * z, s, s * x)
-    Q[0, 2], Q[1, 2], Q[2, 2] = turn(R0, s * y, -s * x, s)
-
-
 @indirect(void(REAL, REAL, REAL, REAL, MODEL, SPARSE))
 def add_rod_tangents(h, c_rate, chi, ratio, model, matrix):
     """Derivatives of the forces of all rods by displacements and turns; over a step twice those by what its end moves.
@@ -264,9 +218,9 @@ def add_rod_tangents(h, c_rate, chi, ratio, model, matrix):
         m1 = rows[k].m1
         m0 = m1 if h == 0.0 else rows[k].m0
         Ra, Rb, v0 = bodies[a].R, bodies[b].R, element_vectors(rows, k, bodies)
-        _pose_after(bodies, a, -0.5 * h, A0)
-        _pose_after(bodies, b, -0.5 * h, B0)
-        xa, xb = _pose_after(bodies, a, 0.5 * h, A1), _pose_after(bodies, b, 0.5 * h, B1)
+        pose_after(bodies, a, -0.5 * h, A0)
+        pose_after(bodies, b, -0.5 * h, B0)
+        xa, xb = pose_after(bodies, a, 0.5 * h, A1), pose_after(bodies, b, 0.5 * h, B1)
         v1 = end_vectors(rows, k, A1, B1, xa, xb)
         fill_columns(k, model, Ra, Rb, v0, J0)
         strain_columns(m0, m1, dphi, dpsi, length, D0)
@@ -284,15 +238,15 @@ def add_rod_tangents(h, c_rate, chi, ratio, model, matrix):
         add_curved_strains(m1, S, length, A)
         project_columns(J0, A, J1, B, K)
         add_turned_forces(k, model, p, Ra, Rb, v0, A1, B1, v1, K)
-        _end_axes(A0, bodies[a].w, h, P)
-        _end_axes(B0, bodies[b].w, h, Q)
+        end_axes(A0, bodies[a].w, h, P)
+        end_axes(B0, bodies[b].w, h, Q)
         to_body_axes(K, A0, B0, P, Q)
         for side in range(2):  # torques in axes that turn: R^T t x dtheta
             row, x, y, z = 3 + 6 * side, 0.0, 0.0, 0.0
             for i in range(7):
                 x, y, z = x + p[i] * J0[i, row], y + p[i] * J0[i, row + 1], z + p[i] * J0[i, row + 2]
             x, y, z = turn_back(A0 if side == 0 else B0, x, y, z)
-            _add_skew(K, row, row, 1.0, x, y, z)
+            add_skew(K, row, row, 1.0, x, y, z)
         add_to_bodies(k, model, K, matrix)
         if rows[k].tape > 0:
             tape.couple_nodes(k, J0, D0, A0, B0, J1, D1, P, Q, model, K, matrix)

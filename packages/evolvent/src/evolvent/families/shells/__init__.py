@@ -1,0 +1,1 @@
+"""Shells: four-node elements between bodies."""

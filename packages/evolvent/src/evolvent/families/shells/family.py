@@ -1,0 +1,178 @@
+"""Shells."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from evolvent.families.bodies.family import node_point
+from evolvent.families.shells import shell, shell_strains, shell_tangent
+from evolvent.kernels import calls, rigid
+from evolvent.model.family import End, Family, Kind, Records, record
+from evolvent.model.questions import (
+    Advice,
+    Energies,
+    LinearizedPoint,
+    Parts,
+    Samples,
+    Stability,
+    State,
+    Statics,
+    Step,
+    never,
+)
+from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
+from evolvent_base.errors import InputError
+
+Array = np.ndarray
+#: Strain of a shell that is round-off: it is the difference of positions beside the size of an element.
+_ROUND_OFF = 1e-10
+
+
+def _nodes(row: Any) -> range:
+    """Its bodies."""
+    return range(int(row["first_body"]), int(row["first_body"] + row["nodes"]))
+
+
+def _of_element(row: Any, records: Records) -> Iterator[End]:
+    yield from (("bodies", int(node)) for node in row["nodes"])
+
+
+@calls.force
+def force(interval, model):
+    """Forces of all shells."""
+    step = interval.step
+    shell.add_shells(step.h, step.chi, step.ratio, model)
+
+
+@calls.tangent
+def tangent(interval, model, matrix):
+    """Derivatives of `force`."""
+    step = interval.step
+    shell_tangent.add_shell_tangents(step.h, step.chi, step.ratio, model, matrix)
+
+
+@calls.measure
+def measure(end, t, y, model):
+    """Strains of all shells."""
+    shell_strains.measure_shells(end, model)
+
+
+@calls.energy
+def energy(interval, model, out):
+    """Energies of all shells but that of motion, which is the bodies'."""
+    shell.evaluate_shells(model, out)
+
+
+@calls.force
+def evaluate(interval, model):
+    """Strains, forces, energies and momenta of all shells."""
+    shell.evaluate_shells(model, model.sums[1])
+    shell.evaluate_sums(interval.ym, model)
+
+
+@calls.note
+def note_step(model):
+    """Changes of the strains of all elements."""
+    shell_strains.note_strains(model.shell_elements)
+
+
+def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
+    return {name: getattr(whole, name) for name in ("shells", "shell_elements")}
+
+
+def _bending(model: Any, _: Array) -> float:
+    found = np.zeros(3)
+    shell.evaluate_shells(model, found)
+    return float(found[2])
+
+
+def _stretched(model: Any) -> float:
+    own = model.shell_elements
+    return 0.5 * _ROUND_OFF**2 * float(np.sum(own["area"] * own["membrane"]))
+
+
+def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Iterator[tuple[str, LinearizedPoint]]:
+    """Nodes that move."""
+    model, nodes = assembly.model, _nodes(assembly.model.shells[index])
+    free = model.bodies["motion"] == rigid.FREE
+    yield from ((f"{name}[{k}]", node_point(model, b, y)) for k, b in enumerate(nodes) if free[b])
+
+
+def _place(builder: Any, at: Any) -> Any:
+    """A node of a shell, which is a body."""
+    row = builder.rows["shells"][at.row]
+    if not isinstance(at.on, int) or at.on >= row["nodes"]:
+        raise InputError(
+            f"{at.key} is {at.where!r}; {at.name!r} is a shell; give a node from '{at.name}[0]' to "
+            f"'{at.name}[{row['nodes'] - 1}]'"
+        )
+    return builder.on_body(row["first_body"] + at.on, (0.0, 0.0, 0.0))
+
+
+# geometrically exact shells: their nodes are the bodies from first_body on; work: scratch of an element
+SHELLS = Family(
+    "shells",
+    record(
+        "first_element elements first_body nodes",
+        "",
+        "kinetic linear angular work",
+        linear=(3,), angular=(3,), work=(shell_strains.WORK,),
+    ),
+    order=101,
+    results={
+        "kinetic": ("energy_kinetic", "J", "kinetic energy"),
+        "linear": ("momentum", "kg m s-1", "linear momentum, inertial axes"),
+        "angular": ("angular_momentum", "kg m2 s-1", "angular momentum about the inertial origin"),
+    },
+    kinds=(Kind("a shell", symmetric=True),),
+    isolated=True,
+    force=force,
+    tangent=tangent,
+    energy=energy,
+    shares=Shares((Rule(ELASTIC),), place=11.5, elastic=Elastic(_stiff)),
+    smooth=True,
+    of_step=False,
+    parts=Parts(consists=lambda row, _: _nodes(row), place=_place, totals={"slender": lambda found: found.size}),
+    state=State(points=_points),
+    stability=Stability(waves=lambda _: 1.0),
+    step=Step(measure=measure),
+    statics=Statics(uneven=never),
+    energies=Energies(bending=_bending, by_causes=True, round_off=_stretched),
+    samples=Samples(evaluate=evaluate),
+    advice=Advice(conserved="shells"),
+)  # fmt: skip
+
+# an element between four bodies, whose third axes are the directors; stiffness, resultants, rest, slopes, untwisted:
+# see `stiffness.Constants`; drilling: N m, stiffness of a node's drilling strain; membrane: N/m, largest stiffness.
+# m0, m1: measures at the start and the end of an interval; before: changes of the strains over the step before
+SHELL_ELEMENTS = Family(
+    "shell_elements",
+    record(
+        "nodes",
+        "area membrane drilling stiffness resultants rest slopes untwisted",
+        "m0 m1 before stress stored bent drilled membrane_force_1 membrane_force_2 membrane_shear moment_1 moment_2 "
+        "twisting_moment shear_force_1 shear_force_2",
+        nodes=(4,), stiffness=(15, 15), resultants=(8, 15), rest=(15,), slopes=(8, 4), untwisted=(4,),
+        m0=(shell_strains.MEASURES,), m1=(shell_strains.MEASURES,), before=(19,), stress=(8,),
+    ),
+    order=102,
+    results={
+        "membrane_force_1": ("membrane_force_1", "N m-1", "membrane force along axis 1, positive in tension"),
+        "membrane_force_2": ("membrane_force_2", "N m-1", "membrane force along axis 2, positive in tension"),
+        "membrane_shear": ("membrane_shear", "N m-1", "shear force in the plane"),
+        "moment_1": ("moment_1", "N", "bending moment per length, of curvature along axis 1"),
+        "moment_2": ("moment_2", "N", "bending moment per length, of curvature along axis 2"),
+        "twisting_moment": ("twisting_moment", "N", "twisting moment per length"),
+        "shear_force_1": ("shear_force_1", "N m-1", "transverse shear force per length, on sections across axis 1"),
+        "shear_force_2": ("shear_force_2", "N m-1", "transverse shear force per length, on sections across axis 2"),
+        "stored": ("energy_elastic", "J", "strain energy"),
+        "bent": ("energy_bending", "J", "strain energy of bending and transverse shear"),
+        "drilled": ("energy_drilling", "J", "energy of the springs that hold the nodes about the normal"),
+    },
+    of="shells",
+    ends=_of_element,
+    step=Step(note=note_step),
+)  # fmt: skip
