@@ -31,7 +31,7 @@ def pictures(
     label : str, written large where it is not empty
     """
     shown = motion.magnified()
-    seen = shown.resampled(np.asarray(time, dtype=float))
+    seen = shown.resampled(np.asarray(time, dtype=float)).refined()
     stage = _Stage(shown, seen if inertial else seen.in_body(), size, inertial=inertial, label=label)
     for k, t in enumerate(time):
         text = f"time  {t:.2f} s"
