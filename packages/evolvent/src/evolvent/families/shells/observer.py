@@ -60,7 +60,7 @@ def observe_shell(view: View, name: str) -> Observed:
         {
             "quads": {
                 "points": "position", "normals": "normal", "faces": "element_nodes",
-                "thickness": float(view.part(name).thickness),
+                "thickness": _thickness(view, index),
                 "values": [*(principal if bends else principal[::-1]), "energy_density"],
                 "data": resultants, "vectors": ["displacement"],
             }
@@ -71,20 +71,26 @@ def observe_shell(view: View, name: str) -> Observed:
 
 def _observe_nodes(view: View, name: str, found: Observed) -> None:
     """Motion of the nodes."""
-    index = view.index(name)
-    poses = [view.pose(b) for b in bodies_of(view.model, "shells", index)]
+    bodies = bodies_of(view.model, "shells", view.index(name))
+    poses = [view.pose(b) for b in bodies]
     x, v, w = (np.stack([getattr(pose, key) for pose in poses], axis=1) for key in ("x", "v", "w"))
     R = np.stack([pose.R for pose in poses], axis=1)
-    rest = view.part(name).mesh(name)[0].reshape(-1, 3)
+    start = view.model.bodies["x0"][np.array(bodies)]
     found.along("position", "node", x, "m", "positions of the nodes, inertial axes")
-    found.along("displacement", "node", x - rest, "m", "displacements of the nodes from the shape without stress")
-    found.scalar("largest_displacement", norm(x - rest).max(axis=1), "m", "largest displacement of a node")
+    found.along("displacement", "node", x - start, "m", "displacements of the nodes from the start")
+    found.scalar("largest_displacement", norm(x - start).max(axis=1), "m", "largest displacement of a node")
     found.along("normal", "node", R[..., 2], "1", "normals at the nodes, inertial axes")
     text = "attitudes of the nodes, quaternions from their axes to inertial axes, scalar first"
     found.attitudes("attitude", "node", R, text)
     found.along("velocity", "node", v, "m s-1", "velocities of the nodes, inertial axes")
     found.along("rate", "node", w, "rad s-1", "angular velocities of the nodes, inertial axes")
     found.coordinate("node", "node", np.arange(x.shape[1]), "1", "node i (n2 + 1) + j, i along side 1, j along side 2")
+
+
+def _thickness(view: View, index: int) -> float:
+    """Thickness of the homogeneous wall that has the inertia of the nodes, m."""
+    node = view.model.bodies[bodies_of(view.model, "shells", index)[0]]
+    return float(np.sqrt(12.0 * node["inertia"][0, 0] / node["mass"]))
 
 
 def _directions(view: View, index: int) -> Array:
