@@ -12,6 +12,8 @@ from evolvent.results.observe.view import View
 Array = np.ndarray
 #: Fields of an element of which the shell has the sum.
 _SUMS = ("stored", "bent", "drilled")
+#: Angle, rad, by which a shell must bend for its moments to be its first colour.
+_BENT = 1e-3
 #: Membrane forces and moments per length, as the components 11, 22 and 12 of a tensor.
 _FORCES = ("membrane_force_1", "membrane_force_2", "membrane_shear")
 _MOMENTS = ("moment_1", "moment_2", "twisting_moment")
@@ -52,8 +54,6 @@ def observe_shell(view: View, name: str) -> Observed:
         called, *described = RESULTS["shell_elements"][field]
         found.scalar(called, fields[field][:, own].sum(axis=1), *described)
     found.plots = ["largest_displacement", "energy_elastic"]
-    energies = (found.variables[key].values.max(initial=0.0) for key in ("energy_bending", "energy_elastic"))
-    bends = next(energies) >= 0.5 * next(energies)
     principal = ["principal_moment", "principal_membrane_force"]
     resultants = [described[0] for field, described in RESULTS["shell_elements"].items() if field not in _SUMS]
     found.drawn = [
@@ -61,7 +61,7 @@ def observe_shell(view: View, name: str) -> Observed:
             "quads": {
                 "points": "position", "normals": "normal", "faces": "element_nodes",
                 "thickness": _thickness(view, index),
-                "values": [*(principal if bends else principal[::-1]), "energy_density"],
+                "values": [*(principal if _bends(view, index) else principal[::-1]), "energy_density"],
                 "data": resultants, "vectors": ["displacement"],
             }
         }
@@ -91,6 +91,15 @@ def _thickness(view: View, index: int) -> float:
     """Thickness of the homogeneous wall that has the inertia of the nodes, m."""
     node = view.model.bodies[bodies_of(view.model, "shells", index)[0]]
     return float(np.sqrt(12.0 * node["inertia"][0, 0] / node["mass"]))
+
+
+def _bends(view: View, index: int) -> bool:
+    """Whether normals turn against the axes of the first node."""
+    bodies = bodies_of(view.model, "shells", index)
+    start = view.model.bodies["R0"][np.array(bodies)]
+    first, before = view.pose(bodies[0]).R, start[0].T @ start[..., 2].T
+    turns = (np.swapaxes(first, -1, -2) @ view.pose(b).R[:, :, 2, None] for b in bodies)
+    return any(float(np.abs(x[..., 0] - before[:, k]).max(initial=0.0)) > _BENT for k, x in enumerate(turns))
 
 
 def _directions(view: View, index: int) -> Array:
