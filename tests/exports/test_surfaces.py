@@ -72,6 +72,9 @@ def test_a_coarse_surface_is_made_smooth() -> None:
     assert len(fine.faces) == len(surface.faces) * fine.each <= 600
     assert fine.points.shape[1] == (6 * 7 + 1) * (2 * 7 + 1)  # each once
     assert len(fine.rim) == 7 * len(surface.rim)
+    assert surface.outer.all()
+    edges = np.stack([fine.faces, np.roll(fine.faces, -1, axis=1)], axis=-1)[fine.outer.T]
+    assert len(np.unique(np.sort(edges, axis=1), axis=0)) == 7 * (6 * 3 + 7 * 2)  # those of the mesh, each divided
     arc = 0.5 * np.pi / 6
     off = np.abs(np.linalg.norm(fine.points[..., :2], axis=-1) / RADIUS - 1.0).max()
     assert off < 0.02 * arc**4 < 1.0 - np.cos(0.5 * arc)
@@ -151,7 +154,8 @@ def test_the_viewer_draws_it(browser: Any, tmp_path: Path) -> None:  # noqa: F81
         "(() => { const v = document.getElementById('viewer').viewer, parts = []; v.parts = parts;"
         " v.surface(v.motions[0], v.motions[0].surfaces[0], v.C, v.see([0, 0, 0])); return v.parts.length; })()"
     )
-    assert found == len(rolled().refined().faces) + len(rolled().refined().rim)
+    fine = rolled().refined()
+    assert found == len(fine.faces) + fine.outer.sum() + len(fine.rim)
     assert errors == []
 
 

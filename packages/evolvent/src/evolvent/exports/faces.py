@@ -27,6 +27,8 @@ _MEASURED = 60
 _TURNS, _STEPS = 9, 14
 #: Shade of the side of a surface that its normals leave.
 _BACK = 0.88
+#: Pixels of an element, about, from which lines are drawn around it.
+_MESH = 14.0
 
 
 class Faces(NamedTuple):
@@ -265,7 +267,13 @@ class Drawer:
         each = np.full(len(faces) // surface.each, np.nan) if values is None else values[k]
         color = np.repeat(self._colored(each), surface.each, axis=0)
         fill = _opaque(np.minimum(1.0, (0.76 + 0.28 * lit)[:, None] * np.where(front[:, 0], color, _BACK * color)))
-        parts = [Faces(at, fill, fill, np.full(len(faces), 0.9 * self._pixel), corner[:, :, 2].mean(axis=1))]
+        depth = corner[:, :, 2].mean(axis=1)
+        parts = [Faces(at, fill, fill, np.full(len(faces), 0.9 * self._pixel), depth)]
+        large = surface.each * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) > (_MESH * self._pixel) ** 2
+        for side, outer in enumerate(surface.outer):  # over what is drawn of the element
+            shown = outer & large
+            ends = at[shown, side], at[shown, (side + 1) % 4]
+            parts.append(_pieces(*ends, depth[shown] - 1e-9, 0.82 * fill[shown, :3], 0.8 * self._pixel))
         one, two = rim.T
         edge = np.stack([above[one], above[two], below[two], below[one]], axis=1)
         depth = 0.25 * (upper[one] + upper[two] + lower[one] + lower[two])[:, 2] - 1e-3 * camera.radius

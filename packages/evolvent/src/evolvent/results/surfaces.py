@@ -60,6 +60,13 @@ class Surface:
         _, first, counts = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
         return np.asarray(edges[np.sort(first[counts == 1])])
 
+    @property
+    def outer(self) -> Array:
+        """(4, f) bool, whether the edge from each corner to the next one is between quadrilaterals of other values."""
+        count = round(self.each**0.5)
+        i, j = np.divmod(np.arange(len(self.faces)) % self.each, count)
+        return np.stack([j == 0, i == count - 1, j == count - 1, i == 0])
+
     def sides(self, k: int) -> tuple[Array, Array]:
         """Points (n, 3) of the side where the normals point, and of the other one, at sample k, m."""
         half = 0.5 * self.thickness * self.normals[k]
