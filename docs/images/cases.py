@@ -52,6 +52,7 @@ FRAMES = {
     "inertia-stand-paper": Frame(0.05),
     "offload": Frame(0.1),
     "orbit-tether": Frame(0.9),
+    "plate-swing": Frame(0.59),
     "rib-held-ten-years": Frame(0.1),
     "rib-reflector": Frame(0.12),
     "solar-array": Frame(0.12),
@@ -87,7 +88,7 @@ def draw(name: str) -> pathlib.Path:
     (pixels,) = pictures(motion, time, size=SIZE, inertial=True, label=unfinished(run))
     picture = Image.fromarray(pixels[..., :3]).resize(SHOWN, Image.Resampling.LANCZOS)
     path = FOLDER / f"{name}.png"
-    picture.quantize(colors=128).save(path, optimize=True)
+    picture.quantize(colors=256, method=Image.Quantize.MAXCOVERAGE).save(path, optimize=True)
     return path
 
 

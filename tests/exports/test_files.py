@@ -47,13 +47,18 @@ def motion(run):
 
 
 def grid(path):
-    """Arrays of a .vtp file by name: after the first underscore, each with a header and compressed by zlib."""
+    """Arrays of a .vtp file by name."""
+    return {name: values for held in arrays(path).values() for name, values in held.items()}
+
+
+def arrays(path):
+    """Arrays of a .vtp file by element and name: after the first underscore, with a header and compressed."""
     head, _, rest = path.read_bytes().partition(b"<AppendedData")
     data = rest.partition(b"_")[2]
     root = ElementTree.fromstring(head.decode() + "</VTKFile>")
     assert root.get("compressor") == "vtkZLibDataCompressor"
     found = {}
-    for array in root.iter("DataArray"):
+    for element, array in ((owner, array) for owner in root.find("PolyData/Piece") for array in owner):
         at = int(array.get("offset"))
         count, size, rest_size, packed = np.frombuffer(data, "<u8", 4, at).tolist()
         assert (count, rest_size) == (1, 0)
@@ -61,7 +66,8 @@ def grid(path):
         assert len(raw) == size
         values = np.frombuffer(raw, np.dtype(array.get("type").lower()))
         width = int(array.get("NumberOfComponents"))
-        found[array.get("Name")] = values if width == 1 else values.reshape(-1, width)
+        held = values if width == 1 else values.reshape(-1, width)
+        found.setdefault(element.tag, {})[array.get("Name")] = held
     return found
 
 

@@ -51,7 +51,7 @@ class Model:
         view = self.json["bufferViews"][accessor["bufferView"]]
         assert view["byteOffset"] % 4 == 0
         width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor["type"]]
-        kind = {5126: "<f4", 5125: "<u4"}[accessor["componentType"]]
+        kind = {5126: "<f4", 5125: "<u4", 5123: "<u2"}[accessor["componentType"]]
         found = np.frombuffer(self.data, kind, accessor["count"] * width, view["byteOffset"])
         return found if width == 1 else found.reshape(-1, width)
 

@@ -29,6 +29,7 @@ NAMES = [name for name in cases.built_in() if cases.content_of(name)["system"] =
 SHORT = {
     "boom-on-drum-stored": 0.05,
     "heliogyro-strip-payout": 5.0,
+    "plate-swing": 0.1,
     "rib-held-ten-years": 1.0,
     "rib-reflector": 0.5,
     "solar-array-flexible": 2.0,

@@ -29,6 +29,7 @@ SHORT = {
     "inertia-stand": {},
     "offload": {},
     "orbit-tether": {"simulate.until": 20.0},
+    "plate-swing": {"simulate.until": 0.1},
     "rib-held-ten-years": {"simulate.until": 1.0},
     "rib-reflector": {"simulate.until": 0.2},
     "solar-array": {"simulate.until": 4.0},

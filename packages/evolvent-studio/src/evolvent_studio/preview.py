@@ -52,7 +52,8 @@ def start_of(content: Mapping[str, Any], note: Callable[[str], None] = lambda te
     if motion is None:
         raise InputError("the case has no part that can be drawn; add a body, a beam or a point")
     lines = [dataclasses.replace(line, values={}) for line in motion.lines]  # nothing has a stress or a force yet
-    return animation.pack(dataclasses.replace(motion, lines=lines, forces=[], numbers={}))
+    surfaces = [dataclasses.replace(surface, values={}) for surface in motion.surfaces]
+    return animation.pack(dataclasses.replace(motion, lines=lines, surfaces=surfaces, forces=[], numbers={}))
 
 
 def _packed(note: Callable[[str], None], *, content: Any) -> str:

@@ -232,6 +232,15 @@ def test_the_start_is_that_of_the_parts():
     assert at == len(packed)
 
 
+def test_the_start_of_a_plate_is_a_surface_without_colours():
+    packed = preview.start_of(cases.content_of("plate-swing"))
+    header = json.loads(packed[4 : 4 + int.from_bytes(packed[:4], "little")])
+    (surface,) = header["surfaces"]
+    assert (surface["name"], surface["values"], surface["thickness"]) == ("plate", {}, pytest.approx(2e-3))
+    assert len(surface["faces"]) == 4 * 64 * surface["each"]
+    assert header["colors"] == []
+
+
 def test_why_there_is_no_start_is_one_sentence(studio):
     content = cases.content_of("boom-slew")
     content["parts"]["clamp"]["a"] = "hubb.bracket"

@@ -16,6 +16,7 @@ from evolvent_base.errors import RunFailed
 animation = lazy.load("evolvent.view.animation", suppress_warning=True)
 cases = lazy.load("evolvent.cases", suppress_warning=True)
 mesh = lazy.load("evolvent.analysis.mesh_error", suppress_warning=True)
+pictures = lazy.load("evolvent.exports.pictures", suppress_warning=True)
 plots = lazy.load("evolvent_base.plots", suppress_warning=True)
 results = lazy.load("evolvent.results", suppress_warning=True)
 show = lazy.load("evolvent.view.show", suppress_warning=True)
@@ -100,9 +101,10 @@ def equilibrium(
 
 
 def _draw(found: Any, folder: str) -> None:
-    """Figures along the parts, and the shape as a page."""
+    """Figures along the parts, pictures of surfaces, and the shape as a page."""
     paths = plots.draw(show.figures(found), folder, label=results.unfinished(found))
     motion = show.motion(found)
     if motion is not None:
+        paths += pictures.write_shapes(motion, folder, label=results.unfinished(found))
         paths.append(animation.write(motion, os.path.join(folder, "shape.html")))
     echo(f"figures: {', '.join(map(os.path.basename, paths))} in {folder}" if paths else "no figures")

@@ -62,7 +62,7 @@ def export(
     """Write a results file for other programs.
 
     \b
-    vtk   folder of time series for ParaView: lines, strips, bodies, forces
+    vtk   folder of time series for ParaView: lines, surfaces, bodies, forces
     csv   folder of tables for a spreadsheet
     mat   struct for MATLAB and Octave
     glb   animated model (glTF) for viewers and Blender

@@ -11,6 +11,7 @@ import numpy as np
 
 from evolvent.results.motion import Forces, Frame, Line, Motion, turned
 from evolvent.results.solids import Mesh
+from evolvent.results.surfaces import Surface
 from evolvent.view.views import OBLIQUE
 
 Array = np.ndarray
@@ -24,6 +25,10 @@ _FAR = 6.0
 #: Sample times at which the size of the picture is measured.
 _MEASURED = 60
 _TURNS, _STEPS = 9, 14
+#: Shade of the side of a surface that its normals leave.
+_BACK = 0.88
+#: Pixels of an element, about, from which lines are drawn around it.
+_MESH = 14.0
 
 
 class Faces(NamedTuple):
@@ -172,6 +177,7 @@ class Drawer:
         self._colors, self._label, self._ends, self._pixel = colors, label, ends, pixel
         self._meshes = [[solid.mesh() for solid in frame.solids] for frame in motion.frames]
         self._symbol_meshes = [[solid.mesh(sectors=16) for solid in frame.solids] for frame in motion.symbols]
+        self._rims = [surface.rim for surface in motion.surfaces]
         self._rest = {
             line.name: float(np.nanmax(np.linalg.norm(line.points[:, -1] - line.points[:, 0], axis=-1)))
             for line in motion.lines
@@ -189,6 +195,8 @@ class Drawer:
                 parts.append(faces._replace(depth=faces.depth - frame.lift - 1e-3 * camera.radius))
         for line in self._motion.lines:
             parts += self._spring(camera, line, k) if line.kind == "spring" else self._line(camera, line, k)
+        for surface, rim in zip(self._motion.surfaces, self._rims, strict=True):
+            parts += self._surface(camera, surface, rim, k)
         for mark in self._motion.marks:
             view = camera.view(mark.points[k][np.isfinite(mark.points[k]).all(axis=1)])
             at, scale = camera.screen(view)
@@ -229,15 +237,49 @@ class Drawer:
 
     def _tints(self, line: Line, k: int) -> Array:
         """Colours (n - 1, 3) of the pieces of a line, each by the mean of its ends."""
-        found = np.tile(_NONE, (line.points.shape[1] - 1, 1))
+        mean = np.full(line.points.shape[1] - 1, np.nan)
         if self._label is not None and self._label in line.values:
             a, b = line.values[self._label][k, :-1], line.values[self._label][k, 1:]
             mean = np.where(np.isnan(a), b, np.where(np.isnan(b), a, 0.5 * (a + b)))
-            known = np.isfinite(mean)
-            low, high = self._ends
-            share = np.clip((mean[known] - low) / (high - low), 0.0, 1.0)
-            found[known] = self._colors[np.round(255.0 * share).astype(int)]
+        return self._colored(mean)
+
+    def _colored(self, values: Array) -> Array:
+        """Colours (n, 3) of values (n,), that of none where they are NaN."""
+        found = np.tile(_NONE, (len(values), 1))
+        known = np.isfinite(values)
+        low, high = self._ends
+        share = np.clip((values[known] - low) / (high - low), 0.0, 1.0)
+        found[known] = self._colors[np.round(255.0 * share).astype(int)]
         return found
+
+    def _surface(self, camera: Camera, surface: Surface, rim: Array, k: int) -> list[Faces]:
+        """Quadrilaterals on the side from which each is seen, and the edge all around."""
+        upper, lower = (camera.view(side) for side in surface.sides(k))
+        above, below = camera.screen(upper)[0], camera.screen(lower)[0]
+        faces = surface.faces
+        a, b = above[faces[:, 2]] - above[faces[:, 0]], above[faces[:, 3]] - above[faces[:, 1]]
+        front = (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] > 0.0)[:, None, None]
+        at, corner = np.where(front, above[faces], below[faces]), np.where(front, upper[faces], lower[faces])
+        normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
+        normal = np.where(front[:, 0], normal, -normal)
+        lit = np.maximum(0.0, -normal @ _LIGHT / np.maximum(np.linalg.norm(normal, axis=1), 1e-300))
+        values = surface.values.get(self._label or "")
+        each = np.full(len(faces) // surface.each, np.nan) if values is None else values[k]
+        color = np.repeat(self._colored(each), surface.each, axis=0)
+        fill = _opaque(np.minimum(1.0, (0.76 + 0.28 * lit)[:, None] * np.where(front[:, 0], color, _BACK * color)))
+        depth = corner[:, :, 2].mean(axis=1)
+        parts = [Faces(at, fill, fill, np.full(len(faces), 0.9 * self._pixel), depth)]
+        large = surface.each * np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) > (_MESH * self._pixel) ** 2
+        for side, outer in enumerate(surface.outer):  # over what is drawn of the element
+            shown = outer & large
+            ends = at[shown, side], at[shown, (side + 1) % 4]
+            parts.append(_pieces(*ends, depth[shown] - 1e-9, 0.82 * fill[shown, :3], 0.8 * self._pixel))
+        one, two = rim.T
+        edge = np.stack([above[one], above[two], below[two], below[one]], axis=1)
+        depth = 0.25 * (upper[one] + upper[two] + lower[one] + lower[two])[:, 2] - 1e-3 * camera.radius
+        ink = _opaque(np.tile(0.55 * _NONE, (len(rim), 1)))
+        parts.append(Faces(edge, ink, ink, np.full(len(rim), self._pixel), depth))
+        return [Faces(*(x[np.isfinite(part.depth)] for x in part)) for part in parts]
 
     def _line(self, camera: Camera, line: Line, k: int) -> list[Faces]:
         """A line, a rod, or a strip."""

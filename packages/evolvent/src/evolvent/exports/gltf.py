@@ -1,6 +1,7 @@
 """An animated model as one binary glTF file (.glb), for viewers, Blender and pages.
 
-Every body is a node that moves; lines are rods and strips of straight pieces that follow their points.
+Every body is a node that moves; lines are rods and strips of straight pieces that follow their points; surfaces are
+skins, whose joints are their points.
 Source: glTF 2.0 specification, Khronos Group (binary glTF, accessors, animations).
 """
 
@@ -19,6 +20,7 @@ from evolvent_base.files import write_file
 
 if TYPE_CHECKING:
     from evolvent.results.motion import Frame, Line
+    from evolvent.results.surfaces import Surface
 
 Array = np.ndarray
 #: Samples that are written unless more are asked for.
@@ -29,8 +31,8 @@ _THIN, _FLAT = 2e-3, 0.02
 _ROUNDED, _SEEN = 6e-8, 1e-4
 #: Colours: name of the material, red, green, blue.
 _COLORS = {"body": (0.55, 0.62, 0.72), "symbol": (0.85, 0.55, 0.25), "line": (0.2, 0.45, 0.7)}
-#: Types of accessors: number of entries -> name; and numbers that are floats and unsigned integers.
-_WIDTHS, _FLOAT, _UINT = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}, 5126, 5125
+#: Types of accessors: number of entries -> name; and numbers that are floats and unsigned integers, long and short.
+_WIDTHS, _FLOAT, _UINT, _SHORT = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}, 5126, 5125, 5123
 #: glTF has y up: what turns an axis that points up to y.
 _UP = {
     "x": from_rotation_vectors(np.array([[0.0, 0.0, 0.5 * np.pi]]))[0],
@@ -53,6 +55,7 @@ def write(run: Any, path: str, request: Request) -> str:
     seen = whole.in_body() if request.axes == "body" else whole
     motion, speed = seen.at(samples), request.speed or default_speed(whole)
     pieces = sum(line.points.shape[1] - 1 for line in motion.lines)
+    pieces += sum(surface.points.shape[1] for surface in motion.surfaces)
     request.allow(40.0 * samples.size * (pieces + len(motion.frames)), f"{samples.size} samples")
     file = _File((motion.time - motion.time[0]) / speed)
     root = file.node(motion.title, rotation=_UP[motion.up])
@@ -60,6 +63,8 @@ def write(run: Any, path: str, request: Request) -> str:
         _add_frame(file, root, frame, color)
     for line in motion.lines:
         _add_line(file, root, line, _THIN * motion.reach)
+    for surface in motion.surfaces:
+        _add_surface(file, root, surface)
     content = file.content(motion.title)
     write_file(path, content)
     said = f"{path}: {samples_text(samples, run.sizes['time'])}, {speed:g} times real time, {shown_size(len(content))}"
@@ -122,12 +127,22 @@ def _add_line(file: _File, root: int, line: Line, thin: float) -> None:
         )  # fmt: skip
 
 
+def _add_surface(file: _File, root: int, surface: Surface) -> None:
+    """A skin whose joints move as the points; where one is hidden, it stays."""
+    node = file.node(surface.name, root)
+    first, moves = surface.points[0], surface.points - surface.points[0]
+    moves = np.where(np.isfinite(moves), moves, 0.0)
+    joints = [file.node(f"{surface.name} {k + 1}", node, translation=moves[:, k]) for k in range(len(first))]
+    file.skin(surface.name, node, np.nan_to_num(first), surface.faces, joints)
+
+
 class _File:
     """Nodes, meshes and an animation as they are put together."""
 
     def __init__(self, time: Array) -> None:
         self._json: dict[str, list[Any]] = {
-            name: [] for name in ("nodes", "meshes", "materials", "accessors", "bufferViews", "channels", "samplers")
+            name: []
+            for name in ("nodes", "meshes", "materials", "accessors", "bufferViews", "skins", "channels", "samplers")
         }
         self._buffer = bytearray()
         self._units: dict[bool, int] = {}
@@ -168,13 +183,24 @@ class _File:
             self._units[flat] = self._mesh(mesh.vertices, mesh.faces, "line")
         return self._units[flat]
 
-    def _mesh(self, vertices: Array, faces: Array, color: str) -> int:
+    def skin(self, name: str, parent: int, points: Array, faces: Array, joints: list[int]) -> None:
+        """A mesh with a joint for each of its points, which is at the points where the joints are at the origin."""
+        bones = np.zeros((len(points), 4), dtype=np.uint16)
+        bones[:, 0] = np.arange(len(points))
+        weights = np.zeros((len(points), 4))
+        weights[:, 0] = 1.0
+        more = {"JOINTS_0": self._accessor(bones), "WEIGHTS_0": self._accessor(weights)}
+        mesh = self._mesh(points, faces, "line", more)
+        self._json["skins"].append({"name": name, "joints": joints, "skeleton": parent})
+        self._json["nodes"][self.node(name, parent, mesh=mesh)]["skin"] = len(self._json["skins"]) - 1
+
+    def _mesh(self, vertices: Array, faces: Array, color: str, more: dict[str, int] | None = None) -> int:
         triangles = np.concatenate([faces[:, [0, 1, 2]], faces[:, [0, 2, 3]]])
         corners = vertices[triangles]
         area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
         used = triangles[area > 1e-9 * area.max()].ravel().astype(np.uint32)
         primitive = {
-            "attributes": {"POSITION": self._accessor(vertices, bounds=True)},
+            "attributes": {"POSITION": self._accessor(vertices, bounds=True), **(more or {})},
             "indices": self._accessor(used),
             "material": self._material(color),
         }
@@ -190,8 +216,8 @@ class _File:
         return names.index(color)
 
     def _accessor(self, values: Array, *, bounds: bool = False) -> int:
-        kind = _UINT if values.dtype.kind == "u" else _FLOAT
-        data = np.ascontiguousarray(values, dtype="<u4" if kind == _UINT else "<f4")
+        kind = {"u2": _SHORT, "u4": _UINT}.get(values.dtype.str[1:], _FLOAT)
+        data = np.ascontiguousarray(values, dtype={_SHORT: "<u2", _UINT: "<u4", _FLOAT: "<f4"}[kind])
         view = {"buffer": 0, "byteOffset": len(self._buffer), "byteLength": data.nbytes}
         self._buffer += data.tobytes()
         self._json["bufferViews"].append(view)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,6 +39,8 @@ def write(run: Any, path: str, request: Request) -> str:
     ``run.data.NAME`` the values, of parts ``run.data.PART__NAME``; ``run.units.NAME``,
     ``run.meaning.NAME``, ``run.dims.NAME`` (dimensions, in order), ``run.names.NAME`` (the name in evolvent);
     ``run.lines(k)`` a line with ``name``, ``points`` (time, point, xyz; m, inertial axes) and ``values``;
+    ``run.surfaces(k)`` a surface with ``name``, ``points`` (as a line), ``faces`` (face, its four points, from 1) and
+    ``values`` (time, face);
     ``run.bodies(k)`` a body with ``name``, ``position`` (time, xyz; m), ``quaternion`` (time, wxyz; body to inertial);
     ``run.forces(k)`` with ``name``, ``unit``, ``points`` and ``vectors`` (time, point, xyz);
     ``run.marks(k)`` points with ``name``, ``points`` and ``size`` (m, NaN for none);
@@ -58,6 +60,7 @@ def write(run: Any, path: str, request: Request) -> str:
     motion = motion_of(run).at(samples)
     some = variables.flat(run).isel(time=samples)
     size = some.nbytes + sum(x.points.nbytes + sum(v.nbytes for v in x.values.values()) for x in motion.lines)
+    size += sum(x.points.nbytes + x.faces.nbytes + sum(v.nbytes for v in x.values.values()) for x in motion.surfaces)
     size += sum(2 * force.points.nbytes for force in motion.forces)
     request.allow(size, f"{samples.size} samples")
     if size > _LIMIT:
@@ -65,10 +68,6 @@ def write(run: Any, path: str, request: Request) -> str:
             f"a .mat file holds at most {shown_size(_LIMIT)}, and this is {shown_size(size)}; lower --frames"
         )
     fields = _fields([str(name) for name in some.variables])
-    lines = np.zeros(len(motion.lines), dtype=[("name", object), ("points", object), ("values", object)])
-    for k, line in enumerate(motion.lines):
-        own = _fields(line.values)
-        lines[k] = (line.name, line.points, {own[name]: v for name, v in line.values.items()})
     statistics = results.statistics_of(run)
     counts = _fields(statistics)
     content = {
@@ -77,7 +76,11 @@ def write(run: Any, path: str, request: Request) -> str:
         "meaning": {field: some[name].attrs.get("long_name", "") for name, field in fields.items()},
         "dims": {field: np.array([str(d) for d in some[name].dims], dtype=object) for name, field in fields.items()},
         "names": {field: name for name, field in fields.items()},
-        "lines": lines,
+        "lines": _rows(("name", "points", "values"), [(x.name, x.points, _by_field(x.values)) for x in motion.lines]),
+        "surfaces": _rows(
+            ("name", "points", "faces", "values"),
+            [(x.name, x.points, x.faces + 1, _by_field(x.values)) for x in motion.surfaces],
+        ),
         "bodies": _structs(motion.frames, {"name": "name", "position": "origin", "quaternion": "attitude"}),
         "forces": _structs(motion.forces, {name: name for name in ("name", "unit", "points", "vectors")}),
         "marks": _rows(
@@ -94,6 +97,12 @@ def write(run: Any, path: str, request: Request) -> str:
     with writing(path) as temporary, open(temporary, "wb") as file:
         scipy.io.savemat(file, {"run": content}, do_compression=True, long_field_names=True, oned_as="column")
     return f"{path}: {samples_text(samples, count)}, {shown_size(size_of(path))}"
+
+
+def _by_field(values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Values by the names that a struct can have."""
+    own = _fields(values)
+    return {own[name]: array for name, array in values.items()}
 
 
 def _structs(parts: Sequence[Any], fields: dict[str, str]) -> np.ndarray:

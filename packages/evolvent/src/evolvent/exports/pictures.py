@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator
 from typing import Any
 
@@ -12,13 +13,23 @@ import numpy as np
 from evolvent.exports.faces import Camera, Drawer, Faces, arrows, join
 from evolvent.results.motion import Motion, ValueRange, name_and_unit, quantity
 from evolvent.view.animation import grid_step
+from evolvent_base.files import writing
 from evolvent_base.style import text_width
 
 sheets = lazy.load("evolvent_base.sheets", suppress_warning=True)
 
+#: Size of the picture of a shape, pixels.
+_SHAPE = (1200, 900)
+
 
 def pictures(
-    motion: Motion, time: np.ndarray, *, size: tuple[int, int], inertial: bool, label: str = ""
+    motion: Motion,
+    time: np.ndarray,
+    *,
+    size: tuple[int, int],
+    inertial: bool,
+    label: str = "",
+    value: str | None = None,
 ) -> Iterator[np.ndarray]:
     """Pictures (height, width, 4) uint8 of a motion, one at each `time`.
 
@@ -29,16 +40,34 @@ def pictures(
     size : (2,) int, pixels, width and height
     inertial : bool, whether inertial axes are drawn or those of the main frame
     label : str, written large where it is not empty
+    value : str, label of the values that colours show (`Motion.labels`); the first one if left out
     """
     shown = motion.magnified()
-    seen = shown.resampled(np.asarray(time, dtype=float))
-    stage = _Stage(shown, seen if inertial else seen.in_body(), size, inertial=inertial, label=label)
+    seen = shown.resampled(np.asarray(time, dtype=float)).refined()
+    stage = _Stage(shown, seen if inertial else seen.in_body(), size, inertial=inertial, label=label, value=value)
     for k, t in enumerate(time):
         text = f"time  {t:.2f} s"
         for name, values in seen.numbers.items():
             what, unit = name_and_unit(name)
             text += f"\n{what}  {values[k]:.4g} {unit}".rstrip() if np.isfinite(values[k]) else ""
         yield stage.draw(k, text)
+
+
+def write_shapes(motion: Motion, folder: str, *, label: str = "") -> list[str]:
+    """Write a picture of the last shape for each value that surfaces have; returns the files' paths, none without them.
+
+    Parameters
+    ----------
+    label : str, as of `pictures`
+    """
+    paths = []
+    for value in dict.fromkeys(name for surface in motion.surfaces for name in surface.values):
+        (picture,) = pictures(motion, motion.time[-1:], size=_SHAPE, inertial=True, label=label, value=value)
+        path = os.path.join(folder, f"shape-{name_and_unit(value)[0].replace(' ', '-')}.png")
+        with writing(path) as temporary:
+            sheets.Image.fromarray(picture[..., :3]).save(temporary, format="png")
+        paths.append(path)
+    return paths
 
 
 class _Stage:
@@ -50,11 +79,13 @@ class _Stage:
     seen : Motion, at the moments and in the axes that are drawn
     """
 
-    def __init__(self, motion: Motion, seen: Motion, size: tuple[int, int], *, inertial: bool, label: str) -> None:
+    def __init__(
+        self, motion: Motion, seen: Motion, size: tuple[int, int], *, inertial: bool, label: str, value: str | None
+    ) -> None:
         width, height = size
         font = max(7.0, height / 60.0)
         self._pixel = height / 600.0
-        value = next(iter(motion.labels), None)
+        value = next(iter(motion.labels), None) if value is None else value
         ends = ValueRange(0.0, 1.0) if value is None else motion.value_range(value)
         colors = sheets.mpl.colormaps["viridis"]
         self._camera = Camera.of(motion if inertial else motion.in_body(), size)

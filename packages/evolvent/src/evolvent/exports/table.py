@@ -80,8 +80,8 @@ def write(run: Any, path: str, request: Request) -> str:
                 narrow.append(str(name))
             elif name not in held:
                 wide.append(str(name))
-    points = sum(s.points.shape[1] for s in motion.lines)
-    values = len({name for s in motion.lines for name in s.values})
+    points = sum(s.points.shape[1] for s in (*motion.lines, *motion.surfaces))
+    values = len(_value_names(motion))
     cells = moments.size * points * (6 + values)
     cells += sum(int(run[name].size) * rows.size // count for name in (*narrow, *wide))
     request.allow(_CELL * cells, "these tables")
@@ -151,8 +151,14 @@ def _series(run: Any, names: list[str], rows: np.ndarray, label: str) -> Iterato
         yield [*row, label] if label else row
 
 
+def _value_names(motion: Motion) -> list[str]:
+    """Labels of what is known at points of lines, and in the elements of surfaces."""
+    return list(dict.fromkeys(name for part in (*motion.lines, *motion.surfaces) for name in part.values))
+
+
 def _shapes(motion: Motion) -> Iterator[Iterable[Any]]:
-    names = list(dict.fromkeys(name for s in motion.lines for name in s.values))
+    """Points of lines and surfaces; values of surfaces are means of the elements around a point."""
+    names = _value_names(motion)
     yield ["time [s]", "line", "point", "x [m]", "y [m]", "z [m]", *names]
     for k, time in enumerate(motion.time):
         for line in motion.lines:
@@ -160,6 +166,11 @@ def _shapes(motion: Motion) -> Iterator[Iterable[Any]]:
             for i, x in enumerate(line.points[k]):
                 data = ("" if v is None else _number(v[i]) for v in values)
                 yield [_number(time), line.name, i + 1, *map(_number, x), *data]
+        for surface in motion.surfaces:
+            means = {name: surface.at_points(values[k]) for name, values in surface.values.items()}
+            for i, x in enumerate(surface.points[k]):
+                data = (_number(means[name][i]) if name in means else "" for name in names)
+                yield [_number(time), surface.name, i + 1, *map(_number, x), *data]
 
 
 def _bodies(motion: Motion) -> Iterator[Iterable[Any]]:
@@ -230,7 +241,7 @@ def _columns(run: Any, names: list[str], motion: Motion) -> Iterator[Iterable[An
         attrs = run[name].attrs
         columns = run[name].size // run.sizes["time"]
         yield [name, attrs.get("units", ""), columns, attrs.get("long_name", "")]
-    for number in dict.fromkeys(name for s in motion.lines for name in s.values):
+    for number in _value_names(motion):
         name, _, unit = number.partition(" [")
         yield [f"shapes: {name}", unit.rstrip("]"), 1, "at the point"]
     yield ["shapes: x, y, z", "m", 3, "position of the point, inertial axes"]

@@ -1,4 +1,4 @@
-"""Time series for ParaView: collections (.pvd) of polygonal data (.vtp): lines, strips, bodies, forces, marks, axes.
+"""Time series for ParaView: collections (.pvd) of polygonal data (.vtp): lines, surfaces, bodies, forces, marks, axes.
 
 There is one file a sample for all lines, one for all bodies, and so on. Polygonal data are what ParaView's filter Tube
 takes; it does not take unstructured grids.
@@ -24,6 +24,7 @@ from evolvent_base.files import make_folder, writing
 
 if TYPE_CHECKING:
     from evolvent.results.motion import Frame, Motion
+    from evolvent.results.surfaces import Surface
 
 #: Samples that are written unless more are asked for.
 MOST = 300
@@ -33,6 +34,9 @@ _TEXTS = {
              cell data: line (1, 2, ... in this order)
 """,
     "strips": """strips{suffix}.pvd  {strips} with their width, as surfaces; data as above
+""",
+    "surfaces": """surfaces{suffix}.pvd {surfaces}; cell data: {cells}, and surface (1, 2, ... in this order);
+             point data: the same, means of the cells around a point, and {moves}, normal (vectors), thickness [m]
 """,
     "bodies": """bodies{suffix}.pvd  solids of {bodies}, as surfaces; cell data: body (1, 2, ... as in frames)
 """,
@@ -95,6 +99,9 @@ def write(run: Any, path: str, request: Request) -> str:
         suffix=suffix,
         lines=", ".join(line.name for line in motion.lines),
         strips=", ".join(line.name for line in motion.lines if line.across is not None),
+        surfaces=", ".join(surface.name for surface in motion.surfaces),
+        cells=", ".join(dict.fromkeys(name for surface in motion.surfaces for name in _cell_values(surface))),
+        moves=", ".join(dict.fromkeys(name for surface in motion.surfaces for name in surface.vectors)),
         bodies=", ".join(frame.name for frame in motion.frames if frame.solids),
         symbols=", ".join(_symbol_names(motion)),
         marks=", ".join(mark.name for mark in motion.marks),
@@ -119,6 +126,7 @@ def _kinds(motion: Motion) -> dict[str, Callable[[Motion, int], Grid]]:
     has: dict[str, tuple[bool, Callable[[Motion, int], Grid]]] = {
         "lines": (bool(motion.lines), _lines),
         "strips": (any(line.across is not None for line in motion.lines), _strips),
+        "surfaces": (bool(motion.surfaces), _surfaces),
         "bodies": (any(frame.solids for frame in motion.frames), _bodies),
         "symbols": (any(frame.solids for frame in motion.symbols), _symbols),
         "forces": (bool(motion.forces), _forces),
@@ -137,7 +145,8 @@ def _clear(folder: str) -> None:
     """Remove what an earlier export left, and nothing else."""
     for name in os.listdir(folder):
         if re.fullmatch(
-            r"(lines|strips|bodies|symbols|forces|marks|frames)(-\d{5,}\.vt[up]|(-failed|-interrupted)?\.pvd)", name
+            r"(lines|strips|surfaces|bodies|symbols|forces|marks|frames)(-\d{5,}\.vt[up]|(-failed|-interrupted)?\.pvd)",
+            name,
         ):
             os.unlink(os.path.join(folder, name))
 
@@ -154,7 +163,7 @@ class Grid:
         self._corners: list[np.ndarray] = []
         self._sizes: list[np.ndarray] = []
         self._point_data: list[dict[str, Any]] = []
-        self._cell_data: list[dict[str, int]] = []
+        self._cell_data: list[dict[str, np.ndarray]] = []
         self._count = 0
 
     @property
@@ -167,11 +176,11 @@ class Grid:
         self,
         points: np.ndarray,
         point_data: Mapping[str, np.ndarray],
-        cell_data: dict[str, int],
+        cell_data: Mapping[str, int | np.ndarray],
         *,
         faces: np.ndarray | None = None,
     ) -> None:
-        """One line through points (n, 3), n single points, or faces (f, k) between them."""
+        """One line through points (n, 3), n single points, or faces (f, k) between them; data of each, or of all."""
         n = len(points)
         if faces is not None:
             sizes = np.full(len(faces), faces.shape[1])
@@ -181,26 +190,27 @@ class Grid:
         self._point_data.append(dict(point_data))
         self._corners.append(self._count + (np.arange(n) if faces is None else faces.ravel()))
         self._sizes.append(sizes)
-        self._cell_data += [cell_data] * len(sizes)
+        self._cell_data.append({name: np.resize(values, len(sizes)) for name, values in cell_data.items()})
         self._count += n
 
     def write(self, path: str) -> None:
         """Write the file `path`, which ends in .vtp."""
-        names = list(dict.fromkeys(name for data in self._point_data for name in data))
-        cell_data = {name: np.array([data[name] for data in self._cell_data]) for name in self._cell_data[0]}
         vtp.write(
             path, np.concatenate(self._points), self._cells, np.concatenate(self._corners),
-            np.concatenate(self._sizes), {name: self._at_points(name) for name in names}, cell_data,
+            np.concatenate(self._sizes), _joined(self._point_data, [len(points) for points in self._points]),
+            _joined(self._cell_data, [len(sizes) for sizes in self._sizes]),
         )  # fmt: skip
 
-    def _at_points(self, name: str) -> np.ndarray:
-        """Values at all points, NaN where a line has none."""
-        like = next(data[name] for data in self._point_data if name in data)
-        pieces = [
-            data.get(name, np.full((len(p), *like.shape[1:]), np.nan))
-            for p, data in zip(self._points, self._point_data, strict=True)
-        ]
-        return np.concatenate(pieces).astype(float)
+
+def _joined(every: list[dict[str, Any]], counts: list[int]) -> dict[str, np.ndarray]:
+    """Values of all pieces by name, NaN where one of so many entries has none."""
+    found = {}
+    for name in dict.fromkeys(name for data in every for name in data):
+        like = next(data[name] for data in every if name in data)
+        none = [np.full((n, *like.shape[1:]), np.nan) for n in counts]
+        values = [data.get(name, missing) for data, missing in zip(every, none, strict=True)]
+        found[name] = np.concatenate(values)
+    return found
 
 
 def _lines(motion: Motion, k: int) -> Grid:
@@ -223,6 +233,23 @@ def _strips(motion: Motion, k: int) -> Grid:
         points = np.concatenate([line.points[k] + edge, line.points[k] - edge])
         made.add(points, {name: np.tile(v[k], 2) for name, v in line.values.items()}, {"line": number}, faces=faces)
     return made
+
+
+def _surfaces(motion: Motion, k: int) -> Grid:
+    """The quadrilaterals of all surfaces."""
+    made = Grid(vtp.POLYS)
+    for number, surface in enumerate(motion.surfaces, 1):
+        cells = {name: values[k] for name, values in _cell_values(surface).items()}
+        nodes = {name: surface.at_points(values) for name, values in cells.items()}
+        nodes |= {name: values[k] for name, values in surface.vectors.items()}
+        nodes |= {"normal": surface.normals[k], "thickness [m]": np.full(len(surface.points[k]), surface.thickness)}
+        made.add(surface.points[k], nodes, {**cells, "surface": number}, faces=surface.faces)
+    return made
+
+
+def _cell_values(surface: Surface) -> dict[str, np.ndarray]:
+    """Values (nt, f) of the quadrilaterals, by label."""
+    return {**surface.values, **surface.data}
 
 
 def _bodies(motion: Motion, k: int) -> Grid:

@@ -1,4 +1,4 @@
-"""How a system moves, as data: lines, bodies, forces and marks at every sample, in inertial axes and SI units.
+"""How a system moves, as data: lines, surfaces, bodies, forces and marks at every sample, inertial axes, SI units.
 
 The animation, the studio, films and files for other programs are all drawn from one `Motion`.
 """
@@ -12,6 +12,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from evolvent.results.solids import Solid
+from evolvent.results.surfaces import Surface
 from evolvent_base.units import unit_text
 
 Array = np.ndarray
@@ -134,6 +135,7 @@ class Motion:
     time : (nt,) float, s
     frames : sequence of Frame
     lines : sequence of Line
+    surfaces : sequence of Surface
     forces : sequence of Forces
     marks : sequence of Marks
     symbols : sequence of Frame, of parts without an extent of their own: joints, motors, thrusters
@@ -148,6 +150,7 @@ class Motion:
     time: Array
     frames: Sequence[Frame] = ()
     lines: Sequence[Line] = ()
+    surfaces: Sequence[Surface] = ()
     forces: Sequence[Forces] = ()
     marks: Sequence[Marks] = ()
     symbols: Sequence[Frame] = ()
@@ -161,7 +164,7 @@ class Motion:
         if self.main is not None and self.main not in [f.name for f in self.frames]:
             raise ValueError(f"main is {self.main!r}, and no frame has that name")
         count = self.time.size
-        parts: list[Line | Forces | Marks] = [*self.lines, *self.forces, *self.marks]
+        parts: list[Line | Surface | Forces | Marks] = [*self.lines, *self.surfaces, *self.forces, *self.marks]
         for part in parts:
             if len(part.points) != count:
                 raise ValueError(f"{part.name!r} has {len(part.points)} samples, and the motion has {count}")
@@ -180,8 +183,8 @@ class Motion:
 
     @property
     def labels(self) -> list[str]:
-        """Labels of all values of lines, each once, in their order."""
-        return list(dict.fromkeys(label for line in self.lines for label in line.values))
+        """Labels of all values of lines and surfaces, each once, in their order."""
+        return list(dict.fromkeys(label for part in (*self.lines, *self.surfaces) for label in part.values))
 
     @property
     def strands(self) -> list[Array]:
@@ -190,8 +193,8 @@ class Motion:
 
     @property
     def clouds(self) -> list[Array]:
-        """Points (nt, n, 3) of all lines and marks, m, inertial axes."""
-        return [line.points for line in self.lines] + [mark.points for mark in self.marks]
+        """Points (nt, n, 3) of all lines, surfaces and marks, m, inertial axes."""
+        return [part.points for part in (*self.lines, *self.surfaces, *self.marks)]
 
     @property
     def reach(self) -> float:
@@ -211,7 +214,7 @@ class Motion:
         return max(*far, *(float(r) for r in radii), 0.0, 0.0) or 1.0
 
     def value_range(self, label: str) -> ValueRange:
-        """Ends of the colour scale of a value, over all lines and samples; zero is one unless all lies far from it."""
+        """Ends of the colour scale of a value, over all parts and samples; zero is one unless all lies far from it."""
         values = self._values(label)
         if not values.size:
             return ValueRange(0.0, 1.0)
@@ -231,8 +234,9 @@ class Motion:
         return bool(np.any(values < low - step)), bool(np.any(values > high + step))
 
     def _values(self, label: str) -> Array:
-        """All values of a label that are finite, of all lines and samples."""
-        every = [line.values[label].ravel() for line in self.lines if label in line.values]
+        """All values of a label that are finite, of all lines, surfaces and samples."""
+        parts = (*self.lines, *self.surfaces)
+        every = [part.values[label].ravel() for part in parts if label in part.values]
         values = np.concatenate(every) if every else np.empty(0)
         return np.asarray(values[np.isfinite(values)])
 
@@ -274,6 +278,10 @@ class Motion:
             lambda f: (turned(back, (f.origin - body.origin)[:, None])[:, 0], product(back, f.attitude)),
             lambda x: x,
         )
+
+    def refined(self) -> Motion:
+        """The motion with surfaces of few quadrilaterals made smooth, for pictures."""
+        return dataclasses.replace(self, surfaces=[surface.refined() for surface in self.surfaces])
 
     def carried(self, origin: Array, attitude: Array) -> Motion:
         """The motion with all of it turned by attitudes (nt, 4), then moved by origins (nt, 3): undoes `in_body`."""
@@ -344,6 +352,13 @@ class Motion:
             across = None if x.across is None else vectors(x.across)
             return dataclasses.replace(x, points=points(x.points), values=kept, across=across)
 
+        def surface(x: Surface) -> Surface:
+            kept, data = ({label: values(v) for label, v in of.items()} for of in (x.values, x.data))
+            along = {label: vectors(v) for label, v in x.vectors.items()}
+            return dataclasses.replace(
+                x, points=points(x.points), normals=vectors(x.normals), values=kept, data=data, vectors=along
+            )
+
         def frame(x: Frame) -> Frame:
             origin, attitude = pose(x)
             solids = []
@@ -358,6 +373,7 @@ class Motion:
             time=time,
             frames=[frame(x) for x in self.frames],
             lines=[line(x) for x in self.lines],
+            surfaces=[surface(x) for x in self.surfaces],
             forces=[dataclasses.replace(x, points=points(x.points), vectors=vectors(x.vectors)) for x in self.forces],
             marks=[dataclasses.replace(x, points=points(x.points)) for x in self.marks],
             symbols=[frame(x) for x in self.symbols],

@@ -121,6 +121,8 @@ def pack(motion: Motion, *, most: int = 4000) -> bytes:
     numbers = sum(
         line.points.shape[1] * (3 + 3 * (line.across is not None) + len(line.values)) for line in motion.lines
     ) * min(1.0, MOST_POINTS_PACKED / max(points, 1))
+    surfaces = motion.at(np.zeros(1, dtype=int)).refined().surfaces
+    numbers += sum(6 * x.points.shape[1] + len(x.values) * len(x.faces) // x.each for x in surfaces)
     numbers += (
         sum(2 * force.points[0].size for force in motion.forces) + 20 * (len(motion.frames) + len(motion.symbols)) + 1
     )
@@ -163,6 +165,8 @@ def default_speed(motion: Motion) -> float:
     return float(f"{span / (SHOWN_PERIOD if motion.repeats else SHOWN):.3g}") if span > 0.0 else 1.0
 
 
+#: Beginnings of the names of blocks that a page keeps as 16-bit integers.
+_SHORT = ("line", "value", "surface", "tint", "mark", "force")
 #: Blocks in double precision: a time or a position may be large beside its changes.
 _EXACT = ("time", "origin")
 
@@ -184,7 +188,7 @@ def described(motion: Motion, most: int, *, points: int) -> tuple[dict[str, Any]
     count, body = motion.time.size, motion.body
     kept = np.unique(np.linspace(0, count - 1, min(count, max(2, most))).round().astype(int))
     seen = thinned(motion.in_body(), points)
-    small = seen.at(kept)
+    small = seen.at(kept).refined()
     ranges = {label: motion.value_range(label) for label in motion.labels}
     header: dict[str, Any] = {
         "title": motion.title,
@@ -207,6 +211,7 @@ def described(motion: Motion, most: int, *, points: int) -> tuple[dict[str, Any]
         ],
         "numbers": [name_and_unit(label) for label in motion.numbers],
         "lines": [],
+        "surfaces": [],
         "frames": [],
         "meshes": [],
         "marks": [],
@@ -234,6 +239,7 @@ def described(motion: Motion, most: int, *, points: int) -> tuple[dict[str, Any]
         if line.across is not None:
             blocks[f"across {k}"] = line.across
         blocks |= {f"value {k} {label}": values for label, values in line.values.items()}
+    _describe_surfaces(small, header, blocks)
     _describe_frames(seen, kept, header, blocks)
     for k, mark in enumerate(small.marks):
         header["marks"].append({"name": mark.name, "count": mark.points.shape[1], "size": mark.size})
@@ -245,6 +251,24 @@ def described(motion: Motion, most: int, *, points: int) -> tuple[dict[str, Any]
         )
         blocks |= {f"force {k} at": force.points, f"force {k}": force.vectors * scale}
     return header, blocks
+
+
+def _describe_surfaces(small: Motion, header: dict[str, Any], blocks: dict[str, np.ndarray]) -> None:
+    """Surfaces, with the colours by which they are known to the header."""
+    for k, surface in enumerate(small.surfaces):
+        header["surfaces"].append(
+            {
+                "name": surface.name,
+                "count": surface.points.shape[1],
+                "thickness": surface.thickness,
+                "faces": surface.faces.ravel().tolist(),
+                "each": surface.each,
+                "rim": surface.rim.ravel().tolist(),
+                "values": {small.labels.index(label): f"tint {k} {label}" for label in surface.values},
+            }
+        )
+        blocks |= {f"surface {k}": surface.points, f"normal {k}": surface.normals}
+        blocks |= {f"tint {k} {label}": values for label, values in surface.values.items()}
 
 
 def _describe_frames(seen: Motion, kept: np.ndarray, header: dict[str, Any], blocks: dict[str, np.ndarray]) -> None:
@@ -329,7 +353,7 @@ def _viewer() -> Markup:
 def _encoded(name: str, values: np.ndarray) -> dict[str, Any]:
     """An array as base64 of integers with a scale where that is exact enough, else of floats."""
     found: dict[str, Any] = {"name": name, "shape": values.shape}
-    bits = 8 if name.startswith("across") else 16 if name.startswith(("line", "value", "mark", "force")) else 0
+    bits = 8 if name.startswith(("across", "normal")) else 16 if name.startswith(_SHORT) else 0
     if not bits:
         kind = "f8" if name in _EXACT else "f4"
         return found | {"type": kind, "data": base64.b64encode(values.astype(f"<{kind}").tobytes()).decode()}

@@ -10,6 +10,9 @@ Each group's attribute ``drawn`` is a list of mappings with one key:
     to them), `width` (m), `across` (a variable), `tip` (the point whose trail is shown), and of beams `slope` (a
     variable) and `length` (m), by which the line is made smooth. Values at other points than those of the line have a
     coordinate `arc` (m), the length at which they are.
+``quads``
+    `points`, `normals` (variables over nodes), `faces` (a coordinate: four nodes of each), `thickness` (m), `values`
+    (variables of the colour, over faces), `data` and `vectors` (variables over faces and nodes that files hold).
 ``pushes``
     Forces on beams away from the axis of a body (a part): `size`, `arc` and `beam` (variables over contact points),
     `centre` and `axis` (body axes).
@@ -46,6 +49,7 @@ from evolvent.results import display, unfinished, variables
 from evolvent.results.motion import Forces, Frame, Line, Marks, Motion, quaternions, turned
 from evolvent.results.observe.view import about
 from evolvent.results.solids import Solid
+from evolvent.results.surfaces import Surface
 
 Array = np.ndarray
 #: Points that are drawn between two nodes of a beam, and most of them in all.
@@ -59,7 +63,7 @@ _OF_STRUCTURE, _OF_BODY = 0.025, 0.12
 
 
 def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
-    """Lines, bodies, forces and marks of a run; None where it has nothing to draw.
+    """Lines, surfaces, bodies, forces and marks of a run; None where it has nothing to draw.
 
     Parameters
     ----------
@@ -68,6 +72,7 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
     """
     frames: dict[str, Frame] = {}
     lines: list[Line] = []
+    surfaces: list[Surface] = []
     forces: list[Forces] = []
     marks: list[Marks] = []
     later: dict[str, list[tuple[str, Any]]] = {"spool": [], "surface": [], "symbol": []}  # they need all frames
@@ -86,6 +91,8 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
                     for k, (x, y) in enumerate(zip(copies, across, strict=True)):
                         name = f"{part} copy {k + 1}" if k else part
                         lines.append(dataclasses.replace(line, name=name, points=x, across=y))
+                elif kind == "quads":
+                    surfaces.append(_quads(part, group, own))
                 elif kind == "marks":
                     points = np.stack([group[name].values for name in own["points"]], axis=1)
                     marks.append(Marks(name=part, points=points))
@@ -99,7 +106,7 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
                     forces += _contact_arrows(run, part, group, own)
                 elif kind in later:
                     later[kind].append((part, own))
-    if not (frames or lines or marks):
+    if not (frames or lines or surfaces or marks):
         return None
     for part, own in later["spool"]:
         _add_spool(frames, run, part, own)
@@ -111,6 +118,7 @@ def motion_of(run: xr.DataTree, *, title: str = "") -> Motion | None:
         time=run.to_dataset()["time"].values,
         frames=list(frames.values()),
         lines=lines,
+        surfaces=surfaces,
         forces=forces,
         marks=marks,
         numbers=_numbers(run),
@@ -276,6 +284,20 @@ def _line(part: str, group: xr.Dataset, own: dict[str, Any]) -> Line:
         across=None if across is None else np.ascontiguousarray(across),
         tip=None if own.get("kind") == "spring" else own.get("tip", -1),
     )
+
+
+def _quads(part: str, group: xr.Dataset, own: dict[str, Any]) -> Surface:
+    held = {key: _labelled(group, own.get(key, [])) for key in ("values", "data", "vectors")}
+    return Surface(
+        name=part, points=group[own["points"]].values, normals=group[own["normals"]].values,
+        faces=group[own["faces"]].values, thickness=own["thickness"], **held,
+    )  # fmt: skip
+
+
+def _labelled(group: xr.Dataset, names: list[str]) -> dict[str, Array]:
+    """Values of variables by their labels."""
+    found = ((name, group[name]) for name in names)
+    return {f"{name.replace('_', ' ')} [{own.attrs.get('units', '1')}]": np.asarray(own.values) for name, own in found}
 
 
 def _at_points(found: xr.DataArray, own: dict[str, Any], count: int) -> Array:

@@ -78,7 +78,7 @@ def _kept(motion: Motion) -> Array:
 
 
 def _half(motion: Motion, kept: Array) -> float:
-    """Half the largest extent along an axis of lines, marks and bodies at some samples, inertial axes, m."""
+    """Half the largest extent along an axis of lines, surfaces, marks and bodies at some samples, inertial axes, m."""
     origin = 0.0 if motion.body is None else motion.body.origin[kept][:, None]
     clouds = [points + origin for points in (*_clouds(motion, kept), *_corners(motion, kept))]
     low = np.fmin.reduce([np.nanmin(points, axis=(0, 1)) for points in clouds if np.isfinite(points).any()])
@@ -100,20 +100,20 @@ def _normal(motion: Motion) -> str:
 
 
 def _points(motion: Motion, kept: Array) -> Iterator[Array]:
-    """Points (nk, n, 3) of lines and marks relative to the main body; where there are none, of the bodies."""
-    if any(line.kind != "spring" for line in motion.lines) or motion.marks:
+    """Points (nk, n, 3) of lines, surfaces and marks from the main body; where there are none, of the bodies."""
+    if any(line.kind != "spring" for line in motion.lines) or motion.surfaces or motion.marks:
         yield from _clouds(motion, kept)
     else:
         yield from _corners(motion, kept)
 
 
 def _clouds(motion: Motion, kept: Array) -> Iterator[Array]:
-    """Points (nk, n, 3) of lines and marks relative to the main body."""
+    """Points (nk, n, 3) of lines, surfaces and marks relative to the main body."""
     origin = 0.0 if motion.body is None else motion.body.origin[kept][:, None]
     for points in motion.strands:
         yield points[kept] - origin
-    for mark in motion.marks:
-        yield mark.points[kept] - origin
+    for part in (*motion.surfaces, *motion.marks):
+        yield part.points[kept] - origin
 
 
 def _corners(motion: Motion, kept: Array) -> Iterator[Array]:

@@ -8,7 +8,7 @@ from evolvent.assembly.families import bodies_of
 from evolvent.families.beams.observer import add_nodes, draw_line
 from evolvent.model import RESULTS
 from evolvent.results.motion import quaternions
-from evolvent.results.observe.variables import Observed, Variable, observer
+from evolvent.results.observe.variables import Observed, observer
 from evolvent.results.observe.view import View
 
 Array = np.ndarray
@@ -35,7 +35,8 @@ def observe_rod(view: View, name: str) -> Observed:
     row, fields = view.model.rods[index], view.fields["rod_elements"]
     words = {"slopes": "directions of the sections' x axes at the nodes"}
     add_nodes(view, row, part, words | {"curvature": "rotation of the sections per length"}, found)
-    _observe_attitudes(R, found)
+    text = "attitudes of the nodes' sections, quaternions from their axes to inertial axes, scalar first"
+    found.attitudes("attitude", "node", R, text)
     text = "turns of the nodes' sections about the root's axis x, against the root's section"
     found.along("twist_angle", "node", _twist_angles(R), "rad", text)
     rate = np.stack([pose.w for pose in poses], axis=1)
@@ -83,12 +84,3 @@ def _twist_angles(R: Array) -> Array:
     """
     q = quaternions((np.swapaxes(R[:, :1], -1, -2) @ R).reshape(-1, 3, 3)).reshape(*R.shape[:2], 4)
     return np.unwrap(2.0 * np.arctan2(q[..., 1], q[..., 0]), axis=1)
-
-
-def _observe_attitudes(R: Array, found: Observed) -> None:
-    """Attitudes of the nodes' sections, rotation matrices (nt, n, 3, 3), as quaternions without jumps."""
-    q = quaternions(R.reshape(-1, 3, 3)).reshape(*R.shape[:2], 4)
-    sign = np.cumprod(np.where(np.einsum("tni,tni->tn", q[1:], q[:-1]) < 0.0, -1.0, 1.0), axis=0)
-    q[1:] *= sign[..., None]
-    text = "attitudes of the nodes' sections, quaternions from their axes to inertial axes, scalar first"
-    found.variables["attitude"] = Variable(("time", "node", "quaternion"), q, "1", text)

@@ -1,4 +1,4 @@
-"""Observations of shells: shape, stress resultants and energies."""
+"""Observations of shells: shape, stress resultants and energies, and how they are drawn."""
 
 from __future__ import annotations
 
@@ -6,32 +6,109 @@ import numpy as np
 
 from evolvent.assembly.families import bodies_of
 from evolvent.model import RESULTS
-from evolvent.results.observe.variables import Observed, observer
+from evolvent.results.observe.variables import Observed, Variable, norm, observer
 from evolvent.results.observe.view import View
 
+Array = np.ndarray
 #: Fields of an element of which the shell has the sum.
 _SUMS = ("stored", "bent", "drilled")
+#: Angle, rad, by which a shell must bend for its moments to be its first colour.
+_BENT = 1e-3
+#: Membrane forces and moments per length, as the components 11, 22 and 12 of a tensor.
+_FORCES = ("membrane_force_1", "membrane_force_2", "membrane_shear")
+_MOMENTS = ("moment_1", "moment_2", "twisting_moment")
 
 
 @observer("shells")
 def observe_shell(view: View, name: str) -> Observed:
-    """Positions and normals of the nodes, stress resultants, energies and momenta of a shell.
+    """Positions, attitudes and displacements of the nodes, stress resultants, energies and momenta of a shell.
 
     Notes
     -----
-    Resultants are those in the middle of each element, in its axes: the first one is axis 1 in the element's plane.
+    Resultants are those in the middle of each element, in its axes: `direction_1` is axis 1. The principal values do
+    not depend on these axes. Displacements are those from the shape without stress at the place that the part states.
     """
     index, found = view.index(name), Observed()
-    poses = [view.pose(b) for b in bodies_of(view.model, "shells", index)]
-    found.along("position", "node", np.stack([pose.x for pose in poses], axis=1), "m", "positions, inertial axes")
-    normals = np.stack([pose.R[:, :, 2] for pose in poses], axis=1)
-    found.along("normal", "node", normals, "1", "normals at the nodes, inertial axes")
     row, fields = view.model.shells[index], view.fields["shell_elements"]
     own = slice(int(row["first_element"]), int(row["first_element"] + row["elements"]))
+    rows = view.model.shell_elements[own]
+    faces = rows["nodes"] - int(row["first_body"])
+    _observe_nodes(view, name, found)
+    found.coordinates["element_nodes"] = Variable(("element", "corner"), faces, "1", "nodes around each element")
+    found.coordinate(
+        "element", "element", np.arange(len(faces)), "1", "element i n2 + j, i along side 1, j along side 2"
+    )
     found.results_along("shell_elements", fields, own, "element", _SUMS, "in the middle of each element")
+    direction = _directions(view, index)[:, faces].sum(axis=2)
+    direction = direction / np.maximum(norm(direction), 1e-300)[..., None]
+    found.along("direction_1", "element", direction, "1", "axis 1 of each element, inertial axes")
+    for called, of, unit, text in (
+        ("principal_membrane_force", _FORCES, "N m-1", "principal membrane force of the larger size, tension positive"),
+        ("principal_moment", _MOMENTS, "N", "principal moment per length of the larger size"),
+    ):
+        values = _principal(*(found.variables[key].values for key in of))
+        found.along(called, "element", values, unit, f"{text}, in the middle of each element")
+    found.along("energy_density", "element", fields["stored"][:, own] / rows["area"], "J m-2", "strain energy per area")
     found.results("shells", view.fields["shells"], index)
     for field in _SUMS:
         called, *described = RESULTS["shell_elements"][field]
         found.scalar(called, fields[field][:, own].sum(axis=1), *described)
-    found.plots = ["energy_elastic"]
+    found.plots = ["largest_displacement", "energy_elastic"]
+    principal = ["principal_moment", "principal_membrane_force"]
+    resultants = [described[0] for field, described in RESULTS["shell_elements"].items() if field not in _SUMS]
+    found.drawn = [
+        {
+            "quads": {
+                "points": "position", "normals": "normal", "faces": "element_nodes",
+                "thickness": _thickness(view, index),
+                "values": [*(principal if _bends(view, index) else principal[::-1]), "energy_density"],
+                "data": resultants, "vectors": ["displacement"],
+            }
+        }
+    ]  # fmt: skip
+    return found
+
+
+def _observe_nodes(view: View, name: str, found: Observed) -> None:
+    """Motion of the nodes."""
+    bodies = bodies_of(view.model, "shells", view.index(name))
+    poses = [view.pose(b) for b in bodies]
+    x, v, w = (np.stack([getattr(pose, key) for pose in poses], axis=1) for key in ("x", "v", "w"))
+    R = np.stack([pose.R for pose in poses], axis=1)
+    start = view.model.bodies["x0"][np.array(bodies)]
+    found.along("position", "node", x, "m", "positions of the nodes, inertial axes")
+    found.along("displacement", "node", x - start, "m", "displacements of the nodes from the start")
+    found.scalar("largest_displacement", norm(x - start).max(axis=1), "m", "largest displacement of a node")
+    found.along("normal", "node", R[..., 2], "1", "normals at the nodes, inertial axes")
+    text = "attitudes of the nodes, quaternions from their axes to inertial axes, scalar first"
+    found.attitudes("attitude", "node", R, text)
+    found.along("velocity", "node", v, "m s-1", "velocities of the nodes, inertial axes")
+    found.along("rate", "node", w, "rad s-1", "angular velocities of the nodes, inertial axes")
+    found.coordinate("node", "node", np.arange(x.shape[1]), "1", "node i (n2 + 1) + j, i along side 1, j along side 2")
+
+
+def _thickness(view: View, index: int) -> float:
+    """Thickness of the homogeneous wall that has the inertia of the nodes, m."""
+    node = view.model.bodies[bodies_of(view.model, "shells", index)[0]]
+    return float(np.sqrt(12.0 * node["inertia"][0, 0] / node["mass"]))
+
+
+def _bends(view: View, index: int) -> bool:
+    """Whether normals turn against the axes of the first node."""
+    bodies = bodies_of(view.model, "shells", index)
+    start = view.model.bodies["R0"][np.array(bodies)]
+    first, before = view.pose(bodies[0]).R, start[0].T @ start[..., 2].T
+    turns = (np.swapaxes(first, -1, -2) @ view.pose(b).R[:, :, 2, None] for b in bodies)
+    return any(float(np.abs(x[..., 0] - before[:, k]).max(initial=0.0)) > _BENT for k, x in enumerate(turns))
+
+
+def _directions(view: View, index: int) -> Array:
+    """First axes (nt, n, 3) of the nodes, inertial axes."""
+    return np.stack([view.pose(b).R[:, :, 0] for b in bodies_of(view.model, "shells", index)], axis=1)
+
+
+def _principal(one: Array, two: Array, both: Array) -> Array:
+    """Principal value of the larger size of symmetric tensors with the components 11, 22 and 12."""
+    mean, radius = 0.5 * (one + two), np.hypot(0.5 * (one - two), both)
+    found: Array = np.where(mean < 0.0, mean - radius, mean + radius)
     return found

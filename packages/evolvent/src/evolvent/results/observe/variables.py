@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from evolvent.model import RESULTS, registry
+from evolvent.results.motion import quaternions
 
 Array = np.ndarray
 #: Names of the three components of a vector.
@@ -77,6 +78,13 @@ class Observed:
         """Add numbers (nt, n) or vectors (nt, n, 3) over a dimension of the part's own."""
         dims = ("time", dimension, "axis")[: np.ndim(values)]
         self.variables[name] = Variable(dims, np.asarray(values, dtype=float), units, long_name)
+
+    def attitudes(self, name: str, dimension: str, R: Array, long_name: str) -> None:
+        """Add rotation matrices (nt, n, 3, 3) over a dimension of the part's own, as quaternions without jumps."""
+        q = quaternions(R)
+        sign = np.cumprod(np.where(np.einsum("tni,tni->tn", q[1:], q[:-1]) < 0.0, -1.0, 1.0), axis=0)
+        q[1:] *= sign[..., None]
+        self.variables[name] = Variable(("time", dimension, "quaternion"), q, "1", long_name)
 
     def results(self, family: str, fields: Mapping[str, Array], index: int, without: Collection[str] = ()) -> None:
         """Add the fields of a record that are results (`model.RESULTS`), but those `without`.

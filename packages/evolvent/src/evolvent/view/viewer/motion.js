@@ -75,6 +75,9 @@ export class Run {
       values: Object.fromEntries(Object.entries(line.values).map(([color, name]) => [color, blocks[name]])),
       place: new Float64Array(3 * line.count), edge: line.strip ? new Float64Array(3 * line.count) : null,
       at: new Float64Array(3 * line.count), sides: line.strip ? new Float64Array(4 * line.count) : null }));
+    this.surfaces = header.surfaces.map((surface, k) => ({ ...surface, points: blocks[`surface ${k}`], normals: blocks[`normal ${k}`],
+      values: Object.fromEntries(Object.entries(surface.values).map(([color, name]) => [color, blocks[name]])),
+      sides: [0, 1].map(() => ({ place: new Float64Array(3 * surface.count), at: new Float64Array(2 * surface.count) })) }));
     this.nodes = Math.max(0, ...this.lines.map((line) => line.count));
     this.meshes = header.meshes.map((m) => ({ ...m, corners: corners(m.vertices), view: new Float64Array(m.vertices.length), screen: new Float64Array(m.vertices.length) }));
     this.still = !blocks.attitude;
@@ -117,6 +120,7 @@ export class Run {
       if (line.kind === "spring") return;
       for (const i of [line.count - 1, 0]) found.push({ name: `${line.name}, ${i ? "last" : "first"} point`, values: line.points, i, width: 3 * line.count, tip: line.tip === i });
     });
+    for (const { name, points, count } of this.surfaces) for (const i of [count - 1, 0]) found.push({ name: `${name}, ${i ? "last" : "first"} point`, values: points, i, width: 3 * count, tip: i > 0 });
     this.header.marks.forEach((mark, k) => { for (let i = 0; i < mark.count; i++) found.push({ name: mark.count > 1 ? `${mark.name} ${i + 1}` : mark.name, values: this.blocks[`mark ${k}`], i, width: 3 * mark.count, mark: true }); });
     this.header.frames.forEach((frame, k) => found.push({ name: frame.name, values: frame.still ? null : this.blocks[`frame ${k} origin`], i: 0, width: 3, frame: true }));
     if (!found.some((x) => x.tip)) { const marks = found.some((x) => x.mark); for (const x of found) x.tip = marks ? x.mark : x.frame; }

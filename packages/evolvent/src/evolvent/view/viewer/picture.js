@@ -9,6 +9,7 @@ const SYMBOL = [[104,116,150],[245,150,50]];  // of symbols, of plumes
 const MARKED = [226,96,84];  // of bodies that interfere
 const TRAILS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a6d00", "#56b4e9", "#7a4fd0", "#a33b3b"];
 const OPENING = 0.08;  // share of a run after which a picture that opens on what is stowed holds the whole motion
+const MESH = 14;  // pixels of an element, about, from which lines are drawn around it
 const LIGHT = [-0.35, 0.6, -0.72];  // right, up, away from the eye
 
 export class Picture {
@@ -78,7 +79,7 @@ export class Picture {
           const some = Math.min(count, 40);
           for (let i = 0; i < some; i++) { const a = 3 * (run.k * count + Math.round(i * (count - 1) / Math.max(some - 1, 1))); add(R, o, values[a], values[a + 1], values[a + 2]); }
         };
-        for (const line of run.lines) cloud(line.points, line.count);
+        for (const { points, count } of [...run.lines, ...run.surfaces]) cloud(points, count);
         run.header.marks.forEach((mark, j) => cloud(run.blocks[`mark ${j}`], mark.count));
       }
       [run.k, run.m, run.f] = before;
@@ -192,6 +193,7 @@ export class Picture {
     run.header.frames.forEach((frame, k) => this.body(run, frame, k, A, b));
     if (this.symbols) run.header.symbols.forEach((frame, k) => this.body(run, frame, k, A, b, "symbol"));
     run.lines.forEach((line) => this.line(run, line, A, b));
+    run.surfaces.forEach((surface) => this.surface(run, surface, A, b));
     run.header.marks.forEach((mark, k) => this.mark(run, mark, k, A, b));
     if (this.arrows) run.header.forces.forEach((force, k) => this.force(run, force, k, A, b));
     for (const point of run.traceable) {
@@ -294,6 +296,42 @@ export class Picture {
     // seen on edge, or from far away, a strip is a line
     if (seen > 0.8) this.parts.push({ depth, at: [sides[j], sides[j + 1], sides[j + 4], sides[j + 5], sides[j + 6], sides[j + 7], sides[j + 2], sides[j + 3]], fill, line: fill, width: 0.7 });
     if (seen < thin) this.parts.push({ depth: depth - 1e-9, at: straight, line: fill, width: thin - 0.6 * seen });
+  }
+  // Quadrilaterals on the side from which each is seen, and the edge all around.
+  surface(run, surface, A, b) {
+    const { count, faces, each, rim, sides, values } = surface, half = 0.5 * surface.thickness, n = 3 * count, pieces = faces.length / 4 / each, across = Math.round(Math.sqrt(each));
+    const tints = values[this.color], { low, high } = run.header.colors[this.color] || { low: 0, high: 1 }, plain = this.alone ? this.paint.none : this.runColor(run.index);
+    for (let i = 0, j = 0; i < n; i += 3, j += 2) {
+      const x = [0, 1, 2].map((c) => run.mix(surface.points, i + c, n)), v = [0, 1, 2].map((c) => run.mix(surface.normals, i + c, n)), size = half / (Math.hypot(...v) || 1);
+      sides.forEach(({ place, at }, k) => {
+        const h = k ? -size : size, p = apply(A, x[0] + h * v[0], x[1] + h * v[1], x[2] + h * v[2]);
+        for (let c = 0; c < 3; c++) place[i + c] = p[c] + b[c];
+        [at[j], at[j + 1]] = this.screen(place.subarray(i, i + 3)) ?? [NaN, NaN];
+      });
+    }
+    const [upper, lower] = sides, corners = ({ at }, points) => points.flatMap((i) => [at[2 * i], at[2 * i + 1]]), known = (at) => at.every((x) => x === x);
+    for (let f = 0; f < faces.length; f += 4) {
+      const own = faces.slice(f, f + 4), seen = corners(upper, own);
+      // pixels count downwards
+      const front = (seen[4] - seen[0]) * (seen[7] - seen[3]) - (seen[5] - seen[1]) * (seen[6] - seen[2]) < 0, { place } = front ? upper : lower, at = front ? seen : corners(lower, own);
+      if (!known(at)) continue;
+      const [i, j, k, l] = own.map((x) => 3 * x), d = [0, 1, 2].map((c) => place[k + c] - place[i + c]), e = [0, 1, 2].map((c) => place[l + c] - place[j + c]);
+      const N = [d[1] * e[2] - d[2] * e[1], d[2] * e[0] - d[0] * e[2], d[0] * e[1] - d[1] * e[0]], lit = Math.max(0, (front ? -1 : 1) * (N[0] * LIGHT[0] + N[1] * LIGHT[1] + N[2] * LIGHT[2]) / (Math.hypot(...N) || 1));
+      const v = this.alone && tints ? run.mix(tints, Math.floor(f / 4 / each), pieces) : NaN, color = v === v ? SCALE[Math.round(255 * Math.min(Math.max((v - low) / (high - low), 0), 1))] : plain;
+      const shade = (0.76 + 0.28 * lit) * (front ? 1 : 0.88), fill = css(color, shade), depth = 0.25 * (place[i + 2] + place[j + 2] + place[k + 2] + place[l + 2]);
+      this.parts.push({ depth, at, fill, line: fill, width: 0.9, alpha: this.alone ? 1 : 0.6 });
+      const piece = f / 4 % each, row = Math.floor(piece / across), column = piece % across;
+      if (Math.abs((at[4] - at[0]) * (at[7] - at[3]) - (at[5] - at[1]) * (at[6] - at[2])) * each < MESH * MESH) continue;
+      // lines between elements, over what is drawn of this one
+      [column === 0, row === across - 1, column === across - 1, row === 0].forEach((edge, c) => {
+        if (edge) this.parts.push({ depth: depth - 1e-9, at: [...at.slice(2 * c, 2 * c + 2), ...at.slice(2 * ((c + 1) % 4), 2 * ((c + 1) % 4) + 2)], line: css(color, 0.82 * shade), width: 0.8 });
+      });
+    }
+    const edge = css(this.alone ? this.paint.none : this.runColor(run.index), 0.55);
+    for (let r = 0; r < rim.length; r += 2) {
+      const ends = [rim[r], rim[r + 1]], at = [...corners(upper, ends), ...corners(lower, ends.reverse())];
+      if (known(at)) this.parts.push({ depth: 0.25 * ends.reduce((sum, i) => sum + upper.place[3 * i + 2] + lower.place[3 * i + 2], 0) - 1e-3 * this.base.radius, at, fill: edge, line: edge, width: 1 });
+    }
   }
   spring(run, line, color) {
     const { place, count, points } = line, p = [...place.slice(0, 3)], q = [...place.slice(3 * count - 3)], n = 3 * count - 3;
