@@ -141,6 +141,20 @@ SectionStiffness = Annotated[
         ),
     ),
 ]
+_MEMBRANE, _BETWEEN, _BENDING = (
+    Quantity(what="a stiffness per length", unit=unit, example=f"1e3 {unit}") for unit in ("N/m", "N", "N m")
+)
+ShellStiffness = Annotated[
+    tuple[tuple[float, ...], ...],
+    Blocks(
+        what="a stiffness matrix",
+        quantities=(
+            (_MEMBRANE, _BETWEEN, _MEMBRANE), (_BETWEEN, _BENDING, _BETWEEN), (_MEMBRANE, _BETWEEN, _MEMBRANE)
+        ),
+        widths=(3, 3, 2),
+    ),
+]  # fmt: skip
+AreaDensity = Annotated[float, Quantity(what="a mass per area", unit="kg/m^2", example="0.8 kg/m^2", above=0.0)]
 SecondMoment = Annotated[float, Quantity(what="a second moment of area", unit="m^4", example="40 mm^4", above=0.0)]
 InertiaTensor = Annotated[
     float | Triple | tuple[Triple, Triple, Triple],

@@ -25,8 +25,6 @@ Array = np.ndarray
 _SIGNS = np.array(SIGNS)
 _ROOT = 1.0 / np.sqrt(3.0)
 _POINTS = tuple((float(xi), float(eta)) for xi, eta in _ROOT * _SIGNS[1:3].T)
-#: Shear correction factor of a homogeneous section.
-SHEAR_FACTOR = 5.0 / 6.0
 
 
 class Constants(NamedTuple):
@@ -49,21 +47,6 @@ class Constants(NamedTuple):
     untwisted: Array
     area: float
     axes: Array
-
-
-def isotropic(E: float, nu: float, thickness: float, shear: float | None = None) -> Array:
-    """Stiffness C (8, 8) of a homogeneous section: N/m of membrane and shear, N m of bending.
-
-    The strains are those of the middle surface, 11, 22 and twice 12, its changes of curvature alike, and the transverse
-    shear strains 13 and 23.
-    """
-    G = E / (2.0 * (1.0 + nu)) if shear is None else shear
-    plane = np.array([[1.0, nu, 0.0], [nu, 1.0, 0.0], [0.0, 0.0, 0.0]]) * E / (1.0 - nu * nu)
-    plane[2, 2] = G
-    C = np.zeros((8, 8))
-    C[:3, :3], C[3:6, 3:6] = thickness * plane, thickness**3 / 12.0 * plane
-    C[6, 6] = C[7, 7] = SHEAR_FACTOR * G * thickness
-    return C
 
 
 def _strain_rows(xi: float, eta: float, c1: float, c2: float) -> Array:
