@@ -171,12 +171,14 @@ class Reference(Annotation):
         the ground
     several : bool, whether a list of names is wanted
     alone : bool, whether one of `several` may stand without a list
+    edges : bool, whether an edge of the part may be meant: "panel.x0"
     """
 
     what: str
     points: bool = False
     several: bool = False
     alone: bool = False
+    edges: bool = False
 
     @property
     def allowed(self) -> str:
@@ -221,7 +223,7 @@ class Reference(Annotation):
         try:
             if isinstance(value, str) and not self.several:
                 name, point = split_reference(value)
-                if point is None or self.points:
+                if point is None or self.points or (self.edges and isinstance(point, str)):
                     return value.strip()
                 raise InputError(f"{name!r} alone is meant")
             if not units.is_list(value) or (self.alone and not value):

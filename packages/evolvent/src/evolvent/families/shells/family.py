@@ -104,12 +104,37 @@ def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Ite
 def _place(builder: Any, at: Any) -> Any:
     """A node of a shell, which is a body."""
     row = builder.rows["shells"][at.row]
+    if isinstance(at.on, str):
+        raise InputError(
+            f"{at.key} is {at.where!r}, which is no point of the shell {at.name!r}; loads act along edges, and seams join "
+            f"them: give a node from '{at.name}[0]' to '{at.name}[{row['nodes'] - 1}]' here"
+        )
     if not isinstance(at.on, int) or at.on >= row["nodes"]:
         raise InputError(
             f"{at.key} is {at.where!r}; {at.name!r} is a shell; give a node from '{at.name}[0]' to "
             f"'{at.name}[{row['nodes'] - 1}]'"
         )
     return builder.on_body(row["first_body"] + at.on, (0.0, 0.0, 0.0))
+
+
+def _near(builder: Any, at: Any, position: Any) -> Any:
+    """The node of a shell at a position, within half of the shortest side of an element."""
+    row, wanted = builder.rows["shells"][at.row], np.array(position, dtype=float)
+    first = row["first_body"]
+    x = np.array([builder.poses[b].x for b in range(first, first + row["nodes"])])
+    quads = np.array(
+        [one["nodes"] for one in builder.rows["shell_elements"][row["first_element"] :][: row["elements"]]]
+    )
+    corners = x[quads - first]
+    within = 0.5 * float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).min())
+    off = np.linalg.norm(x - wanted, axis=1)
+    k = int(off.argmin())
+    if off[k] > within:
+        raise InputError(
+            f"{at.key} is {at.where!r}; the nearest node of the shell {at.name!r} is {off[k]:.3g} m from there, "
+            f"'{at.name}[{k}]' at {tuple(x[k].tolist())}; a position must be within {within:.3g} m of a node"
+        )
+    return builder.on_body(first + k, (0.0, 0.0, 0.0))
 
 
 # geometrically exact shells: their nodes are the bodies from first_body on; work: scratch of an element
@@ -135,7 +160,7 @@ SHELLS = Family(
     shares=Shares((Rule(ELASTIC),), place=11.5, elastic=Elastic(_stiff)),
     smooth=True,
     of_step=False,
-    parts=Parts(consists=lambda row, _: _nodes(row), place=_place, totals={"slender": lambda found: found.size}),
+    parts=Parts(consists=lambda row, _: _nodes(row), place=_place, near=_near, totals={"slender": lambda found: found.size}),
     state=State(points=_points),
     stability=Stability(waves=lambda _: 1.0),
     step=Step(measure=measure),
