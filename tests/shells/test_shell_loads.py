@@ -104,5 +104,5 @@ def test_refusals() -> None:
     for keys, message in wrong:
         with pytest.raises(InputError, match=message):
             placed(with_load(strip(), **keys))
-    with pytest.raises(InputError, match="shell.clamped: shell has no edge 'root'"):
+    with pytest.raises(InputError, match=r"shell\.clamped: shell has no edge 'root'"):
         placed(with_load(strip(clamped=("root",))))

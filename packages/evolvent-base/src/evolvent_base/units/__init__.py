@@ -165,6 +165,12 @@ _TURN_STIFFNESS: dict[str, Any] = {"what": "a rotational stiffness", "unit": "N 
 _TURN_DAMPING: dict[str, Any] = {"what": "a rotational damping", "unit": "N m s/rad", "example": "0.01 N m s/rad"}
 RotationalStiffnessOrZero = Annotated[float, Quantity(**_TURN_STIFFNESS, least=0.0)]
 RotationalDampingOrZero = Annotated[float, Quantity(**_TURN_DAMPING, least=0.0)]
+FoldStiffnessOrZero = Annotated[
+    float, Quantity(what="a rotational stiffness per length", unit="N/rad", example="0.5 N/rad", least=0.0)
+]
+FoldDampingOrZero = Annotated[
+    float, Quantity(what="a rotational damping per length", unit="N s/rad", example="0.01 N s/rad", least=0.0)
+]
 ForceOrZero = Annotated[float, Quantity(what="a force", unit="N", example="0.1 N", least=0.0)]
 TorqueOrForce = Annotated[float, Either((_TORQUE, _FORCE))]
 TorqueConstant = Annotated[float, Quantity(what="a torque constant", unit="N m/A", example="0.05 N m/A", above=0.0)]

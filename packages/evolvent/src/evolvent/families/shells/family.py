@@ -106,8 +106,8 @@ def _place(builder: Any, at: Any) -> Any:
     row = builder.rows["shells"][at.row]
     if isinstance(at.on, str):
         raise InputError(
-            f"{at.key} is {at.where!r}, which is no point of the shell {at.name!r}; loads act along edges, and seams join "
-            f"them: give a node from '{at.name}[0]' to '{at.name}[{row['nodes'] - 1}]' here"
+            f"{at.key} is {at.where!r}, which is no point of the shell {at.name!r}; loads act along edges, and seams "
+            f"join them: give a node from '{at.name}[0]' to '{at.name}[{row['nodes'] - 1}]' here"
         )
     if not isinstance(at.on, int) or at.on >= row["nodes"]:
         raise InputError(
@@ -160,7 +160,9 @@ SHELLS = Family(
     shares=Shares((Rule(ELASTIC),), place=11.5, elastic=Elastic(_stiff)),
     smooth=True,
     of_step=False,
-    parts=Parts(consists=lambda row, _: _nodes(row), place=_place, near=_near, totals={"slender": lambda found: found.size}),
+    parts=Parts(
+        consists=lambda row, _: _nodes(row), place=_place, near=_near, totals={"slender": lambda found: found.size},
+    ),
     state=State(points=_points),
     stability=Stability(waves=lambda _: 1.0),
     step=Step(measure=measure),
