@@ -11,6 +11,7 @@ from evolvent.families.bodies.family import node_point
 from evolvent.families.shells import shell, shell_strains, shell_tangent
 from evolvent.kernels import calls, rigid
 from evolvent.model.family import End, Family, Kind, Records, record
+from evolvent.model.powers import MASS_DAMPING, STIFFNESS_DAMPING
 from evolvent.model.questions import (
     Advice,
     Energies,
@@ -43,15 +44,17 @@ def _of_element(row: Any, records: Records) -> Iterator[End]:
 @calls.force
 def force(interval, model):
     """Forces of all shells."""
-    step = interval.step
-    shell.add_shells(step.h, step.chi, step.ratio, model)
+    step, powers = interval.step, interval.powers
+    lost, viscous = shell.add_shells(step.h, step.chi, step.ratio, model)
+    powers[MASS_DAMPING] += lost
+    powers[STIFFNESS_DAMPING] += viscous
 
 
 @calls.tangent
 def tangent(interval, model, matrix):
     """Derivatives of `force`."""
     step = interval.step
-    shell_tangent.add_shell_tangents(step.h, step.chi, step.ratio, model, matrix)
+    shell_tangent.add_shell_tangents(step.h, step.c_rate, step.chi, step.ratio, model, matrix)
 
 
 @calls.measure
@@ -137,12 +140,12 @@ def _near(builder: Any, at: Any, position: Any) -> Any:
     return builder.on_body(first + k, (0.0, 0.0, 0.0))
 
 
-# geometrically exact shells: their nodes are the bodies from first_body on; work: scratch of an element
+# geometrically exact shells: their nodes are the bodies from first_body on; alpha: damping by mass; work: scratch
 SHELLS = Family(
     "shells",
     record(
         "first_element elements first_body nodes",
-        "",
+        "alpha",
         "kinetic linear angular work",
         linear=(3,), angular=(3,), work=(shell_strains.WORK,),
     ),
@@ -153,7 +156,7 @@ SHELLS = Family(
         "angular": ("angular_momentum", "kg m2 s-1", "angular momentum about the inertial origin"),
     },
     kinds=(Kind("a shell", symmetric=True),),
-    isolated=True,
+    isolated=lambda found, _: not np.any(found["alpha"] != 0.0),
     force=force,
     tangent=tangent,
     energy=energy,
@@ -173,13 +176,13 @@ SHELLS = Family(
 )  # fmt: skip
 
 # an element between four bodies, whose third axes are the directors; stiffness, resultants, rest, slopes, untwisted:
-# see `stiffness.Constants`; drilling: N m, stiffness of a node's drilling strain; membrane: N/m, largest stiffness.
-# m0, m1: measures at the start and the end of an interval; before: changes of the strains over the step before
+# see `stiffness.Constants`; beta: damping by stiffness, s; drilling: N m, stiffness of a node's drilling strain;
+# membrane: N/m, largest stiffness. m0, m1: measures at the start and the end of an interval; before: changes of the strains over the step before
 SHELL_ELEMENTS = Family(
     "shell_elements",
     record(
         "nodes",
-        "area membrane drilling stiffness resultants rest slopes untwisted",
+        "area beta membrane drilling stiffness resultants rest slopes untwisted",
         "m0 m1 before stress stored bent drilled membrane_force_1 membrane_force_2 membrane_shear moment_1 moment_2 "
         "twisting_moment shear_force_1 shear_force_2",
         nodes=(4,), stiffness=(15, 15), resultants=(8, 15), rest=(15,), slopes=(8, 4), untwisted=(4,),

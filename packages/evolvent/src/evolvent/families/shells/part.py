@@ -98,6 +98,11 @@ class Shell(Part):
         of membrane shear.
     velocity : (3,) float, m/s
         Velocity at the start, inertial axes.
+    mass_damping : float, 1/s
+        Factor alpha of damping forces -alpha M v.
+    stiffness_damping : float, s
+        Factor beta of the damping forces: beta times the stiffness times the rates of the strains, without that of
+        `drilling`.
 
     Notes
     -----
@@ -141,6 +146,8 @@ class Shell(Part):
     clamped: tuple[str, ...] = ()
     drilling: units.PositiveNumber = 1e-4
     velocity: units.Velocity = (0.0, 0.0, 0.0)
+    mass_damping: units.RateOrZero = 0.0
+    stiffness_damping: units.DurationOrZero = 0.0
 
     def node(self, i: int, j: int) -> int:
         """Number of the node i along side 1, j along side 2, of a mesh of `elements`."""
@@ -264,12 +271,14 @@ class Shell(Part):
         first, C = len(builder.rows["shell_elements"]), wall.stiffness
         for own, found in zip(mesh.quads, constants, strict=True):
             builder.add(
-                "shell_elements", nodes=first_body + own, area=found.area, membrane=float(C[:3, :3].max()),
-                drilling=0.25 * self.drilling * float(C[2, 2]) * found.area, stiffness=found.stiffness,
+                "shell_elements", nodes=first_body + own, area=found.area, beta=self.stiffness_damping,
+                membrane=float(C[:3, :3].max()), drilling=0.25 * self.drilling * float(C[2, 2]) * found.area,
+                stiffness=found.stiffness,
                 resultants=found.resultants, rest=found.rest, slopes=found.slopes, untwisted=found.untwisted,
             )  # fmt: skip
         index = builder.add(
             "shells", first_element=first, elements=len(mesh.quads), first_body=first_body, nodes=len(x),
+            alpha=self.mass_damping,
         )  # fmt: skip
         builder.names[name] = ("shells", index)
 
