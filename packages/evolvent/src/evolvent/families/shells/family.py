@@ -177,7 +177,8 @@ SHELLS = Family(
 
 # an element between four bodies, whose third axes are the directors; stiffness, resultants, rest, slopes, untwisted:
 # see `stiffness.Constants`; beta: damping by stiffness, s; drilling: N m, stiffness of a node's drilling strain;
-# membrane: N/m, largest stiffness. m0, m1: measures at the start and the end of an interval; before: changes of the strains over the step before
+# membrane: N/m, largest stiffness. m0, m1: measures at the start and the end of an interval; before: changes of the
+# strains over the step before
 SHELL_ELEMENTS = Family(
     "shell_elements",
     record(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
@@ -36,6 +36,8 @@ from evolvent_base.errors import InputError
 from evolvent_base.file_keys import FileKey, digest
 
 Array = np.ndarray
+#: Positions of all nodes at the start.
+StartNodes = Annotated[Any, Arrays(shape="of the shape (n1 + 1, n2 + 1, 3), or (n, 3)")]
 #: Positions of all nodes.
 ShellNodes = Annotated[tuple[tuple[units.Triple, ...], ...], Arrays(shape="of the shape (n1 + 1, n2 + 1, 3)")]
 Elements = tuple[Annotated[int, units.Whole(least=1, most=1000)], Annotated[int, units.Whole(least=1, most=1000)]]
@@ -61,6 +63,12 @@ class Shell(Part):
     normals : (n1 + 1, n2 + 1, 3) float, optional
         Normals of the surface at `nodes`; if left out, those of paraboloids through neighbouring nodes. Exact ones make
         coarse meshes of curved shells more accurate.
+    start : (n1 + 1, n2 + 1, 3) or (n, 3) float, m, optional
+        Positions of all nodes at the start, inertial axes, where these are not those without stress: a shell that is
+        stowed or rolled up.
+    start_normals : (n1 + 1, n2 + 1, 3) or (n, 3) float, optional
+        Normals at `start`; if left out, those of paraboloids through neighbouring nodes, whose errors at edges stress
+        thin shells there.
     formula : list of three expressions, optional
         x, y and z, m, of the parameters u along side 1 and v along side 2, both from 0 to 1, such as ["2*u", "v",
         "0.1*u**2"], in place of `size`: a smooth surface in the axes of `direction` and `normal` at `position`.
@@ -119,6 +127,7 @@ class Shell(Part):
         "radius": (left_out("nodes", "formula", "file"),),
         "nodes": (left_out("formula", "file"),),
         "normals": (given("nodes"),),
+        "start_normals": (given("start"),),
         "formula": (left_out("file"),),
         "constants": (given("formula"),),
         "length_unit": (given("file"),),
@@ -132,6 +141,8 @@ class Shell(Part):
     radius: units.Length | None = None
     nodes: ShellNodes | None = None
     normals: ShellNodes | None = None
+    start: StartNodes | None = None
+    start_normals: StartNodes | None = None
     formula: SurfaceExpressions | None = None
     constants: Constants | None = None
     file: Annotated[str, FileKey(endings=tuple(FORMATS))] | None = None
@@ -193,11 +204,7 @@ class Shell(Part):
             x = self._of_shape(name, "nodes")
             normals, along = None, None if self.direction is None else self._direction
             if self.normals is not None:
-                normals = self._of_shape(name, "normals")
-                sizes = np.linalg.norm(normals, axis=-1, keepdims=True)
-                if not np.all(sizes > 0.0):
-                    raise InputError(f"{name}.normals has a vector of length 0; all must be of another length")
-                normals = normals / sizes
+                normals = self._unit_vectors(name, "normals", self._of_shape(name, "normals"))
             return of_nodes(name, x, normals, along)
         place, axes = np.array(self.position), self._axes(name)
         if self.formula is not None:
@@ -220,6 +227,24 @@ class Shell(Part):
     def _direction(self) -> Array:
         """Unit vector of axis 1."""
         return unit((1.0, 0.0, 0.0) if self.direction is None else self.direction)
+
+    def _of_nodes(self, name: str, key: str, count: int) -> Array:
+        """Vectors (count, 3) of all nodes, on a grid or not."""
+        found = np.array(getattr(self, key), dtype=float)
+        if found.size != 3 * count or found.shape[-1] != 3:
+            raise InputError(
+                f"{name}.{key} has the shape {found.shape}; it must have the vectors of all {count} nodes, in their "
+                f"order"
+            )
+        return found.reshape(-1, 3)
+
+    @staticmethod
+    def _unit_vectors(name: str, key: str, found: Array) -> Array:
+        """Vectors of length 1."""
+        sizes = np.linalg.norm(found, axis=-1, keepdims=True)
+        if not np.all(sizes > 0.0):
+            raise InputError(f"{name}.{key} has a vector of length 0; all must be of another length")
+        return np.asarray(found / sizes)
 
     def _axes(self, name: str) -> Array:
         """Axes at the corner, (3, 3), in columns."""
@@ -285,7 +310,13 @@ class Shell(Part):
     def start_nodes(self, name: str = "shell") -> tuple[Array, Array]:
         """Positions (n, 3), m, and axes (n, 3, 3), in columns, of the nodes at the start."""
         mesh = self.mesh(name)
-        return mesh.x, mesh.R
+        if self.start is None:
+            return mesh.x, mesh.R
+        x, normals = self._of_nodes(name, "start", len(mesh.x)), None
+        if self.start_normals is not None:
+            normals = self._unit_vectors(name, "start_normals", self._of_nodes(name, "start_normals", len(x)))
+        slopes = [stiffness.drilling(mesh.x[own], mesh.R[own])[0] for own in mesh.quads]
+        return x, mesh.moved(f"{name}.start", x, normals, slopes)
 
     def _write_nodes(self, builder: Builder, name: str, x: Array, R: Array, areas: Array, wall: WallProperties) -> int:
         """Write the nodes as bodies, free but at edges that are clamped; returns the first one's index."""

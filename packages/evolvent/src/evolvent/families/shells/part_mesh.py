@@ -40,6 +40,27 @@ class Mesh(NamedTuple):
     quads: Array
     edges: Mapping[str, Array]
 
+    def moved(self, name: str, x: Array, normals: Array | None, slopes: Sequence[Array]) -> Array:
+        """Axes (n, 3, 3) of the nodes where these are at x (n, 3), m, with normals (n, 3).
+
+        Parameters
+        ----------
+        name : str, for messages
+        normals : those of a smooth surface if left out
+        slopes : (8, 4) float of each element, 1/m, derivatives along axes 1 and 2 of each node by the nodes' positions
+
+        Notes
+        -----
+        About the normals the axes turn as their surroundings, which are sheared symmetrically: drilling strains are 0.
+        """
+        three = _free_normals(name, x, self.quads) if normals is None else normals
+        along = np.zeros((2, *x.shape))
+        for own, slope in zip(self.quads, slopes, strict=True):
+            U = (slope @ x[own]).reshape(4, 2, 3)
+            for a, node in enumerate(own):
+                along[:, node] += U[a]
+        return axes_along(three, along[0] - np.cross(three, along[1]))
+
 
 def numbered(k: int) -> str:
     """Name of the edge k."""

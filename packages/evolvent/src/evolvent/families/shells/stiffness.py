@@ -149,7 +149,7 @@ def element_constants(name: str, x: Array, R: Array, along: Array, C: Array) -> 
         L += weight * P.T @ E
     by_measures = np.linalg.solve(H, L)
     K = L.T @ by_measures
-    slopes, untwisted = _drilling(x, R)
+    slopes, untwisted = drilling(x, R)
     return Constants(
         0.5 * (K + K.T), resultants(0.0, 0.0) @ by_measures, rest, slopes, untwisted, area, axes,
     )  # fmt: skip
@@ -163,7 +163,7 @@ def rest_measures(x: Array, R: Array) -> Array:
     return found[STRAIN : STRAIN + STRAINS]
 
 
-def _drilling(x: Array, R: Array) -> tuple[Array, Array]:
+def drilling(x: Array, R: Array) -> tuple[Array, Array]:
     """Slopes (8, 4) and drilling strains (4,) of an element with the nodes x and axes R."""
     slopes, strain = np.zeros((8, 4)), np.zeros(4)
     xi, eta = _SIGNS[1], _SIGNS[2]
