@@ -101,8 +101,7 @@ class Laminate(Wall):
             C[6:, 6:] += self.shear_factor * h * shear
             mass, inertia = mass + h * ply.material.density, inertia + second * ply.material.density
             z += h
-        if len(self.plies) == 1:
-            C[:3, 3:6] = 0.0
+        C[:3, 3:6][np.abs(C[:3, 3:6]) < 1e-12 * C[0, 0] * abs(z)] = 0.0  # of symmetric laminates
         C[3:6, :3] = C[:3, 3:6].T
         return WallProperties(C, mass, inertia)
 

@@ -264,6 +264,10 @@ class Shell(Part):
 
     def wall(self, name: str = "shell") -> WallProperties:
         """Stiffness and inertia of the wall."""
+        plies = self.section.plies if isinstance(self.section, Laminate) else ()
+        materials = [one for one in (self.material, *(ply.material for ply in plies)) if one is not None]
+        if any(one.viscoelastic is not None for one in materials):
+            raise InputError(f"{name} has a viscoelastic material; relaxation of shells is not implemented")
         if self.section is not None:
             return self.section.properties()
         for key in ("thickness", "material"):
