@@ -15,7 +15,8 @@ import families.loads
 import families.lumped
 import families.reduced
 import families.relaxing
-import families.rods  # noqa: F401  (all enter their cases)
+import families.rods
+import families.shells  # noqa: F401  (all enter their cases)
 from evolvent import model as mdl
 from evolvent.assembly.assembled import Assembly
 from evolvent.equations import implicit, inventory

@@ -38,6 +38,7 @@ REFUSED = {
     "a Prony term": "a part is viscoelastic",
     "a viscoelastic beam": "a part is viscoelastic",
     "a viscoelastic rod": "a part is viscoelastic",
+    "a shell": "shells",
 }
 #: Largest difference beside the largest change of a coordinate, or of a rate times a step.
 WITHIN = 1e-6

@@ -29,7 +29,7 @@ def loaded(shell: parts.Shell, edge: Any, force: Any = None, torque: Any = None)
 
 
 def add_symmetry(system: System, shell: parts.Shell, edges: dict[Any, int]) -> None:
-    """Let edges stay in planes across an axis (0 or 1) of their nodes, and the shell be symmetric about these planes."""
+    """Keep edges in planes across an axis (0 or 1) of their nodes, about which the shell is symmetric."""
     x, R = shell.mesh()[:2]
     done: set[Any] = set()
     for edge, axis in edges.items():

@@ -10,7 +10,7 @@ import pytest
 from book import Book
 from evolvent import System, parts
 from helpers import fitted_order
-from shells.plates import add_symmetry, distorted, loaded, material, placed
+from shells.plates import add_symmetry, loaded, material, placed
 
 Array = np.ndarray
 CHAPTER = "Statics of shells"
@@ -44,9 +44,7 @@ def test_cantilever(book: Book) -> None:
 
 def test_roll_up(book: Book) -> None:
     """An end moment rolls a strip up to a circle; its middle surface is shorter by h^2/(12 R^2) = 2.3e-4."""
-    shell = parts.Shell(
-        size=(12.0, 1.0), elements=(16, 1), thickness=0.1, material=material(1.2e6), clamped=("x0",)
-    )
+    shell = parts.Shell(size=(12.0, 1.0), elements=(16, 1), thickness=0.1, material=material(1.2e6), clamped=("x0",))
     system = loaded(shell, "x1", torque=(0.0, -50.0 * np.pi / 3.0, 0.0))
     run = system.equilibrium(load_steps=[0.25, 0.5, 0.75, 1.0])
     assert run.attrs["status"] == "success", run.attrs["message"]

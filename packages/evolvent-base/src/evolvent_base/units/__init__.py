@@ -58,6 +58,7 @@ GravitationalParameter = Annotated[
     float, Quantity(what="a gravitational parameter", unit="m^3/s^2", example="3.986e14 m^3/s^2", above=0.0)
 ]
 LineDensity = Annotated[float, Quantity(what="a mass per length", unit="kg/m", example="0.735 g/m", above=0.0)]
+AreaDensity = Annotated[float, Quantity(what="a mass per area", unit="kg/m^2", example="0.3 kg/m^2", above=0.0)]
 Stiffness = Annotated[float, Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", above=0.0)]
 DampingOrZero = Annotated[float, Quantity(what="a damping coefficient", unit="N s/m", example="1e-3 N s/m", least=0.0)]
 PressureOrZero = Annotated[float, Quantity(what="a pressure", unit="Pa", example="4.56e-6 Pa", least=0.0)]
@@ -155,7 +156,6 @@ ShellStiffness = Annotated[
         widths=(3, 3, 2),
     ),
 ]  # fmt: skip
-AreaDensity = Annotated[float, Quantity(what="a mass per area", unit="kg/m^2", example="0.8 kg/m^2", above=0.0)]
 SecondMoment = Annotated[float, Quantity(what="a second moment of area", unit="m^4", example="40 mm^4", above=0.0)]
 InertiaTensor = Annotated[
     float | Triple | tuple[Triple, Triple, Triple],

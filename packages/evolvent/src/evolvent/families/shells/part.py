@@ -279,31 +279,28 @@ class Shell(Part):
         """Write the nodes into the family `bodies`, the rest into `shells` and `shell_elements`."""
         mesh, wall = self.mesh(name), self.wall(name)
         x, R = self.start_nodes(name)
-        constants = []
-        for k, own in enumerate(mesh.quads):
-            for axes in (mesh.R, R):
-                cosines = np.clip(axes[own, :, 2] @ axes[own, :, 2].T, -1.0, 1.0)
-                turn = float(np.degrees(np.arccos(cosines.min())))
-                if turn > LARGEST_TURN:
-                    raise InputError(
-                        f"{name}.elements is {self.elements!r}, but the normals of element {k} are {turn:.0f} deg "
-                        f"apart; at most {LARGEST_TURN:g} deg is allowed, use more elements"
-                    )
-            along = mesh.R[own, :, 0].sum(axis=0)
-            constants.append(
-                stiffness.element_constants(f"element {k} of {name}", mesh.x[own], mesh.R[own], along, wall.stiffness)
-            )
+        for axes in (mesh.R, R):
+            normals = axes[mesh.quads][..., 2]
+            cosines = np.einsum("nac,nbc->nab", normals, normals).min(axis=(1, 2))
+            k = int(cosines.argmin())
+            turn = float(np.degrees(np.arccos(np.clip(cosines[k], -1.0, 1.0))))
+            if turn > LARGEST_TURN:
+                raise InputError(
+                    f"{name}.elements is {self.elements!r}, but the normals of element {k} are {turn:.0f} deg apart; "
+                    f"at most {LARGEST_TURN:g} deg is allowed, use more elements"
+                )
+        own = mesh.R[mesh.quads]
+        found = stiffness.constants(name, mesh.x[mesh.quads], own, own[..., 0].sum(axis=1), wall.stiffness)
         areas = np.zeros(len(x))
-        for own, found in zip(mesh.quads, constants, strict=True):
-            areas[own] += 0.25 * found.area
+        np.add.at(areas, mesh.quads, 0.25 * found.area[:, None])
         first_body = self._write_nodes(builder, name, x, R, areas, wall)
         first, C = len(builder.rows["shell_elements"]), wall.stiffness
-        for own, found in zip(mesh.quads, constants, strict=True):
+        for k, area in enumerate(found.area.tolist()):
             builder.add(
-                "shell_elements", nodes=first_body + own, area=found.area, beta=self.stiffness_damping,
-                membrane=float(C[:3, :3].max()), drilling=0.25 * self.drilling * float(C[2, 2]) * found.area,
-                stiffness=found.stiffness,
-                resultants=found.resultants, rest=found.rest, slopes=found.slopes, untwisted=found.untwisted,
+                "shell_elements", nodes=first_body + mesh.quads[k], area=area, beta=self.stiffness_damping,
+                membrane=float(C[:3, :3].max()), drilling=0.25 * self.drilling * float(C[2, 2]) * area,
+                stiffness=found.stiffness[k], resultants=found.resultants[k], rest=found.rest[k],
+                slopes=found.slopes[k], untwisted=found.untwisted[k],
             )  # fmt: skip
         index = builder.add(
             "shells", first_element=first, elements=len(mesh.quads), first_body=first_body, nodes=len(x),
@@ -319,7 +316,7 @@ class Shell(Part):
         x, normals = self._of_nodes(name, "start", len(mesh.x)), None
         if self.start_normals is not None:
             normals = self._unit_vectors(name, "start_normals", self._of_nodes(name, "start_normals", len(x)))
-        slopes = [stiffness.drilling(mesh.x[own], mesh.R[own])[0] for own in mesh.quads]
+        slopes = stiffness.drilling(mesh.x[mesh.quads], mesh.R[mesh.quads])[0]
         return x, mesh.moved(f"{name}.start", x, normals, slopes)
 
     def _write_nodes(self, builder: Builder, name: str, x: Array, R: Array, areas: Array, wall: WallProperties) -> int:

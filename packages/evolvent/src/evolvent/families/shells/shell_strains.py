@@ -83,7 +83,7 @@ def node_weight(p, a):
 
 @kernel
 def gather(k, model, h, x, R):
-    """Positions x : (4, 3) and rotations R : (12, 3) of the nodes of element k at the half interval h after the mean."""
+    """Positions x : (4, 3), rotations R : (12, 3) of the nodes of element k at the half interval h after the mean."""
     rows, bodies = model.shell_elements, model.bodies
     for a in range(4):
         b = rows[k].nodes[a]
@@ -170,7 +170,7 @@ def note_strains(rows):
 
 @kernel
 def slopes(m0, m1, G):
-    """Derivatives G : (15, 20) of the strains by the products, such that G d(products) = d(strains) over a step, exactly.
+    """Derivatives G : (15, 20) of the strains by the products: over a step G d(products) = d(strains), exactly.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Tangents of the elements of shells (`shell`).
 
 With the derivatives B of the products by the vectors of an element at both ends of an interval, and G of the strains by
-the products, the derivative of the forces on the vectors is B0^T (G0^T K G1 + S . d2E) B1 + p . d2I; those on the bodies
+the products, the derivative of the forces on the vectors is B0^T (G0^T K G1 + S . d2E) B1 + p . d2I; those on bodies
 follow by the weights of the nodes and the turns of their directors.
 """
 
@@ -104,7 +104,7 @@ def multiply_products(A, p, V0, V1, T, M):
 
 @kernel
 def to_nodes(M, N, K):
-    """K : (24, 24), by positions and directors of the nodes, from M : (21, 21), by the vectors; N : (21, 24), scratch."""
+    """K : (24, 24), by positions and directors of nodes, from M : (21, 21), by the vectors; N : (21, 24), scratch."""
     for i in range(3 * VECTORS):
         for c in range(3):
             a, b, d = 0.25 * M[i, c], 0.25 * M[i, 3 + c], 0.25 * M[i, 6 + c]
@@ -151,7 +151,7 @@ def _drilling_columns(rows, k, a, U, R, B):
 
 @kernel
 def add_drilling(rows, k, a, stiffness, stress, x0, R0, x1, R1, U, B, K, torque):
-    """Add the derivatives of the forces of the drilling strain of node a to K : (24, 24), and its torque to `torque`."""
+    """Add derivatives of the forces of the drilling strain of node a to K : (24, 24), and its torque to `torque`."""
     B0, B1, at, r, half = B[:15], B[15:30], 6 * a + 3, 3 * a, 0.5 * stress
     surface_slopes(rows, k, a, x1, U)
     _drilling_columns(rows, k, a, U, R1, B1)
@@ -252,7 +252,7 @@ def fill_tangent(k, h, c_rate, chi, ratio, model, K):
 
 @indirect(void(REAL, REAL, REAL, REAL, MODEL, SPARSE))
 def add_shell_tangents(h, c_rate, chi, ratio, model, matrix):
-    """Derivatives of the forces of all shells by displacements and turns; over a step twice those by what its end moves.
+    """Derivatives of the forces of all shells by displacements and turns; over a step twice those by its end.
 
     Parameters
     ----------

@@ -1,0 +1,55 @@
+"""The part Shell: meshes, and what is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from evolvent import System, parts
+from evolvent_base.errors import InputError
+from shells.plates import material
+
+SIZE: dict[str, Any] = {"size": (1.0, 0.2), "elements": (4, 1)}
+WALL: dict[str, Any] = {"thickness": 0.01, "material": material(1e9, 0.3)}
+
+
+def test_cylinder_and_given_nodes_have_the_same_axes() -> None:
+    tube = parts.Shell(size=(1.0, 1.0), radius=0.5, elements=(4, 16), **WALL)
+    x, R = (one.reshape(5, 17, *one.shape[1:]) for one in tube.mesh()[:2])
+    assert np.hypot(x[..., 1], x[..., 2] + 0.5) == pytest.approx(0.5)
+    assert R[..., 2] == pytest.approx((x - np.array([0.0, 0.0, -0.5])) / 0.5 * [0.0, 1.0, 1.0])
+    nodes: Any = x
+    own = parts.Shell(nodes=nodes, elements=(4, 16), **WALL).mesh().R
+    assert own.reshape(R.shape) == pytest.approx(R, abs=2e-3)
+    assert tube.edge_shares("y1").sum() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        (WALL | {"elements": (4, 1)}, "shell.size is missing"),
+        (SIZE | WALL | {"normal": (1.0, 0.0, 1.0)}, "perpendicular to shell.direction"),
+        (WALL | {"nodes": np.zeros((2, 2, 3)), "elements": (4, 1)}, r"must be \(5, 2, 3\)"),
+        (WALL | {"nodes": np.zeros((2, 2, 3)), "elements": (1, 1)}, "elements there must have an area"),
+        (
+            WALL | {"nodes": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [0.2, 0.2, 0]]], "elements": (1, 1)},
+            "element 0 of shell is not convex",
+        ),
+        (WALL | {"size": (1.0, 3.0), "radius": 0.5, "elements": (1, 2)}, "normals of element 0 are 172 deg apart"),
+    ],
+)
+def test_refusals(keys: dict[str, Any], message: str) -> None:
+    system = System()
+    system.add(parts.Shell(**keys), "shell")
+    with pytest.raises(InputError, match=message):
+        system.assemble()
+
+
+def test_references_to_nodes() -> None:
+    system = System()
+    system.add(parts.Shell(**SIZE, **WALL), "shell")
+    system.add(parts.Load(at="shell[10]", force=(1.0, 0.0, 0.0)), "load")
+    with pytest.raises(InputError, match=r"give a node from 'shell\[0\]' to 'shell\[9\]'"):
+        system.assemble()
