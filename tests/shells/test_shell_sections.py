@@ -110,6 +110,23 @@ def test_cross_ply_strip_deflects() -> None:
     assert found == pytest.approx(P * L**3 * d11 / (3.0 * b) + P * L / (b * C[6, 6]), rel=2e-3)
 
 
+def test_keys_of_a_case() -> None:
+    """A list of plies stands for a laminate; a shell is read from what it writes, with a seam and loads."""
+    ply = {"material": "cfrp-ud", "thickness": "0.2 mm", "angle": "90 deg"}
+    keys: Any = {"formula": ["2*u", "v", "c*u**2"], "constants": {"c": 0.1}, "elements": [4, 2]}
+    shell = parts.Shell(section={"laminate": [ply]}, **keys)
+    found: Any = (
+        shell,
+        parts.Shell(section={"stiffness": {"matrix": 8 * [2.0], "mass_per_area": "1 kg/m^2"}}, **keys),
+        parts.Seam(a="wing.x1", b="flap.edge[3]", stiffness="2 N/rad", rest="3 deg"),
+        parts.Load(along="flap.edge[1]", direction=(1, 0, 0), profile={"constant": "0.2 N/m"}),
+        parts.Load(at=("flap", (2.5, 0.25, 0.1)), force=(0, 0, 1)),
+    )
+    for part in found:
+        written = part.as_keys()
+        assert type(part)(**{key: value for key, value in written.items() if key != "kind"}) == part
+
+
 def test_refusals() -> None:
     """One sentence each."""
     plain: Any = {"size": (1.0, 1.0), "elements": (1, 1)}

@@ -64,12 +64,12 @@ class Named(NamedTuple):
 
     Attributes
     ----------
-    where : str, as it was given, key : str, what it is given for, such as "spring.a"
+    where : str, or (name, position), as it was given, key : str, what it is given for, such as "spring.a"
     name : str, of the part, row : int, in its family
     on : str or int, point or number of the node; None where the part alone is named
     """
 
-    where: str
+    where: Any
     key: str
     name: str
     row: int

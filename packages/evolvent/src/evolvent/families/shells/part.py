@@ -99,7 +99,7 @@ class Shell(Part):
     clamped : list of str
         Edges whose nodes stand still: "x0", "x1", "y0", "y1", the begin and end of side 1 (x) and of side 2 (y), which
         are "edge[0]" to "edge[3]" too; of a mesh from a file "edge[0]" and so on, which end at corners and go
-        counterclockwise about the normal, the first of them from the corner with the lowest number; or sets of the
+        round the surface, counterclockwise about the normal, from the corner with the lowest number; or sets of the
         file.
     drilling : float
         Stiffness against rotations of nodes about the normal, which the shell does not resist by itself, beside that

@@ -285,9 +285,10 @@ def _oriented(name: str, quads: Array) -> Array:
 
 
 def boundary(x: Array, quads: Array, normals: Array) -> list[Array]:
-    """Runs of sides with one element, which end at corners; each (k, 2), counterclockwise about the normal.
+    """Runs of sides with one element, which end at corners; each (k, 2), one after the other round the surface.
 
-    They begin at the corner with the lowest number, or where there is none at the node with the lowest number.
+    They go counterclockwise about the normal, from the corner with the lowest number, or where there is none from the
+    node with the lowest number.
     """
     after: dict[int, list[int]] = {}
     for (a, b), own in _sides(quads).items():
@@ -304,11 +305,13 @@ def boundary(x: Array, quads: Array, normals: Array) -> list[Array]:
 
     corners, runs = {k for k in sorted(after) if ends_at(k)}, []
     for start in [*sorted(corners), *sorted(set(after) - corners)]:
-        while after.get(start):
-            run = [start, after[start].pop(0)]
-            while run[-1] not in corners and run[-1] != start:
+        at = start
+        while after.get(at):
+            run = [at, after[at].pop(0)]
+            while run[-1] not in corners and run[-1] != at:
                 run.append(after[run[-1]].pop(0))
             runs.append(np.stack([run[:-1], run[1:]], axis=1))
+            at = run[-1]
     return runs
 
 
