@@ -40,7 +40,7 @@ class Mesh(NamedTuple):
     quads: Array
     edges: Mapping[str, Array]
 
-    def moved(self, name: str, x: Array, normals: Array | None, slopes: Sequence[Array]) -> Array:
+    def moved(self, name: str, x: Array, normals: Array | None, slopes: Array | Sequence[Array]) -> Array:
         """Axes (n, 3, 3) of the nodes where these are at x (n, 3), m, with normals (n, 3).
 
         Parameters
