@@ -61,7 +61,9 @@ class Shell(Part):
         Stiffness against rotations of nodes about the normal, which the shell does not resist by itself, beside that
         of membrane shear.
     velocity : (3,) float, m/s
-        Velocity at the start, inertial axes.
+        Velocity of the first node at the start, inertial axes.
+    angular_velocity : (3,) float, rad/s
+        Angular velocity of the whole shell about its first node at the start, inertial axes.
 
     Notes
     -----
@@ -94,6 +96,7 @@ class Shell(Part):
     clamped: tuple[Edge, ...] = ()
     drilling: units.PositiveNumber = 1e-4
     velocity: units.Velocity = (0.0, 0.0, 0.0)
+    angular_velocity: units.AngularVelocity = (0.0, 0.0, 0.0)
 
     def node(self, i: int, j: int) -> int:
         """Number of the node i along side 1, j along side 2."""
@@ -194,15 +197,16 @@ class Shell(Part):
     def _write_nodes(self, builder: Builder, x: Array, R: Array, masses: Array) -> int:
         """Write the nodes as bodies, free but at edges that are clamped; returns the first one's index."""
         held = {int(k) for edge in self.clamped for k in self.edge(edge)}
-        first, turns, v = len(builder.rows["bodies"]), rods.quaternion(R), np.array(self.velocity)
+        first, turns, w = len(builder.rows["bodies"]), rods.quaternion(R), np.array(self.angular_velocity)
+        speeds = np.array(self.velocity) + np.cross(w, x - x[0])
         for k, (place, mass) in enumerate(zip(x, masses, strict=True)):
             inertia = mass * self.thickness**2 / 12.0 * np.diag([1.0, 1.0, 2.0])
             if k in held:
-                q, at, speed, motion = -1, -1, np.zeros(3), rigid.DRIVEN
+                q, at, motion, pose = -1, -1, rigid.DRIVEN, Pose(place, R[k], np.zeros(3), np.zeros(3))
             else:
-                q, at = builder.coordinates([*place, *turns[k]], [*v, 0.0, 0.0, 0.0])
-                speed, motion = v, rigid.FREE
-            builder.poses.append(Pose(place, R[k], speed, np.zeros(3)))
+                q, at = builder.coordinates([*place, *turns[k]], [*speeds[k], *(R[k].T @ w)])
+                motion, pose = rigid.FREE, Pose(place, R[k], speeds[k], w)
+            builder.poses.append(pose)
             builder.add(
                 "bodies", motion=motion, iq=q, iv=at, mass=mass, inertia=inertia, axis=np.array([1.0, 0.0, 0.0]),
                 R0=R[k], x0=place, rate=0.0, spin_inertia=float(inertia[0, 0]),
