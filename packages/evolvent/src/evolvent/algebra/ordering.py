@@ -113,7 +113,6 @@ def _minimum_degree(
     left: Sequence[int], size: Sequence[int], near: list[set[int]], waits: dict[int, set[int]]
 ) -> tuple[list[int], list[set[int]]]:
     """Blocks by least coupled unknowns at their elimination, and what each coupled to then; `near` is used up."""
-
     order: list[int] = []
 
     def key(b: int) -> tuple[int, int, int, int]:
