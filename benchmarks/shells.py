@@ -12,6 +12,7 @@ of L and U.
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import os
 import pathlib
@@ -53,15 +54,15 @@ def plate(n: int) -> Any:
 
 def steps(assembly: Any, method: str, repeat: int) -> tuple[float, float, float]:
     """CPU time of a step, ms, its iterations and its factorisations."""
-    best, found = np.inf, None
+    best, counts = np.inf, {"steps": 1}
     for _ in range(repeat):
         began = time.process_time()
         found = SOLVERS[method](assembly, samples=(0.0, END), step=STEP, spectral_radius=RADIUS)
         seconds = time.process_time() - began
         if not found.success:
             raise RuntimeError(found.message)
-        best = min(best, seconds / found.statistics["steps"])
-    counts = found.statistics
+        counts = found.statistics
+        best = min(best, seconds / counts["steps"])
     return 1e3 * best, counts["iterations"] / counts["steps"], counts["factorizations"] / counts["steps"]
 
 
@@ -102,7 +103,7 @@ def iteration(assembly: Any, repeat: int) -> dict[str, float]:
         lu = scipy.sparse.linalg.splu(A, **options)
         if np.abs(lu.solve(f) - x).max() > 1e-6 * np.abs(x).max():
             raise RuntimeError(f"the solutions of this package and of SuperLU ({name}) differ")
-        row[f"{name}_ms"] = least(lambda options=options: scipy.sparse.linalg.splu(A, **options), repeat)
+        row[f"{name}_ms"] = least(functools.partial(scipy.sparse.linalg.splu, A, **options), repeat)
         row[f"{name}_fill"] = lu.L.nnz + lu.U.nnz
     return row
 
