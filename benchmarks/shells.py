@@ -54,7 +54,8 @@ def plate(n: int) -> Any:
 
 def steps(assembly: Any, method: str, repeat: int) -> tuple[float, float, float]:
     """CPU time of a step, ms, its iterations and its factorisations."""
-    best, counts = np.inf, {"steps": 1}
+    best = np.inf
+    counts: dict[str, Any] = {}
     for _ in range(repeat):
         began = time.process_time()
         found = SOLVERS[method](assembly, samples=(0.0, END), step=STEP, spectral_radius=RADIUS)

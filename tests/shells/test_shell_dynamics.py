@@ -190,7 +190,7 @@ def test_methods_agree_and_results_hold_the_balance() -> None:
     first, second = (run["shell"]["position"].values for run in runs)
     assert second == pytest.approx(first, abs=5e-6)
     for run in runs:
-        own = run["shell"]
+        own: Any = run["shell"]
         energy = own["energy_kinetic"] + own["energy_elastic"]
         assert own["energy_elastic"].max() > 0.05 * energy[0]
         assert energy.values == pytest.approx(energy.values[0], rel=1e-5)
