@@ -105,7 +105,9 @@ class Shell(Part):
         Stiffness against rotations of nodes about the normal, which the shell does not resist by itself, beside that
         of membrane shear.
     velocity : (3,) float, m/s
-        Velocity at the start, inertial axes.
+        Velocity of the first node at the start, inertial axes.
+    angular_velocity : (3,) float, rad/s
+        Angular velocity of the whole shell about its first node at the start, inertial axes.
     mass_damping : float, 1/s
         Factor alpha of damping forces -alpha M v.
     stiffness_damping : float, s
@@ -157,6 +159,7 @@ class Shell(Part):
     clamped: tuple[str, ...] = ()
     drilling: units.PositiveNumber = 1e-4
     velocity: units.Velocity = (0.0, 0.0, 0.0)
+    angular_velocity: units.AngularVelocity = (0.0, 0.0, 0.0)
     mass_damping: units.RateOrZero = 0.0
     stiffness_damping: units.DurationOrZero = 0.0
 
@@ -322,15 +325,16 @@ class Shell(Part):
     def _write_nodes(self, builder: Builder, name: str, x: Array, R: Array, areas: Array, wall: WallProperties) -> int:
         """Write the nodes as bodies, free but at edges that are clamped; returns the first one's index."""
         held = {int(k) for edge in self.clamped for k in self.edge(edge, f"{name}.clamped: {name}")}
-        first, turns, v = len(builder.rows["bodies"]), rods.quaternion(R), np.array(self.velocity)
+        first, turns, w = len(builder.rows["bodies"]), rods.quaternion(R), np.array(self.angular_velocity)
+        speeds = np.array(self.velocity) + np.cross(w, x - x[0])
         for k, (place, area) in enumerate(zip(x, areas, strict=True)):
             mass, inertia = wall.mass * area, wall.inertia * area * np.diag([1.0, 1.0, 2.0])
             if k in held:
-                q, at, speed, motion = -1, -1, np.zeros(3), rigid.DRIVEN
+                q, at, motion, pose = -1, -1, rigid.DRIVEN, Pose(place, R[k], np.zeros(3), np.zeros(3))
             else:
-                q, at = builder.coordinates([*place, *turns[k]], [*v, 0.0, 0.0, 0.0])
-                speed, motion = v, rigid.FREE
-            builder.poses.append(Pose(place, R[k], speed, np.zeros(3)))
+                q, at = builder.coordinates([*place, *turns[k]], [*speeds[k], *(R[k].T @ w)])
+                motion, pose = rigid.FREE, Pose(place, R[k], speeds[k], w)
+            builder.poses.append(pose)
             builder.add(
                 "bodies", motion=motion, iq=q, iv=at, mass=mass, inertia=inertia, axis=np.array([1.0, 0.0, 0.0]),
                 R0=R[k], x0=place, rate=0.0, spin_inertia=float(inertia[0, 0]),
