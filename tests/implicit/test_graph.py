@@ -391,6 +391,43 @@ def test_chain_has_no_fill() -> None:
     assert matrix.unknown.tolist() == list(range(120))  # from one end to the other
 
 
+def dissected(rows: range, columns: range, across: int) -> list[int]:
+    """Nodes of a part of a grid in the order of nested dissection by straight lines."""
+    if len(rows) * len(columns) <= 4:
+        return [i * across + j for i in rows for j in columns]
+    if len(rows) < len(columns):
+        k = len(columns) // 2
+        halves, line = ((rows, columns[:k]), (rows, columns[k + 1 :])), (rows, columns[k : k + 1])
+    else:
+        k = len(rows) // 2
+        halves, line = ((rows[:k], columns), (rows[k + 1 :], columns)), (rows[k : k + 1], columns)
+    ends = [node for half in halves for node in dissected(*half, across)]
+    return ends + [i * across + j for i in line[0] for j in line[1]]
+
+
+@pytest.mark.parametrize(("n", "allowed"), [(16, 1.1), (32, 1.4)])
+def test_mesh_of_a_surface_costs_little_more_than_by_nested_dissection(n: int, allowed: float) -> None:
+    """Four-node elements, six unknowns a node."""
+    across = n + 1
+    corners = [(i * across + j, i * across + j + 1, (i + 1) * across + j, (i + 1) * across + j + 1)
+               for i in range(n) for j in range(n)]  # fmt: skip
+    pairs = sorted({pair for own in corners for pair in itertools.combinations(own, 2)})
+    near: list[set[int]] = [set() for _ in range(across * across)]
+    for a, b in pairs:
+        near[a].add(b)
+        near[b].add(a)
+    wanted = 0
+    for node in dissected(range(across), range(across), across):
+        around, m = near[node], 6
+        w = m * len(around)
+        wanted += m * (m - 1) * (2 * m - 1) // 6 + m * m * w + m * w * w
+        for other in around:
+            near[other] |= around
+            near[other] -= {node, other}
+    found = ordering.operations(ordering.matrix_of(pattern_of([6] * across * across, pairs)))
+    assert found < allowed * wanted
+
+
 def test_order_is_the_same_each_time() -> None:
     for pattern in (star(6), four_bars(6), frame(5)):
         one, other = ordering.elimination_order(pattern), ordering.elimination_order(pattern)

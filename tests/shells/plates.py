@@ -30,7 +30,7 @@ def loaded(shell: parts.Shell, edge: Any, force: Any = None, torque: Any = None)
 
 def add_symmetry(system: System, shell: parts.Shell, edges: dict[Any, int]) -> None:
     """Keep edges in planes across an axis (0 or 1) of their nodes, about which the shell is symmetric."""
-    x, R = (one.reshape(-1, *one.shape[2:]) for one in shell.mesh())
+    x, R = shell.mesh()[:2]
     done: set[Any] = set()
     for edge, axis in edges.items():
         for node in shell.edge(edge):

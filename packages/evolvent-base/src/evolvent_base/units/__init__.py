@@ -72,8 +72,9 @@ Torque = Annotated[float, _TORQUE]
 PositiveForce = Annotated[float, Quantity(what="a force", unit="N", example="20 mN", above=0.0)]
 PositiveTorque = Annotated[float, Quantity(what="a torque", unit="N m", example="0.2 mN m", above=0.0)]
 _LINE_FORCE = Quantity(what="a force per length", unit="N/m", example="0.1 N/m")
-LineForce = Annotated[float, _LINE_FORCE]
-ForceOrTorque = Annotated[float, Either((_FORCE, _TORQUE, _LINE_FORCE))]
+_PRESSURE = Quantity(what="a force per area", unit="Pa", example="5 Pa")
+LineOrAreaForce = Annotated[float, Either((_LINE_FORCE, _PRESSURE))]
+ForceOrTorque = Annotated[float, Either((_FORCE, _TORQUE, _LINE_FORCE, _PRESSURE))]
 Frequency = Annotated[float, _FREQUENCY]
 Speed = Annotated[float, _SPEED]
 _ANGLE = Quantity(what="an angle", unit="rad", example="10 deg")
@@ -87,8 +88,8 @@ Acceleration = Annotated[Triple, Vector(quantity=Quantity(what="an acceleration"
 ForceVector = Annotated[Triple, Vector(quantity=_FORCE)]
 TorqueOrZero = Annotated[float, Quantity(what="a torque", unit="N m", example="0.2 N m", least=0.0)]
 TorqueVector = Annotated[Triple, Vector(quantity=_TORQUE)]
-LineForceVector = Annotated[Triple, Vector(quantity=_LINE_FORCE)]
-ForceOrLineForceVector = Annotated[Triple, Vector(quantity=Either((_FORCE, _LINE_FORCE)))]
+LineOrAreaForceVector = Annotated[Triple, Vector(quantity=Either((_LINE_FORCE, _PRESSURE)))]
+AnyForceVector = Annotated[Triple, Vector(quantity=Either((_FORCE, _LINE_FORCE, _PRESSURE)))]
 _IMPULSE = Quantity(what="an impulse", unit="N s", example="-500 N s")
 _PRODUCT = Quantity(what="a product of inertia", unit="kg m^2", example="20 kg m^2")
 Coordinate = Annotated[float, Quantity(**_LENGTH)]
@@ -146,6 +147,19 @@ SectionStiffness = Annotated[
         ),
     ),
 ]
+_MEMBRANE, _BETWEEN, _BENDING = (
+    Quantity(what="a stiffness per length", unit=unit, example=f"1e3 {unit}") for unit in ("N/m", "N", "N m")
+)
+ShellStiffness = Annotated[
+    tuple[tuple[float, ...], ...],
+    Blocks(
+        what="a stiffness matrix",
+        quantities=(
+            (_MEMBRANE, _BETWEEN, _MEMBRANE), (_BETWEEN, _BENDING, _BETWEEN), (_MEMBRANE, _BETWEEN, _MEMBRANE)
+        ),
+        widths=(3, 3, 2),
+    ),
+]  # fmt: skip
 SecondMoment = Annotated[float, Quantity(what="a second moment of area", unit="m^4", example="40 mm^4", above=0.0)]
 InertiaTensor = Annotated[
     float | Triple | tuple[Triple, Triple, Triple],
@@ -155,6 +169,12 @@ _TURN_STIFFNESS: dict[str, Any] = {"what": "a rotational stiffness", "unit": "N 
 _TURN_DAMPING: dict[str, Any] = {"what": "a rotational damping", "unit": "N m s/rad", "example": "0.01 N m s/rad"}
 RotationalStiffnessOrZero = Annotated[float, Quantity(**_TURN_STIFFNESS, least=0.0)]
 RotationalDampingOrZero = Annotated[float, Quantity(**_TURN_DAMPING, least=0.0)]
+FoldStiffnessOrZero = Annotated[
+    float, Quantity(what="a rotational stiffness per length", unit="N/rad", example="0.5 N/rad", least=0.0)
+]
+FoldDampingOrZero = Annotated[
+    float, Quantity(what="a rotational damping per length", unit="N s/rad", example="0.01 N s/rad", least=0.0)
+]
 ForceOrZero = Annotated[float, Quantity(what="a force", unit="N", example="0.1 N", least=0.0)]
 TorqueOrForce = Annotated[float, Either((_TORQUE, _FORCE))]
 TorqueConstant = Annotated[float, Quantity(what="a torque constant", unit="N m/A", example="0.05 N m/A", above=0.0)]

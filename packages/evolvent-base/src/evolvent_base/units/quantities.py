@@ -432,7 +432,7 @@ class Tensor(Annotation):
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Blocks(Annotation):
-    """A pydantic annotation: a square matrix of blocks of 3 x 3 values, each block of its own `Quantity`.
+    """A pydantic annotation: a square matrix of blocks, of 3 x 3 values if not of other `widths`, each of a `Quantity`.
 
     A list of values alone is a diagonal matrix. Entries are numbers or texts with a unit; a file holds plain numbers.
 
@@ -440,15 +440,23 @@ class Blocks(Annotation):
     ----------
     what : str, with its article
     quantities : rows of Quantity, one for each block
+    widths : tuple of int, rows and columns of the blocks, where they are not all 3
     """
 
     what: str
     quantities: tuple[tuple[Quantity, ...], ...]
+    widths: tuple[int, ...] = ()
 
     @property
     def size(self) -> int:
         """Number of rows."""
-        return 3 * len(self.quantities)
+        return len(self._blocks)
+
+    @property
+    def _blocks(self) -> list[int]:
+        """The block of each row."""
+        widths = self.widths or (3,) * len(self.quantities)
+        return [k for k, width in enumerate(widths) for _ in range(width)]
 
     @property
     def allowed(self) -> str:
@@ -458,7 +466,7 @@ class Blocks(Annotation):
 
     def read(self, value: Any) -> tuple[tuple[float, ...], ...]:
         """`value` as rows of floats."""
-        n, rows = self.size, []
+        n, rows, of = self.size, [], self._blocks
         given = list(value) if is_list(value) else []
         if len(given) == n and not any(map(is_list, given)):
             given = [[one if i == k else 0.0 for k in range(n)] for i, one in enumerate(given)]
@@ -472,7 +480,7 @@ class Blocks(Annotation):
             found = []
             for k, one in enumerate(row):
                 try:
-                    found.append(float(self.quantities[i // 3][k // 3].read(one)))
+                    found.append(float(self.quantities[of[i]][of[k]].read(one)))
                 except PydanticCustomError as error:
                     message = f"its entry ({i + 1}, {k + 1}) is {one!r}; {error.message()}"
                     raise PydanticCustomError("quantity", "{message}", {"message": message}) from None

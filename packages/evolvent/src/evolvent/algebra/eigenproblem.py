@@ -195,13 +195,14 @@ class Eigenproblem:
         count = min(max(count - self.still.shape[1], 1), left)
         p = min(count + 4, left)
         X = self.rng.standard_normal((self.n, p)) * self.weight[:, None]
-        s2 = last = regular_shift(self.fastest, self.K.diagonal() / self.M.diagonal())
+        s2 = last = shift = regular_shift(self.fastest, self.K.diagonal() / self.M.diagonal())
+        found = math.inf  # target of the last shift that was close to it
         for _ in range(40 if left else 0):
             X = X - self.still @ (self.momenta.T @ X)
             try:
                 X = self.inverse(s2)(self.M @ X)
             except RuntimeError:  # nothing but round-off is left of it
-                return last
+                return last if math.isinf(found) else shift
             X /= np.linalg.norm(X / self.weight[:, None], axis=0)
             X = np.linalg.qr(X / self.weight[:, None])[0] * self.weight[:, None]
             values, v = scipy.linalg.eigh(X.T @ self.stiffness(X), X.T @ (self.M @ X))
@@ -210,9 +211,12 @@ class Eigenproblem:
             order = np.argsort(np.maximum(np.abs(values), noise))
             target = float(np.abs(values[order[count - 1]]))
             if target <= 10.0 * noise[order[count - 1]]:  # zero; with a shift as small the inverse is round-off
-                return s2
+                return s2 if math.isinf(found) else shift
             if target > 0.2 * s2:
-                return regular_shift(target, values)
+                if target > 0.5 * found:
+                    return shift
+                # many modes may be below s2, and the shapes mixtures of them
+                found, shift, target = target, regular_shift(target, values), 0.1 * target
             last, s2 = s2, target
         return s2
 

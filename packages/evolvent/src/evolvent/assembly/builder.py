@@ -56,7 +56,7 @@ class Builder:
         #: Called with the builder once all parts are written.
         self.at_end: list[Callable[[Builder], None]] = []
         self._pooled: dict[Any, int] = {}
-        self._places = asked("parts.place")
+        self._places, self._near = asked("parts.place"), asked("parts.near")
         self._ground()
 
     def _ground(self) -> None:
@@ -166,8 +166,8 @@ class Builder:
         ----------
         where : str, (str, (3,) float) or (3,) float
             "hub" (a body's origin, a point), "hub.left" (a point of a body), "boom.root", "boom.tip" or "boom[5]" (a
-            beam's node), "tether.tip" (the end of a thread), ("hub", position in its axes), or a position on the
-            ground.
+            beam's node), "tether.tip" (the end of a thread), ("hub", position in its axes), ("panel", position in
+            inertial axes of a node), or a position on the ground.
         key : str, what the reference is given for, such as "spring.a"
 
         Raises
@@ -188,6 +188,9 @@ class Builder:
         if len(where) == 3:
             return self.on_body(self.names["ground"][1], where)
         family, index = self._owner(where[0], where, key)
+        if family in self._near:
+            nearest_to: Location = self._near[family](self, Named(where, key, where[0], index, None), where[1])
+            return nearest_to
         if family != "bodies":
             raise InputError(f"{key} is {where!r}; {where[0]!r} is not a body, and only a body takes a position")
         return self.on_body(index, where[1])

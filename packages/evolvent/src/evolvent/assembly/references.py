@@ -32,7 +32,7 @@ OF_THE_RUN = frozenset(
 )
 #: What numbers of the nodes of a thread mean; those of a beam count from its root.
 FROM_TIP = "node, 0 at the tip"
-_REFERENCE = re.compile(r"(?P<name>[^\W\d][\w -]*)(?:\.(?P<point>[^\W\d][\w -]*)|\[(?P<node>\d+)\])?")
+_REFERENCE = re.compile(r"(?P<name>[^\W\d][\w -]*)(?:\.(?P<point>[^\W\d][\w -]*(?:\[\d+\])?)|\[(?P<node>\d+)\])?")
 
 
 class Location(NamedTuple):
@@ -64,12 +64,12 @@ class Named(NamedTuple):
 
     Attributes
     ----------
-    where : str, as it was given, key : str, what it is given for, such as "spring.a"
+    where : str, or (name, position), as it was given, key : str, what it is given for, such as "spring.a"
     name : str, of the part, row : int, in its family
     on : str or int, point or number of the node; None where the part alone is named
     """
 
-    where: str
+    where: Any
     key: str
     name: str
     row: int
@@ -115,7 +115,10 @@ def is_name(text: Any) -> bool:
 
 
 def split_reference(text: str) -> tuple[str, str | int | None]:
-    """Name of a part, and what on it: 'hub' -> (hub, None), 'boom.tip' -> (boom, tip), 'boom[5]' -> (boom, 5)."""
+    """Name of a part, and what on it: 'hub' -> (hub, None), 'boom.tip' -> (boom, tip), 'boom[5]' -> (boom, 5).
+
+    Of an edge: 'panel.edge[2]' -> (panel, edge[2]).
+    """
     match = _REFERENCE.fullmatch(text.strip())
     if match is None:
         raise InputError(f"{text!r} is no reference; give a name, or one such as 'boom.tip' or 'boom[5]'")

@@ -2,24 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from evolvent.elements.viscoelastic import Viscoelastic
 from evolvent_base import units
 from evolvent_base.schema import Section
 
 
 class Material(Section):
-    """Linearly elastic material; isotropic, unless `shear` is given.
+    """Linearly elastic material; isotropic, unless `shear` or moduli of other directions are given.
 
     Parameters
     ----------
     young_modulus : float, Pa
-        Young's modulus, along the beam.
+        Young's modulus, along the beam, or along the fibres of a ply (direction 1).
     poisson_ratio : float
-        Poisson's ratio, above -1 and below 0.5.
+        Poisson's ratio, above -1 and below 0.5; of a ply that of strains across by a stress along the fibres.
     density : float, kg/m^3
         Mass per volume.
     shear : float, Pa, optional
-        Shear modulus of a material that is not isotropic, such as a laminate; E/(2 (1 + nu)) if left out.
+        Shear modulus of a material that is not isotropic, such as a laminate; E/(2 (1 + nu)) if left out. Of a ply that
+        in its plane.
+    young_modulus_2 : float, Pa, optional
+        Of a ply of a shell: Young's modulus across the fibres, in the plane; `young_modulus` if left out.
+    shear_13, shear_23 : float, Pa, optional
+        Of a ply of a shell: shear moduli along and across the fibres, in planes through the thickness; that in the
+        plane if left out.
     thermal_expansion : float, 1/K, optional
         Coefficient of linear thermal expansion along the beam.
     viscoelastic : mapping, optional
@@ -30,8 +38,19 @@ class Material(Section):
     poisson_ratio: units.PoissonRatio = 0.3
     density: units.Density
     shear: units.Modulus | None = None
+    young_modulus_2: units.Modulus | None = None
+    shear_13: units.Modulus | None = None
+    shear_23: units.Modulus | None = None
     thermal_expansion: units.ThermalExpansion | None = None
     viscoelastic: Viscoelastic | None = None
+
+    def refusals(self) -> Iterator[str]:
+        """Moduli that no material has."""
+        if self.young_modulus_2 is not None and self.nu**2 * self.young_modulus_2 >= self.E:
+            yield (
+                f"young_modulus_2 is {self.young_modulus_2:g} Pa; with the Poisson ratio {self.nu:g} it must be below "
+                f"{self.E / self.nu**2:g} Pa"
+            )
 
     @property
     def E(self) -> float:  # noqa: N802  (the letter of the formulas)
@@ -56,7 +75,10 @@ CFRP = Material(young_modulus=69.7e9, poisson_ratio=0.296, density=1600.0, therm
 
 
 #: The ply of the same along its fibres.
-CFRP_UD = Material(young_modulus=181e9, poisson_ratio=0.28, density=1600.0, shear=7.17e9, thermal_expansion=0.02e-6)
+CFRP_UD = Material(
+    young_modulus=181e9, poisson_ratio=0.28, density=1600.0, shear=7.17e9, young_modulus_2=10.3e9,
+    thermal_expansion=0.02e-6,
+)  # fmt: skip
 
 
 #: Carbon fabric in epoxy along warp or weft.

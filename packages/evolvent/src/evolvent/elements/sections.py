@@ -160,6 +160,41 @@ class General(CrossSection):
 SYMMETRIC = 1e-6
 
 
+def check_stiffness(C: np.ndarray, what: str) -> None:
+    """Refuse a stiffness matrix that nothing elastic has.
+
+    Parameters
+    ----------
+    C : (n, n) float; what : str, what messages call that which it belongs to
+
+    Raises
+    ------
+    PydanticCustomError
+    """
+    reason, k = "", int(np.diag(C).argmin())
+    if not C[k, k] > 0.0:
+        k = next(k for k in range(len(C)) if not C[k, k] > 0.0)
+        reason = f"its entry ({k + 1}, {k + 1}) is {C[k, k]:.6g}; it must be above 0"
+    else:
+        scale = np.sqrt(np.diag(C))
+        unit = C / np.outer(scale, scale)
+        apart = np.abs(unit - unit.T)
+        least = float(np.linalg.eigvalsh(0.5 * (unit + unit.T))[0])
+        if apart.max() > SYMMETRIC:
+            i, k = sorted(map(int, np.unravel_index(apart.argmax(), apart.shape)))
+            reason = (
+                f"its entries ({i + 1}, {k + 1}) and ({k + 1}, {i + 1}) are {C[i, k]:.6g} and {C[k, i]:.6g}; it must "
+                f"be symmetric"
+            )
+        elif not least > SYMMETRIC:
+            reason = (
+                f"beside its diagonal its least eigenvalue is {least:.3g}; it must be above {SYMMETRIC:g}: no {what} "
+                f"gives energy when it is strained"
+            )
+    if reason:
+        raise PydanticCustomError("section", "{message}", {"message": f"the matrix is no stiffness; {reason}"})
+
+
 class SectionStiffness(CrossSection):
     """A section of a `Rod` by its stiffness matrix, with couplings such as those of laminates.
 
@@ -180,31 +215,8 @@ class SectionStiffness(CrossSection):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        C = np.array(self.matrix)
-        for k in range(6):
-            if not C[k, k] > 0.0:
-                self._refuse_matrix(f"its entry ({k + 1}, {k + 1}) is {C[k, k]:.6g}; it must be above 0")
-        scale = np.sqrt(np.diag(C))
-        unit = C / np.outer(scale, scale)
-        apart = np.abs(unit - unit.T)
-        if apart.max() > SYMMETRIC:
-            i, k = sorted(map(int, np.unravel_index(apart.argmax(), apart.shape)))
-            self._refuse_matrix(
-                f"its entries ({i + 1}, {k + 1}) and ({k + 1}, {i + 1}) are {C[i, k]:.6g} and {C[k, i]:.6g}; it must "
-                f"be symmetric"
-            )
-        least = float(np.linalg.eigvalsh(0.5 * (unit + unit.T))[0])
-        if not least > SYMMETRIC:
-            self._refuse_matrix(
-                f"beside its diagonal its least eigenvalue is {least:.3g}; it must be above {SYMMETRIC:g}: no section "
-                f"gives energy when it is strained"
-            )
+        check_stiffness(np.array(self.matrix), "section")
         return self
-
-    @staticmethod
-    def _refuse_matrix(reason: str) -> None:
-        message = f"the matrix is no stiffness; {reason}"
-        raise PydanticCustomError("section", "{message}", {"message": message})
 
     def turned(self, angle: float) -> SectionStiffness:
         """The section turned about the rod's axis, its matrix in the axes y and z as before.

@@ -6,7 +6,7 @@ import contextlib
 import dataclasses
 import enum
 from collections.abc import Callable, Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal, Self, get_origin
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, get_origin
 
 import numpy as np
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -20,7 +20,18 @@ from evolvent_base.dense import norm
 from evolvent_base.errors import InputError
 from evolvent_base.schema import Annotation, Section, marks
 
-__all__ = ["Arrays", "Group", "Part", "PointReference", "Reference", "check_name", "kind_of", "split_reference", "unit"]
+__all__ = [
+    "Arrays",
+    "Group",
+    "Part",
+    "PointReference",
+    "Reference",
+    "Spread",
+    "check_name",
+    "kind_of",
+    "split_reference",
+    "unit",
+]
 
 
 class Group(enum.StrEnum):
@@ -33,6 +44,22 @@ class Group(enum.StrEnum):
     CONTACT = "contact"
     LOADS = "loads and fields"
     OTHERS = "of other packages"
+
+
+class Spread(NamedTuple):
+    """Nodes of a part along which loads and joints act, at the start.
+
+    Attributes
+    ----------
+    nodes : (k,) int, numbers
+    shares : (k,) float, m, lengths that they stand for, or of a `surface` areas, m2
+    tangents : (k, 3) float, unit vectors along the line, inertial axes
+    """
+
+    nodes: np.ndarray
+    shares: np.ndarray
+    tangents: np.ndarray
+    surface: bool
 
 
 class Part(Section):
@@ -108,6 +135,15 @@ class Part(Section):
         """
         return self
 
+    def spread(self, name: str, on: str | int | None) -> Spread | None:
+        """Nodes of the part, or of what is called `on` on it, along which loads and joints act; None of other parts.
+
+        Parameters
+        ----------
+        name : str, of the part; on : str or int, as of `split_reference`
+        """
+        return None
+
     def references(self) -> Iterator[str]:
         """Names of the parts that this one refers to, which must be written before it."""
         for key, field in type(self).model_fields.items():
@@ -135,12 +171,14 @@ class Reference(Annotation):
         the ground
     several : bool, whether a list of names is wanted
     alone : bool, whether one of `several` may stand without a list
+    edges : bool, whether an edge of the part may be meant: "panel.x0"
     """
 
     what: str
     points: bool = False
     several: bool = False
     alone: bool = False
+    edges: bool = False
 
     @property
     def allowed(self) -> str:
@@ -185,7 +223,7 @@ class Reference(Annotation):
         try:
             if isinstance(value, str) and not self.several:
                 name, point = split_reference(value)
-                if point is None or self.points:
+                if point is None or self.points or (self.edges and isinstance(point, str)):
                     return value.strip()
                 raise InputError(f"{name!r} alone is meant")
             if not units.is_list(value) or (self.alone and not value):

@@ -75,5 +75,5 @@ def check_unit(key: str, value: Any, unit: str) -> None:
     elif isinstance(value, tuple):
         for inner in value:
             check_unit(key, inner, unit)
-    elif isinstance(value, Measured) and value.unit in ("N", "N m", "N/m") and value.unit != unit:
+    elif isinstance(value, Measured) and value.unit in ("N", "N m", "N/m", "Pa") and value.unit != unit:
         raise InputError(f"{key} has the unit {value.unit}; it must be in {unit}")

@@ -27,11 +27,13 @@ VARIABLES = {
     "drive": ("t",),
     "motor": ("x", "v", "t"),
     "feedback": ("t", "x", "v"),
+    "surface": ("u", "v"),
 }  # fmt: skip
 #: Kinds with three numbers.
-_VECTORS = ("force", "torque")
+_VECTORS = ("force", "torque", "surface")
 _EXAMPLES = {"spring": "k*x + k3*x**3", "force": "[-c*vx, -c*vy, -c*vz]", "drive": "a*(1 - cos(w*t))", "event": "t - 2",
-             "motor": "-k*x - c*v", "feedback": "r - k*lag_rate", "torque": "[-c*vx, -c*vy, m*r11]"}  # fmt: skip
+             "motor": "-k*x - c*v", "feedback": "r - k*lag_rate", "torque": "[-c*vx, -c*vy, m*r11]",
+             "surface": "[2*u, v, 0.1*u**2]"}  # fmt: skip
 _RUN = {
     "spring": kernels.spring_expression,
     "force": kernels.force_expression,
@@ -52,7 +54,7 @@ class Law(Annotation):
 
     Parameters
     ----------
-    kind : {"spring", "force", "torque", "drive", "event", "motor", "feedback"}
+    kind : {"spring", "force", "torque", "drive", "event", "motor", "feedback", "surface"}
     python : bool, whether a Python law is allowed
     """
 
@@ -154,6 +156,8 @@ ForceLaw = Annotated[Any, Law("force")]
 DriveLaw = Annotated[Any, Law("drive")]
 EventLaw = Annotated[Any, Law("event")]
 MotorLaw = Annotated[Any, Law("motor")]
+#: x, y and z of u and v.
+SurfaceExpressions = Annotated[tuple[str, ...], Law("surface", python=False)]
 FeedbackLaw = Annotated[str, Law("feedback", python=False)]
 #: An expression of t.
 TimeExpression = Annotated[str, Law("drive", python=False)]

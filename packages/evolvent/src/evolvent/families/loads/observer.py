@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.assembly.references import split_reference
 from evolvent.families.loads import beam_loads
 from evolvent.families.threads.observer import copies_drawn
 from evolvent.kernels import loads as kernels
@@ -19,13 +20,14 @@ Array = np.ndarray
 
 @observer("loads")
 def observe_load(view: View, name: str) -> Observed:
-    """Force or torque at a marker, or the resultant of a load along a thread or a rod."""
+    """Force or torque at a marker, or the resultant of a load along a thread or a line or on a surface."""
     index = view.index(name)
     row, along = view.model.loads[index], getattr(view.part(name), "along", None)
     if row["kind"] < kernels.AT_MARKER:
         return observe_thread_load(view, index)
-    if along is not None:  # a rod: its rows are the forces at its nodes
-        shares = view.assembly.parts[along].centres()[0]
+    if along is not None:  # its rows are the forces at nodes
+        part, on = split_reference(along)
+        shares = view.assembly.parts[part].spread(part, on).shares
         own = slice(index, index + shares.size)
         return _observe(view, "loads", own, "force", shares / float(shares.sum()))
     return _observe(view, "loads", slice(index, index + 1), "torque" if row["kind"] == kernels.TORQUE else "force")

@@ -25,7 +25,7 @@ from evolvent.families.loads.part_rows import (
 from evolvent.kernels import loads as kernels, markers
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS
 from evolvent.parts.applies import OF_LAW, Applies, given, left_out, one_of, refuse_unfit
-from evolvent.parts.base import Group, Part, PointReference, Reference, unit
+from evolvent.parts.base import Group, Part, PointReference, Reference, Spread, unit
 from evolvent.parts.checks import check_unit
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
 from evolvent.parts.profile import ForceProfile, LineForceProfile, LoadProfile, TorqueProfile, write_profile
@@ -48,13 +48,15 @@ class Load(Part):
         counted from its tip: "tether.tip" (with the tip mass), "tether[3]". The force on a node that is wound on the
         reel is zero.
     along : str, optional
-        In place of `at`: the beam, rod or thread along which it acts, as a force per stress-free length, or as a torque
-        that is spread over the mass of a beam. Such a torque is a field of forces around a fixed axis; it has no
-        potential and can make vibrations grow: to twist a beam, give torques `at` its nodes. No load along a thread
-        acts on its tip mass.
+        In place of `at`: the beam, rod or thread along which it acts, as a force per stress-free length; an edge of a
+        surface, "panel.x0" or "panel.edge[2]", as a force per length of it; or a surface, "panel", as a force per area,
+        which in the frame "body" has the direction of the normal as its third axis: (0, 0, p) is a pressure from below
+        that follows the surface. Along a beam also a torque that is spread over its mass: a field of forces around a
+        fixed axis, which has no potential and can make vibrations grow; to twist a beam, give torques `at` its nodes.
+        No load along a thread acts on its tip mass.
     type : {"force", "torque"}, optional
         If left out, a torque where one of the keys `torque`, `axis` and `slope` is given, else a force.
-    force : (3,) float, N, along a part N/m, optional
+    force : (3,) float, N, along a part N/m, on a surface Pa, optional
         Of a constant force.
     torque : (3,) float, N m, optional
         Of a constant torque.
@@ -63,7 +65,7 @@ class Load(Part):
     axis : (3,) float, optional
         Of a torque that follows a profile.
     profile : optional
-        Value along `direction` or about `axis` as a function of time: N, N/m or N m.
+        Value along `direction` or about `axis` as a function of time: N, N/m, Pa or N m.
     law : list of three expressions, optional
         fx, fy and fz, N or N/m, of the position x, y, z (m), the velocity vx, vy, vz (m/s), inertial axes, and t (s),
         such as a drag; or a function under ``@evolvent.force_law``: ``law(x, v, t, parameters) -> (fx, fy, fz)``. Of a
@@ -107,7 +109,8 @@ class Load(Part):
     On a rod the force per length of half an element acts on its node, a sixth of the element from it: in linear statics
     a rod under a constant load is exact at its nodes. A law is evaluated at these points, one for each node. On a
     thread the force on a node is the value times the length that the node represents; for the tip node this is half a
-    segment, independently of the tip mass. Along a thread a load is constant or follows a law, at all times.
+    segment, independently of the tip mass. Along a thread a load is constant or follows a law, at all times. On an edge
+    or a surface the nodes have their shares of the length or area without strain.
     """
 
     applies: ClassVar[Applies] = {
@@ -127,9 +130,11 @@ class Load(Part):
     kind: Literal["load"] = "load"
     group = Group.LOADS
     at: PointReference | None = None
-    along: Annotated[str, Reference(what="a beam, a rod or a thread")] | None = None
+    along: Annotated[str, Reference(what="a beam, a rod, a thread, a surface or an edge of it", edges=True)] | None = (
+        None
+    )
     type: Literal["force", "torque"] | None = None
-    force: units.ForceOrLineForceVector | None = None
+    force: units.AnyForceVector | None = None
     torque: units.TorqueVector | None = None
     direction: units.Direction | None = None
     axis: units.Direction | None = None
@@ -151,7 +156,7 @@ class Load(Part):
         keys = content if isinstance(content, Mapping) else {}
         along = keys.get("along") is not None
         if key == "force":
-            return units.LineForceVector if along else units.ForceVector
+            return units.LineOrAreaForceVector if along else units.ForceVector
         if key == "profile":
             return TorqueProfile if _is_torque(keys) else LineForceProfile if along else ForceProfile
         return super().type_of(key, content)
@@ -166,8 +171,9 @@ class Load(Part):
         refuse_unfit(name, self)
         if self.at is None and self.along is None:
             raise InputError(f"{name}.at is missing; give at, or along")
-        check_unit(f"{name}.force", self.force, "N" if self.along is None else "N/m")
-        of_force = "N" if self.along is None else "N/m"
+        spread = None if self.along is None else _spread(builder, self.along)
+        of_force = "N" if self.along is None else "Pa" if spread is not None and spread.surface else "N/m"
+        check_unit(f"{name}.force", self.force, of_force)
         check_unit(f"{name}.profile", self.profile, "N m" if self.is_torque else of_force)
         vector = self._vector(name)
         if self.along is not None:
@@ -209,9 +215,8 @@ class Load(Part):
             self._write_on_thread(builder, name, index, vector)
             return
         if family not in ("beams", "rods"):
-            known = [n for n, (of, _) in builder.names.items() if of in ("beams", "rods", "threads")]
-            near = nearest(str(self.along), known)
-            raise InputError(f"{name}.along is {self.along!r}; it must be a beam, a rod or a thread; {near}")
+            self._write_spread(builder, name, vector)
+            return
         if self.frame == "body":
             raise InputError(
                 f"{name}.frame is 'body', but {name}.along is {self.along!r}, along which a load has inertial axes"
@@ -237,6 +242,28 @@ class Load(Part):
         else:
             law = {"axis": vector} if self.law is None else self._law(builder, name)
             add_beam_load(builder, name, beam_loads.LINE, index, self, **law)
+
+    def _write_spread(self, builder: Builder, name: str, vector: np.ndarray) -> None:
+        """Write a force per length of an edge or per area of a surface, as forces on its nodes."""
+        along, spread = str(self.along), _spread(builder, str(self.along))
+        if spread is None:
+            known = [n for n, (of, _) in builder.names.items() if of in ("beams", "rods", "threads")]
+            known += [n for n in builder.specs if _spread(builder, n) is not None and n not in known]
+            raise InputError(
+                f"{name}.along is {along!r}; it must be a beam, a rod, a thread, a surface or an edge of it; "
+                f"{nearest(along, known)}"
+            )
+        if self.is_torque:
+            raise InputError(f"{name}.along is {along!r}, along which a load is a force; give torques at nodes")
+        times = window(builder, name, self)
+        profile = [] if self.profile is None else write_profile(builder, f"{name}.profile", self.profile)
+        law = self._law(builder, name, before="law_")
+        part, index = split_reference(along)[0], len(builder.rows["loads"])
+        for node, share in zip(spread.nodes, spread.shares, strict=True):
+            target = builder.marker(f"{part}[{node}]", f"{name}.along")
+            values = [*(share * vector), FRAMES[self.frame], *times, *profile]
+            add_load(builder, kernels.AT_MARKER, target, values, **law)
+        builder.names[name] = ("loads", index)
 
     def _write_on_thread(self, builder: Builder, name: str, thread: int, vector: np.ndarray) -> None:
         """Write a force per length along a thread."""
@@ -335,6 +362,12 @@ class Load(Part):
         if self.law is not None and kind == kernels.TORQUE:
             fields["attitude"] = _attitude(self.law)
         builder.names[name] = ("loads", add_load(builder, kind, target, values, **fields))
+
+
+def _spread(builder: Builder, along: str) -> Spread | None:
+    """Nodes of an edge or a surface; None of other parts, and where there is no such part."""
+    part, on = split_reference(along)
+    return builder.specs[part].spread(part, on) if part in builder.specs else None
 
 
 def _is_torque(keys: Mapping[str, Any]) -> bool:

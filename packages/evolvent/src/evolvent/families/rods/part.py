@@ -22,7 +22,7 @@ from evolvent.families.rods import tape as tapes
 from evolvent.kernels import rigid
 from evolvent.kernels.drive import LEAST_OUT
 from evolvent.parts.applies import Applies, given, left_out
-from evolvent.parts.base import Arrays, Group, Part, unit
+from evolvent.parts.base import Arrays, Group, Part, Spread, unit
 from evolvent.parts.curve import AnyCurve, check_curve, stress_free
 from evolvent.parts.drive import FreeSpool, LineDrive
 from evolvent.parts.mesh import check_grading, check_inertia, element_lengths, halved, node_arc
@@ -263,6 +263,13 @@ class Rod(Part):
         for weights in (shares, shares[::-1]) if self.elements > 1 else ():
             weights[:3] += np.array([-3.0, 4.0, -1.0]) / 24.0 * self.lengths[0]
         return shares, np.zeros_like(shares)
+
+    def spread(self, name: str, on: str | int | None) -> Spread | None:
+        """All nodes, with their lengths."""
+        if on is not None:
+            return None
+        _, R = self.start_nodes(name)
+        return Spread(np.arange(self.elements + 1), self.centres()[0], R[:, :, 0], surface=False)
 
     def arms(self) -> np.ndarray:
         """Nodes as seen from the centres of mass of their shares: (n + 1, 3), m, in the axes of the sections."""

@@ -41,6 +41,7 @@ from evolvent.families.rods.rod_strains import (
 )
 from evolvent.families.rods.strip import add_fibre_stress, fibre_energy
 from evolvent.kernels import rigid
+from evolvent.kernels.damping import damp_bodies
 from evolvent.kernels.rotations import cross, turn, turn_back
 from evolvent.kernels.viscoelastic import add_branches, branch_energy, relax_strains, relaxed_by
 from evolvent.model import MODEL
@@ -234,20 +235,8 @@ def add_mass_damping(model):
         alpha = rods[r].alpha
         if alpha == 0.0:
             continue
-        for b in range(rods[r].first_body, rods[r].first_body + rods[r].elements + 1):
-            J, F, v, w, m = bodies[b].inertia, bodies[b].F, bodies[b].v, bodies[b].w, alpha * bodies[b].mass
-            x, y, z = turn_back(bodies[b].R, w[0], w[1], w[2])
-            hx = alpha * (J[0, 0] * x + J[0, 1] * y + J[0, 2] * z)
-            hy = alpha * (J[1, 0] * x + J[1, 1] * y + J[1, 2] * z)
-            hz = alpha * (J[2, 0] * x + J[2, 1] * y + J[2, 2] * z)
-            lost += m * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]) + hx * x + hy * y + hz * z
-            hx, hy, hz = turn(bodies[b].R, hx, hy, hz)
-            F[0] -= m * v[0]
-            F[1] -= m * v[1]
-            F[2] -= m * v[2]
-            F[3] -= hx
-            F[4] -= hy
-            F[5] -= hz
+        first = rods[r].first_body
+        lost += damp_bodies(alpha, bodies, first, first + rods[r].elements + 1)
     return lost
 
 

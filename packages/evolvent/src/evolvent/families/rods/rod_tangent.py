@@ -32,6 +32,7 @@ from evolvent.families.rods.rod_strains import (
     strain_columns,
 )
 from evolvent.families.rods.strip import add_fibre_tangent
+from evolvent.kernels.damping import add_damping_tangents
 from evolvent.kernels.poses import add_double, add_skew, end_axes, pose_after
 from evolvent.kernels.rotations import turn, turn_back
 from evolvent.kernels.viscoelastic import stiffness_factor
@@ -181,16 +182,8 @@ def add_mass_damping_tangents(c_rate, model, matrix):
         alpha = rods[r].alpha
         if alpha == 0.0:
             continue
-        for b in range(rods[r].first_body, rods[r].first_body + rods[r].elements + 1):
-            for i in range(6):
-                for j in range(6):
-                    K[i, j] = 0.0
-            for i in range(3):
-                K[i, i] = c_rate * alpha * bodies[b].mass
-                for j in range(3):
-                    K[3 + i, 3 + j] = c_rate * alpha * bodies[b].inertia[i, j]
-            at = bodies[b].iv - n_q
-            add_block(matrix, at, at, K, 0, 0, 6, 6, 1.0)
+        first = rods[r].first_body
+        add_damping_tangents(alpha, c_rate, bodies, first, first + rods[r].elements + 1, n_q, K, matrix)
 
 
 @indirect(void(REAL, REAL, REAL, REAL, MODEL, SPARSE))

@@ -11,6 +11,7 @@ from evolvent.families.bodies.family import node_point
 from evolvent.families.shells import shell, shell_strains, shell_tangent
 from evolvent.kernels import calls, rigid
 from evolvent.model.family import End, Family, Kind, Records, record
+from evolvent.model.powers import MASS_DAMPING, STIFFNESS_DAMPING
 from evolvent.model.questions import (
     Advice,
     Energies,
@@ -43,15 +44,17 @@ def _of_element(row: Any, records: Records) -> Iterator[End]:
 @calls.force
 def force(interval, model):
     """Forces of all shells."""
-    step = interval.step
-    shell.add_shells(step.h, step.chi, step.ratio, model)
+    step, powers = interval.step, interval.powers
+    lost, viscous = shell.add_shells(step.h, step.chi, step.ratio, model)
+    powers[MASS_DAMPING] += lost
+    powers[STIFFNESS_DAMPING] += viscous
 
 
 @calls.tangent
 def tangent(interval, model, matrix):
     """Derivatives of `force`."""
     step = interval.step
-    shell_tangent.add_shell_tangents(step.h, step.chi, step.ratio, model, matrix)
+    shell_tangent.add_shell_tangents(step.h, step.c_rate, step.chi, step.ratio, model, matrix)
 
 
 @calls.measure
@@ -104,6 +107,11 @@ def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Ite
 def _place(builder: Any, at: Any) -> Any:
     """A node of a shell, which is a body."""
     row = builder.rows["shells"][at.row]
+    if isinstance(at.on, str):
+        raise InputError(
+            f"{at.key} is {at.where!r}, which is no point of the shell {at.name!r}; loads act along edges, and seams "
+            f"join them: give a node from '{at.name}[0]' to '{at.name}[{row['nodes'] - 1}]' here"
+        )
     if not isinstance(at.on, int) or at.on >= row["nodes"]:
         raise InputError(
             f"{at.key} is {at.where!r}; {at.name!r} is a shell; give a node from '{at.name}[0]' to "
@@ -112,12 +120,32 @@ def _place(builder: Any, at: Any) -> Any:
     return builder.on_body(row["first_body"] + at.on, (0.0, 0.0, 0.0))
 
 
-# geometrically exact shells: their nodes are the bodies from first_body on; work: scratch of an element
+def _near(builder: Any, at: Any, position: Any) -> Any:
+    """The node of a shell at a position, within half of the shortest side of an element."""
+    row, wanted = builder.rows["shells"][at.row], np.array(position, dtype=float)
+    first = row["first_body"]
+    x = np.array([builder.poses[b].x for b in range(first, first + row["nodes"])])
+    quads = np.array(
+        [one["nodes"] for one in builder.rows["shell_elements"][row["first_element"] :][: row["elements"]]]
+    )
+    corners = x[quads - first]
+    within = 0.5 * float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).min())
+    off = np.linalg.norm(x - wanted, axis=1)
+    k = int(off.argmin())
+    if off[k] > within:
+        raise InputError(
+            f"{at.key} is {at.where!r}; the nearest node of the shell {at.name!r} is {off[k]:.3g} m from there, "
+            f"'{at.name}[{k}]' at {tuple(x[k].tolist())}; a position must be within {within:.3g} m of a node"
+        )
+    return builder.on_body(first + k, (0.0, 0.0, 0.0))
+
+
+# geometrically exact shells: their nodes are the bodies from first_body on; alpha: damping by mass; work: scratch
 SHELLS = Family(
     "shells",
     record(
         "first_element elements first_body nodes",
-        "",
+        "alpha",
         "kinetic linear angular work",
         linear=(3,), angular=(3,), work=(shell_strains.WORK,),
     ),
@@ -128,14 +156,16 @@ SHELLS = Family(
         "angular": ("angular_momentum", "kg m2 s-1", "angular momentum about the inertial origin"),
     },
     kinds=(Kind("a shell", symmetric=True),),
-    isolated=True,
+    isolated=lambda found, _: not np.any(found["alpha"] != 0.0),
     force=force,
     tangent=tangent,
     energy=energy,
     shares=Shares((Rule(ELASTIC),), place=11.5, elastic=Elastic(_stiff)),
     smooth=True,
     of_step=False,
-    parts=Parts(consists=lambda row, _: _nodes(row), place=_place, totals={"slender": lambda found: found.size}),
+    parts=Parts(
+        consists=lambda row, _: _nodes(row), place=_place, near=_near, totals={"slender": lambda found: found.size},
+    ),
     state=State(points=_points),
     stability=Stability(waves=lambda _: 1.0),
     step=Step(measure=measure),
@@ -146,13 +176,14 @@ SHELLS = Family(
 )  # fmt: skip
 
 # an element between four bodies, whose third axes are the directors; stiffness, resultants, rest, slopes, untwisted:
-# see `stiffness.Constants`; drilling: N m, stiffness of a node's drilling strain; membrane: N/m, largest stiffness.
-# m0, m1: measures at the start and the end of an interval; before: changes of the strains over the step before
+# see `stiffness.Constants`; beta: damping by stiffness, s; drilling: N m, stiffness of a node's drilling strain;
+# membrane: N/m, largest stiffness. m0, m1: measures at the start and the end of an interval; before: changes of the
+# strains over the step before
 SHELL_ELEMENTS = Family(
     "shell_elements",
     record(
         "nodes",
-        "area membrane drilling stiffness resultants rest slopes untwisted",
+        "area beta membrane drilling stiffness resultants rest slopes untwisted",
         "m0 m1 before stress stored bent drilled membrane_force_1 membrane_force_2 membrane_shear moment_1 moment_2 "
         "twisting_moment shear_force_1 shear_force_2",
         nodes=(4,), stiffness=(15, 15), resultants=(8, 15), rest=(15,), slopes=(8, 4), untwisted=(4,),

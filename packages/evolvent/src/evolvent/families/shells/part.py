@@ -2,29 +2,45 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
 from evolvent.assembly.assembled import Pose
 from evolvent.assembly.builder import Builder
 from evolvent.elements import rods
+from evolvent.elements.laminates import Laminate, Ply, WallProperties, WallSection
 from evolvent.elements.sections import MaterialOrName
 from evolvent.families.beams.part import _across
 from evolvent.families.shells import stiffness
-from evolvent.families.shells.section import Laminate, Ply, homogeneous, laminated
+from evolvent.families.shells.part_file import FORMATS, read
+from evolvent.families.shells.part_mesh import (
+    Mesh,
+    areas_of,
+    free_mesh,
+    grid_edges,
+    nodes_of,
+    numbered,
+    of_formula,
+    of_nodes,
+    part_of_cylinder,
+    shares_of,
+    tangents_of,
+)
 from evolvent.kernels import rigid
-from evolvent.parts.applies import Applies, given, left_out
-from evolvent.parts.base import Arrays, Group, Part, unit
+from evolvent.parts.applies import Applies, given, left_out, refuse_unfit
+from evolvent.parts.base import Arrays, Group, Part, Spread, unit
+from evolvent.parts.expression import Constants, SurfaceExpressions
 from evolvent_base import units
 from evolvent_base.errors import InputError
+from evolvent_base.file_keys import FileKey, digest
 
 Array = np.ndarray
+#: Positions of all nodes at the start.
+StartNodes = Annotated[Any, Arrays(shape="of the shape (n1 + 1, n2 + 1, 3), or (n, 3)")]
 #: Positions of all nodes.
 ShellNodes = Annotated[tuple[tuple[units.Triple, ...], ...], Arrays(shape="of the shape (n1 + 1, n2 + 1, 3)")]
-#: Stiffness of a section.
-SectionMatrix = Annotated[tuple[tuple[float, ...], ...], Arrays(shape="of the shape (8, 8)")]
-Edge = Literal["x0", "x1", "y0", "y1"]
+Elements = tuple[Annotated[int, units.Whole(least=1, most=1000)], Annotated[int, units.Whole(least=1, most=1000)]]
 #: Largest angle between the directors of neighbouring nodes at the start, degrees.
 LARGEST_TURN = 90.0
 
@@ -33,7 +49,8 @@ class Shell(Part):
     """A geometrically exact shell (Reissner, Mindlin; Simo, Fox): membrane, bending and shear, at any rotation.
 
     Each node has a rotation: joints, forces, torques and springs refer to the nodes "panel[0]", "panel[1]" and so on as
-    to points of a body. Node (i, j) of the mesh has the number i (n2 + 1) + j (`Shell.node`).
+    to points of a body, and to ["panel", [x, y, z]] as to the node at a position, or nearest to it. Node (i, j) of the
+    mesh has the number i (n2 + 1) + j (`Shell.node`). Loads and seams act along edges, "panel.x0".
 
     Parameters
     ----------
@@ -46,33 +63,56 @@ class Shell(Part):
     normals : (n1 + 1, n2 + 1, 3) float, optional
         Normals of the surface at `nodes`; if left out, those of paraboloids through neighbouring nodes. Exact ones make
         coarse meshes of curved shells more accurate.
-    elements : (2,) int
-        Numbers n1 and n2 of elements along both sides.
+    start : (n1 + 1, n2 + 1, 3) or (n, 3) float, m, optional
+        Positions of all nodes at the start, inertial axes, where these are not those without stress: a shell that is
+        stowed or rolled up.
+    start_normals : (n1 + 1, n2 + 1, 3) or (n, 3) float, optional
+        Normals at `start`; if left out, those of paraboloids through neighbouring nodes, whose errors at edges stress
+        thin shells there.
+    formula : list of three expressions, optional
+        x, y and z, m, of the parameters u along side 1 and v along side 2, both from 0 to 1, such as ["2*u", "v",
+        "0.1*u**2"], in place of `size`: a smooth surface in the axes of `direction` and `normal` at `position`.
+    constants : mapping of names to float
+        Of the expressions.
+    file : str, optional
+        Mesh of quadrilaterals, in place of `size` and `elements`: a file of Gmsh (.msh) or Nastran (.bdf, .nas, .fem),
+        for which the package meshio must be installed. Physical groups of curves and points are sets of nodes by their
+        names. `position` is that of the file's origin.
+    length_unit : float, m
+        Unit of length of the file: 1 mm where that is in millimetres.
+    elements : (2,) int, optional
+        Numbers n1 and n2 of elements along both sides; of a mesh from a file its own.
     thickness : float, m, optional
-        Of a wall of one material.
+        Of a homogeneous wall.
     material : Material, or the name of a known one, optional
-        Of the wall, linearly elastic.
-    plies : list of Ply, optional
-        In place of `thickness` and `material`: a laminate, from the side against the normal on; the nodes are in its
-        middle: [{thickness: 0.1 mm, material: cfrp-ud, across: 8 GPa, angle: 45 deg}].
-    matrix : (8, 8) float, optional
-        In place of these: stiffness by the membrane strains 11, 22 and twice 12 (N/m), the changes of curvature alike
-        (N m) and the transverse shear strains 13 and 23 (N/m).
-    mass_per_area : float, kg/m^2, optional
-        Of a section that is given by `matrix`, which needs it.
+        Of a homogeneous wall, linearly elastic; its direction 1, if it has one, is along axis 1.
+    section : Laminate or MatrixWall, optional
+        In place of thickness and material: {laminate: [{material, thickness, angle}, ..]}, plies from the bottom to the
+        top, or {stiffness: {matrix, mass_per_area}}, with the stiffness (8, 8).
     position : (3,) float, m
         Position of the corner where both sides begin, inertial axes.
-    direction : (3,) float
-        Axis 1 there, inertial axes.
+    direction : (3,) float, optional
+        Axis 1 there, inertial axes; x if left out. With `nodes` or `file` axis 1 at each node is the part of it in the
+        surface, with `nodes` along side 1 if left out.
     normal : (3,) float, optional
         Normal there, inertial axes, perpendicular to `direction`; if left out, z, or y where axis 1 is along z.
-    clamped : list of {"x0", "x1", "y0", "y1"}
-        Edges whose nodes stand still: the begin and end of side 1 (x) and of side 2 (y).
+    clamped : list of str
+        Edges whose nodes stand still: "x0", "x1", "y0", "y1", the begin and end of side 1 (x) and of side 2 (y), which
+        are "edge[0]" to "edge[3]" too; of a mesh from a file "edge[0]" and so on, which end at corners and go
+        round the surface, counterclockwise about the normal, from the corner with the lowest number; or sets of the
+        file.
     drilling : float
         Stiffness against rotations of nodes about the normal, which the shell does not resist by itself, beside that
         of membrane shear.
     velocity : (3,) float, m/s
-        Velocity at the start, inertial axes.
+        Velocity of the first node at the start, inertial axes.
+    angular_velocity : (3,) float, rad/s
+        Angular velocity of the whole shell about its first node at the start, inertial axes.
+    mass_damping : float, 1/s
+        Factor alpha of damping forces -alpha M v.
+    stiffness_damping : float, s
+        Factor beta of the damping forces: beta times the stiffness times the rates of the strains, without that of
+        `drilling`.
 
     Notes
     -----
@@ -83,12 +123,19 @@ class Shell(Part):
     """
 
     applies: ClassVar[Applies] = {
-        "size": (left_out("nodes"),),
-        "radius": (left_out("nodes"),),
+        "thickness": (left_out("section"),),
+        "material": (left_out("section"),),
+        "size": (left_out("nodes", "formula", "file"),),
+        "radius": (left_out("nodes", "formula", "file"),),
+        "nodes": (left_out("formula", "file"),),
         "normals": (given("nodes"),),
+        "start_normals": (given("start"),),
+        "formula": (left_out("file"),),
+        "constants": (given("formula"),),
+        "length_unit": (given("file"),),
+        "elements": (left_out("file"),),
         "position": (left_out("nodes"),),
-        "direction": (left_out("nodes"),),
-        "normal": (left_out("nodes"),),
+        "normal": (left_out("nodes", "file"),),
     }
     kind: Literal["shell"] = "shell"
     group = Group.BODIES
@@ -96,55 +143,115 @@ class Shell(Part):
     radius: units.Length | None = None
     nodes: ShellNodes | None = None
     normals: ShellNodes | None = None
-    elements: tuple[Annotated[int, units.Whole(least=1, most=1000)], Annotated[int, units.Whole(least=1, most=1000)]]
+    start: StartNodes | None = None
+    start_normals: StartNodes | None = None
+    formula: SurfaceExpressions | None = None
+    constants: Constants | None = None
+    file: Annotated[str, FileKey(endings=tuple(FORMATS))] | None = None
+    length_unit: units.Length = 1.0
+    elements: Elements | None = None
     thickness: units.Length | None = None
     material: MaterialOrName | None = None
-    plies: tuple[Ply, ...] = ()
-    matrix: SectionMatrix | None = None
-    mass_per_area: units.AreaDensity | None = None
+    section: WallSection | None = None
     position: units.Position = (0.0, 0.0, 0.0)
-    direction: units.Direction = (1.0, 0.0, 0.0)
+    direction: units.Direction | None = None
     normal: units.Direction | None = None
-    clamped: tuple[Edge, ...] = ()
+    clamped: tuple[str, ...] = ()
     drilling: units.PositiveNumber = 1e-4
     velocity: units.Velocity = (0.0, 0.0, 0.0)
+    angular_velocity: units.AngularVelocity = (0.0, 0.0, 0.0)
+    mass_damping: units.RateOrZero = 0.0
+    stiffness_damping: units.DurationOrZero = 0.0
 
     def node(self, i: int, j: int) -> int:
-        """Number of the node i along side 1, j along side 2."""
+        """Number of the node i along side 1, j along side 2, of a mesh of `elements`."""
+        assert self.elements is not None
         return i * (self.elements[1] + 1) + j
 
-    def edge(self, edge: Edge) -> Array:
-        """Numbers of the nodes of an edge, from its begin."""
-        numbers = np.arange((self.elements[0] + 1) * (self.elements[1] + 1)).reshape(self.elements[0] + 1, -1)
-        return {"x0": numbers[0], "x1": numbers[-1], "y0": numbers[:, 0], "y1": numbers[:, -1]}[edge].copy()
+    def edge(self, edge: str | int, name: str = "shell") -> Array:
+        """Numbers of the nodes of an edge, from its begin, or of a set of the file."""
+        return nodes_of(self._sides(edge, name))
 
-    def edge_shares(self, edge: Edge, name: str = "shell") -> Array:
+    def edge_shares(self, edge: str | int, name: str = "shell") -> Array:
         """Lengths of the edge that its nodes stand for, m: of a force per length, that at each node."""
-        x = self.mesh(name)[0].reshape(-1, 3)[self.edge(edge)]
-        lengths = np.linalg.norm(np.diff(x, axis=0), axis=1)
-        return np.asarray(0.5 * (np.append(lengths, 0.0) + np.append(0.0, lengths)))
+        return shares_of(self.mesh(name).x, self._sides(edge, name))
 
-    def mesh(self, name: str = "shell") -> tuple[Array, Array]:
-        """Positions (n1 + 1, n2 + 1, 3), m, and axes (n1 + 1, n2 + 1, 3, 3) of nodes: 1, 2 and normal in columns."""
-        n1, n2 = self.elements
+    def _sides(self, edge: str | int, name: str) -> Array:
+        """Sides of elements along an edge, (k, 2)."""
+        word = numbered(edge) if isinstance(edge, int) else edge
+        edges = self.mesh(name).edges if self.elements is None else grid_edges(*self.elements)
+        if word not in edges:
+            raise InputError(f"{name} has no edge {word!r}; give one of {', '.join(edges)}")
+        return edges[word]
+
+    def spread(self, name: str, on: str | int | None) -> Spread:
+        """Nodes of an edge or set, with their lengths; of the whole shell, with their areas."""
+        x, R = self.start_nodes(name)
+        if isinstance(on, int):
+            raise InputError(f"{name}[{on}] is one node; give {name!r} or an edge, such as '{name}.{numbered(0)}'")
+        if on is None:
+            return Spread(np.arange(len(x)), areas_of(self.mesh(name)), R[:, :, 0], surface=True)
+        sides = self._sides(on, name)
+        return Spread(nodes_of(sides), self.edge_shares(on, name), tangents_of(x, sides), surface=False)
+
+    def mesh(self, name: str = "shell") -> Mesh:
+        """Nodes without stress, their axes, elements and edges."""
+        refuse_unfit(name, self)
+        if self.file is not None:
+            found = read(self.file, digest(self.file))
+            x = self.length_unit * found.x + np.array(self.position)
+            return free_mesh(name, x, found.quads, self._direction, found.sets)
+        if self.elements is None:
+            raise InputError(f"{name}.elements is missing; only a mesh from a file has its own")
         if self.nodes is not None:
-            x = np.array(self.nodes, dtype=float)
-            if x.shape != (n1 + 1, n2 + 1, 3):
-                raise InputError(f"{name}.nodes has the shape {x.shape}; it must be {(n1 + 1, n2 + 1, 3)}")
-            if self.normals is None:
-                return x, _axes_of(x, _normals_of(name, x))
-            normals = np.array(self.normals, dtype=float)
-            sizes = np.linalg.norm(normals, axis=-1, keepdims=True)
-            if normals.shape != x.shape or not np.all(sizes > 0.0):
-                raise InputError(
-                    f"{name}.normals has the shape {normals.shape}; it must be {x.shape}, of vectors that are not 0"
-                )
-            return x, _axes_of(x, normals / sizes)
+            x = self._of_shape(name, "nodes")
+            normals, along = None, None if self.direction is None else self._direction
+            if self.normals is not None:
+                normals = self._unit_vectors(name, "normals", self._of_shape(name, "normals"))
+            return of_nodes(name, x, normals, along)
+        place, axes = np.array(self.position), self._axes(name)
+        if self.formula is not None:
+            return of_formula(name, self.formula, self.constants, self.elements, place, axes)
         if self.size is None:
-            raise InputError(f"{name}.size is missing; give it, or {name}.nodes")
+            raise InputError(f"{name}.size is missing; give it, or {name}.nodes, {name}.formula or {name}.file")
         if min(self.size) <= 0.0:
             raise InputError(f"{name}.size is {self.size!r}; both lengths must be above 0")
-        one = unit(self.direction)
+        return part_of_cylinder(self.size, self.radius, self.elements, place, axes)
+
+    def _of_shape(self, name: str, key: str) -> Array:
+        """Vectors of all nodes."""
+        assert self.elements is not None
+        found, wanted = np.array(getattr(self, key), dtype=float), (self.elements[0] + 1, self.elements[1] + 1, 3)
+        if found.shape != wanted:
+            raise InputError(f"{name}.{key} has the shape {found.shape}; it must be {wanted}")
+        return found
+
+    @property
+    def _direction(self) -> Array:
+        """Unit vector of axis 1."""
+        return unit((1.0, 0.0, 0.0) if self.direction is None else self.direction)
+
+    def _of_nodes(self, name: str, key: str, count: int) -> Array:
+        """Vectors (count, 3) of all nodes, on a grid or not."""
+        found = np.array(getattr(self, key), dtype=float)
+        if found.size != 3 * count or found.shape[-1] != 3:
+            raise InputError(
+                f"{name}.{key} has the shape {found.shape}; it must have the vectors of all {count} nodes, in their "
+                f"order"
+            )
+        return found.reshape(-1, 3)
+
+    @staticmethod
+    def _unit_vectors(name: str, key: str, found: Array) -> Array:
+        """Vectors of length 1."""
+        sizes = np.linalg.norm(found, axis=-1, keepdims=True)
+        if not np.all(sizes > 0.0):
+            raise InputError(f"{name}.{key} has a vector of length 0; all must be of another length")
+        return np.asarray(found / sizes)
+
+    def _axes(self, name: str) -> Array:
+        """Axes at the corner, (3, 3), in columns."""
+        one = self._direction
         if self.normal is None:
             flat = np.array([0.0, 0.0, 1.0])
             three = flat - one * one[2] if abs(one[2]) < 0.9 else _across(one)
@@ -153,152 +260,83 @@ class Shell(Part):
             three = unit(self.normal)
         if abs(one @ three) > 1e-9:
             raise InputError(
-                f"{name}.normal is {self.normal!r}; it must be perpendicular to {name}.direction, {self.direction!r}"
+                f"{name}.normal is {self.normal!r}; it must be perpendicular to {name}.direction, "
+                f"{tuple(one.tolist())!r}"
             )
-        two = np.cross(three, one)
-        along, across = np.linspace(0.0, self.size[0], n1 + 1), np.linspace(0.0, self.size[1], n2 + 1)
-        x, R = np.empty((n1 + 1, n2 + 1, 3)), np.empty((n1 + 1, n2 + 1, 3, 3))
-        for j, s in enumerate(across):
-            turn = 0.0 if self.radius is None else s / self.radius
-            sine, cosine = np.sin(turn), np.cos(turn)
-            place = s * two if self.radius is None else self.radius * (sine * two + (cosine - 1.0) * three)
-            x[:, j] = np.array(self.position) + along[:, None] * one + place
-            R[:, j] = np.array([one, cosine * two - sine * three, cosine * three + sine * two]).T
-        return x, R
+        return np.stack([one, np.cross(three, one), three], axis=1)
 
-    def section(self, name: str = "shell") -> Laminate:
-        """Stiffness of the section, and its mass.
-
-        Raises
-        ------
-        InputError
-            If it is not given by one of `thickness` and `material`, `plies`, or `matrix` and `mass_per_area`.
-        """
-        ways = {
-            "thickness and material": (self.thickness, self.material),
-            "plies": (self.plies or None,),
-            "matrix and mass_per_area": (self.matrix, self.mass_per_area),
-        }
-        begun = [way for way, keys in ways.items() if any(key is not None for key in keys)]
-        if len(begun) != 1 or any(key is None for key in ways[begun[0]]):
-            given = " and ".join(begun) or "nothing"
-            raise InputError(
-                f"{name} has {given} of its section, in part or in whole; give one of: thickness and material; plies; "
-                f"matrix and mass_per_area"
-            )
-        relaxing = [one for one in (self.material, *(ply.material for ply in self.plies)) if one is not None]
-        if any(material.viscoelastic is not None for material in relaxing):
+    def wall(self, name: str = "shell") -> WallProperties:
+        """Stiffness and inertia of the wall."""
+        plies = self.section.plies if isinstance(self.section, Laminate) else ()
+        materials = [one for one in (self.material, *(ply.material for ply in plies)) if one is not None]
+        if any(one.viscoelastic is not None for one in materials):
             raise InputError(f"{name} has a viscoelastic material; relaxation of shells is not implemented")
-        if self.thickness is not None and self.material is not None:
-            return homogeneous(self.material, self.thickness)
-        if self.mass_per_area is None:
-            return laminated(list(self.plies))
-        C = np.array(self.matrix, dtype=float)
-        if C.shape != (8, 8):
-            raise InputError(f"{name}.matrix has the shape {C.shape}; it must be (8, 8)")
-        if not np.allclose(C, C.T, rtol=1e-9, atol=1e-12 * np.abs(C).max()) or np.linalg.eigvalsh(C).min() <= 0.0:
-            raise InputError(f"{name}.matrix is not symmetric and positive definite; it must be")
-        return Laminate(C, self.mass_per_area)
+        if self.section is not None:
+            return self.section.properties()
+        for key in ("thickness", "material"):
+            if getattr(self, key) is None:
+                raise InputError(f"{name}.{key} is missing; give thickness and material, or section")
+        return Laminate(plies=(Ply(material=self.material, thickness=self.thickness),)).properties()
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the nodes into the family `bodies`, the rest into `shells` and `shell_elements`."""
-        n1, n2 = self.elements
-        places, axes = self.mesh(name)
-        x, R = places.reshape(-1, 3), axes.reshape(-1, 3, 3)
-        section = self.section(name)
-        C = section.C
-        first = (np.arange(n1)[:, None] * (n2 + 1) + np.arange(n2)).ravel()
-        corners = first[:, None] + np.array([0, n2 + 1, n2 + 2, 1])
-        own = R[corners]
-        turns = np.degrees(np.arccos(np.clip(np.einsum("nac,nbc->nab", own[..., 2], own[..., 2]), -1.0, 1.0)))
-        largest = turns.max(axis=(1, 2))
-        if largest.max() > LARGEST_TURN:
-            k = int(largest.argmax())
-            raise InputError(
-                f"{name}.elements is {self.elements!r}, but the normals of element {k} are {largest[k]:.0f} deg apart; "
-                f"at most {LARGEST_TURN:g} deg is allowed, use more elements"
-            )
-        found = stiffness.constants(name, x[corners], own, own[..., 0].sum(axis=1), C)
-        masses = np.zeros(len(x))
-        np.add.at(masses, corners, (0.25 * section.mass * found.area)[:, None])
-        first_body = self._write_nodes(builder, x, R, masses, section.thickness)
-        first_element = len(builder.rows["shell_elements"])
+        mesh, wall = self.mesh(name), self.wall(name)
+        x, R = self.start_nodes(name)
+        for axes in (mesh.R, R):
+            normals = axes[mesh.quads][..., 2]
+            cosines = np.einsum("nac,nbc->nab", normals, normals).min(axis=(1, 2))
+            k = int(cosines.argmin())
+            turn = float(np.degrees(np.arccos(np.clip(cosines[k], -1.0, 1.0))))
+            if turn > LARGEST_TURN:
+                raise InputError(
+                    f"{name}.elements is {self.elements!r}, but the normals of element {k} are {turn:.0f} deg apart; "
+                    f"at most {LARGEST_TURN:g} deg is allowed, use more elements"
+                )
+        own = mesh.R[mesh.quads]
+        found = stiffness.constants(name, mesh.x[mesh.quads], own, own[..., 0].sum(axis=1), wall.stiffness)
+        areas = np.zeros(len(x))
+        np.add.at(areas, mesh.quads, 0.25 * found.area[:, None])
+        first_body = self._write_nodes(builder, name, x, R, areas, wall)
+        first, C = len(builder.rows["shell_elements"]), wall.stiffness
         for k, area in enumerate(found.area.tolist()):
             builder.add(
-                "shell_elements", nodes=first_body + corners[k], area=area, membrane=float(C[:3, :3].max()),
-                drilling=0.25 * self.drilling * float(C[2, 2]) * area, stiffness=found.stiffness[k],
-                resultants=found.resultants[k], rest=found.rest[k], slopes=found.slopes[k],
-                untwisted=found.untwisted[k],
+                "shell_elements", nodes=first_body + mesh.quads[k], area=area, beta=self.stiffness_damping,
+                membrane=float(C[:3, :3].max()), drilling=0.25 * self.drilling * float(C[2, 2]) * area,
+                stiffness=found.stiffness[k], resultants=found.resultants[k], rest=found.rest[k],
+                slopes=found.slopes[k], untwisted=found.untwisted[k],
             )  # fmt: skip
         index = builder.add(
-            "shells", first_element=first_element, elements=len(corners), first_body=first_body, nodes=len(x),
+            "shells", first_element=first, elements=len(mesh.quads), first_body=first_body, nodes=len(x),
+            alpha=self.mass_damping,
         )  # fmt: skip
         builder.names[name] = ("shells", index)
 
-    def _write_nodes(self, builder: Builder, x: Array, R: Array, masses: Array, thickness: float) -> int:
+    def start_nodes(self, name: str = "shell") -> tuple[Array, Array]:
+        """Positions (n, 3), m, and axes (n, 3, 3), in columns, of the nodes at the start."""
+        mesh = self.mesh(name)
+        if self.start is None:
+            return mesh.x, mesh.R
+        x, normals = self._of_nodes(name, "start", len(mesh.x)), None
+        if self.start_normals is not None:
+            normals = self._unit_vectors(name, "start_normals", self._of_nodes(name, "start_normals", len(x)))
+        slopes = stiffness.drilling(mesh.x[mesh.quads], mesh.R[mesh.quads])[0]
+        return x, mesh.moved(f"{name}.start", x, normals, slopes)
+
+    def _write_nodes(self, builder: Builder, name: str, x: Array, R: Array, areas: Array, wall: WallProperties) -> int:
         """Write the nodes as bodies, free but at edges that are clamped; returns the first one's index."""
-        held = {int(k) for edge in self.clamped for k in self.edge(edge)}
-        first, turns, v = len(builder.rows["bodies"]), rods.quaternion(R), np.array(self.velocity)
-        for k, (place, mass) in enumerate(zip(x, masses, strict=True)):
-            inertia = mass * thickness**2 / 12.0 * np.diag([1.0, 1.0, 2.0])
+        held = {int(k) for edge in self.clamped for k in self.edge(edge, f"{name}.clamped: {name}")}
+        first, turns, w = len(builder.rows["bodies"]), rods.quaternion(R), np.array(self.angular_velocity)
+        speeds = np.array(self.velocity) + np.cross(w, x - x[0])
+        for k, (place, area) in enumerate(zip(x, areas, strict=True)):
+            mass, inertia = wall.mass * area, wall.inertia * area * np.diag([1.0, 1.0, 2.0])
             if k in held:
-                q, at, speed, motion = -1, -1, np.zeros(3), rigid.DRIVEN
+                q, at, motion, pose = -1, -1, rigid.DRIVEN, Pose(place, R[k], np.zeros(3), np.zeros(3))
             else:
-                q, at = builder.coordinates([*place, *turns[k]], [*v, 0.0, 0.0, 0.0])
-                speed, motion = v, rigid.FREE
-            builder.poses.append(Pose(place, R[k], speed, np.zeros(3)))
+                q, at = builder.coordinates([*place, *turns[k]], [*speeds[k], *(R[k].T @ w)])
+                motion, pose = rigid.FREE, Pose(place, R[k], speeds[k], w)
+            builder.poses.append(pose)
             builder.add(
                 "bodies", motion=motion, iq=q, iv=at, mass=mass, inertia=inertia, axis=np.array([1.0, 0.0, 0.0]),
                 R0=R[k], x0=place, rate=0.0, spin_inertia=float(inertia[0, 0]),
             )  # fmt: skip
         return first
-
-
-def _axes_of(x: Array, three: Array) -> Array:
-    """Axes (n1 + 1, n2 + 1, 3, 3) of nodes x with the given normals: axis 1 is along the first side."""
-    one = np.gradient(x, axis=0)
-    one -= np.sum(one * three, axis=-1, keepdims=True) * three
-    one /= np.linalg.norm(one, axis=-1, keepdims=True)
-    return np.stack([one, np.cross(three, one), three], axis=-1)
-
-
-def _normals_of(name: str, x: Array) -> Array:
-    """Normals (n1 + 1, n2 + 1, 3) of a smooth surface through nodes."""
-    found = _mean_normals(name, x)
-    for _ in range(2):
-        for place in np.ndindex(found.shape[:2]):
-            found[place] = _fitted_normal(x, place, found[place])
-    return found
-
-
-def _mean_normals(name: str, x: Array) -> Array:
-    """Means of the normals of the elements at each node, (n1 + 1, n2 + 1, 3)."""
-    n1, n2 = x.shape[0] - 1, x.shape[1] - 1
-    normals = np.zeros_like(x)
-    areas = np.cross(x[1:, 1:] - x[:-1, :-1], x[:-1, 1:] - x[1:, :-1])
-    for i in (0, 1):
-        for j in (0, 1):
-            normals[i : n1 + i, j : n2 + j] += areas
-    sizes = np.linalg.norm(normals, axis=-1, keepdims=True)
-    if np.any(sizes <= 0.0):
-        i, j = divmod(int(sizes.argmin()), n2 + 1)
-        raise InputError(f"{name}.nodes has no normal at the node ({i}, {j}); elements there must have an area")
-    return normals / sizes
-
-
-def _fitted_normal(x: Array, place: tuple[int, ...], normal: Array) -> Array:
-    """Normal at a node of the surface of second order through it that fits the nodes around it best."""
-    first = [max(0, min(k - 1, n - 3)) for k, n in zip(place, x.shape, strict=False)]
-    around = x[first[0] : first[0] + 3, first[1] : first[1] + 3]
-    long = 1 if around.shape[1] == 3 else 0  # three nodes along this side
-    if around.shape[long] < 3:
-        return normal
-    d = (around - x[place]).reshape(-1, 3)
-    d /= np.abs(d).max()
-    side = around.take(2, long)[0] - around.take(0, long)[0]
-    one = unit(side - (side @ normal) * normal)
-    two = np.cross(normal, one)
-    u, v, z = d @ one, d @ two, d @ normal
-    terms = [u, v, u * u, u * v, v * v] if around.shape[1 - long] == 3 else [u, v, u * u, u * v]
-    fit = np.linalg.lstsq(np.stack(terms, axis=1), z, rcond=1e-6)[0]
-    return unit(normal - fit[0] * one - fit[1] * two)

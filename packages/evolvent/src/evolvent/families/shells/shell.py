@@ -4,11 +4,11 @@ With the measures E of `shell_strains`, less those without stress, the energy of
 (`stiffness`), and k w^2/2 of each node's drilling strain w. A force is defined over an interval of length h between two
 states; a state is an interval of length 0. Products of vectors that are fixed to the bodies change over a step exactly
 by the means of the factors, so that the forces along the mean shape, with the stress of the mean strains, do the work
-of the change of the energy. A step adds chi/2 K (dE - ratio dE_p), dE_p the change over the step before. Tangents:
-`shell_tangent`.
+of the change of the energy. A step adds chi/2 K (dE - ratio dE_p), dE_p the change over the step before. The damping
+is beta K E', E' the rate of the state or dE/h, and -alpha M v of the nodes. Tangents: `shell_tangent`.
 """
 
-from numba import void
+from numba import types, void
 
 from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.compiled.views import matrix_view
@@ -23,6 +23,7 @@ from evolvent.families.shells.shell_strains import (
     G0,
     MEASURES,
     PRODUCTS,
+    RATES,
     SECOND,
     STRAIN,
     STRAINS,
@@ -35,8 +36,10 @@ from evolvent.families.shells.shell_strains import (
     node_weight,
     slopes,
     surface_slopes,
+    write_rates,
 )
 from evolvent.kernels import rigid
+from evolvent.kernels.damping import damp_bodies
 from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 
@@ -53,6 +56,8 @@ def filtered_mean(rows, k, i, m0, m1, chi, ratio):
 @inlined
 def evaluate_element(k, h, chi, ratio, model):
     """Stresses S of the strains, and their conjugates of the products p, of element k over an interval.
+
+    Returns the power that damping takes, W.
 
     Notes
     -----
@@ -75,11 +80,22 @@ def evaluate_element(k, h, chi, ratio, model):
         for i in range(STRAINS):
             S[i] += rows[k].stiffness[j, i] * mean
     slopes(m0, m1, G)
+    beta, lost = rows[k].beta, 0.0
+    if beta != 0.0:
+        rate = work[RATES : RATES + STRAINS]
+        write_rates(k, h, m0, m1, model, matrix_view(work, V0, VECTORS, 3), G, rate)
+        for i in range(STRAINS):
+            viscous = 0.0
+            for j in range(STRAINS):
+                viscous += beta * rows[k].stiffness[j, i] * rate[j]
+            S[i] += viscous
+            lost += viscous * rate[i]
     for j in range(PRODUCTS):
         p[j] = 0.0
     for i in range(STRAINS):
         for j in range(PRODUCTS):
             p[j] += S[i] * G[i, j]
+    return lost
 
 
 @inlined
@@ -134,18 +150,24 @@ def push_nodes(k, h, chi, ratio, model):
         _push_drilling(k, a, rows[k].drilling * w, model, x, R, U)
 
 
-@indirect(void(REAL, REAL, REAL, MODEL))
+@indirect(types.UniTuple(REAL, 2)(REAL, REAL, REAL, MODEL))
 def add_shells(h, chi, ratio, model):
-    """Forces of all shells onto their bodies over an interval.
+    """Forces of all shells onto their bodies over an interval; returns powers of damping by mass and by stiffness, W.
 
     Parameters
     ----------
     h : float, s, length of the step, after `measure_shells` of both ends, the bodies at their means; or 0 of a state
     chi, ratio : float, of the filter of a step; 0 of a state
     """
+    shells, by_mass, by_stiffness = model.shells, 0.0, 0.0
     for k in range(model.shell_elements.size):
-        evaluate_element(k, h, chi, ratio, model)
+        by_stiffness += evaluate_element(k, h, chi, ratio, model)
         push_nodes(k, h, chi, ratio, model)
+    for k in range(shells.size):
+        if shells[k].alpha != 0.0:
+            first = shells[k].first_body
+            by_mass += damp_bodies(shells[k].alpha, model.bodies, first, first + shells[k].nodes)
+    return by_mass, by_stiffness
 
 
 @indirect(void(MODEL, VECTOR))

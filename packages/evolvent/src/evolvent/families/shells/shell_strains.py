@@ -33,6 +33,7 @@ from numba import types, void
 from evolvent.compiled.jit import indirect, inlined, kernel
 from evolvent.compiled.views import matrix_view
 from evolvent.kernels.poses import pose_after
+from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 
 USED_FOR = "shells"
@@ -51,8 +52,8 @@ SIGNS = ((1.0, 1.0, 1.0, 1.0), (-1.0, 1.0, 1.0, -1.0), (-1.0, -1.0, 1.0, 1.0), (
 #: Coefficients of phi in powers of the square of the sine of half the angle.
 _PHI1, _PHI2, _PHI3 = 1.0 / 3.0, 8.0 / 45.0, 4.0 / 35.0
 # indices in the scratch `shells[0].work`
-_X, _R, _U, V0, V1, _S, P, FORCE, G0, G1, C, A, T, H, KM, KN, K, POSES, WORK = (
-    0, 12, 48, 60, 81, 102, 119, 139, 160, 500, 840, 1180, 1580, 2000, 2400, 2841, 3417, 3993, 4143,
+_X, _R, _U, V0, V1, _S, P, FORCE, G0, G1, C, A, T, H, KM, KN, K, POSES, RATES, WORK = (
+    0, 12, 48, 60, 81, 102, 119, 139, 160, 500, 840, 1180, 1580, 2000, 2400, 2841, 3417, 3993, 4143, 4262,
 )  # fmt: skip
 
 
@@ -196,6 +197,39 @@ def slopes(m0, m1, G):
         i, m, j = BENT[t][0], BENT[t][1], 18 + BENT[t][2]
         G[i, m] = 0.5 * (bend_factor(m0[j])[0] + bend_factor(m1[j])[0])
         G[i, j] += _secant(m0[j], m1[j])[0] * 0.5 * (m0[m] + m1[m])
+
+
+@inlined
+def write_rates(k, h, m0, m1, model, V, G, rate):
+    """Rates of the strains of element k: changes over a step over its length h, or by the velocities of a state.
+
+    Parameters
+    ----------
+    V, G : (7, 3) and (15, 20) float, vectors of the element, and `slopes`
+    rate : (15,) float, filled
+    """
+    bodies, nodes, work = model.bodies, model.shell_elements[k].nodes, model.shells[0].work
+    if h != 0.0:
+        for i in range(STRAINS):
+            rate[i] = (m1[STRAIN + i] - m0[STRAIN + i]) / h
+        return
+    moves = work[RATES + 15 : RATES + 35]
+    x, R = matrix_view(work, RATES + 35, 4, 3), matrix_view(work, RATES + 47, 12, 3)
+    W = matrix_view(work, RATES + 83, VECTORS, 3)
+    for a in range(4):
+        v, w, D, r = bodies[nodes[a]].v, bodies[nodes[a]].w, bodies[nodes[a]].R, 3 * a
+        x[a, 0], x[a, 1], x[a, 2] = v[0], v[1], v[2]
+        R[r, 2], R[r + 1, 2], R[r + 2, 2] = cross(w[0], w[1], w[2], D[0, 2], D[1, 2], D[2, 2])
+    fill_vectors(x, R, W)
+    for m in range(PRODUCTS):
+        p, q, total = FIRST[m], SECOND[m], 0.0
+        for c in range(3):
+            total += V[p, c] * W[q, c] + W[p, c] * V[q, c]
+        moves[m] = total
+    for i in range(STRAINS):
+        rate[i] = 0.0
+        for m in range(PRODUCTS):
+            rate[i] += G[i, m] * moves[m]
 
 
 @inlined

@@ -42,6 +42,7 @@ from evolvent.families.shells.shell_strains import (
     slopes,
     surface_slopes,
 )
+from evolvent.kernels.damping import add_damping_tangents
 from evolvent.kernels.poses import add_double, add_skew, end_axes
 from evolvent.kernels.rotations import cross, turn_back
 from evolvent.model import MODEL
@@ -202,7 +203,7 @@ def _add_to_bodies(k, model, K, matrix):
 
 
 @kernel
-def fill_tangent(k, h, chi, ratio, model, K):
+def fill_tangent(k, h, c_rate, chi, ratio, model, K):
     """Derivatives K : (24, 24) of the forces of element k by displacements and turns, as of `add_shell_tangents`."""
     rows, bodies, work = model.shell_elements, model.bodies, model.shells[0].work
     S, p = work[_S : _S + STRAINS], work[P : P + PRODUCTS]
@@ -219,7 +220,7 @@ def fill_tangent(k, h, chi, ratio, model, K):
     gather(k, model, 0.5 * h, x1, R1)
     fill_vectors(x1, R1, W1)
     slopes(m1, m1, D1)
-    multiply_slopes(rows, k, 1.0 + chi, D0, D1, matrix_view(work, C, STRAINS, PRODUCTS), M)
+    multiply_slopes(rows, k, 1.0 + chi + c_rate * rows[k].beta, D0, D1, matrix_view(work, C, STRAINS, PRODUCTS), M)
     add_curved_strains(m0, m1, S, M)
     modes = matrix_view(work, KM, 3 * VECTORS, 3 * VECTORS)
     multiply_products(M, p, W0, W1, matrix_view(work, T, PRODUCTS, 3 * VECTORS), modes)
@@ -249,19 +250,27 @@ def fill_tangent(k, h, chi, ratio, model, K):
         add_skew(K, 6 * a + 3, 6 * a + 3, 1.0, x, y, z)  # torques in axes that turn: R^T t x dtheta
 
 
-@indirect(void(REAL, REAL, REAL, MODEL, SPARSE))
-def add_shell_tangents(h, chi, ratio, model, matrix):
+@indirect(void(REAL, REAL, REAL, REAL, MODEL, SPARSE))
+def add_shell_tangents(h, c_rate, chi, ratio, model, matrix):
     """Derivatives of the forces of all shells by displacements and turns; over a step twice those by its end.
 
     Parameters
     ----------
-    h, chi, ratio : as of `shell.add_shells`
+    h, chi, ratio : as of `shell.add_shells`; c_rate : float, 1/s, 2/h over a step
 
     Notes
     -----
-    Rows of torques are in axes that turn with the bodies.
+    Left out is how the damping's stresses follow the positions at given velocities. Rows of torques are in axes that
+    turn with the bodies.
     """
     own = matrix_view(model.shells[0].work, K, 24, 24)
     for k in range(model.shell_elements.size):
-        fill_tangent(k, h, chi, ratio, model, own)
+        fill_tangent(k, h, c_rate, chi, ratio, model, own)
         _add_to_bodies(k, model, own, matrix)
+    shells, mass = model.shells, matrix_view(model.shells[0].work, K, 6, 6)
+    for k in range(shells.size):
+        if shells[k].alpha != 0.0:
+            first = shells[k].first_body
+            add_damping_tangents(
+                shells[k].alpha, c_rate, model.bodies, first, first + shells[k].nodes, model.info.nq, mass, matrix
+            )

@@ -174,7 +174,7 @@ def constants(name: str, x: Array, R: Array, along: Array, C: Array) -> Constant
         L += weighted @ E
     by_measures = np.linalg.solve(H, L)
     K = np.swapaxes(L, 1, 2) @ by_measures
-    slopes, untwisted = _drilling(x, R)
+    slopes, untwisted = drilling(x, R)
     K = 0.5 * (K + np.swapaxes(K, 1, 2))
     return Constants(K, resultants(0.0, 0.0) @ by_measures, sides.rest, slopes, untwisted, area)
 
@@ -188,7 +188,7 @@ def _rest_measures(m: Array, R: Array) -> Array:
     return found[:, STRAIN : STRAIN + STRAINS]
 
 
-def _drilling(x: Array, R: Array) -> tuple[Array, Array]:
+def drilling(x: Array, R: Array) -> tuple[Array, Array]:
     """Slopes (n, 8, 4) and drilling strains (n, 4) of elements with the nodes x and axes R."""
     slopes, strain = np.zeros((len(x), 8, 4)), np.zeros((len(x), 4))
     xi, eta = _SIGNS[1], _SIGNS[2]

@@ -22,6 +22,8 @@ class Parts:
     is_motion : whether its records are motions between parts, with an `angle` each, which have margins and latches
     place : function of the builder and a reference (`assembly.references.Named`) to the point of a part that it names
         (`assembly.references.Location`), for families on whose parts there are points
+    near : function of the builder, a reference that names a part alone, and a position, m, inertial axes, to the node
+        of the part that is there at the start; None where positions on a part are those in its axes, or there are none
     heat : function of the builder, the name of a part and a thermal load on it; writes the constants of its elements
         among the parameters, and returns the fields of a record of `thermal_loads` that are its own; None where no
         thermal load acts
@@ -45,6 +47,7 @@ class Parts:
     consists: Callable[[Any, int], range] | None = None
     is_motion: bool = False
     place: Callable[[Any, Any], Any] | None = None
+    near: Callable[[Any, Any, Any], Any] | None = None
     heat: Callable[[Any, str, Any], dict[str, int]] | None = None
     check: Callable[[Any], None] | None = None
     unmet: Callable[[str, float, float, float, bool], str] | None = None
