@@ -32,7 +32,8 @@ def add_nodes(part: Any, builder: Builder, name: str) -> None:
         if math.isfinite(surface.half):
             kind = builder.specs[str(part.a[0])].kind
             raise InputError(
-                f"{name}.shape is a cylinder with a length, but {name}.a holds the {kind} {part.a[0]!r}, for which a cylinder has no ends; leave the length out, or use a capsule"
+                f"{name}.shape is a cylinder with a length, but {name}.a holds the {kind} {part.a[0]!r}, for which "
+                f"a cylinder has no ends; leave the length out, or use a capsule"
             )
         surface = surface._replace(kind=surfaces.CAPSULE)
     pairs = []
