@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from book import Book
 from evolvent import System, parts
 from evolvent.elements import Circle
 from evolvent_base.errors import InputError
-from shells.plates import material
+from shells.plates import add_symmetry, material
 
 FLOOR = parts.Plane(normal=(0.0, 0.0, 1.0))
 G = 9.81
@@ -165,6 +166,41 @@ def test_a_strip_lies_on_a_drum(book: Book) -> None:
     np.testing.assert_allclose(np.hypot(place[:, 0], place[:, 2]), r - depth, atol=1e-7)
 
 
+def test_a_ring_is_flattened_between_plates(book: Book) -> None:
+    """Half of it, by symmetry, to half of its diameter: its sides are elasticas between two flat parts.
+
+    Notes
+    -----
+    A side leaves the plates without curvature, k^2 = 2 F sin(a)/EI at the angle a to them, whatever the radius was: the
+    height is H = 2 B sqrt(EI/2F), B the integral of sqrt(sin a) over a right angle.
+    """
+    radius, thickness, width, n = 0.1, 1e-3, 0.05, 64
+    shell = parts.Shell(
+        size=(width, np.pi * radius), radius=radius, elements=(1, n), thickness=thickness, material=material(1e9),
+        direction=(0, 1, 0), normal=(0, 0, -1), clamped=["y0"],
+    )  # fmt: skip
+    system, above = System(), (0.0, 0.0, 2.0 * radius + 0.5 * thickness - 1e-5)
+    system.add(shell, "shell")
+    add_symmetry(system, shell, {"y1": 1})
+    system.add(parts.RigidBody(mass=1.0, inertia=(1.0, 1.0, 1.0), position=above), "plate")
+    system.add(parts.Joint(type="prismatic", a=above, b="plate", axis=(0, 0, 1)), "rail")
+    height, integral = radius, 0.5 * math.sqrt(math.pi) * math.gamma(0.75) / math.gamma(1.25)
+    force = 2.0 * integral**2 * 1e9 * width * thickness**3 / 12.0 / height**2
+    system.add(parts.Load(at="plate", force=(0.0, 0.0, -force)), "press")
+    upper = parts.Plane(normal=(0.0, 0.0, -1.0))
+    system.add(parts.Contact(a="shell", b="plate", shape=upper, stiffness=1e5), "upper")
+    system.add(parts.Contact(a="shell", b=(0.0, 0.0, -0.5 * thickness), shape=FLOOR, stiffness=1e5), "floor")
+    run = system.equilibrium()
+    assert run.attrs["status"] == "success"
+    assert run["upper"].normal_force.values[-1] == pytest.approx(force, rel=1e-9)
+    assert int(run["upper"].points.values[-1]) > 10
+    book(
+        "Contact", "Ring flattened between plates to half its diameter (64 elements): height",
+        reference="elastica, closed form", source="Euler", allowed=5e-4,
+        error=abs(float(np.ptp(run["shell"].position.values[-1][:, 2])) / height - 1.0),
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize("keys", [{}, {"step": 0.02}], ids=["adaptive", "steps longer than the box"])
 @pytest.mark.parametrize("method", METHODS)
 def test_a_fast_plate_does_not_pass_a_thin_box(method: str, keys: Any) -> None:
@@ -232,3 +268,11 @@ def test_what_a_shell_cannot_touch_is_refused(keys: Any, message: str) -> None:
     system.add(parts.RigidBody(motion="driven", position=(0, 0, 5)), "hub")
     with pytest.raises(InputError, match=message):
         system.assemble()
+
+
+def test_finer_shells_have_the_same_contact() -> None:
+    """Meshes of half the element's length, for an estimate of the mesh error."""
+    contact = parts.Contact(a="panel", b=(0, 0, 0), shape=FLOOR)
+    assert contact.refined("floor", {"panel": plate()}) is contact
+    with pytest.raises(InputError, match=r"does not support 'floor', whose `skip` counts contact points"):
+        parts.Contact(a="panel", b=(0, 0, 0), shape=FLOOR, skip=4).refined("floor", {"panel": plate()})
