@@ -62,6 +62,20 @@ def test_a_rod_that_falls_on_a_plane_keeps_its_energy() -> None:
     assert np.abs(energy).max() < 1e-6 * float(run.energy.max())
 
 
+@pytest.mark.parametrize("shape", [parts.Plane(normal=(0, 0, 1)), parts.Box(size=(4.0, 1.0, 0.2))])
+def test_the_force_on_a_rod_is_its_weight(shape: Any) -> None:
+    """Its nodes but the first, which is held at the height of the others, carry it."""
+    system = System(gravity=(0.0, 0.0, -9.81))
+    system.add(boom(elements=4), "boom")
+    system.add(parts.Joint(a=(0, 0, 0), b="boom.root", type="clamp"), "root")
+    depth = 0.1 if isinstance(shape, parts.Box) else 0.0
+    touch = {"a": "boom", "b": (0.0, 0.0, -0.01 - depth), "shape": shape, "clearance": 0.01, "stiffness": 1e9}
+    system.add(parts.Contact(**touch), "floor")
+    floor = system.equilibrium()["floor"]
+    weight = 2700.0 * np.pi * 1e-4 * 9.81 * 7.0 / 8.0
+    np.testing.assert_allclose(floor.force.values[-1], [0.0, 0.0, weight], rtol=1e-3, atol=1e-6)
+
+
 def test_what_a_rod_cannot_touch_is_refused() -> None:
     system = System()
     system.add(boom(), "boom")

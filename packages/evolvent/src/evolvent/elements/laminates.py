@@ -28,11 +28,15 @@ SHEAR_FACTOR = 5.0 / 6.0
 
 
 class WallProperties(NamedTuple):
-    """Stiffness (8, 8), N/m, N and N m; mass per area, kg/m^2; rotary inertia per area about an axis in it, kg."""
+    """Stiffness (8, 8) in N/m, N, N m; mass per area, kg/m^2; rotary inertia per area about its axes, kg; thickness, m.
+
+    The thickness of a wall by its stiffness matrix is 0: it is not known.
+    """
 
     stiffness: Array
     mass: float
     inertia: float
+    thickness: float = 0.0
 
 
 class Ply(Section):
@@ -103,7 +107,7 @@ class Laminate(Wall):
             z += h
         C[:3, 3:6][np.abs(C[:3, 3:6]) < 1e-12 * C[0, 0] * abs(z)] = 0.0  # of symmetric laminates
         C[3:6, :3] = C[:3, 3:6].T
-        return WallProperties(C, mass, inertia)
+        return WallProperties(C, mass, inertia, 2.0 * z)
 
 
 class MatrixWall(Wall):

@@ -1,1 +1,1 @@
-"""Contact of beams, rods and bodies with surfaces and with one another."""
+"""Contact of beams, rods, shells and bodies with surfaces and with one another."""

@@ -308,11 +308,11 @@ CONTACT_SURFACES = Family(
     ),
     order=60,
     results={
-        "force": ("force", "N", "resultant of the surface on the beams, inertial axes"),
+        "force": ("force", "N", "resultant of the surface on what touches it, inertial axes"),
         "moment": (
             "moment",
             "N m",
-            "moment of the surface on the beams about the origin of the surface's body, inertial axes",
+            "moment of the surface on what touches it about the origin of the surface's body, inertial axes",
         ),
         "normal": ("normal_force", "N", "sum of the normal forces"),
         "impulse": ("impulse", "N s", "integral of the normal forces since the start"),

@@ -1,4 +1,4 @@
-"""What touches what: beams or rods a surface, bodies one another, turns of beams those on which they lie."""
+"""What touches what: beams, rods or shells a surface, bodies one another, turns of beams those on which they lie."""
 
 from __future__ import annotations
 
@@ -12,9 +12,10 @@ from pydantic_core import InitErrorDetails, PydanticCustomError
 from evolvent.assembly.builder import Builder
 from evolvent.families.beams.part import Beam
 from evolvent.families.contact.part_beams import add_surface, add_turns
-from evolvent.families.contact.part_bodies import add_bodies, add_rods
+from evolvent.families.contact.part_bodies import add_bodies, add_nodes
 from evolvent.families.rods.part import Rod
 from evolvent.kernels import contact_laws
+from evolvent.model.registry import asked
 from evolvent.parts.applies import Applies, given, left_out
 from evolvent.parts.base import Group, Part, PointReference, Reference
 from evolvent.parts.shapes import ContactShape, SolidContactShape
@@ -42,9 +43,9 @@ class _Touch(NamedTuple):
 
 
 _SMOOTH = ("hunt-crossley", "conservative")
-_OF_RODS = frozenset(("shape", "clearance", "skip", "initial_overlap", "sliding_damping"))
-_BEAMS = _Touch("beams and a surface", add_surface, tuple(LAWS), _OF_RODS | {"points"})
-_RODS = _Touch("rods and a surface", add_rods, _SMOOTH, _OF_RODS)
+_OF_POINTS = frozenset(("shape", "clearance", "skip", "initial_overlap", "sliding_damping"))
+_BEAMS = _Touch("beams and a surface", add_surface, tuple(LAWS), _OF_POINTS | {"points"})
+_NODES = _Touch("nodes and a surface", add_nodes, _SMOOTH, _OF_POINTS)
 _BODIES = _Touch("bodies", add_bodies, _SMOOTH, frozenset(("shape", "shape_a", "rounding", "initial_overlap")))
 _TURNS = _Touch(
     "turns of beams", add_turns, ("hunt-crossley", "paper"),
@@ -59,7 +60,7 @@ def _wrong_unit(key: str, values: Mapping[str, Any], message: str) -> Validation
 
 
 class Contact(Part):
-    """Contact of beams or rods with a surface, of two bodies, or of turns of beams.
+    """Contact of beams, rods or shells with a surface, of two bodies, or of turns of beams.
 
     Two capsules touch at one point, where their axes are closest. This point is not unique where the axes are parallel:
     replace one capsule by spheres along its axis, with a contact for each. A capsule touches a plane at two points, its
@@ -68,6 +69,9 @@ class Contact(Part):
     `stiffness` is that of each of these points. Edges of two boxes that are within 10 degrees of parallel do not touch
     one another.
 
+    Shells touch with both faces, by their nodes. What is narrower than an element, and corners and edges of boxes, pass
+    between nodes: elements must be smaller than what they touch.
+
     Turns of a beam that is wound round a body lie on turns of the same beam, or of a neighbour. They need an implicit
     method or statics. Under `generalized-alpha` a point that moves past the end of the beam below gains or loses the
     energy of its contact, and a step with k points that touch costs of the order of k^2 times the number of elements
@@ -75,17 +79,19 @@ class Contact(Part):
 
     Parameters
     ----------
-    a : beams, rods or a point of a body
+    a : beams, rods, shells or a point of a body
         What touches `b`: a beam or a list of beams, by their contact points; a rod or a list of rods, by their nodes
-        but the root; or a body, by its `shape_a` centred at a point such as "ball", "arm.tip" or ("arm", (0, 0, 1)).
+        but the root; a shell or a list of shells, by spheres of its thickness at their nodes; or a body, by its
+        `shape_a` centred at a point such as "ball", "arm.tip" or ("arm", (0, 0, 1)).
         Of turns, the beam whose contact points are pushed out.
     b : point, or a beam
         Centre of `shape`, or a point of the plane: a point of a body, or a position on the ground. A beam means turns
         of `a` that lie on turns of it: `a` itself, or, of several beams hinged round a body, the next one in the sense
         of winding.
     shape : sphere, capsule, cylinder, plane or box, optional
-        Shape at `b`, along the axes of its body; the `shape` of this body if left out. Beams and rods touch spheres,
-        capsules, cylinders (of rods, without a length) and planes; bodies touch spheres, capsules, planes and boxes.
+        Shape at `b`, along the axes of its body; the `shape` of this body if left out. Beams, rods and shells touch
+        spheres, capsules, cylinders (of rods and shells, without a length) and planes, rods and shells also boxes;
+        bodies touch spheres, capsules, planes and boxes.
     shape_a : sphere, capsule or box, optional
         Shape of a body at `a`, likewise. A box needs a plane or a box as `shape`.
     law : {"hunt-crossley", "conservative", "paper"}
@@ -94,7 +100,8 @@ class Contact(Part):
         All but energy-momentum take hunt-crossley in its place. Bodies and rods do not support paper, nor turns
         conservative.
     stiffness : float, N/m^n
-        Of each contact point.
+        Of each contact point; of a shell that of all of its nodes together, each of which has the share of its area, as
+        of the bristles' stiffness and damping.
     exponent : float
         Power n of the depth.
     damping : float, s/m (N s/m of the law paper)
@@ -104,20 +111,21 @@ class Contact(Part):
     bristle_stiffness, bristle_damping : float, N/m and N s/m
         Of the tangential spring of a contact point that sticks.
     clearance : float, m
-        Distance of the axes of beams and rods from the surface at which they touch it: half their thickness. Above 0 of
-        a plane.
+        Distance of the axes of beams and rods from the surface at which they touch it: half their thickness, above 0 of
+        a plane. Of shells beyond half their thickness, which is 0 of a wall by its stiffness matrix.
     points : int
         Contact points of an element of a beam, evenly spaced, its second node included.
     skip : int
-        Contact points next to the root that are left out (where the root itself is joined to the surface).
+        Contact points next to the root that are left out (where the root itself is joined to the surface); of shells
+        the first nodes.
     initial_overlap : float, optional
         Depth up to which what touches may overlap at the start: of beams and rods in radii of `shape` with the
-        clearance (of a plane, clearances), 0.001 if left out; of bodies in radii of `shape_a` (of a box, half its
-        smallest side), 0.1 if left out.
+        clearance (of a plane, clearances), 0.001 if left out; of shells in halves of their thickness, of bodies in
+        radii of `shape_a` (of a box, half its smallest side), 0.1 if left out.
     sliding_damping : float
-        Share of critical damping, of the mass of a contact point of a beam or rod on `stiffness`, by which its normal
-        motion is damped where it has friction: without any, a beam that slides vibrates at the frequency of its contact
-        points.
+        Share of critical damping, of the mass of a contact point of a beam, rod or shell on its stiffness, by which its
+        normal motion is damped where it has friction: without any, a beam that slides vibrates at the frequency of its
+        contact points.
     rounding : float, m, optional
         Radius of the edges and corners of boxes, within their size. Left out, a tenth of the smallest side between two
         boxes, which need one, else 0. Edges of two boxes are not seen deeper than both radii.
@@ -151,7 +159,7 @@ class Contact(Part):
     symbol = "cylinder"
     a: Annotated[
         tuple[str | tuple[str, units.Triple] | units.Triple, ...],
-        Reference(what="beams, rods or a point of a body", points=True, several=True, alone=True),
+        Reference(what="beams, rods, shells or a point of a body", points=True, several=True, alone=True),
     ]
     b: PointReference
     law: Literal["hunt-crossley", "conservative", "paper"] = "hunt-crossley"
@@ -204,18 +212,26 @@ class Contact(Part):
         return f"{value!r} N s/m" if self.law == "paper" else f"{value!r} s/m"
 
     def refined(self, name: str, parts: Mapping[str, Part]) -> Part:
-        """Refused of beams and rods: finer ones have more contact points, and the stiffness is that of a point."""
-        if any(isinstance(parts.get(one), (Beam, Rod)) for one in self.a if isinstance(one, str)):
+        """Refused of beams and rods: finer ones have more contact points, and the stiffness is that of a point.
+
+        Points of shells have shares of the whole stiffness.
+        """
+        if self.skip or any(isinstance(parts.get(one), (Beam, Rod)) for one in self.a if isinstance(one, str)):
+            counts = "`skip` counts contact points" if self.skip else "stiffness is that of a contact point"
             raise InputError(
-                f"an estimate of the mesh error does not support {name!r}, whose stiffness is that of a contact point: "
-                f"elements of half the length have others; compare with a case of more elements"
+                f"an estimate of the mesh error does not support {name!r}, whose {counts}: elements of half the length "
+                f"have others; compare with a case of more elements"
             )
         return self
 
-    def law_fields(self) -> dict[str, Any]:
-        """Fields of the law in the model."""
-        keys = ("stiffness", "exponent", "damping", "friction", "bristle_stiffness", "bristle_damping")
-        return {"law": LAWS[self.law], **{key: getattr(self, key) for key in keys}}
+    def law_fields(self, weight: float = 1.0) -> dict[str, Any]:
+        """Fields of the law in the model, of a contact point with a share of the stiffness."""
+        shared = {key: weight * getattr(self, key) for key in ("stiffness", "bristle_stiffness", "bristle_damping")}
+        return {
+            "law": LAWS[self.law],
+            **shared,
+            **{key: getattr(self, key) for key in ("exponent", "damping", "friction")},
+        }
 
     def viscosity(self, mass: float) -> float:
         """`viscous` of `contact_laws.sliding_damper`, kg^(1/2), of a point with a mass in kg; 0 without friction."""
@@ -253,16 +269,26 @@ class Contact(Part):
                     f"{name}.b is the beam {self.b!r}, on whose turns only a beam can lie; give one as {name}.a"
                 )
             return _TURNS
-        other = next((one for one, of in zip(self.a, found, strict=True) if of not in ("beams", "rods")), None)
+        touching = asked("parts.touches")
+        if family(self.b) in touching and any(of in touching or of == "beams" for of in found):
+            kind = builder.specs[str(self.b)].kind
+            raise InputError(
+                f"{name}.b is the {kind} {self.b!r}; contact of a {kind} with beams, rods, shells or itself is not "
+                f"implemented: give a point of a body"
+            )
+        other = next((one for one, of in zip(self.a, found, strict=True) if of != "beams" and of not in touching), None)
         if other is not None:
             builder.location(other, f"{name}.a")
             if len(self.a) > 1:
                 raise InputError(
-                    f"{name}.a is a list that holds {other!r}, which is neither a beam nor a rod; give each its own "
-                    f"contact"
+                    f"{name}.a is a list that holds {other!r}, which has no contact points of its own; give each its "
+                    f"own contact"
                 )
             return _BODIES
         if len(set(found)) > 1:
-            rod, beam = (self.a[found.index(of)] for of in ("rods", "beams"))
-            raise InputError(f"{name}.a holds the rod {rod!r} and {beam!r}, which is no rod; give each its own contact")
-        return _BEAMS if found[0] == "beams" else _RODS
+            one, other = (self.a[found.index(of)] for of in sorted(set(found), reverse=True)[:2])
+            kind = builder.specs[str(one)].kind
+            raise InputError(
+                f"{name}.a holds the {kind} {one!r} and {other!r}, which is no {kind}; give each its own contact"
+            )
+        return _BEAMS if found[0] == "beams" else _NODES

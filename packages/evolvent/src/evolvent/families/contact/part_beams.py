@@ -39,7 +39,7 @@ def contact_points(part: Any, builder: Builder, beam: int) -> Iterator[dict[str,
 
 def add_surface(part: Any, builder: Builder, name: str) -> None:
     """Write a surface with the contact points of beams; refused where one starts inside."""
-    surface = surface_at(part, builder, name, "b", OF_BEAMS)
+    surface = surface_at(part, builder, name, "b", OF_BEAMS, needed=True)
     radius, half, axis = surface.radius, surface.half, unit(surface.axis)
     pose, first = builder.poses[surface.body], len(builder.rows["contact_points"])
     place, along = pose.x + pose.R @ surface.place, pose.R @ axis

@@ -1,4 +1,4 @@
-"""Contact points of rigid bodies - spheres, capsules, boxes and planes - and of rods, whose nodes are bodies."""
+"""Contact points of rigid bodies - spheres, capsules, boxes and planes - and nodes that are bodies."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 
 from evolvent.assembly.builder import Builder
-from evolvent.families.contact.part_shapes import NO_NORMAL, OF_A, OF_B, OF_BEAMS, Surface, check_skip, surface_at
+from evolvent.families.contact.part_shapes import NO_NORMAL, OF_A, OF_B, OF_NODES, Surface, check_skip, surface_at
 from evolvent.kernels import body_gaps, surfaces
+from evolvent.model.questions import TouchPoint
+from evolvent.model.registry import families
 from evolvent.parts.base import unit
 from evolvent_base.errors import InputError, counted
 
@@ -21,24 +23,48 @@ _CORNERS, _ALONG, _CROSSINGS = 0.5, 0.5, 8.0 / 144.0
 _ROUNDING = 0.1
 
 
-def add_rods(part: Any, builder: Builder, name: str) -> None:
-    """Write a surface that the nodes of rods touch."""
-    surface = surface_at(part, builder, name, "b", OF_BEAMS)
+def add_nodes(part: Any, builder: Builder, name: str) -> None:
+    """Write a surface that the nodes of parts touch."""
+    points = {owner: _nodes_of(part, builder, name, str(owner)) for owner in part.a}
+    thin = any(point.radius == 0.0 for own in points.values() for point in own)
+    surface = surface_at(part, builder, name, "b", OF_NODES, needed=thin)
     if surface.kind == surfaces.CYLINDER:
         if math.isfinite(surface.half):
+            kind = builder.specs[str(part.a[0])].kind
             raise InputError(
-                f"{name}.shape is a cylinder with a length, but {name}.a holds the rod {part.a[0]!r}, for which a "
-                f"cylinder has no ends; leave the length out, or use a capsule"
+                f"{name}.shape is a cylinder with a length, but {name}.a holds the {kind} {part.a[0]!r}, for which "
+                f"a cylinder has no ends; leave the length out, or use a capsule"
             )
         surface = surface._replace(kind=surfaces.CAPSULE)
     pairs = []
-    for rod in part.a:
-        elements = builder.rows["rods"][builder.names[str(rod)][1]]["elements"]
-        check_skip(part, name, rod, elements)
-        for i in range(1 + part.skip, elements + 1):
-            at = builder.location(f"{rod}[{i}]")
-            pairs.append((Surface(at.row, at.local, surfaces.CAPSULE), surface))
-    _add(part, builder, name, pairs, 1e-3)
+    for owner, own in points.items():
+        _check_spacing(name, owner, own, surface)
+        for one in own:
+            sphere = Surface(one.body, one.place, surfaces.CAPSULE, radius=one.radius, weight=one.weight)
+            pairs.append((sphere, surface))
+    _add(part, builder, name, pairs, 1e-3 if thin else 0.1)
+
+
+def _nodes_of(part: Any, builder: Builder, name: str, owner: str) -> list[TouchPoint]:
+    """Points by which a part touches, less those that are skipped."""
+    touches = families()[builder.names[owner][0]].parts.touches
+    assert touches is not None
+    found = list(touches(builder, owner))
+    check_skip(part, name, owner, len(found))
+    return found[part.skip :]
+
+
+def _check_spacing(name: str, owner: Any, points: list[TouchPoint], surface: Surface) -> None:
+    """Refuse a surface that passes between the points that touch it."""
+    if surface.kind == surfaces.PLANE:
+        return
+    size = surface.radius + (float(np.median(surface.sides)) if surface.kind == body_gaps.BOX else 0.0)
+    wide, spacing = 2.0 * (size + points[0].radius), points[0].spacing
+    if wide < spacing:
+        raise InputError(
+            f"{name}.shape is a {surface.called} that is {wide:.3g} m wide with the thickness of {owner!r}, but nodes "
+            f"by which {owner!r} touches it are {spacing:.3g} m apart; use more elements"
+        )
 
 
 def add_bodies(part: Any, builder: Builder, name: str) -> None:
@@ -153,7 +179,7 @@ def _add(
             "body_contacts", a=a.body, b=b.body, first=first, surface=b.kind, place_a=a.place, axis_a=unit(a.axis),
             half_a=a.half, place_b=b.place, axis_b=unit(b.axis), half_b=b.half, sides=b.sides, radius_a=a.radius,
             radius=a.radius + b.radius, extent=radius, share=a.share, viscous=slides,
-            **part.law_fields(),
+            **part.law_fields(a.weight),
         )  # fmt: skip
     builder.names[name] = ("body_contacts", first)
 

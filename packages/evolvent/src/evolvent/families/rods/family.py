@@ -36,6 +36,7 @@ from evolvent.model.questions import (
     State,
     Statics,
     Step,
+    TouchPoint,
     along,
     never,
     skew,
@@ -195,6 +196,13 @@ def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Ite
     yield from along(name, found)
 
 
+def _touches(builder: Any, name: str) -> Iterator[TouchPoint]:
+    """Nodes but the root."""
+    for i in range(1, builder.rows["rods"][builder.names[name][1]]["elements"] + 1):
+        at = builder.location(f"{name}[{i}]")
+        yield TouchPoint(at.row, at.local)
+
+
 def _heat(builder: Any, name: str, load: Any) -> dict[str, int]:
     """Free strains of the elements at a temperature of 1 K: of the mean of the factor over each."""
     rod, index = builder.specs[name], builder.names[name][1]
@@ -318,8 +326,8 @@ RODS = Family(
         refused={"rods have a section that is a tape": lambda found: found["tape"] > 0},
     ),
     parts=Parts(
-        consists=lambda row, _: _nodes(row), place=_place, heat=_heat, totals={"slender": lambda found: found.size},
-        scratch=lambda *_: {"rod": np.zeros(rod_strains.WORK)},
+        consists=lambda row, _: _nodes(row), place=_place, touches=_touches, heat=_heat,
+        totals={"slender": lambda found: found.size}, scratch=lambda *_: {"rod": np.zeros(rod_strains.WORK)},
     ),
     state=State(
         unknowns=(Coordinates(_transverse, 80, lambda found: 0),), sizes=_sizes, points=_points,

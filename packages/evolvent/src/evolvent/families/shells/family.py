@@ -22,6 +22,7 @@ from evolvent.model.questions import (
     State,
     Statics,
     Step,
+    TouchPoint,
     never,
 )
 from evolvent.model.shares import ELASTIC, Elastic, Rule, Shares
@@ -104,6 +105,19 @@ def _points(assembly: Any, name: str, index: int, where: slice, y: Array) -> Ite
     yield from ((f"{name}[{k}]", node_point(model, b, y)) for k, b in enumerate(nodes) if free[b])
 
 
+def _touches(builder: Any, name: str) -> Iterator[TouchPoint]:
+    """All nodes, each with its share of the area."""
+    row = builder.rows["shells"][builder.names[name][1]]
+    first, elements = row["first_body"], builder.rows["shell_elements"][row["first_element"] :][: row["elements"]]
+    quads, areas = np.array([one["nodes"] for one in elements]) - first, np.zeros(row["nodes"])
+    np.add.at(areas, quads, 0.25 * np.array([[one["area"]] for one in elements]))
+    corners = np.array([builder.poses[first + k].x for k in range(row["nodes"])])[quads]
+    spacing = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).min(axis=1).max())
+    radius = 0.5 * builder.specs[name].wall(name).thickness
+    for k, weight in enumerate(areas / areas.sum()):
+        yield TouchPoint(first + k, np.zeros(3), radius, float(weight), spacing)
+
+
 def _place(builder: Any, at: Any) -> Any:
     """A node of a shell, which is a body."""
     row = builder.rows["shells"][at.row]
@@ -164,7 +178,8 @@ SHELLS = Family(
     smooth=True,
     of_step=False,
     parts=Parts(
-        consists=lambda row, _: _nodes(row), place=_place, near=_near, totals={"slender": lambda found: found.size},
+        consists=lambda row, _: _nodes(row), place=_place, near=_near, touches=_touches,
+        totals={"slender": lambda found: found.size},
     ),
     state=State(points=_points),
     stability=Stability(waves=lambda _: 1.0),

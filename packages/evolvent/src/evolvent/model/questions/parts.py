@@ -3,10 +3,28 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
 
 from evolvent.model.questions.base import Array, Records
+
+
+class TouchPoint(NamedTuple):
+    """A point of a body by which a part touches surfaces: a sphere.
+
+    Attributes
+    ----------
+    body : int; place : (3,) float, m, of the sphere's centre, axes of the body
+    radius : float, m, half the thickness of the part; 0 where the part's contact states it
+    weight : float, share of the part's stiffness that the point has; 1 where the stiffness is that of each point
+    spacing : float, m, between points: what is narrower passes between them; 0 where this is not checked
+    """
+
+    body: int
+    place: Array
+    radius: float = 0.0
+    weight: float = 1.0
+    spacing: float = 0.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -24,6 +42,8 @@ class Parts:
         (`assembly.references.Location`), for families on whose parts there are points
     near : function of the builder, a reference that names a part alone, and a position, m, inertial axes, to the node
         of the part that is there at the start; None where positions on a part are those in its axes, or there are none
+    touches : function of the builder and the name of a part to the points (`TouchPoint`) by which it touches surfaces,
+        in their order from where it is held; None where it has none that are points of bodies
     heat : function of the builder, the name of a part and a thermal load on it; writes the constants of its elements
         among the parameters, and returns the fields of a record of `thermal_loads` that are its own; None where no
         thermal load acts
@@ -48,6 +68,7 @@ class Parts:
     is_motion: bool = False
     place: Callable[[Any, Any], Any] | None = None
     near: Callable[[Any, Any, Any], Any] | None = None
+    touches: Callable[[Any, str], Iterable[TouchPoint]] | None = None
     heat: Callable[[Any, str, Any], dict[str, int]] | None = None
     check: Callable[[Any], None] | None = None
     unmet: Callable[[str, float, float, float, bool], str] | None = None
