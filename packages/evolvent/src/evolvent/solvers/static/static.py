@@ -131,7 +131,7 @@ def solve_static(
     wall_time = clock.perf_counter() - began
     codecache.mark_warm("statics")
     found = search.solution(wall_time, compile_time)
-    beyond = _no_balance(assembly, work, found.y[-1]) if found.success else ""
+    beyond = _no_balance(assembly, work, found.y[-1]) if found.success or search.free else ""
     if beyond:
         found.status, found.message = "failed", beyond
     if work.redundancy is not None:
