@@ -43,8 +43,8 @@ def test_pressure_and_weight() -> None:
     """q L^4/(8 D) of a pressure, by a profile too, and of the weight; 2 % for 8 lumped elements."""
     q = 0.01
     cases: Any = (
-        {"along": "shell", "force": (0.0, 0.0, f"{q} Pa"), "frame": "body"},
-        {"along": "shell", "direction": (0, 0, 1), "profile": {"constant": f"{q} Pa"}, "frame": "body"},
+        {"over": "shell", "force": (0.0, 0.0, f"{q} Pa"), "frame": "body"},
+        {"over": "shell", "direction": (0, 0, 1), "profile": {"constant": f"{q} Pa"}, "frame": "body"},
         {"gravity": (0.0, 0.0, q / (1000.0 * H))},
     )
     wanted = q / (8.0 * E * H**3 / 12.0)
@@ -60,7 +60,7 @@ def test_ring_under_pressure() -> None:
         size=(0.2, 0.5 * np.pi * radius), radius=radius, elements=(1, 8), thickness=H, material=material(E),
         normal=(0.0, 0.0, 1.0),
     )  # fmt: skip
-    system = with_load(shell, along="shell", force=(0.0, 0.0, p), frame="body")
+    system = with_load(shell, over="shell", force=(0.0, 0.0, p), frame="body")
     add_symmetry(system, shell, {"x0": 0, "y0": 1, "y1": 1})
     run = system.equilibrium()
     grown = p * radius**2 / (E * H)
@@ -72,7 +72,7 @@ def test_ring_under_pressure() -> None:
 def test_pressure_follows() -> None:
     """Where the strip is bent far the resultant of a pressure is across the chord: p L times the chord over L."""
     p = 1000.0
-    run = with_load(strip(), along="shell", force=(0.0, 0.0, p), frame="body").equilibrium(load_steps=[0.3, 0.6, 1.0])
+    run = with_load(strip(), over="shell", force=(0.0, 0.0, p), frame="body").equilibrium(load_steps=[0.3, 0.6, 1.0])
     x = run["shell"]["position"].values[-1].reshape(9, 3, 3)
     chord = x[-1, 1] - x[0, 1]
     assert np.hypot(*chord[[0, 2]]) < 0.95
@@ -96,9 +96,11 @@ def test_refusals() -> None:
     wrong: Any = (
         ({"along": "shell.x2", "force": (0, 0, 1)}, r"shell has no edge 'x2'; give one of edge\[0\], edge\[1\]"),
         ({"along": "shell.x1", "force": (0, 0, "1 Pa")}, "load.force has the unit Pa; it must be in N/m"),
-        ({"along": "shell", "force": (0, 0, "1 N/m")}, "load.force has the unit N/m; it must be in Pa"),
-        ({"along": "shell", "torque": (0, 0, 1)}, "along which a load is a force; give torques at nodes"),
-        ({"along": "hub", "force": (0, 0, 1)}, "it must be a beam, a rod, a thread, a surface or an edge of it"),
+        ({"over": "shell", "force": (0, 0, "1 N/m")}, "load.force has the unit N/m; it must be in Pa"),
+        ({"along": "shell", "force": (0, 0, 1)}, r"a surface; give an edge, such as 'shell.edge\[0\]', or load.over"),
+        ({"over": "shell.x1", "force": (0, 0, 1)}, "it must be the name of a surface"),
+        ({"along": "shell.x1", "torque": (0, 0, 1)}, "along which a load is a force; give torques at nodes"),
+        ({"along": "hub", "force": (0, 0, 1)}, "it must be a beam, a rod, a thread or an edge of a surface"),
         ({"at": "shell.x1", "force": (0, 0, 1)}, "no point of the shell 'shell'; loads act along edges"),
     )
     for keys, message in wrong:

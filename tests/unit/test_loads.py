@@ -138,7 +138,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "ramp": (lambda: parts.Load(at="hub", force=Y, ramp=-1), "Load.ramp is -1; it must be a time of 0 or above"),
     "unit": (lambda: parts.Load(at="hub", torque=(0, 0, "1 N")), "Load.torque is .* 'N' is a unit of something"),
     "zero axis": (lambda: parts.Load(at="hub", axis=(0, 0, 0), profile=ROWS), "Load.axis is .* not all zero"),
-    "no place": (lambda: parts.Load(force=Y), "load.at is missing; give at, or along"),
+    "no place": (lambda: parts.Load(force=Y), "load.at is missing; give at, along or over"),
     "two places": (lambda: parts.Load(at="hub", along="boom", force=Y), "load.at and load.along are both given"),
     "type": (
         lambda: parts.Load(at="hub", type="torque", force=Y),
@@ -162,7 +162,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     "line: profile": (lambda: parts.Load(along="boom", profile=ROWS), "load.direction is missing; it goes with"),
     "line: beam": (
         lambda: parts.Load(along="hub", force=Y),
-        "load.along is 'hub'; it must be a beam, a rod or a thread; known: ",
+        "load.along is 'hub'; it must be a beam, a rod, a thread or an edge of a surface; known: ",
     ),
     "distributed: none": (
         lambda: parts.Load(along="boom", type="torque"),

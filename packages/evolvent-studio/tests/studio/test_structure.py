@@ -68,7 +68,8 @@ def test_fields_of_a_beam_show_units_limits_and_how_mappings_are_written():
     assert "a length above 0" in fields["length"].help
     assert fields["section"].wide
     assert "{tube: {radius: ..., thickness: ...}}" in fields["section"].help
-    keys = "{young_modulus: ..., poisson_ratio: ..., density: ..., shear: ..., thermal_expansion: ..., "
+    keys = "{young_modulus: ..., poisson_ratio: ..., density: ..., shear: ..., young_modulus_2: ..., shear_13: ..., "
+    keys += "shear_23: ..., thermal_expansion: ..., "
     assert f"{keys}viscoelastic: {{prony: ..., shift: ..., temperature: ...}}}}" in fields["material"].help
     assert "one of the names aluminium, beryllium-copper, cfrp" in fields["material"].help
     assert "from 1 to 100000" in fields["elements"].help

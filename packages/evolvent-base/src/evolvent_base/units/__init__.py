@@ -73,7 +73,8 @@ PositiveForce = Annotated[float, Quantity(what="a force", unit="N", example="20 
 PositiveTorque = Annotated[float, Quantity(what="a torque", unit="N m", example="0.2 mN m", above=0.0)]
 _LINE_FORCE = Quantity(what="a force per length", unit="N/m", example="0.1 N/m")
 _PRESSURE = Quantity(what="a force per area", unit="Pa", example="5 Pa")
-LineOrAreaForce = Annotated[float, Either((_LINE_FORCE, _PRESSURE))]
+LineForce = Annotated[float, _LINE_FORCE]
+AreaForce = Annotated[float, _PRESSURE]
 ForceOrTorque = Annotated[float, Either((_FORCE, _TORQUE, _LINE_FORCE, _PRESSURE))]
 Frequency = Annotated[float, _FREQUENCY]
 Speed = Annotated[float, _SPEED]
@@ -88,7 +89,8 @@ Acceleration = Annotated[Triple, Vector(quantity=Quantity(what="an acceleration"
 ForceVector = Annotated[Triple, Vector(quantity=_FORCE)]
 TorqueOrZero = Annotated[float, Quantity(what="a torque", unit="N m", example="0.2 N m", least=0.0)]
 TorqueVector = Annotated[Triple, Vector(quantity=_TORQUE)]
-LineOrAreaForceVector = Annotated[Triple, Vector(quantity=Either((_LINE_FORCE, _PRESSURE)))]
+LineForceVector = Annotated[Triple, Vector(quantity=_LINE_FORCE)]
+AreaForceVector = Annotated[Triple, Vector(quantity=_PRESSURE)]
 AnyForceVector = Annotated[Triple, Vector(quantity=Either((_FORCE, _LINE_FORCE, _PRESSURE)))]
 _IMPULSE = Quantity(what="an impulse", unit="N s", example="-500 N s")
 _PRODUCT = Quantity(what="a product of inertia", unit="kg m^2", example="20 kg m^2")

@@ -18,11 +18,16 @@ from evolvent.results.observe.view import View
 Array = np.ndarray
 
 
+def _spread_on(part: Any) -> str | None:
+    """What a load acts along or over; None of one that acts at a place."""
+    return getattr(part, "along", None) or getattr(part, "over", None)
+
+
 @observer("loads")
 def observe_load(view: View, name: str) -> Observed:
     """Force or torque at a marker, or the resultant of a load along a thread or a line or on a surface."""
     index = view.index(name)
-    row, along = view.model.loads[index], getattr(view.part(name), "along", None)
+    row, along = view.model.loads[index], _spread_on(view.part(name))
     if row["kind"] < kernels.AT_MARKER:
         return observe_thread_load(view, index)
     if along is not None:  # its rows are the forces at nodes

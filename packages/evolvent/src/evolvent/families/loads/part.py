@@ -28,7 +28,14 @@ from evolvent.parts.applies import OF_LAW, Applies, given, left_out, one_of, ref
 from evolvent.parts.base import Group, Part, PointReference, Reference, Spread, unit
 from evolvent.parts.checks import check_unit
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
-from evolvent.parts.profile import ForceProfile, LineForceProfile, LoadProfile, TorqueProfile, write_profile
+from evolvent.parts.profile import (
+    AreaForceProfile,
+    ForceProfile,
+    LineForceProfile,
+    LoadProfile,
+    TorqueProfile,
+    write_profile,
+)
 from evolvent_base import units
 from evolvent_base.dense import norm
 from evolvent_base.errors import InputError, nearest
@@ -48,15 +55,16 @@ class Load(Part):
         counted from its tip: "tether.tip" (with the tip mass), "tether[3]". The force on a node that is wound on the
         reel is zero.
     along : str, optional
-        In place of `at`: the beam, rod or thread along which it acts, as a force per stress-free length; an edge of a
-        surface, "panel.x0" or "panel.edge[2]", as a force per length of it; or a surface, "panel", as a force per area,
-        which in the frame "body" has the direction of the normal as its third axis: (0, 0, p) is a pressure from below
-        that follows the surface. Along a beam also a torque that is spread over its mass: a field of forces around a
-        fixed axis, which has no potential and can make vibrations grow; to twist a beam, give torques `at` its nodes.
-        No load along a thread acts on its tip mass.
+        In place of `at`: the beam, rod or thread along which it acts, as a force per stress-free length; or an edge of
+        a surface, "panel.x0" or "panel.edge[2]", as a force per length of it. Along a beam also a torque that is
+        spread over its mass: a field of forces around a fixed axis, which has no potential and can make vibrations
+        grow; to twist a beam, give torques `at` its nodes. No load along a thread acts on its tip mass.
+    over : str, optional
+        In place of `at`: the surface, "panel", on which it acts as a force per area. In the frame "body" the third axis
+        is the normal: (0, 0, p) is a pressure from below that follows the surface.
     type : {"force", "torque"}, optional
         If left out, a torque where one of the keys `torque`, `axis` and `slope` is given, else a force.
-    force : (3,) float, N, along a part N/m, on a surface Pa, optional
+    force : (3,) float, N, along a part N/m, over a surface Pa, optional
         Of a constant force.
     torque : (3,) float, N m, optional
         Of a constant torque.
@@ -114,8 +122,9 @@ class Load(Part):
     """
 
     applies: ClassVar[Applies] = {
-        "at": (left_out("along"),),
-        "along": (left_out("at"),),
+        "at": (left_out("along", "over"),),
+        "along": (left_out("at", "over"),),
+        "over": (_FORCE, left_out("at", "along")),
         "force": (_FORCE, left_out("torque", "direction", "axis", "profile", "law")),
         "torque": (_TORQUE, left_out("force", "direction", "axis", "profile", "law")),
         "direction": (_FORCE, left_out("force", "torque", "axis", "law")),
@@ -130,9 +139,8 @@ class Load(Part):
     kind: Literal["load"] = "load"
     group = Group.LOADS
     at: PointReference | None = None
-    along: Annotated[str, Reference(what="a beam, a rod, a thread, a surface or an edge of it", edges=True)] | None = (
-        None
-    )
+    along: Annotated[str, Reference(what="a beam, a rod, a thread or an edge of a surface", edges=True)] | None = None
+    over: Annotated[str, Reference(what="a surface")] | None = None
     type: Literal["force", "torque"] | None = None
     force: units.AnyForceVector | None = None
     torque: units.TorqueVector | None = None
@@ -154,11 +162,12 @@ class Load(Part):
     def type_of(cls, key: str, content: Any) -> Any:
         """The type of a key, of `force` and `profile` with the unit that the other keys say."""
         keys = content if isinstance(content, Mapping) else {}
-        along = keys.get("along") is not None
+        along, over = (keys.get(key) is not None for key in ("along", "over"))
         if key == "force":
-            return units.LineOrAreaForceVector if along else units.ForceVector
+            return units.LineForceVector if along else units.AreaForceVector if over else units.ForceVector
         if key == "profile":
-            return TorqueProfile if _is_torque(keys) else LineForceProfile if along else ForceProfile
+            of_force = LineForceProfile if along else AreaForceProfile if over else ForceProfile
+            return TorqueProfile if _is_torque(keys) else of_force
         return super().type_of(key, content)
 
     @property
@@ -169,14 +178,15 @@ class Load(Part):
     def write(self, builder: Builder, name: str) -> None:
         """Write the load into the family `loads`, on a beam and its nodes into `beam_loads`."""
         refuse_unfit(name, self)
-        if self.at is None and self.along is None:
-            raise InputError(f"{name}.at is missing; give at, or along")
-        spread = None if self.along is None else _spread(builder, self.along)
-        of_force = "N" if self.along is None else "Pa" if spread is not None and spread.surface else "N/m"
+        if self.at is None and self.along is None and self.over is None:
+            raise InputError(f"{name}.at is missing; give at, along or over")
+        of_force = "N/m" if self.along is not None else "Pa" if self.over is not None else "N"
         check_unit(f"{name}.force", self.force, of_force)
         check_unit(f"{name}.profile", self.profile, "N m" if self.is_torque else of_force)
         vector = self._vector(name)
-        if self.along is not None:
+        if self.over is not None:
+            self._write_spread(builder, name, "over", vector)
+        elif self.along is not None:
             self._write_along(builder, name, vector)
         elif self.slope is not None:
             self._write_slope(builder, name)
@@ -215,7 +225,7 @@ class Load(Part):
             self._write_on_thread(builder, name, index, vector)
             return
         if family not in ("beams", "rods"):
-            self._write_spread(builder, name, vector)
+            self._write_spread(builder, name, "along", vector)
             return
         if self.frame == "body":
             raise InputError(
@@ -243,16 +253,21 @@ class Load(Part):
             law = {"axis": vector} if self.law is None else self._law(builder, name)
             add_beam_load(builder, name, beam_loads.LINE, index, self, **law)
 
-    def _write_spread(self, builder: Builder, name: str, vector: np.ndarray) -> None:
+    def _write_spread(self, builder: Builder, name: str, key: str, vector: np.ndarray) -> None:
         """Write a force per length of an edge or per area of a surface, as forces on its nodes."""
-        along, spread = str(self.along), _spread(builder, str(self.along))
-        if spread is None:
-            known = [n for n, (of, _) in builder.names.items() if of in ("beams", "rods", "threads")]
-            known += [n for n in builder.specs if _spread(builder, n) is not None and n not in known]
-            raise InputError(
-                f"{name}.along is {along!r}; it must be a beam, a rod, a thread, a surface or an edge of it; "
-                f"{nearest(along, known)}"
-            )
+        along = str(getattr(self, key))
+        spread = _spread(builder, along)
+        if spread is None or spread.surface != (key == "over"):
+            known = [n for n in builder.specs if _spread(builder, n) is not None]
+            allowed = "a surface"
+            if key == "along":
+                if spread is not None:
+                    raise InputError(
+                        f"{name}.along is {along!r}, a surface; give an edge, such as '{along}.edge[0]', or {name}.over"
+                    )
+                known = [n for n, (of, _) in builder.names.items() if of in ("beams", "rods", "threads")]
+                allowed = "a beam, a rod, a thread or an edge of a surface"
+            raise InputError(f"{name}.{key} is {along!r}; it must be {allowed}; {nearest(along, known)}")
         if self.is_torque:
             raise InputError(f"{name}.along is {along!r}, along which a load is a force; give torques at nodes")
         times = window(builder, name, self)
@@ -260,7 +275,7 @@ class Load(Part):
         law = self._law(builder, name, before="law_")
         part, index = split_reference(along)[0], len(builder.rows["loads"])
         for node, share in zip(spread.nodes, spread.shares, strict=True):
-            target = builder.marker(f"{part}[{node}]", f"{name}.along")
+            target = builder.marker(f"{part}[{node}]", f"{name}.{key}")
             values = [*(share * vector), FRAMES[self.frame], *times, *profile]
             add_load(builder, kernels.AT_MARKER, target, values, **law)
         builder.names[name] = ("loads", index)
