@@ -39,6 +39,7 @@ FRAMES = {
     "boom-on-drum-stored": Frame(0.1),
     "boom-slew": Frame(0.1),
     "film-blade": Frame(0.75, {"payout.rate": 0.035, "payout.start": 3.0, "payout.length": 4.2}),
+    "flexible-array-shell": Frame(0.16),
     "hanging-chain": Frame(0.0),
     "heliogyro": Frame(0.8, _FAST_BLADES),
     "heliogyro-designed": Frame(0.6, _FAST_BLADES),

@@ -22,6 +22,7 @@ SHORT = {
     "boom-on-drum-stored": {"simulate.until": 0.05},
     "boom-slew": {"simulate.until": 1.0},
     "hanging-chain": {"simulate.until": 0.5},
+    "flexible-array-shell": {"simulate.until": 0.1},
     "heliogyro": {"solver.duration": 20.0},
     "heliogyro-strip-payout": {"simulate.until": 1.0},
     "heliogyro-strip": {"simulate.until": 1.0},
