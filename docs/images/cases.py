@@ -61,6 +61,7 @@ FRAMES = {
     "spinning-tether": Frame(0.5),
     "tape-drum": Frame(0.3),
     "tape-hinge": Frame(0.4),
+    "tape-hinge-shell": Frame(0.25),
     "tape-hinge-stored": Frame(0.52),
     "tape-rods-stored": Frame(0.4),
     "two-booms": Frame(0.05),

@@ -36,6 +36,7 @@ SHORT = {
     "solar-array-flexible": 2.0,
     "tape-drum": 0.1,
     "tape-hinge": 0.1,
+    "tape-hinge-shell": 0.02,
     "tape-rods-stored": 0.1,
     "z-fold": 5.0,
 }

@@ -38,6 +38,7 @@ SHORT = {
     "spinning-tether": {"simulate.until": 5.0},
     "tape-drum": {"simulate.until": 0.1},
     "tape-hinge": {"simulate.until": 0.1},
+    "tape-hinge-shell": {"simulate.until": 0.02},
     "tape-hinge-stored": {},
     "tape-rods-stored": {"simulate.until": 0.1},
     "two-booms": {"simulate.until": 0.2},
