@@ -83,7 +83,7 @@ def uniform_bending(curvature: float, angles: Array | None = None, parts_of_half
 
 def propagation(sense: float) -> float:
     """Least energy per angle of a fold, N m."""
-    angles = [None]
+    angles: list[Array | None] = [None]
 
     def ratio(k: float) -> float:
         found = uniform_bending(sense * k, angles[0])
@@ -217,11 +217,12 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=pathlib.Path, default=pathlib.Path(__file__).with_suffix(".json"))
     options = parser.parse_args()
     rows: list[dict[str, Any]] = []
-    moments, angles = [], None
+    section = 0.0
+    angles: Array | None = None
     for k in np.linspace(0.5, 1.0, 21):
-        found = uniform_bending(float(k), angles)
-        moments, angles = [*moments, found.moment], found.angles
-    section, rod = max(moments), snap(TAPE, STEEL).peak_moment
+        bending = uniform_bending(float(k), angles)
+        section, angles = max(section, bending.moment), bending.angles
+    rod = snap(TAPE, STEEL).peak_moment
     print(f"peak: section {section:.5f} N m, shallow section, Wuest and rod {rod:.5f} N m")
     for mesh in PEAKS:
         began = time.process_time()
@@ -239,14 +240,13 @@ def main() -> int:
             )
             print(f"  {mesh[0]:3} x {mesh[1]:2}  {found.moment:.5f} N m, {found.moment / section - 1.0:+.2%}, "
                   f"{found.cpu:.0f} s, defect {found.defect:.1e}", flush=True)  # fmt: skip
-    tape, rods = TAPE.model_copy(update={"angle": math.pi / 3.0, "thickness": 1.5e-4}), 0.0
-    for sense in (1, -1):
-        rods += snap(tape, STEEL, sense).propagation_moment
-    found = released()
-    rows.append({"case": "tape-hinge-shell", "rods": rods, **found._asdict()})
-    print(f"case tape-hinge-shell, both folds: rods {rods:.5f} N m\n   40 x  6  {found.moment:.5f} N m, "
-          f"{found.moment / rods - 1.0:+.2%}, straight after {found.straight:.2f} s, {found.cpu:.0f} s, defect "
-          f"{found.defect:.1e}")  # fmt: skip
+    tape = TAPE.model_copy(update={"angle": math.pi / 3.0, "thickness": 1.5e-4})
+    rods = sum(snap(tape, STEEL, one).propagation_moment for one in (1, -1))
+    hinge = released()
+    rows.append({"case": "tape-hinge-shell", "rods": rods, **hinge._asdict()})
+    print(f"case tape-hinge-shell, both folds: rods {rods:.5f} N m\n   40 x  6  {hinge.moment:.5f} N m, "
+          f"{hinge.moment / rods - 1.0:+.2%}, straight after {hinge.straight:.2f} s, {hinge.cpu:.0f} s, defect "
+          f"{hinge.defect:.1e}")  # fmt: skip
     options.output.write_text(json.dumps(rows, indent=2) + "\n", encoding="utf-8")
     return 0
 

@@ -10,6 +10,7 @@ import evolvent
 FOLDS = {"root": -90.0, "fold 1": -177.707, "fold 2": 175.415}  # deg, latches
 
 
+@pytest.mark.slow
 def test_array_of_shells_deploys() -> None:
     """Held for 0.5 s, then all folds open and latch at all nodes; momenta stay zero and the balance is closed."""
     run = evolvent.run("flexible-array-shell", {"simulate.until": 6.0})
