@@ -80,3 +80,15 @@ def test_a_node_that_comes_back_within_a_step_is_reported(segments: str) -> None
     text = unresolved_captures(ran(system, METHODS[0], step=0.01))
     assert "'thread' takes up a node at t = 0.195 s in about 0.00" in text
     assert unresolved_captures(ran(system, METHODS[0], step=5e-4)) == ""
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_two_latches_at_almost_the_same_time(method: str) -> None:
+    """The first step after a latch ends on the other one."""
+    system = panel(20.0)
+    system.add(parts.RigidBody(motion="spin", inertia=J * (1.0 + 1e-3)), "other")
+    hinge = system.parts["hinge"]
+    system.add(hinge.model_copy(update={"b": "other"}), "other hinge")
+    one, two = ran(system, method, step=0.001).captures
+    assert 0.0 < two.time - one.time < 0.001
+    assert two.duration == pytest.approx(one.duration, rel=0.1)

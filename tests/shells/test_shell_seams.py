@@ -114,6 +114,7 @@ def test_refusals() -> None:
         ({"a": "one.x1", "b": "two.x1"}, "node 12 of 'one' is 0.5 m from the nearest node of 'two.x1'; nodes of both"),
         ({"a": "one.x0"}, "seam joins nodes that all stand still; leave it out"),
         ({"a": "one.x1", "type": "clamp", "stiffness": 1.0}, "seam.stiffness is given, but seam.type is 'clamp'"),
+        ({"a": "one.x1", "b": "two.x0", "latch": 1.0}, "seam.latch_stiffness is 0.0; a latch needs one above 0 N/rad"),
     ):
         wrong, system = dict[str, Any](keys), System()
         system.add(panel(0.5, 4, clamped=("x0",)), "one")

@@ -28,6 +28,7 @@ NAMES = [name for name in cases.built_in() if cases.content_of(name)["system"] =
 #: Ends of long runs for tests of files, s; tests of these cases run the others in full.
 SHORT = {
     "boom-on-drum-stored": 0.05,
+    "flexible-array-shell": 0.1,
     "heliogyro-strip-payout": 5.0,
     "plate-swing": 0.1,
     "rib-held-ten-years": 1.0,
@@ -35,6 +36,7 @@ SHORT = {
     "solar-array-flexible": 2.0,
     "tape-drum": 0.1,
     "tape-hinge": 0.1,
+    "tape-hinge-shell": 0.02,
     "tape-rods-stored": 0.1,
     "z-fold": 5.0,
 }

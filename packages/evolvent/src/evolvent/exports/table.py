@@ -80,7 +80,8 @@ def write(run: Any, path: str, request: Request) -> str:
                 narrow.append(str(name))
             elif name not in held:
                 wide.append(str(name))
-    points = sum(s.points.shape[1] for s in (*motion.lines, *motion.surfaces))
+    points = sum(line.points.shape[1] for line in motion.lines)
+    points += sum(surface.points.shape[1] for surface in motion.surfaces)
     values = len(_value_names(motion))
     cells = moments.size * points * (6 + values)
     cells += sum(int(run[name].size) * rows.size // count for name in (*narrow, *wide))
@@ -153,7 +154,7 @@ def _series(run: Any, names: list[str], rows: np.ndarray, label: str) -> Iterato
 
 def _value_names(motion: Motion) -> list[str]:
     """Labels of what is known at points of lines, and in the elements of surfaces."""
-    return list(dict.fromkeys(name for part in (*motion.lines, *motion.surfaces) for name in part.values))
+    return motion.labels
 
 
 def _shapes(motion: Motion) -> Iterator[Iterable[Any]]:

@@ -182,9 +182,14 @@ class Motion:
         return next(f for f in self.frames if f.name == self.main)
 
     @property
+    def valued(self) -> list[Mapping[str, Array]]:
+        """Values of all lines, then of all surfaces."""
+        return [*(line.values for line in self.lines), *(surface.values for surface in self.surfaces)]
+
+    @property
     def labels(self) -> list[str]:
         """Labels of all values of lines and surfaces, each once, in their order."""
-        return list(dict.fromkeys(label for part in (*self.lines, *self.surfaces) for label in part.values))
+        return list(dict.fromkeys(label for values in self.valued for label in values))
 
     @property
     def strands(self) -> list[Array]:
@@ -194,7 +199,8 @@ class Motion:
     @property
     def clouds(self) -> list[Array]:
         """Points (nt, n, 3) of all lines, surfaces and marks, m, inertial axes."""
-        return [part.points for part in (*self.lines, *self.surfaces, *self.marks)]
+        surfaces = [surface.points for surface in self.surfaces]
+        return [*(line.points for line in self.lines), *surfaces, *(mark.points for mark in self.marks)]
 
     @property
     def reach(self) -> float:
@@ -235,8 +241,7 @@ class Motion:
 
     def _values(self, label: str) -> Array:
         """All values of a label that are finite, of all lines, surfaces and samples."""
-        parts = (*self.lines, *self.surfaces)
-        every = [part.values[label].ravel() for part in parts if label in part.values]
+        every = [values[label].ravel() for values in self.valued if label in values]
         values = np.concatenate(every) if every else np.empty(0)
         return np.asarray(values[np.isfinite(values)])
 

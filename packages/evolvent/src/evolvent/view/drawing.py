@@ -287,10 +287,10 @@ def _line(part: str, group: xr.Dataset, own: dict[str, Any]) -> Line:
 
 
 def _quads(part: str, group: xr.Dataset, own: dict[str, Any]) -> Surface:
-    held = {key: _labelled(group, own.get(key, [])) for key in ("values", "data", "vectors")}
+    values, data, vectors = (_labelled(group, own.get(key, [])) for key in ("values", "data", "vectors"))
     return Surface(
         name=part, points=group[own["points"]].values, normals=group[own["normals"]].values,
-        faces=group[own["faces"]].values, thickness=own["thickness"], **held,
+        faces=group[own["faces"]].values, thickness=own["thickness"], values=values, data=data, vectors=vectors,
     )  # fmt: skip
 
 

@@ -112,8 +112,10 @@ def _clouds(motion: Motion, kept: Array) -> Iterator[Array]:
     origin = 0.0 if motion.body is None else motion.body.origin[kept][:, None]
     for points in motion.strands:
         yield points[kept] - origin
-    for part in (*motion.surfaces, *motion.marks):
-        yield part.points[kept] - origin
+    for surface in motion.surfaces:
+        yield surface.points[kept] - origin
+    for mark in motion.marks:
+        yield mark.points[kept] - origin
 
 
 def _corners(motion: Motion, kept: Array) -> Iterator[Array]:

@@ -11,7 +11,7 @@ from evolvent.assembly.references import split_reference
 from evolvent.families.coordinates.part import JointSpring
 from evolvent.families.joints.part import Joint
 from evolvent.kernels import rigid
-from evolvent.parts.applies import Applies, one_of, refuse_unfit
+from evolvent.parts.applies import Applies, given, one_of, refuse_unfit
 from evolvent.parts.base import Group, Part, Reference, Spread
 from evolvent_base import units
 from evolvent_base.errors import InputError
@@ -24,7 +24,7 @@ class Seam(Part):
     """A joint along an edge of a surface: a clamp, or a hinge along the edge, such as a fold with its own stiffness.
 
     Each node of the edge has a `Joint` of its own, with results under "seam 0", "seam 1" and so on, and with a
-    `JointSpring` "seam spring 0" and so on where the seam has a stiffness or damping.
+    `JointSpring` "seam spring 0" and so on where the seam has a stiffness, damping or latch.
 
     Parameters
     ----------
@@ -43,9 +43,17 @@ class Seam(Part):
     rest : float, rad
         Angle, from that at the start, at which the hinge has no torque: of b as seen from a, right-handed about the
         edge of `a` from its begin.
+    latch : float, rad, optional
+        Angle, counted as `rest`, at which the hinge locks permanently, each node by itself.
+    latch_stiffness : float, N/rad
+    latch_damping : float, N s/rad
+        Of the latch, per length of the edge.
     """
 
-    applies: ClassVar[Applies] = {key: (one_of("type", "revolute"),) for key in ("stiffness", "damping", "rest")}
+    applies: ClassVar[Applies] = {
+        **{key: (one_of("type", "revolute"),) for key in ("stiffness", "damping", "rest", "latch")},
+        **{key: (given("latch"),) for key in ("latch_stiffness", "latch_damping")},
+    }
     kind: Literal["seam"] = "seam"
     group = Group.JOINTS
     a: Annotated[str, Reference(what="an edge of a surface, or a rod", edges=True)]
@@ -54,10 +62,15 @@ class Seam(Part):
     stiffness: units.FoldStiffnessOrZero = 0.0
     damping: units.FoldDampingOrZero = 0.0
     rest: units.Angle = 0.0
+    latch: units.Angle | None = None
+    latch_stiffness: units.FoldStiffnessOrZero = 0.0
+    latch_damping: units.FoldDampingOrZero = 0.0
 
     def write(self, builder: Builder, name: str) -> None:
         """Write a joint of each node, and its spring."""
         refuse_unfit(name, self)
+        if self.latch is not None and self.latch_stiffness == 0.0:
+            raise InputError(f"{name}.latch_stiffness is 0.0; a latch needs one above 0 N/rad")
         nodes = self._nodes(builder, name, "a")
         if nodes is None:
             raise InputError(f"{name}.a is {self.a!r}; it must be an edge of a surface, such as 'panel.x1', or a rod")
@@ -74,11 +87,13 @@ class Seam(Part):
             keys: Any = {"axis": tuple(tangent.tolist())} if self.type == "revolute" else {}
             a, b = (end, point) if others is None else (point, end)
             builder.write(f"{name} {k}", Joint(a=a, b=b, type=self.type, **keys))
-            if self.stiffness or self.damping:
+            if self.stiffness or self.damping or self.latch is not None:
                 # with the ground as a, the angle of b is that of the edge: the other sense
+                sense = -1.0 if others is None else 1.0
                 spring = JointSpring(
                     joint=f"{name} {k}", stiffness=share * self.stiffness, damping=share * self.damping,
-                    rest=-self.rest if others is None else self.rest,
+                    rest=sense * self.rest, latch=None if self.latch is None else sense * self.latch,
+                    latch_stiffness=share * self.latch_stiffness, latch_damping=share * self.latch_damping,
                 )  # fmt: skip
                 builder.write(f"{name} spring {k}", spring)
             written += 1

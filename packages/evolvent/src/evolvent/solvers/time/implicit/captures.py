@@ -43,7 +43,7 @@ class Captures:
         loop, options = work.loop, work.options
         if self._locked and int(loop.steps) > self._steps:
             for k, time in self._locked:
-                row, h = coordinates[k], float(loop.last)
+                row, h = coordinates[k], float(loop.tried)  # `last` is 0 where this step ends on a latch, too
                 moved, start = float(row["angle"] - row["latch"]), float(row["caught"])
                 end = 2.0 * moved / h - start if options.midpoint else float(row["rate"])
                 self.found.append(Capture(motions(), k, time, capture_time(row, h, moved, start, end)))
