@@ -60,7 +60,7 @@ def test_forces_by_velocities() -> None:
 
 @pytest.mark.parametrize("method", ["generalized-alpha", "energy-momentum"])
 def test_balance(method: str) -> None:
-    """A strip that is let go under a load loses what its damping takes."""
+    """A strip that is released under a load loses what its damping takes."""
     system = strip(mass_damping=1.0, stiffness_damping=1e-3)
     system.add(parts.Load(along="shell.x1", force=(0.0, 0.0, 20.0), ramp=0.02), "load")
     run = system.simulate(until=0.3, every=0.1, method=method)

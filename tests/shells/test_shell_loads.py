@@ -100,6 +100,7 @@ def test_refusals() -> None:
         ({"along": "shell", "force": (0, 0, 1)}, r"a surface; give an edge, such as 'shell.edge\[0\]', or load.over"),
         ({"over": "shell.x1", "force": (0, 0, 1)}, "it must be the name of a surface"),
         ({"along": "shell.x1", "torque": (0, 0, 1)}, "along which a load is a force; give torques at nodes"),
+        ({"over": "shell", "torque": (0, 0, 1)}, "load.over is 'shell', over which a load is a force; give torques"),
         ({"along": "hub", "force": (0, 0, 1)}, "it must be a beam, a rod, a thread or an edge of a surface"),
         ({"at": "shell.x1", "force": (0, 0, 1)}, "no point of the shell 'shell'; loads act along edges"),
     )

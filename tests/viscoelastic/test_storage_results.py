@@ -1,4 +1,4 @@
-"""What `storage` shows: rows that count, shapes that are kept, a figure whose curves can be told from each other."""
+"""What `storage` shows: rows that count, shapes that are kept, a figure whose curves can be distinguished."""
 
 from __future__ import annotations
 

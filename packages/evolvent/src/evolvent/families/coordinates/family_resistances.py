@@ -67,7 +67,7 @@ def friction_power(model):
 _CURVE, _HYSTERESIS = "elastic", "hysteresis"
 #: Rate of a coordinate, beside that of the direction, below which it does not move.
 _OFF = 1e-7
-#: Places between two rows of a curve at which its torque is looked at, both rows among them.
+#: Points at which the torque of a curve is evaluated between two rows, both rows included.
 _PLACES = 9
 
 
@@ -178,7 +178,7 @@ def _towards(model: Any, row: Any, state: int, x: float) -> Array:
 
 
 def _released(model: Any, row: Any, x: float) -> float | None:
-    """Where the torque of a resistance is zero just after it is let go at x, past snaps; None where it is not.
+    """Where the torque of a resistance is zero just after a release at x, past snaps; None where it is not.
 
     No time passes: the strain that its branches keep is that at x but for what it changes by between curves
     (`relaxing_curve.snap`).

@@ -269,7 +269,7 @@ class Load(Part):
                 allowed = "a beam, a rod, a thread or an edge of a surface"
             raise InputError(f"{name}.{key} is {along!r}; it must be {allowed}; {nearest(along, known)}")
         if self.is_torque:
-            raise InputError(f"{name}.along is {along!r}, along which a load is a force; give torques at nodes")
+            raise InputError(f"{name}.{key} is {along!r}, {key} which a load is a force; give torques at nodes")
         times = window(builder, name, self)
         profile = [] if self.profile is None else write_profile(builder, f"{name}.profile", self.profile)
         law = self._law(builder, name, before="law_")

@@ -225,7 +225,7 @@ def add_spring_thread(y, h, s, model, p, loaded, dy):
     if j == 0:
         return 0.0, driven
     first, q, v = threads[p].node, threads[p].iq, threads[p].iv
-    dissipated = 0.0
+    dissipated, relaxing = 0.0, relaxes(threads, p)
     px = py = pz = 0.0  # pull of the outer segment on the node
     for i in range(j):
         fx = fy = fz = 0.0
@@ -234,7 +234,7 @@ def add_spring_thread(y, h, s, model, p, loaded, dy):
             scale *= T
             fx, fy, fz = scale * ex, scale * ey, scale * ez
             dissipated += damped * rate
-            if relaxes(threads, p):
+            if relaxing:
                 dissipated += nodes[first + i].lost
             if i == j - 1:
                 if threads[p].drive != FREE_SPOOL:
