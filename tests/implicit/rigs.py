@@ -9,7 +9,7 @@ import numpy as np
 from evolvent import elements
 from evolvent.algebra import sparse
 from evolvent.assembly.assembled import Assembly
-from evolvent.equations import implicit
+from evolvent.equations import energy_momentum as flow, implicit
 from evolvent.kernels import blocks, contact
 from evolvent.model import powers
 from evolvent.solvers import Solution
@@ -113,3 +113,33 @@ def momenta(assembly: Assembly, solution: Solution) -> Array:
         rigid.kinematics(t, y, assembly.model)
         implicit.momenta(y, assembly.model, out[k])
     return out
+
+
+def moved(assembly: Assembly, y: Array, d: Array) -> Array:
+    """A state that differs by increments d (nv,)."""
+    found = y.copy()
+    blocks.displace(y, d, False, assembly.model, found)
+    return found
+
+
+def forces(assembly: Assembly, y: Array) -> Array:
+    """Forces (nv,) in a state, with the sign of a residual."""
+    n_v = int(assembly.model.info.nv)
+    r = np.zeros(n_v)
+    implicit.residual(0.0, y, np.zeros(n_v), np.zeros(0), 0.0, 1.0, assembly.model, r, np.zeros(powers.N_POWERS))
+    return r
+
+
+def step_tangents(plan: Any, step: Any, start: Array, h: float = 1e-6) -> tuple[Array, Array]:
+    """Tangent (nv, nv) of a step of energy-momentum at its increments `start`, and the same by central differences."""
+    model = plan.assembly.model
+
+    def residual(dq: Array) -> Array:
+        step.dq[:] = dq
+        flow.residual(model, step)
+        return np.array(step.r)
+
+    wanted = np.array([(residual(start + h * e) - residual(start - h * e)) / h for e in np.eye(start.size)]).T
+    residual(start)
+    flow.tangent(1.0, model, step, plan.matrix)
+    return sparse_of(plan.matrix).toarray(), wanted

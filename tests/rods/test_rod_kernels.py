@@ -12,12 +12,11 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.elements import General, Material, Rectangle, SectionInertia, SectionStiffness, Taper, rods
 from evolvent.equations import energy_momentum as flow, implicit
 from evolvent.families.rods import rod, rod_strains
-from evolvent.kernels.blocks import displace
 from evolvent.kernels.rigid import kinematics
-from evolvent.model.powers import N_POWERS
 from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.static.work import sparse_of
 from evolvent.solvers.time.implicit import energy_momentum
+from implicit.rigs import forces, moved, step_tangents
 from rods.building import RUBBER, STRIP
 
 Array = np.ndarray
@@ -49,24 +48,11 @@ def disturbed(seed: int = 1, size: float = 0.15, **keys: Any) -> tuple[Assembly,
     return assembly, y
 
 
-def moved(assembly: Assembly, y: Array, d: Array) -> Array:
-    found = y.copy()
-    displace(y, d, False, assembly.model, found)
-    return found
-
-
 def energy(assembly: Assembly, y: Array) -> float:
     kinematics(0.0, y, assembly.model)
     out = np.zeros(3)
     rod.evaluate_rods(assembly.model, out)
     return float(out[1])
-
-
-def forces(assembly: Assembly, y: Array) -> Array:
-    n_v = int(assembly.model.info.nv)
-    r = np.zeros(n_v)
-    implicit.residual(0.0, y, np.zeros(n_v), np.zeros(0), 0.0, 1.0, assembly.model, r, np.zeros(N_POWERS))
-    return r
 
 
 def by_differences(assembly: Assembly, y: Array, h: float = 1e-6) -> Array:
@@ -141,16 +127,7 @@ def test_tangent_of_the_energy_momentum_step(keys: dict[str, Any]) -> None:
     n_q, n_v = int(model.info.nq), int(model.info.nv)
     start = 0.02 * step.y0[n_q : n_q + n_v] + 1e-3 * rng.standard_normal(n_v)
 
-    def residual(dq: Array) -> Array:
-        step.dq[:] = dq
-        flow.residual(model, step)
-        return step.r.copy()
-
-    h = 1e-6
-    wanted = np.array([(residual(start + h * e) - residual(start - h * e)) / h for e in np.eye(n_v)]).T
-    residual(start)
-    flow.tangent(1.0, model, step, plan.matrix)
-    found = sparse_of(plan.matrix).toarray()
+    found, wanted = step_tangents(plan, step, start)
     for rows in range(0, n_v, 3):
         for columns in range(0, n_v, 3):
             block = np.s_[rows : rows + 3, columns : columns + 3]

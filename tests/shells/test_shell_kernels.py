@@ -10,12 +10,11 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.elements import rods
 from evolvent.equations import energy_momentum as flow, implicit
 from evolvent.families.shells import shell, shell_strains
-from evolvent.kernels.blocks import displace
 from evolvent.kernels.rigid import kinematics
-from evolvent.model.powers import N_POWERS
 from evolvent.solvers.common.matrices import matrix_of
 from evolvent.solvers.static.work import sparse_of
 from evolvent.solvers.time.implicit import energy_momentum
+from implicit.rigs import forces, moved, step_tangents
 from shells.plates import material
 
 Array = np.ndarray
@@ -38,24 +37,11 @@ def disturbed(size: float = 0.1, **keys: object) -> tuple[Assembly, Array]:
     return assembly, y
 
 
-def moved(assembly: Assembly, y: Array, d: Array) -> Array:
-    found = y.copy()
-    displace(y, d, False, assembly.model, found)
-    return found
-
-
 def energy(assembly: Assembly, y: Array) -> float:
     kinematics(0.0, y, assembly.model)
     out = np.zeros(3)
     shell.evaluate_shells(assembly.model, out)
     return float(out[1])
-
-
-def forces(assembly: Assembly, y: Array) -> Array:
-    n_v = int(assembly.model.info.nv)
-    r = np.zeros(n_v)
-    implicit.residual(0.0, y, np.zeros(n_v), np.zeros(0), 0.0, 1.0, assembly.model, r, np.zeros(N_POWERS))
-    return r
 
 
 def differences(function, assembly: Assembly, y: Array, h: float) -> Array:
@@ -146,14 +132,5 @@ def test_tangent_of_the_energy_momentum_step() -> None:
     n_v = int(model.info.nv)
     start = 2e-2 * rng.standard_normal(n_v)
 
-    def residual(dq: Array) -> Array:
-        step.dq[:] = dq
-        flow.residual(model, step)
-        return step.r.copy()
-
-    h = 1e-6
-    wanted = np.array([(residual(start + h * e) - residual(start - h * e)) / h for e in np.eye(n_v)]).T
-    residual(start)
-    flow.tangent(1.0, model, step, plan.matrix)
-    found = sparse_of(plan.matrix).toarray()
+    found, wanted = step_tangents(plan, step, start)
     assert np.abs(found - wanted).max() < 5e-3 * np.abs(wanted).max()
