@@ -1,4 +1,4 @@
-"""A case of shells."""
+"""Cases of shells."""
 
 from __future__ import annotations
 
@@ -44,4 +44,35 @@ def shell() -> Case:
         part="strip", system=system, seen=_tip, end=1.5, step=1e-4, theory=1e-2,
         motion=lambda t: columns(-sag * np.sum(shares * (1.0 - np.cos(np.outer(t, w))), axis=1)),
         still=(-sag,), poles=(1j * w[0],),
+    )  # fmt: skip
+
+
+@of("a thermal load on a shell")
+def heated_shell() -> Case:
+    """A strip that is heated slowly beside its own period grows by alpha T L, along its fibres alone.
+
+    Its strains count per length without stress, so that its frequency of bending stays as it was.
+    """
+    expansion, change = 1e-3, 50.0
+    material = SOFT.model_copy(update={"thermal_expansion": expansion, "thermal_expansion_2": 0.0})
+
+    def system() -> System:
+        found = System()
+        strip = parts.Shell(size=(1.0, 0.125), elements=(8, 1), thickness=0.02, material=material, clamped=("x0",))
+        found.add(strip, "strip")
+        found.add(parts.ThermalLoad(part="strip", temperature={"ramp": {"final": change, "duration": 1.0}}), "heat")
+        return found
+
+    def seen(assembly: Assembly, y: Array) -> Array:
+        body = bodies_of(assembly.model, "shells", assembly.names["strip"][1])[-1]
+        q = int(assembly.model.bodies["iq"][body])
+        return np.asarray(y[..., q : q + 1])
+
+    def length(t: Array) -> Array:
+        s = np.clip(t, 0.0, 1.0)
+        return columns(1.0 + expansion * change * s**3 * (10.0 - 15.0 * s + 6.0 * s * s))
+
+    return Case(
+        part="heat", system=system, seen=seen, end=1.2, step=1e-4, theory=6e-3, motion=length,
+        still=(1.0 + expansion * change,), poles=(1j * BETA[0] ** 2 * math.sqrt(EI / MASS),), time=1.2,
     )  # fmt: skip

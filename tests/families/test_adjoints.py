@@ -29,6 +29,7 @@ REFUSED = {
     "a force on a node of a thread": "threads",
     "a thermal load on a beam": "thermal_loads",
     "a thermal load on a rod": "thermal_loads",
+    "a thermal load on a shell": "thermal_loads",
     "a tape-spring rod": "section that is a tape",
     "a contact between bodies with friction": "contacts between bodies have friction",
     "a contact without friction": "contact_surfaces",

@@ -30,13 +30,16 @@ SHEAR_FACTOR = 5.0 / 6.0
 class WallProperties(NamedTuple):
     """Stiffness (8, 8) in N/m, N, N m; mass per area, kg/m^2; rotary inertia per area about its axes, kg; thickness, m.
 
-    The thickness of a wall by its stiffness matrix is 0: it is not known.
+    The thickness of a wall by its stiffness matrix is 0: it is not known. expansion : (8, 2) float, strains and changes
+    of curvature that a wall takes without forces by a temperature, 1/K, and by its gradient along the normal, m/K; None
+    of a wall of which the expansion is not known.
     """
 
     stiffness: Array
     mass: float
     inertia: float
     thickness: float = 0.0
+    expansion: Array | None = None
 
 
 class Ply(Section):
@@ -93,7 +96,7 @@ class Laminate(Wall):
 
     def properties(self) -> WallProperties:
         """Sums over the plies."""
-        C, mass, inertia = np.zeros((8, 8)), 0.0, 0.0
+        C, mass, inertia, heated = np.zeros((8, 8)), 0.0, 0.0, np.zeros((8, 2))
         z = -0.5 * math.fsum(ply.thickness for ply in self.plies)
         for ply in self.plies:
             h, middle = ply.thickness, z + 0.5 * ply.thickness
@@ -103,11 +106,17 @@ class Laminate(Wall):
             C[:3, 3:6] += h * middle * plane
             C[3:6, 3:6] += second * plane
             C[6:, 6:] += self.shear_factor * h * shear
+            held = plane @ _turned_expansion(ply.material, ply.angle)
+            heated[:3] += np.outer(held, [h, h * middle])
+            heated[3:6] += np.outer(held, [h * middle, second])
             mass, inertia = mass + h * ply.material.density, inertia + second * ply.material.density
             z += h
         C[:3, 3:6][np.abs(C[:3, 3:6]) < 1e-12 * C[0, 0] * abs(z)] = 0.0  # of symmetric laminates
+        for own, scale in ((heated[3:6, 0], abs(z)), (heated[:3, 1], abs(z))):
+            own[np.abs(own) < 1e-12 * scale * np.abs(heated[:3, 0]).max()] = 0.0
         C[3:6, :3] = C[:3, 3:6].T
-        return WallProperties(C, mass, inertia, 2.0 * z)
+        known = all(ply.material.thermal_expansion is not None for ply in self.plies)
+        return WallProperties(C, mass, inertia, 2.0 * z, np.linalg.solve(C, heated) if known else None)
 
 
 class MatrixWall(Wall):
@@ -153,3 +162,11 @@ def _turned_stiffness(material: Material, angle: float) -> tuple[Array, Array]:
     T = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2.0 * c * s, 2.0 * c * s, c * c - s * s]])
     R = np.array([[c, s], [-s, c]])
     return T.T @ Q @ T, R.T @ np.diag([along, across]) @ R
+
+
+def _turned_expansion(material: Material, angle: float) -> Array:
+    """Free strains 11, 22 and twice 12 by temperature, 1/K, of a ply whose fibres are at an angle; 0 if not known."""
+    along = material.thermal_expansion or 0.0
+    across = along if material.thermal_expansion_2 is None else material.thermal_expansion_2
+    c, s = math.cos(angle), math.sin(angle)
+    return np.array([along * c * c + across * s * s, along * s * s + across * c * c, 2.0 * c * s * (along - across)])

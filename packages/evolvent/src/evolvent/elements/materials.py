@@ -29,7 +29,9 @@ class Material(Section):
         Of a ply of a shell: shear moduli along and across the fibres, in planes through the thickness; that in the
         plane if left out.
     thermal_expansion : float, 1/K, optional
-        Coefficient of linear thermal expansion along the beam.
+        Coefficient of linear thermal expansion, along the beam, or along the fibres of a ply.
+    thermal_expansion_2 : float, 1/K, optional
+        Of a ply of a shell: that across the fibres, in the plane; `thermal_expansion` if left out.
     viscoelastic : mapping, optional
         Relaxation of both moduli by a Prony series; the moduli are those of an instant.
     """
@@ -42,6 +44,7 @@ class Material(Section):
     shear_13: units.Modulus | None = None
     shear_23: units.Modulus | None = None
     thermal_expansion: units.ThermalExpansion | None = None
+    thermal_expansion_2: units.ThermalExpansion | None = None
     viscoelastic: Viscoelastic | None = None
 
     def refusals(self) -> Iterator[str]:
@@ -74,10 +77,10 @@ class Material(Section):
 CFRP = Material(young_modulus=69.7e9, poisson_ratio=0.296, density=1600.0, thermal_expansion=1.5e-6)
 
 
-#: The ply of the same along its fibres.
+#: The ply of the same: along its fibres, and across them in the plane.
 CFRP_UD = Material(
     young_modulus=181e9, poisson_ratio=0.28, density=1600.0, shear=7.17e9, young_modulus_2=10.3e9,
-    thermal_expansion=0.02e-6,
+    thermal_expansion=0.02e-6, thermal_expansion_2=22.5e-6,
 )  # fmt: skip
 
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -32,12 +33,16 @@ from evolvent.elements.forms import (
     straight_cable,
 )
 from evolvent.elements.materials import Material
+from evolvent.elements.sections import TapeSection
 from evolvent.elements.shapes import CrossSection
 from evolvent_base.dense import norm, product
+from evolvent_base.errors import InputError
 
 Array = NDArray[np.float64]
 #: Amplitudes of a load.
 AMPLITUDES = 6
+#: Formulations of beams that a temperature strains.
+HEATED = ("assumed_strain", "elastic_line", "cable", "cable_stretch")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -101,3 +106,27 @@ def thermal_form(
         v = nodal_vectors(straight_cable(length) if rest is None else rest)
         g0 = np.array([norm(product(v.T, np.array(slope_factors(length, xi)))) for xi, _ in gauss(3)])
     return ThermalForm(C, Q, product(C, g0))
+
+
+def refuse_unheated(part: Any, name: str, called: str) -> None:
+    """Refuse a beam or a rod whose section or material has no free strains; called : name of the thermal load."""
+    if isinstance(part.section, TapeSection):
+        raise InputError(
+            f"{called}.part is {name!r}, whose section is a tape; a thermal load needs a section that does not "
+            f"flatten, such as an arc"
+        )
+    if part.material is None:
+        raise InputError(
+            f"{called}.part is {name!r}, whose section is given by its stiffness matrix; a thermal load needs a "
+            f"rod with a material"
+        )
+    if part.material.thermal_expansion is None:
+        raise InputError(
+            f"{called}.part is {name!r}, whose material has no thermal_expansion; give {name}.material one, such as "
+            f"24e-6 1/K"
+        )
+    if part.material.viscoelastic is not None:
+        raise InputError(
+            f"a thermal load acts on {name!r}, which is viscoelastic; the free strains of heat and relaxation together "
+            f"are not implemented; leave one of them out"
+        )

@@ -1,4 +1,4 @@
-"""Free strains of heated beams and rods: amplitudes of thermal loads, and the strains that they would have alone."""
+"""Free strains of heated beams, rods and shells: amplitudes of thermal loads, and the strains that they alone make."""
 
 from numba import void
 
@@ -9,6 +9,8 @@ from evolvent.model import MODEL, having, not_negative
 USED_FOR = "thermal_loads"
 #: Amplitudes of a load: T, T^2, Gy, Gy T, Gz, Gz T.
 AMPLITUDES = 6
+#: Of them of a shell: T, T^2, Gz, Gz T, whose normal is z.
+SHELL_AMPLITUDES = 4
 
 
 @inlined
@@ -51,6 +53,28 @@ def heat_rods(t0, t1, factor, model):
         for i in range(model.rods[load.rod].elements):
             free, alpha = model.rod_elements[first + i].free, p[load.constants + i]
             free[0], free[4], free[5] = alpha * load.now[0], alpha * load.now[4], -alpha * load.now[2]
+
+
+@indirect(void(REAL, REAL, REAL, MODEL), used_for=having("thermal_loads", shell=not_negative))
+def heat_shells(t0, t1, factor, model):
+    """Free measures of the elements of heated shells: means of those at t0 and t1, times `factor`.
+
+    The parameters of a load hold a factor of temperature and gradient for each element.
+    """
+    p = model.parameters
+    for k in range(model.thermal_loads.size):
+        load = model.thermal_loads[k]
+        if load.shell < 0:
+            continue
+        fill_mean(t0, t1, factor, load, model)
+        first = model.shells[load.shell].first_element
+        for i in range(model.shells[load.shell].elements):
+            row, c = model.shell_elements[first + i], p[load.constants + i]
+            for j in range(row.free.shape[0]):
+                row.free[j] = c * (
+                    load.now[0] * row.expansion[0, j] + c * load.now[1] * row.expansion[1, j]
+                    + load.now[4] * row.expansion[2, j] + c * load.now[5] * row.expansion[3, j]
+                )  # fmt: skip
 
 
 @indirect(void(REAL, REAL, MODEL))

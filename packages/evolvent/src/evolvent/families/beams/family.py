@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent.algebra.sparse import add_entry
 from evolvent.elements.forms import STRAIGHT
-from evolvent.elements.thermal import thermal_form
+from evolvent.elements.thermal import HEATED, refuse_unheated, thermal_form
 from evolvent.families.beams import beam_strains
 from evolvent.families.beams.beam_strains import POINTS
 from evolvent.families.beams.family_bends import COUNT, STRAINS
@@ -132,14 +132,21 @@ def _factor_within(load: Any, first: float, last: float, xi: float) -> float:
     return float(load.factor(first + xi * (last - first)))
 
 
-def _heat(builder: Any, name: str, load: Any) -> dict[str, int]:
+def _heat(builder: Any, name: str, load: Any, called: str) -> dict[str, int]:
     """Forms of the elements that are linear and quadratic in temperature, and free strains at a temperature of 1 K."""
     beam = builder.specs[name]
-    if beam.material.viscoelastic is not None:
+    gradients = [key for key in ("gradient_y", "gradient_z") if getattr(load, key) is not None]
+    if gradients and beam.vectors == 2:
         raise InputError(
-            f"a thermal load acts on {name!r}, which is viscoelastic; the free strains of heat and relaxation together "
-            f"are not implemented; leave one of them out"
+            f"{called}.{gradients[0]} is given, but {name!r} is a {beam.formulation}, whose section has no axes; leave "
+            f"it out, or use the formulation 'assumed_strain'"
         )
+    if beam.formulation not in HEATED:
+        raise InputError(
+            f"{called}.part is {name!r}, whose formulation is {beam.formulation!r}; a thermal load needs "
+            f"{', '.join(map(repr, HEATED[:-1]))} or {HEATED[-1]!r}"
+        )
+    refuse_unheated(beam, name, called)
     unloaded, ends = beam.rest_nodes(name), beam.arc / beam.length
     for i, length in enumerate(beam.lengths):
         first, last = ends[i], ends[i + 1]

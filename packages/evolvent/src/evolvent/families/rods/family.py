@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.elements.thermal import refuse_unheated
 from evolvent.families.bodies.family import node_point
 from evolvent.families.relaxation.family import LineSet, set_of
 from evolvent.families.rods import family_limits as rod_limits, rod, rod_payout, rod_strains, rod_tangent
@@ -203,13 +204,19 @@ def _touches(builder: Any, name: str) -> Iterator[TouchPoint]:
         yield TouchPoint(at.row, at.local)
 
 
-def _heat(builder: Any, name: str, load: Any) -> dict[str, int]:
+def _heat(builder: Any, name: str, load: Any, called: str) -> dict[str, int]:
     """Free strains of the elements at a temperature of 1 K: of the mean of the factor over each."""
     rod, index = builder.specs[name], builder.names[name][1]
-    if builder.rows["rods"][index]["relaxes"]:
+    if rod.payout is not None:
         raise InputError(
-            f"a thermal load acts on {name!r}, which is viscoelastic; the free strains of heat and relaxation together "
-            f"are not implemented; leave one of them out"
+            f"{called}.part is {name!r}, a rod with `payout`, on which thermal loads are not supported; leave one of "
+            f"them out"
+        )
+    refuse_unheated(rod, name, called)
+    if rod.couples_twist:
+        raise InputError(
+            f"{called}.part is {name!r}, a rod whose tension resists twist; a thermal load needs one with "
+            f"{name}.tension_twist false"
         )
     builder.parameters(rod.material.thermal_expansion * load.means(rod.arc / rod.length))
     first = builder.rows["rods"][index]["first_element"]

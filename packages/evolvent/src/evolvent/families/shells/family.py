@@ -9,9 +9,9 @@ import numpy as np
 
 from evolvent.families.bodies.family import node_point
 from evolvent.families.shells import shell, shell_strains, shell_tangent
-from evolvent.kernels import calls, rigid
+from evolvent.kernels import calls, free_strains, rigid
 from evolvent.model.family import End, Family, Kind, Records, record
-from evolvent.model.powers import MASS_DAMPING, STIFFNESS_DAMPING
+from evolvent.model.powers import MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
 from evolvent.model.questions import (
     Advice,
     Energies,
@@ -46,9 +46,10 @@ def _of_element(row: Any, records: Records) -> Iterator[End]:
 def force(interval, model):
     """Forces of all shells."""
     step, powers = interval.step, interval.powers
-    lost, viscous = shell.add_shells(step.h, step.chi, step.ratio, model)
+    lost, viscous, heat = shell.add_shells(step.h, step.chi, step.ratio, model)
     powers[MASS_DAMPING] += lost
     powers[STIFFNESS_DAMPING] += viscous
+    powers[MARKER_LOADS] += heat
 
 
 @calls.tangent
@@ -72,7 +73,10 @@ def energy(interval, model, out):
 
 @calls.force
 def evaluate(interval, model):
-    """Strains, forces, energies and momenta of all shells."""
+    """Strains, forces, energies and momenta of all shells, with their free strains."""
+    step = interval.step
+    if model.thermal_loads.size > 0:
+        free_strains.heat_shells(step.t, step.t, step.factor, model)
     shell.evaluate_shells(model, model.sums[1])
     shell.evaluate_sums(interval.ym, model)
 
@@ -84,7 +88,7 @@ def note_step(model):
 
 
 def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
-    return {name: getattr(whole, name) for name in ("shells", "shell_elements")}
+    return {name: getattr(whole, name) for name in ("shells", "shell_elements", "thermal_loads")}
 
 
 def _bending(model: Any, _: Array) -> float:
@@ -116,6 +120,33 @@ def _touches(builder: Any, name: str) -> Iterator[TouchPoint]:
     radius = 0.5 * builder.specs[name].wall(name).thickness
     for k, weight in enumerate(areas / areas.sum()):
         yield TouchPoint(first + k, np.zeros(3), radius, float(weight), spacing)
+
+
+def _heat(builder: Any, name: str, load: Any, called: str) -> dict[str, int]:
+    """Factors of the elements: means of `along` over them, from the begin of side 1 to its end."""
+    part, index = builder.specs[name], builder.names[name][1]
+    if load.gradient_y is not None:
+        raise InputError(
+            f"{called}.gradient_y is given, but {name!r} is a shell, whose temperature changes along its normal; give "
+            f"gradient_z"
+        )
+    if part.wall(name).expansion is None:
+        where = "its plies' materials" if part.section is not None else f"{name}.material"
+        raise InputError(
+            f"{called}.part is {name!r}, a shell whose thermal expansion is not known; its section must be of plies, "
+            f"and {where} must have thermal_expansion"
+        )
+    row = builder.rows["shells"][index]
+    factors = np.ones(row["elements"])
+    if load.along is not None:
+        if part.elements is None:
+            raise InputError(f"{called}.along is given, but {name!r} is a mesh from a file, which has no side 1")
+        one, two = part.elements
+        factors = np.repeat(load.means(np.linspace(0.0, 1.0, one + 1)), two)
+    builder.parameters(factors)
+    for element in builder.rows["shell_elements"][row["first_element"] :][: row["elements"]]:
+        element["heated"] = 1
+    return {"shell": index}
 
 
 def _place(builder: Any, at: Any) -> Any:
@@ -178,7 +209,7 @@ SHELLS = Family(
     smooth=True,
     of_step=False,
     parts=Parts(
-        consists=lambda row, _: _nodes(row), place=_place, near=_near, touches=_touches,
+        consists=lambda row, _: _nodes(row), place=_place, near=_near, touches=_touches, heat=_heat,
         totals={"slender": lambda found: found.size},
     ),
     state=State(points=_points),
@@ -192,16 +223,18 @@ SHELLS = Family(
 
 # an element between four bodies, whose third axes are the directors; stiffness, resultants, rest, slopes, untwisted:
 # see `stiffness.Constants`; beta: damping by stiffness, s; drilling: N m, stiffness of a node's drilling strain;
-# membrane: N/m, largest stiffness. m0, m1: measures at the start and the end of an interval; before: changes of the
+# membrane: N/m, largest stiffness; heated: 1 with a thermal load, whose free measures are `free`, by the rows of
+# `expansion`. m0, m1: measures at the start and the end of an interval; before: changes of the
 # strains over the step before
 SHELL_ELEMENTS = Family(
     "shell_elements",
     record(
-        "nodes",
-        "area beta membrane drilling stiffness resultants rest slopes untwisted",
-        "m0 m1 before stress stored bent drilled membrane_force_1 membrane_force_2 membrane_shear moment_1 moment_2 "
-        "twisting_moment shear_force_1 shear_force_2",
+        "nodes heated",
+        "area beta membrane drilling stiffness resultants rest slopes untwisted expansion",
+        "free m0 m1 before stress stored bent drilled membrane_force_1 membrane_force_2 membrane_shear moment_1 "
+        "moment_2 twisting_moment shear_force_1 shear_force_2",
         nodes=(4,), stiffness=(15, 15), resultants=(8, 15), rest=(15,), slopes=(8, 4), untwisted=(4,),
+        expansion=(free_strains.SHELL_AMPLITUDES, shell_strains.STRAINS), free=(shell_strains.STRAINS,),
         m0=(shell_strains.MEASURES,), m1=(shell_strains.MEASURES,), before=(19,), stress=(8,),
     ),
     order=102,

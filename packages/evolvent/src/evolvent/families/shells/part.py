@@ -293,7 +293,9 @@ class Shell(Part):
                     f"at most {LARGEST_TURN:g} deg is allowed, use more elements"
                 )
         own = mesh.R[mesh.quads]
-        found = stiffness.constants(name, mesh.x[mesh.quads], own, own[..., 0].sum(axis=1), wall.stiffness)
+        found = stiffness.constants(
+            name, mesh.x[mesh.quads], own, own[..., 0].sum(axis=1), wall.stiffness, wall.expansion
+        )
         areas = np.zeros(len(x))
         np.add.at(areas, mesh.quads, 0.25 * found.area[:, None])
         first_body = self._write_nodes(builder, name, x, R, areas, wall)
@@ -303,7 +305,7 @@ class Shell(Part):
                 "shell_elements", nodes=first_body + mesh.quads[k], area=area, beta=self.stiffness_damping,
                 membrane=float(C[:3, :3].max()), drilling=0.25 * self.drilling * float(C[2, 2]) * area,
                 stiffness=found.stiffness[k], resultants=found.resultants[k], rest=found.rest[k],
-                slopes=found.slopes[k], untwisted=found.untwisted[k],
+                slopes=found.slopes[k], untwisted=found.untwisted[k], heated=0, expansion=found.free[k],
             )  # fmt: skip
         index = builder.add(
             "shells", first_element=first, elements=len(mesh.quads), first_body=first_body, nodes=len(x),

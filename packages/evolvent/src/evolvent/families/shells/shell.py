@@ -44,6 +44,8 @@ from evolvent.kernels.rotations import cross
 from evolvent.model import MODEL
 
 USED_FOR = "shells"
+#: The first strains are those of the surface, the others bend and shear.
+BENDS = 5
 
 
 @inlined
@@ -54,10 +56,19 @@ def filtered_mean(rows, k, i, m0, m1, chi, ratio):
 
 
 @inlined
+def free_stress(rows, k, i):
+    """Stress i of the free strains of element k."""
+    total = 0.0
+    for j in range(STRAINS):
+        total += rows[k].stiffness[i, j] * rows[k].free[j]
+    return total
+
+
+@inlined
 def evaluate_element(k, h, chi, ratio, model):
     """Stresses S of the strains, and their conjugates of the products p, of element k over an interval.
 
-    Returns the power that damping takes, W.
+    Returns the powers that damping takes and heat gives, W.
 
     Notes
     -----
@@ -80,8 +91,8 @@ def evaluate_element(k, h, chi, ratio, model):
         for i in range(STRAINS):
             S[i] += rows[k].stiffness[j, i] * mean
     slopes(m0, m1, G)
-    beta, lost = rows[k].beta, 0.0
-    if beta != 0.0:
+    beta, lost, given = rows[k].beta, 0.0, 0.0
+    if beta != 0.0 or rows[k].heated != 0:
         rate = work[RATES : RATES + STRAINS]
         write_rates(k, h, m0, m1, model, matrix_view(work, V0, VECTORS, 3), G, rate)
         for i in range(STRAINS):
@@ -90,12 +101,17 @@ def evaluate_element(k, h, chi, ratio, model):
                 viscous += beta * rows[k].stiffness[j, i] * rate[j]
             S[i] += viscous
             lost += viscous * rate[i]
+        if rows[k].heated != 0:
+            for i in range(STRAINS):
+                held = free_stress(rows, k, i)
+                S[i] -= held
+                given += held * rate[i]
     for j in range(PRODUCTS):
         p[j] = 0.0
     for i in range(STRAINS):
         for j in range(PRODUCTS):
             p[j] += S[i] * G[i, j]
-    return lost
+    return lost, given
 
 
 @inlined
@@ -150,33 +166,60 @@ def push_nodes(k, h, chi, ratio, model):
         _push_drilling(k, a, rows[k].drilling * w, model, x, R, U)
 
 
-@indirect(types.UniTuple(REAL, 2)(REAL, REAL, REAL, MODEL))
+@indirect(types.UniTuple(REAL, 3)(REAL, REAL, REAL, MODEL))
 def add_shells(h, chi, ratio, model):
-    """Forces of all shells onto their bodies over an interval; returns powers of damping by mass and by stiffness, W.
+    """Forces of all shells onto their bodies over an interval; returns powers of both dampings and of heat, W.
 
     Parameters
     ----------
     h : float, s, length of the step, after `measure_shells` of both ends, the bodies at their means; or 0 of a state
     chi, ratio : float, of the filter of a step; 0 of a state
+
+    Notes
+    -----
+    The power of heat is that of the forces by which free strains act, as loads; elastic energies are those of the
+    whole strain.
     """
-    shells, by_mass, by_stiffness = model.shells, 0.0, 0.0
+    shells, by_mass, by_stiffness, by_heat = model.shells, 0.0, 0.0, 0.0
     for k in range(model.shell_elements.size):
-        by_stiffness += evaluate_element(k, h, chi, ratio, model)
+        lost, given = evaluate_element(k, h, chi, ratio, model)
+        by_stiffness, by_heat = by_stiffness + lost, by_heat + given
         push_nodes(k, h, chi, ratio, model)
     for k in range(shells.size):
         if shells[k].alpha != 0.0:
             first = shells[k].first_body
             by_mass += damp_bodies(shells[k].alpha, model.bodies, first, first + shells[k].nodes)
-    return by_mass, by_stiffness
+    return by_mass, by_stiffness, by_heat
+
+
+@inlined
+def less_free(rows, k, S):
+    """What the strain energy of element k, and that of bending, change by, less the free strains, J.
+
+    Parameters
+    ----------
+    S : (15,) float, stresses of its whole strains
+    """
+    whole = bent = 0.0
+    for i in range(STRAINS):
+        held, free = free_stress(rows, k, i), rows[k].free[i]
+        change = 0.5 * (held * (free - rows[k].m1[STRAIN + i]) - S[i] * free)
+        whole += change
+        bent += change if i >= BENDS else 0.0
+    return whole, bent
 
 
 @indirect(void(MODEL, VECTOR))
 def evaluate_shells(model, out):
-    """Evaluate all shells at a state, after `kinematics`, into their records; add their energies.
+    """Evaluate all shells at a state, after `kinematics`, into their records; add the energies of their whole strains.
 
     Parameters
     ----------
     out : (3,) float, J; the strain energy is added to out[1], that of bending to out[2]
+
+    Notes
+    -----
+    The records have what belongs to the elastic strains, without those of heat.
     """
     rows, work = model.shell_elements, model.shells[0].work
     S = work[_S : _S + STRAINS]
@@ -190,16 +233,19 @@ def evaluate_shells(model, out):
         stored = bent = twisted = 0.0
         for i in range(STRAINS):
             stored += 0.5 * S[i] * m[STRAIN + i]
-            bent += 0.5 * S[i] * m[STRAIN + i] if i > 4 else 0.0
+            bent += 0.5 * S[i] * m[STRAIN + i] if i >= BENDS else 0.0
         for i in range(DRILLING, MEASURES):
             twisted += 0.5 * rows[k].drilling * m[i] * m[i]
-        rows[k].stored, rows[k].bent, rows[k].drilled = stored + twisted, bent, twisted
         out[1] += stored + twisted
         out[2] += bent
+        if rows[k].heated != 0:
+            change, of_bending = less_free(rows, k, S)
+            stored, bent = stored + change, bent + of_bending
+        rows[k].stored, rows[k].bent, rows[k].drilled = stored + twisted, bent, twisted
         for i in range(8):
             total = 0.0
             for j in range(STRAINS):
-                total += rows[k].resultants[i, j] * m[STRAIN + j]
+                total += rows[k].resultants[i, j] * (m[STRAIN + j] - rows[k].free[j])
             rows[k].stress[i] = total
         N = rows[k].stress
         rows[k].membrane_force_1, rows[k].membrane_force_2, rows[k].membrane_shear = N[0], N[1], N[2]

@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from evolvent.families.shells.shell_strains import MEASURES, SIGNS, STRAIN, STRAINS, measure_vectors
+from evolvent.kernels.free_strains import SHELL_AMPLITUDES
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
@@ -39,6 +40,7 @@ class Constants(NamedTuple):
     slopes : (n, 8, 4) float, 1/m, derivatives along the axes 1 and 2 of each node by the nodes' positions
     untwisted : (n, 4) float, drilling strains without stress
     area : (n,) float, m2
+    free : (n, 4, 15) float, measures that the element takes without stress, by amplitudes of a load
     """
 
     stiffness: Array
@@ -47,6 +49,7 @@ class Constants(NamedTuple):
     slopes: Array
     untwisted: Array
     area: Array
+    free: Array
 
 
 def _strain_rows(xi: float, eta: float, c: Array) -> Array:
@@ -132,7 +135,42 @@ class _Sides:
         return np.asarray(J @ (Q * np.sqrt(w)[:, None, :]) @ np.swapaxes(Q, 1, 2))
 
 
-def constants(name: str, x: Array, R: Array, along: Array, C: Array) -> Constants:
+def _free_strains(rest: Array, expansion: Array) -> Array:
+    """Free strains (n, 8, 4) of a temperature at a point, by T, T^2, G and G T; expansion : (8, 2), by T and G.
+
+    Parameters
+    ----------
+    rest : (n, 3) float, 1/m, curvatures there without stress: 11, 22 and twice 12
+
+    Notes
+    -----
+    The surface stretches by I + e T, so that Green's strain is e T + e^2 T^2/2, and curvatures, which count per length
+    without stress, are (I + e T)(b + k), symmetric, of the curvatures b without stress and those k of plies.
+    """
+    e, by_heat, by_gradient = (_tensor(column) for column in (expansion[:3, 0], expansion[3:6, 0], expansion[3:6, 1]))
+    found, b = np.zeros((len(rest), 8, SHELL_AMPLITUDES)), np.stack([_tensor(one) for one in rest])
+    found[:, :3, 0], found[:, :3, 1] = expansion[:3, 0], 0.5 * _vector(e @ e)
+    found[:, :3, 2] = expansion[:3, 1]
+    found[:, 3:6, 0] = expansion[3:6, 0] + _vector(e @ b)
+    found[:, 3:6, 1], found[:, 3:6, 2], found[:, 3:6, 3] = (
+        _vector(e @ by_heat),
+        expansion[3:6, 1],
+        _vector(e @ by_gradient),
+    )
+    return found
+
+
+def _tensor(strain: Array) -> Array:
+    """(2, 2) of the components 11, 22 and twice 12."""
+    return np.array([[strain[0], 0.5 * strain[2]], [0.5 * strain[2], strain[1]]])
+
+
+def _vector(tensor: Array) -> Array:
+    """Components 11, 22 and twice 12 of the symmetric part of tensors (.., 2, 2)."""
+    return np.stack([tensor[..., 0, 0], tensor[..., 1, 1], tensor[..., 0, 1] + tensor[..., 1, 0]], axis=-1)
+
+
+def constants(name: str, x: Array, R: Array, along: Array, C: Array, expansion: Array | None = None) -> Constants:
     """Constants of n elements.
 
     Parameters
@@ -140,6 +178,7 @@ def constants(name: str, x: Array, R: Array, along: Array, C: Array) -> Constant
     name : str, of the shell, for messages
     x : (n, 4, 3) float, m, nodes without stress, in turn; R : (n, 4, 3, 3) float, their axes, the third the director
     along : (n, 3) float, direction of axis 1 of the section; C : (8, 8) float, stiffness of the section
+    expansion : (8, 2) float, strains of the section without stress by temperature, 1/K, and gradient, m/K; 0 if None
 
     Raises
     ------
@@ -163,7 +202,7 @@ def constants(name: str, x: Array, R: Array, along: Array, C: Array) -> Constant
         P[:, 6:, 12], P[:, 6:, 13] = middle[:, 0] * (eta - eta0)[:, None], middle[:, 1] * (xi - xi0)[:, None]
         return P
 
-    H, L = np.zeros((n, 14, 14)), np.zeros((n, 14, STRAINS))
+    H, L, F = np.zeros((n, 14, 14)), np.zeros((n, 14, STRAINS)), np.zeros((n, 14, SHELL_AMPLITUDES))
     for point, own, weight in zip(_POINTS, J, weights, strict=True):
         P, E = resultants(*point), _strain_rows(*point, sides.c)
         plane = np.swapaxes(_turned(own), 1, 2)
@@ -172,11 +211,21 @@ def constants(name: str, x: Array, R: Array, along: Array, C: Array) -> Constant
         weighted = weight[:, None, None] * np.swapaxes(P, 1, 2)
         H += weighted @ inverse @ P
         L += weighted @ E
+        if expansion is not None:
+            F += weighted @ _free_strains(np.einsum("nij,nj->ni", E[:, 3:6], sides.rest), expansion)
     by_measures = np.linalg.solve(H, L)
     K = np.swapaxes(L, 1, 2) @ by_measures
     slopes, untwisted = drilling(x, R)
     K = 0.5 * (K + np.swapaxes(K, 1, 2))
-    return Constants(K, resultants(0.0, 0.0) @ by_measures, sides.rest, slopes, untwisted, area)
+    free = np.swapaxes(_least(L, F), 1, 2)
+    return Constants(K, resultants(0.0, 0.0) @ by_measures, sides.rest, slopes, untwisted, area, free)
+
+
+def _least(L: Array, F: Array) -> Array:
+    """Smallest measures x (n, 15, k) with L x = F; L has as many independent rows as the resultants."""
+    rows = 1.0 / np.linalg.norm(L, axis=2, keepdims=True)
+    columns = 1.0 / np.linalg.norm(rows * L, axis=1, keepdims=True)
+    return np.asarray(np.swapaxes(columns, 1, 2) * (np.linalg.pinv(rows * L * columns) @ (rows * F)))
 
 
 def _rest_measures(m: Array, R: Array) -> Array:

@@ -1,1 +1,1 @@
-"""Temperatures of beams and rods."""
+"""Temperatures of beams, rods and shells."""

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.families.rods import rod
+from evolvent.families.shells import shell
 from evolvent.families.thermal import thermal
 from evolvent.kernels import calls, free_strains, rigid
 from evolvent.model import zeros
@@ -20,12 +21,14 @@ _6 = (6,)
 
 @calls.force
 def force(interval, model):
-    """Forces of free strains on beams; free strains of rods, before their forces."""
+    """Forces of free strains on beams; free strains of rods and shells, before their forces."""
     step = interval.step
     if model.elements.size > 0:
         thermal.add_thermal_loads(step.t, step.t + step.h, interval.ym, step.factor, model, model.P)
     if model.rods.size > 0:
         free_strains.heat_rods(step.t, step.t + step.h, step.factor, model)
+    if model.shells.size > 0:
+        free_strains.heat_shells(step.t, step.t + step.h, step.factor, model)
 
 
 @calls.tangent
@@ -37,7 +40,7 @@ def tangent(interval, model, matrix):
 
 @calls.force
 def evaluate_last(interval, model):
-    """What strain energies change by, less the free strains, and works of these; after beams and rods."""
+    """What strain energies change by, less the free strains, and works of these; after what is heated."""
     thermal.evaluate_energies(int(interval.step.sample), interval.ym, model)
 
 
@@ -52,13 +55,17 @@ def _less_free_strain(model: Any, t: Array, y: Array, factor: Array | float, bal
     if not loads.size:
         return balance
     found, y, elastic = balance.copy(), np.ascontiguousarray(y), np.zeros(t.size)
-    heats_rods = bool(np.any(loads["rod"] >= 0))
+    heats_rods, heats_shells = (bool(np.any(loads[key] >= 0)) for key in ("rod", "shell"))
     for k, scale in enumerate(np.resize(factor, t.size)):
         free_strains.heat_beams(t[k], scale, model)
+        if heats_rods or heats_shells:
+            rigid.kinematics(t[k], y[k], model)
         if heats_rods:
             free_strains.heat_rods(t[k], t[k], scale, model)
-            rigid.kinematics(t[k], y[k], model)
             rod.evaluate_rods(model, model.sums[1])
+        if heats_shells:
+            free_strains.heat_shells(t[k], t[k], scale, model)
+            shell.evaluate_shells(model, model.sums[1])
         thermal.evaluate_energies(k, y[k], model)
         elastic[k] = loads["elastic"].sum()
         found["bending"][k] += loads["bending"].sum()
@@ -67,7 +74,7 @@ def _less_free_strain(model: Any, t: Array, y: Array, factor: Array | float, bal
     return found
 
 
-# temperatures of a beam or a rod, the other is -1 (`thermal`): indices of profiles among the parameters, or
+# temperatures of a beam, a rod or a shell, the others are -1 (`thermal`): indices of profiles among the parameters, or
 # -1, and of the constants of the elements; expansions: of those of a beam by temperature at `beam_strains.POINTS`;
 # now: last amplitudes; change, along_y, along_z, work: see `RESULTS`. Of a sample: amplitudes; elastic, bending: J,
 # what strain energies change by, less the free strains; own: the part of it that is quadratic in the amplitudes;
@@ -75,7 +82,7 @@ def _less_free_strain(model: Any, t: Array, y: Array, factor: Array | float, bal
 THERMAL_LOADS = Family(
     "thermal_loads",
     record(
-        "beam rod temperature gradient_y gradient_z constants expansions", "",
+        "beam rod shell temperature gradient_y gradient_z constants expansions", "",
         "now change along_y along_z elastic bending own amplitudes pull work", now=_6, amplitudes=_6, pull=_6,
     ),
     order=50,
@@ -92,6 +99,7 @@ THERMAL_LOADS = Family(
     kinds=(
         Kind("a thermal load on a beam", which=lambda found: found["beam"] >= 0, symmetric=True),
         Kind("a thermal load on a rod", which=lambda found: found["rod"] >= 0, symmetric=True),
+        Kind("a thermal load on a shell", which=lambda found: found["shell"] >= 0, symmetric=True),
     ),
     isolated=True,
     force=force,

@@ -14,6 +14,7 @@ from evolvent.compiled.jit import REAL, VECTOR, indirect, inlined
 from evolvent.families.beams import cable
 from evolvent.families.rods import rod
 from evolvent.families.rods.rod_strains import STRAIN
+from evolvent.families.shells import shell, shell_strains
 from evolvent.kernels import ancf, ancf_beams
 from evolvent.kernels.free_strains import AMPLITUDES, fill_mean
 from evolvent.kernels.rotations import dot
@@ -38,8 +39,8 @@ def columns(is_cable, stretch):
 def evaluate_energies(n, y, model):
     """What strain energies change by, less the free strains, and works of these, at sample n into the records of loads.
 
-    After `heat_beams`, of rods after `heat_rods` and `rod.evaluate_rods`. Works are those since sample 0, by the
-    trapezoidal rule over the samples, as the free strains change.
+    After `heat_beams`, of rods after `heat_rods` and `rod.evaluate_rods`, of shells alike. Works are those since sample
+    0, by the trapezoidal rule over the samples, as the free strains change.
 
     Notes
     -----
@@ -55,8 +56,10 @@ def evaluate_energies(n, y, model):
             load.pull[j] = 0.0
         if load.beam >= 0:
             _add_beam_energies(y, k, model)
-        else:
+        elif load.rod >= 0:
             _add_rod_energies(k, model)
+        else:
+            _add_shell_energies(k, model)
         _add_half_work(load, n, 1.0)
         for j in range(AMPLITUDES):
             load.amplitudes[j] = load.now[j]
@@ -116,6 +119,27 @@ def _add_rod_energies(k, model):
         load.pull[0], load.pull[4], load.pull[2] = (
             load.pull[0] + alpha * S[0], load.pull[4] + alpha * S[4], load.pull[2] - alpha * S[5]
         )  # fmt: skip
+
+
+@inlined
+def _add_shell_energies(k, model):
+    """`evaluate_energies` of a heated shell."""
+    load, rows = model.thermal_loads[k], model.shell_elements
+    first, S = model.shells[load.shell].first_element, model.work[: shell_strains.STRAINS]
+    for i in range(first, first + model.shells[load.shell].elements):
+        c, by = model.parameters[load.constants + i - first], rows[i].expansion
+        for m in range(shell_strains.STRAINS):
+            S[m] = 0.0
+            for j in range(shell_strains.STRAINS):
+                S[m] += rows[i].stiffness[m, j] * rows[i].m1[shell_strains.STRAIN + j]
+        for m in range(shell_strains.STRAINS):
+            load.own += 0.5 * shell.free_stress(rows, i, m) * rows[i].free[m]
+            load.pull[0], load.pull[1], load.pull[4], load.pull[5] = (
+                load.pull[0] + c * by[0, m] * S[m], load.pull[1] + c * c * by[1, m] * S[m],
+                load.pull[4] + c * by[2, m] * S[m], load.pull[5] + c * c * by[3, m] * S[m],
+            )  # fmt: skip
+        whole, bent = shell.less_free(rows, i, S)
+        load.elastic, load.bending = load.elastic + whole, load.bending + bent
 
 
 @inlined
