@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy.integrate
 
 from evolvent import System, elements, parts
 from evolvent.assembly.assembled import Assembly
@@ -22,6 +23,13 @@ def _tip(assembly: Assembly, y: Array) -> Array:
     body = bodies_of(assembly.model, "shells", assembly.names["strip"][1])[-1]
     q = int(assembly.model.bodies["iq"][body])
     return np.asarray(y[..., q + 2 : q + 3])
+
+
+def _end(assembly: Assembly, y: Array) -> Array:
+    """Position along the strip of its last node."""
+    body = bodies_of(assembly.model, "shells", assembly.names["strip"][1])[-1]
+    q = int(assembly.model.bodies["iq"][body])
+    return np.asarray(y[..., q : q + 1])
 
 
 @of("a shell")
@@ -63,16 +71,47 @@ def heated_shell() -> Case:
         found.add(parts.ThermalLoad(part="strip", temperature={"ramp": {"final": change, "duration": 1.0}}), "heat")
         return found
 
-    def seen(assembly: Assembly, y: Array) -> Array:
-        body = bodies_of(assembly.model, "shells", assembly.names["strip"][1])[-1]
-        q = int(assembly.model.bodies["iq"][body])
-        return np.asarray(y[..., q : q + 1])
-
     def length(t: Array) -> Array:
         s = np.clip(t, 0.0, 1.0)
         return columns(1.0 + expansion * change * s**3 * (10.0 - 15.0 * s + 6.0 * s * s))
 
     return Case(
-        part="heat", system=system, seen=seen, end=1.2, step=1e-4, theory=6e-3, motion=length,
+        part="heat", system=system, seen=_end, end=1.2, step=1e-4, theory=6e-3, motion=length,
         still=(1.0 + expansion * change,), poles=(1j * BETA[0] ** 2 * math.sqrt(EI / MASS),), time=1.2,
+    )  # fmt: skip
+
+
+@of("a balance of heat of a shell")
+def shell_in_sunlight() -> Case:
+    """A strip of one temperature through its thickness grows as it warms up in light that begins smoothly.
+
+    The temperature is integrated apart from the strip.
+    """
+    expansion, cold, flux, capacity = 1e-4, 200.0, 1361.0, 20.0
+    material = SOFT.model_copy(update={"thermal_expansion": expansion, "thermal_expansion_2": 0.0})
+    balance = {
+        "conductivity": 1e5, "specific_heat": 1.0, "absorptivity": 0.5, "emissivity": 0.4, "flux": flux,
+        "direction": (0, 0, -1), "surroundings": cold, "reference": cold, "ramp": 1.0,
+    }  # fmt: skip
+
+    def system() -> System:
+        found = System()
+        strip = parts.Shell(size=(1.0, 0.125), elements=(8, 1), thickness=0.02, material=material, clamped=("x0",))
+        found.add(strip, "strip")
+        found.add(parts.ThermalLoad(part="strip", balance=balance), "heat")
+        return found
+
+    def rate(t: float, T: Array) -> Array:
+        s = min(t, 1.0)
+        light = 0.5 * flux * s * s * (3.0 - 2.0 * s)
+        return np.asarray((light - 0.8 * 5.670374419e-8 * (T**4 - cold**4)) / capacity)
+
+    def length(t: Array) -> Array:
+        found = scipy.integrate.solve_ivp(rate, (0.0, 1.5), [cold], dense_output=True, rtol=1e-9, atol=1e-9)
+        return columns(1.0 + expansion * (found.sol(t)[0] - cold))
+
+    hot = (0.5 * flux / (0.8 * 5.670374419e-8) + cold**4) ** 0.25
+    return Case(
+        part="heat", system=system, seen=_end, end=1.2, step=1e-3, theory=1e-2, motion=length,
+        still=(1.0 + expansion * (hot - cold),), poles=(1j * BETA[0] ** 2 * math.sqrt(EI / MASS),), time=1.2,
     )  # fmt: skip

@@ -30,6 +30,7 @@ REFUSED = {
     "a thermal load on a beam": "thermal_loads",
     "a thermal load on a rod": "thermal_loads",
     "a thermal load on a shell": "thermal_loads",
+    "a balance of heat of a shell": "thermal_loads",
     "a tape-spring rod": "section that is a tape",
     "a contact between bodies with friction": "contacts between bodies have friction",
     "a contact without friction": "contact_surfaces",

@@ -127,6 +127,9 @@ MaterialTemperature = Annotated[
 EnergyPerMole = Annotated[
     float, Quantity(what="an energy per amount of substance", unit="J/mol", example="150 kJ/mol", above=0.0)
 ]
+Conductivity = Annotated[float, Quantity(what="a heat conductivity", unit="W/(m K)", example="0.8 W/(m K)", above=0.0)]
+SpecificHeat = Annotated[float, Quantity(what="a specific heat", unit="J/(kg K)", example="900 J/(kg K)", above=0.0)]
+HeatFlux = Annotated[float, Quantity(what="a flux of heat", unit="W/m^2", example="1361 W/m^2", least=0.0)]
 TemperatureGradient = Annotated[float, Quantity(what="a gradient of temperature", unit="K/m", example="200 K/m")]
 LineInertia = Annotated[float, Quantity(what="an inertia per length", unit="kg m", example="2e-5 kg m", above=0.0)]
 LineProduct = Annotated[float, Quantity(what="an inertia per length", unit="kg m", example="2e-5 kg m")]

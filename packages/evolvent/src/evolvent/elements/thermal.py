@@ -108,8 +108,10 @@ def thermal_form(
     return ThermalForm(C, Q, product(C, g0))
 
 
-def refuse_unheated(part: Any, name: str, called: str) -> None:
-    """Refuse a beam or a rod whose section or material has no free strains; called : name of the thermal load."""
+def refuse_unheated(load: Any, part: Any, name: str, called: str) -> None:
+    """Refuse a beam or a rod that a thermal load, of the name `called`, cannot heat by its section or material."""
+    if load.balance is not None:
+        raise InputError(f"{called}.balance is given, but {name!r} is no shell; the balance of heat is that of shells")
     if isinstance(part.section, TapeSection):
         raise InputError(
             f"{called}.part is {name!r}, whose section is a tape; a thermal load needs a section that does not "

@@ -11,6 +11,8 @@ USED_FOR = "thermal_loads"
 AMPLITUDES = 6
 #: Of them of a shell: T, T^2, Gz, Gz T, whose normal is z.
 SHELL_AMPLITUDES = 4
+#: Of a balance of heat (`families.thermal.walls`): parameters without stress and at the start, K; thickness, m.
+REFERENCE, BEGIN, THICKNESS = 13, 14, 15
 
 
 @inlined
@@ -55,26 +57,47 @@ def heat_rods(t0, t1, factor, model):
             free[0], free[4], free[5] = alpha * load.now[0], alpha * load.now[4], -alpha * load.now[2]
 
 
+@inlined
+def _expand(row, T, TT, G, GT):
+    """Temperature and gradient of an element of a shell, and its free measures by these and their products."""
+    row.warmth, row.slope = T, G
+    by = row.expansion
+    for j in range(row.free.shape[0]):
+        row.free[j] = T * by[0, j] + TT * by[1, j] + G * by[2, j] + GT * by[3, j]
+
+
 @indirect(void(REAL, REAL, REAL, MODEL), used_for=having("thermal_loads", shell=not_negative))
 def heat_shells(t0, t1, factor, model):
     """Free measures of the elements of heated shells: means of those at t0 and t1, times `factor`.
 
-    The parameters of a load hold a factor of temperature and gradient for each element.
+    The parameters of a load hold a factor of temperature and gradient for each element; temperatures of a balance of
+    heat are those of the last evaluation of its walls.
     """
     p = model.parameters
     for k in range(model.thermal_loads.size):
         load = model.thermal_loads[k]
         if load.shell < 0:
             continue
-        fill_mean(t0, t1, factor, load, model)
         first = model.shells[load.shell].first_element
+        if load.walls >= 0:
+            at, sum_T, sum_G = p[load.light :], 0.0, 0.0
+            for i in range(model.shells[load.shell].elements):
+                c = model.heated_walls[load.walls + i].now
+                T, G = factor * (at[BEGIN] - at[REFERENCE] + c[0]), factor * 2.0 * c[1] / at[THICKNESS]
+                _expand(model.shell_elements[first + i], T, T * T, G, G * T)
+                sum_T, sum_G = sum_T + T, sum_G + G
+            for j in range(AMPLITUDES):
+                load.now[j] = 0.0
+            n = model.shells[load.shell].elements
+            load.now[0], load.now[4] = sum_T / n, sum_G / n
+            continue
+        fill_mean(t0, t1, factor, load, model)
         for i in range(model.shells[load.shell].elements):
-            row, c = model.shell_elements[first + i], p[load.constants + i]
-            for j in range(row.free.shape[0]):
-                row.free[j] = c * (
-                    load.now[0] * row.expansion[0, j] + c * load.now[1] * row.expansion[1, j]
-                    + load.now[4] * row.expansion[2, j] + c * load.now[5] * row.expansion[3, j]
-                )  # fmt: skip
+            c = p[load.constants + i]
+            _expand(
+                model.shell_elements[first + i], c * load.now[0], c * c * load.now[1], c * load.now[4],
+                c * c * load.now[5],
+            )  # fmt: skip
 
 
 @indirect(void(REAL, REAL, MODEL))

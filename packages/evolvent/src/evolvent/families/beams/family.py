@@ -146,7 +146,7 @@ def _heat(builder: Any, name: str, load: Any, called: str) -> dict[str, int]:
             f"{called}.part is {name!r}, whose formulation is {beam.formulation!r}; a thermal load needs "
             f"{', '.join(map(repr, HEATED[:-1]))} or {HEATED[-1]!r}"
         )
-    refuse_unheated(beam, name, called)
+    refuse_unheated(load, beam, name, called)
     unloaded, ends = beam.rest_nodes(name), beam.arc / beam.length
     for i, length in enumerate(beam.lengths):
         first, last = ends[i], ends[i + 1]

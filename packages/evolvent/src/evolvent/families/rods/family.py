@@ -212,7 +212,7 @@ def _heat(builder: Any, name: str, load: Any, called: str) -> dict[str, int]:
             f"{called}.part is {name!r}, a rod with `payout`, on which thermal loads are not supported; leave one of "
             f"them out"
         )
-    refuse_unheated(rod, name, called)
+    refuse_unheated(load, rod, name, called)
     if rod.couples_twist:
         raise InputError(
             f"{called}.part is {name!r}, a rod whose tension resists twist; a thermal load needs one with "

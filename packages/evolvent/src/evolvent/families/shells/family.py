@@ -31,6 +31,7 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 #: Strain of a shell that is round-off: it is the difference of positions beside the size of an element.
 _ROUND_OFF = 1e-10
+_STRAINS = (shell_strains.STRAINS,)
 
 
 def _nodes(row: Any) -> range:
@@ -137,6 +138,11 @@ def _heat(builder: Any, name: str, load: Any, called: str) -> dict[str, int]:
             f"and {where} must have thermal_expansion"
         )
     row = builder.rows["shells"][index]
+    for element in builder.rows["shell_elements"][row["first_element"] :][: row["elements"]]:
+        element["heated"] = 1
+    if load.balance is not None:
+        elements, wall = range(row["first_element"], row["first_element"] + row["elements"]), part.wall(name)
+        return {"shell": index, **load.write_walls(builder, called, elements, wall.mass, wall.thickness)}
     factors = np.ones(row["elements"])
     if load.along is not None:
         if part.elements is None:
@@ -144,8 +150,6 @@ def _heat(builder: Any, name: str, load: Any, called: str) -> dict[str, int]:
         one, two = part.elements
         factors = np.repeat(load.means(np.linspace(0.0, 1.0, one + 1)), two)
     builder.parameters(factors)
-    for element in builder.rows["shell_elements"][row["first_element"] :][: row["elements"]]:
-        element["heated"] = 1
     return {"shell": index}
 
 
@@ -223,18 +227,19 @@ SHELLS = Family(
 
 # an element between four bodies, whose third axes are the directors; stiffness, resultants, rest, slopes, untwisted:
 # see `stiffness.Constants`; beta: damping by stiffness, s; drilling: N m, stiffness of a node's drilling strain;
-# membrane: N/m, largest stiffness; heated: 1 with a thermal load, whose free measures are `free`, by the rows of
-# `expansion`. m0, m1: measures at the start and the end of an interval; before: changes of the
-# strains over the step before
+# membrane: N/m, largest stiffness; heated: 1 with a thermal load, which makes the change of temperature `warmth`,
+# its gradient `slope` and the free measures `free`, by the rows of `expansion`; held: stresses less those of `free` at
+# the last sample, at which the free measures were `freed`. m0, m1: measures at the start and the end of an interval;
+# before: changes of the strains over the step before
 SHELL_ELEMENTS = Family(
     "shell_elements",
     record(
         "nodes heated",
         "area beta membrane drilling stiffness resultants rest slopes untwisted expansion",
-        "free m0 m1 before stress stored bent drilled membrane_force_1 membrane_force_2 membrane_shear moment_1 "
-        "moment_2 twisting_moment shear_force_1 shear_force_2",
-        nodes=(4,), stiffness=(15, 15), resultants=(8, 15), rest=(15,), slopes=(8, 4), untwisted=(4,),
-        expansion=(free_strains.SHELL_AMPLITUDES, shell_strains.STRAINS), free=(shell_strains.STRAINS,),
+        "warmth slope free held freed m0 m1 before stress stored bent drilled membrane_force_1 membrane_force_2 "
+        "membrane_shear moment_1 moment_2 twisting_moment shear_force_1 shear_force_2",
+        nodes=(4,), stiffness=(15, 15), resultants=(8, 15), rest=_STRAINS, slopes=(8, 4), untwisted=(4,),
+        expansion=(free_strains.SHELL_AMPLITUDES, *_STRAINS), free=_STRAINS, held=_STRAINS, freed=_STRAINS,
         m0=(shell_strains.MEASURES,), m1=(shell_strains.MEASURES,), before=(19,), stress=(8,),
     ),
     order=102,
@@ -247,6 +252,8 @@ SHELL_ELEMENTS = Family(
         "twisting_moment": ("twisting_moment", "N", "twisting moment per length"),
         "shear_force_1": ("shear_force_1", "N m-1", "transverse shear force per length, on sections across axis 1"),
         "shear_force_2": ("shear_force_2", "N m-1", "transverse shear force per length, on sections across axis 2"),
+        "warmth": ("temperature_change", "K", "change of temperature, mean through the wall"),
+        "slope": ("temperature_gradient", "K m-1", "gradient of temperature along the normal"),
         "stored": ("energy_elastic", "J", "strain energy"),
         "bent": ("energy_bending", "J", "strain energy of bending and transverse shear"),
         "drilled": ("energy_drilling", "J", "energy of the springs that hold the nodes about the normal"),

@@ -12,6 +12,8 @@ from evolvent.results.observe.view import View
 Array = np.ndarray
 #: Fields of an element of which the shell has the sum.
 _SUMS = ("stored", "bent", "drilled")
+#: Of shells with a thermal load.
+_HEAT = ("warmth", "slope")
 #: Angle, rad, by which a shell must bend for its moments to be its first colour.
 _BENT = 1e-3
 #: Membrane forces and moments per length, as the components 11, 22 and 12 of a tensor.
@@ -38,7 +40,8 @@ def observe_shell(view: View, name: str) -> Observed:
     found.coordinate(
         "element", "element", np.arange(len(faces)), "1", "element i n2 + j, i along side 1, j along side 2"
     )
-    found.results_along("shell_elements", fields, own, "element", _SUMS, "in the middle of each element")
+    others = _SUMS if np.any(rows["heated"] != 0) else _SUMS + _HEAT
+    found.results_along("shell_elements", fields, own, "element", others, "in the middle of each element")
     direction = _directions(view, index)[:, faces].sum(axis=2)
     direction = direction / np.maximum(norm(direction), 1e-300)[..., None]
     found.along("direction_1", "element", direction, "1", "axis 1 of each element, inertial axes")
@@ -55,7 +58,7 @@ def observe_shell(view: View, name: str) -> Observed:
         found.scalar(called, fields[field][:, own].sum(axis=1), *described)
     found.plots = ["largest_displacement", "energy_elastic"]
     principal = ["principal_moment", "principal_membrane_force"]
-    resultants = [described[0] for field, described in RESULTS["shell_elements"].items() if field not in _SUMS]
+    resultants = [described[0] for field, described in RESULTS["shell_elements"].items() if field not in others]
     found.drawn = [
         {
             "quads": {

@@ -8,10 +8,10 @@ import numpy as np
 
 from evolvent.families.rods import rod
 from evolvent.families.shells import shell
-from evolvent.families.thermal import thermal
+from evolvent.families.thermal import thermal, walls
 from evolvent.kernels import calls, free_strains, rigid
 from evolvent.model import zeros
-from evolvent.model.family import Family, Kind, record
+from evolvent.model.family import EVERY, EXPLICIT, Family, Kind, record
 from evolvent.model.questions import Energies, Parts, Samples, Stability, Statics, never
 from evolvent.model.shares import Shares
 
@@ -28,6 +28,8 @@ def force(interval, model):
     if model.rods.size > 0:
         free_strains.heat_rods(step.t, step.t + step.h, step.factor, model)
     if model.shells.size > 0:
+        if model.heated_walls.size > 0:
+            walls.predict_walls(step.t + 0.5 * step.h, interval.ym, model)
         free_strains.heat_shells(step.t, step.t + step.h, step.factor, model)
 
 
@@ -64,6 +66,7 @@ def _less_free_strain(model: Any, t: Array, y: Array, factor: Array | float, bal
             free_strains.heat_rods(t[k], t[k], scale, model)
             rod.evaluate_rods(model, model.sums[1])
         if heats_shells:
+            walls.load_walls(y[k], model)
             free_strains.heat_shells(t[k], t[k], scale, model)
             shell.evaluate_shells(model, model.sums[1])
         thermal.evaluate_energies(k, y[k], model)
@@ -75,21 +78,21 @@ def _less_free_strain(model: Any, t: Array, y: Array, factor: Array | float, bal
 
 
 # temperatures of a beam, a rod or a shell, the others are -1 (`thermal`): indices of profiles among the parameters, or
-# -1, and of the constants of the elements; expansions: of those of a beam by temperature at `beam_strains.POINTS`;
-# now: last amplitudes; change, along_y, along_z, work: see `RESULTS`. Of a sample: amplitudes; elastic, bending: J,
-# what strain energies change by, less the free strains; own: the part of it that is quadratic in the amplitudes;
-# pull: minus the derivative of the rest by them
+# -1, and of the constants of the elements; walls, light: first heated wall and parameters of a balance of heat, or -1;
+# expansions: of those of a beam by temperature at `beam_strains.POINTS`; now: last amplitudes; change, along_y,
+# along_z, work: see `RESULTS`. Of a sample: amplitudes; elastic, bending: J, what strain energies change by, less the
+# free strains; own: the part of it that is quadratic in the amplitudes; pull: minus the derivative of the rest by them
 THERMAL_LOADS = Family(
     "thermal_loads",
     record(
-        "beam rod shell temperature gradient_y gradient_z constants expansions", "",
+        "beam rod shell temperature gradient_y gradient_z constants expansions walls light", "",
         "now change along_y along_z elastic bending own amplitudes pull work", now=_6, amplitudes=_6, pull=_6,
     ),
     order=50,
     results={
-        "change": ("temperature", "K", "change of the temperature of the axis, where `along` is 1"),
+        "change": ("temperature", "K", "change of the temperature of the axis, where `along` is 1, or mean"),
         "along_y": ("gradient_y", "K m-1", "gradient of the temperature along y, where `along` is 1"),
-        "along_z": ("gradient_z", "K m-1", "gradient of the temperature along z, where `along` is 1"),
+        "along_z": ("gradient_z", "K m-1", "gradient of the temperature along z, where `along` is 1, or mean"),
         "work": (
             "work",
             "J",
@@ -99,7 +102,13 @@ THERMAL_LOADS = Family(
     kinds=(
         Kind("a thermal load on a beam", which=lambda found: found["beam"] >= 0, symmetric=True),
         Kind("a thermal load on a rod", which=lambda found: found["rod"] >= 0, symmetric=True),
-        Kind("a thermal load on a shell", which=lambda found: found["shell"] >= 0, symmetric=True),
+        Kind("a thermal load on a shell", which=lambda r: (r["shell"] >= 0) & (r["walls"] < 0), symmetric=True),
+        Kind(
+            "a balance of heat of a shell", EVERY - {EXPLICIT},
+            "use generalized-alpha or energy-momentum: heat goes through a wall in short times",
+            which=lambda found: found["walls"] >= 0,
+            symmetric=True,
+        ),
     ),
     isolated=True,
     force=force,

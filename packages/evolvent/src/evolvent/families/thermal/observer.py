@@ -60,16 +60,20 @@ def _observe_rod(view: View, index: int, found: Observed) -> None:
 
 def _observe_shell(view: View, load: Any, index: int, found: Observed) -> None:
     """Temperatures of the middle and the faces of the elements of a shell, and their free strains, of first order."""
-    row, fields = view.model.thermal_loads[index], view.fields["thermal_loads"]
-    count, wall = int(view.model.shells[int(row["shell"])]["elements"]), view.part(load.part).wall(load.part)
-    factors = view.model.parameters[int(row["constants"]) :][:count]
-    change, gradient = (np.outer(fields[key][:, index], factors) for key in ("change", "along_z"))
+    row, wall = view.model.thermal_loads[index], view.part(load.part).wall(load.part)
+    first, count = (int(view.model.shells[int(row["shell"])][key]) for key in ("first_element", "elements"))
+    fields, own = view.fields["shell_elements"], slice(first, first + count)
+    change, gradient = fields["warmth"][:, own], fields["slope"][:, own]
     text = "change of temperature of each element"
-    found.along("temperature_change", "element", change, "K", f"{text}, in the middle of the wall")
+    found.along("temperature_change", "element", change, "K", f"{text}, mean through the wall")
     found.along("temperature_gradient", "element", gradient, "K m-1", "gradient of temperature along the normal")
-    for key, side, where in (("top", 0.5, "to which"), ("bottom", -0.5, "from which")):
-        face = change + side * wall.thickness * gradient
-        found.along(f"temperature_{key}", "element", face, "K", f"{text}, on the face {where} the normal points")
+    if row["walls"] >= 0:
+        own = slice(int(row["walls"]), int(row["walls"]) + count)
+        found.results_along("heated_walls", view.fields["heated_walls"], own, "element", (), "of each element")
+    else:
+        for key, side, where in (("top", 0.5, "to which"), ("bottom", -0.5, "from which")):
+            face = change + side * wall.thickness * gradient
+            found.along(f"temperature_{key}", "element", face, "K", f"{text}, on the face {where} the normal points")
     for k, (called, unit, what) in enumerate(_WALL):
         free = change * wall.expansion[k, 0] + gradient * wall.expansion[k, 1]
         found.along(called, "element", free, unit, f"{what}, of first order")

@@ -9,8 +9,10 @@ import numpy as np
 from pydantic import BeforeValidator
 
 from evolvent.assembly.builder import Builder
+from evolvent.elements.heat import HeatBalance
+from evolvent.families.loads.part_rows import window
 from evolvent.model.registry import families
-from evolvent.parts.base import Group, Part, Reference
+from evolvent.parts.base import Group, Part, Reference, unit
 from evolvent.parts.profile import GradientProfile, TemperatureProfile, write_profile
 from evolvent_base import units
 from evolvent_base.dense import legendre, product
@@ -38,6 +40,9 @@ class ThermalLoad(Part):
     along : rows [position, factor], optional
         Factors of all three at positions along the beam, from 0 (root) to 1 (tip), or along side 1 of a shell, straight
         lines between them; 1 everywhere if left out.
+    balance : HeatBalance, optional
+        Of a shell, in place of the above: its temperatures follow, element by element, from sunlight on both faces,
+        emission, conduction through the thickness and capacity.
 
     Notes
     -----
@@ -51,6 +56,11 @@ class ThermalLoad(Part):
     A shell takes the strains and curvatures at which its plies, which expand by `thermal_expansion` along the fibres
     and `thermal_expansion_2` across them, have neither a force nor a moment together: an unsymmetric laminate bends by
     a uniform temperature. Squares of the gradients are left out.
+
+    With a `balance` the sunlight on an element follows its normal as the shell moves. A step takes the temperatures
+    that follow from those at its start and their rates over the step before; in equilibria they are those at which as
+    much heat goes as comes, and in modes they stand still. Neither conduction from element to element, nor shadows,
+    nor light from other parts is modelled.
     """
 
     kind: Literal["thermal-load"] = "thermal-load"
@@ -60,6 +70,7 @@ class ThermalLoad(Part):
     gradient_y: GradientProfile | None = None
     gradient_z: GradientProfile | None = None
     along: Annotated[tuple[tuple[units.Fraction, units.Number], ...], BeforeValidator(_pairs)] | None = None
+    balance: HeatBalance | None = None
 
     def factor(self, place: Any) -> np.ndarray:
         """Factor of the temperatures at positions along the beam, from 0 to 1."""
@@ -81,16 +92,36 @@ class ThermalLoad(Part):
             places[key] = -1
             if profile is not None:
                 places[key] = builder.parameters(write_profile(builder, f"{name}.{key}", profile))[0]
-        fields = {
-            **dict.fromkeys(("beam", "rod", "shell", "expansions"), -1),
-            **places,
-            "constants": len(builder.values),
-        }
+        others = dict.fromkeys(("beam", "rod", "shell", "expansions", "walls", "light"), -1)
+        fields = others | places | {"constants": len(builder.values)}
         found = heat(builder, self.part, self, name)
         for key, target in found.items():
-            if any(key != "expansions" and row[key] == target for row in builder.rows["thermal_loads"]):
+            if any(
+                key not in ("expansions", "walls", "light") and row[key] == target
+                for row in builder.rows["thermal_loads"]
+            ):
                 raise InputError(f"{name}.part is {self.part!r}, which has a thermal load already; one {key} takes one")
         builder.names[name] = ("thermal_loads", builder.add("thermal_loads", **fields | found))
+
+    def write_walls(
+        self, builder: Builder, name: str, elements: range, mass: float, thickness: float
+    ) -> dict[str, int]:
+        """Write the balance of heat of elements of a shell; returns the fields `walls` and `light` of the load.
+
+        Parameters
+        ----------
+        elements : range of records of `shell_elements`; mass : float, kg/m^2; thickness : float, m
+        """
+        given, load = self.balance, len(builder.rows["thermal_loads"])
+        assert given is not None
+        rows = [builder.add("heated_walls", element=k, load=load, account=-1) for k in elements]
+        begin = given.reference if given.initial is None else given.initial
+        values = [
+            *(given.flux * unit(given.direction)), *window(builder, name, given), *given.absorptivities,
+            *given.emissivities, given.surroundings, given.specific_heat * mass, given.conductivity / thickness,
+            given.reference, begin, thickness,
+        ]  # fmt: skip
+        return {"walls": rows[0], "light": builder.parameters(values)[0]}
 
     def means(self, ends: np.ndarray) -> np.ndarray:
         """Means of the factor over elements between the positions `ends`, from 0 to 1: (elements,)."""
@@ -100,8 +131,14 @@ class ThermalLoad(Part):
 
     def _check(self, builder: Builder, name: str) -> None:
         """Refuse a load without temperatures, and positions that do not fit."""
-        if self.temperature is None and self.gradient_y is None and self.gradient_z is None:
+        profiles = [key for key in ("temperature", "gradient_y", "gradient_z") if getattr(self, key) is not None]
+        if self.balance is None and not profiles:
             raise InputError(f"{name}.temperature is missing; give temperature, gradient_y or gradient_z")
+        if self.balance is not None and (profiles or self.along is not None):
+            key = profiles[0] if profiles else "along"
+            raise InputError(
+                f"{name}.{key} is given beside {name}.balance, from which temperatures follow; leave one out"
+            )
         x = [place for place, _ in self.along or ()]
         if self.along is not None and (not x or any(b <= a for a, b in itertools.pairwise(x))):
             raise InputError(f"{name}.along has the positions {x!r}; they must increase")

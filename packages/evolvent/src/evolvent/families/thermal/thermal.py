@@ -50,7 +50,8 @@ def evaluate_energies(n, y, model):
     for k in range(model.thermal_loads.size):
         load = model.thermal_loads[k]
         load.change, load.along_y, load.along_z = load.now[0], load.now[2], load.now[4]
-        _add_half_work(load, n, -1.0)
+        if load.shell < 0:
+            _add_half_work(load, n, -1.0)
         load.elastic = load.bending = load.own = 0.0
         for j in range(AMPLITUDES):
             load.pull[j] = 0.0
@@ -59,7 +60,8 @@ def evaluate_energies(n, y, model):
         elif load.rod >= 0:
             _add_rod_energies(k, model)
         else:
-            _add_shell_energies(k, model)
+            _add_shell_energies(n, k, model)
+            continue
         _add_half_work(load, n, 1.0)
         for j in range(AMPLITUDES):
             load.amplitudes[j] = load.now[j]
@@ -122,24 +124,25 @@ def _add_rod_energies(k, model):
 
 
 @inlined
-def _add_shell_energies(k, model):
-    """`evaluate_energies` of a heated shell."""
+def _add_shell_energies(n, k, model):
+    """`evaluate_energies` of a heated shell: the work is that of the elastic stresses, element by element."""
     load, rows = model.thermal_loads[k], model.shell_elements
     first, S = model.shells[load.shell].first_element, model.work[: shell_strains.STRAINS]
+    if n == 0:
+        load.work = 0.0
     for i in range(first, first + model.shells[load.shell].elements):
-        c, by = model.parameters[load.constants + i - first], rows[i].expansion
+        row = rows[i]
         for m in range(shell_strains.STRAINS):
             S[m] = 0.0
             for j in range(shell_strains.STRAINS):
-                S[m] += rows[i].stiffness[m, j] * rows[i].m1[shell_strains.STRAIN + j]
-        for m in range(shell_strains.STRAINS):
-            load.own += 0.5 * shell.free_stress(rows, i, m) * rows[i].free[m]
-            load.pull[0], load.pull[1], load.pull[4], load.pull[5] = (
-                load.pull[0] + c * by[0, m] * S[m], load.pull[1] + c * c * by[1, m] * S[m],
-                load.pull[4] + c * by[2, m] * S[m], load.pull[5] + c * c * by[3, m] * S[m],
-            )  # fmt: skip
+                S[m] += row.stiffness[m, j] * row.m1[shell_strains.STRAIN + j]
         whole, bent = shell.less_free(rows, i, S)
         load.elastic, load.bending = load.elastic + whole, load.bending + bent
+        for m in range(shell_strains.STRAINS):
+            held = S[m] - shell.free_stress(rows, i, m)
+            if n > 0:
+                load.work -= 0.5 * (held + row.held[m]) * (row.free[m] - row.freed[m])
+            row.held[m], row.freed[m] = held, row.free[m]
 
 
 @inlined
