@@ -95,7 +95,7 @@ def test_conduction_through_the_thickness(method: str, book: Any) -> None:
     (top, bottom), t = faces(found), found.time.values
     wanted = flux / CONDUCTANCE * series(t[2:])  # before, the heat has not gone through the wall
     error = float(np.abs((top - bottom)[2:] - wanted).max() / wanted.max())
-    book("Dynamics", f"conduction through the wall of a shell ({method})", reference="slab with a flux, Fourier's series",
+    book("Dynamics", f"conduction through the wall of a shell ({method})", reference="slab with a flux, series",
          source="closed form", error=error, allowed=0.01)  # fmt: skip
     rise = found["heat"].temperature_change.values[:, 0]
     np.testing.assert_allclose(rise, flux * t / CAPACITY, rtol=1e-4, atol=1e-9)
