@@ -44,9 +44,9 @@ class Parts:
         of the part that is there at the start; None where positions on a part are those in its axes, or there are none
     touches : function of the builder and the name of a part to the points (`TouchPoint`) by which it touches surfaces,
         in their order from where it is held; None where it has none that are points of bodies
-    heat : function of the builder, the name of a part and a thermal load on it; writes the constants of its elements
-        among the parameters, and returns the fields of a record of `thermal_loads` that are its own; None where no
-        thermal load acts
+    heat : function of the builder, the name of a part, a thermal load on it and the load's name; refuses what cannot be
+        heated, writes the constants of the part's elements among the parameters, and returns the fields of a record of
+        `thermal_loads` that are its own; None where no thermal load acts
     check : function of the builder that refuses what its parts cannot be together with others; None for none
     unmet : function of the name of a part, and of gap, rate and value of its row of constraint and whether it moves at
         the start, to a sentence on why the start does not meet the constraint; '' where it does. None of
@@ -69,7 +69,7 @@ class Parts:
     place: Callable[[Any, Any], Any] | None = None
     near: Callable[[Any, Any, Any], Any] | None = None
     touches: Callable[[Any, str], Iterable[TouchPoint]] | None = None
-    heat: Callable[[Any, str, Any], dict[str, int]] | None = None
+    heat: Callable[[Any, str, Any, str], dict[str, int]] | None = None
     check: Callable[[Any], None] | None = None
     unmet: Callable[[str, float, float, float, bool], str] | None = None
     changes: str | None = None
