@@ -24,9 +24,10 @@ _I = types.int64
 NODE, UNIFORM, RADIATION, LAW, AT_MARKER, TORQUE, PANEL = -1, 0, 1, 2, 3, 4, 5
 #: Parameters of a force or torque: the vector, its frame, start, end and ramp (s); a profile may follow. Of a force by
 #: a law the vector is (1, 1, 1), which multiplies what the law returns. Of a panel the vector is pressure times area
-#: along the light, and its normal (body axes), specular and diffuse reflectivity follow. Of light on a thread: pressure
+#: along the light, and its normal (body axes), specular and diffuse reflectivity of the side to which it points and of
+#: the other one follow. Of light on a thread: pressure
 #: times width along the light, specular and diffuse reflectivity.
-FRAME, START, END, RAMP, PROFILE = 3, 4, 5, 6, 7
+FRAME, START, END, RAMP, PROFILE, TOP_SIDE, BOTTOM_SIDE = 3, 4, 5, 6, 7, 10, 12
 #: `attitude` of a torque that depends on the rotation of its body: over an interval its work is that of the angle.
 FOLLOWS = 2
 
@@ -56,6 +57,12 @@ def panel_force(px, py, pz, nx, ny, nz, specular, diffuse):
     a, sign = abs(c), 1.0 if c > 0.0 else -1.0
     along, across = a * (1.0 - specular), sign * a * size * (2.0 * specular * a + 2.0 / 3.0 * diffuse)
     return along * px + across * nx, along * py + across * ny, along * pz + across * nz
+
+
+@inlined
+def lit_side(p, nx, ny, nz):
+    """Index among the parameters p of the reflectivities of the side of a panel that is lit; n : normal."""
+    return TOP_SIDE if p[0] * nx + p[1] * ny + p[2] * nz <= 0.0 else BOTTOM_SIDE
 
 
 @inlined
@@ -188,7 +195,8 @@ def _load_at_marker(t, y, k, value, model):
         fx, fy, fz = turn(bodies[i].R, fx, fy, fz)
     if loads[k].kind == PANEL:
         nx, ny, nz = turn(bodies[i].R, p[7], p[8], p[9])
-        fx, fy, fz = panel_force(fx, fy, fz, nx, ny, nz, p[10], p[11])
+        side = lit_side(p, nx, ny, nz)
+        fx, fy, fz = panel_force(fx, fy, fz, nx, ny, nz, p[side], p[side + 1])
     return fx, fy, fz
 
 
@@ -362,7 +370,8 @@ def add_load_tangent(t, y, k, c_rate, model, matrix):
             _add_change(K, c_rate, G, 3, J, n)
     elif loads[k].kind == PANEL:
         nx, ny, nz = turn(R, p[7], p[8], p[9])
-        panel_slopes(value * p[0], value * p[1], value * p[2], nx, ny, nz, p[10], p[11], G)
+        side = lit_side(p, nx, ny, nz)
+        panel_slopes(value * p[0], value * p[1], value * p[2], nx, ny, nz, p[side], p[side + 1], G)
         _fixed_columns(model, i, nx, ny, nz, L)
         _add_change(K, 1.0, G, 0, L, n)
     if is_torque:

@@ -20,12 +20,13 @@ from evolvent.families.loads.part_rows import (
     add_load,
     add_rod_loads,
     refuse_ground,
+    spread_of,
     window,
 )
 from evolvent.kernels import loads as kernels, markers
 from evolvent.kernels.ancf_beams import BEAM, NODE_VECTORS
 from evolvent.parts.applies import OF_LAW, Applies, given, left_out, one_of, refuse_unfit
-from evolvent.parts.base import Group, Part, PointReference, Reference, Spread, unit
+from evolvent.parts.base import Group, Part, PointReference, Reference, unit
 from evolvent.parts.checks import check_unit
 from evolvent.parts.expression import Constants, ForceLaw, Parameters, write_law
 from evolvent.parts.profile import (
@@ -256,9 +257,9 @@ class Load(Part):
     def _write_spread(self, builder: Builder, name: str, key: str, vector: np.ndarray) -> None:
         """Write a force per length of an edge or per area of a surface, as forces on its nodes."""
         along = str(getattr(self, key))
-        spread = _spread(builder, along)
+        spread = spread_of(builder, along)
         if spread is None or spread.surface != (key == "over"):
-            known = [n for n in builder.specs if _spread(builder, n) is not None]
+            known = [n for n in builder.specs if spread_of(builder, n) is not None]
             allowed = "a surface"
             if key == "along":
                 if spread is not None:
@@ -377,12 +378,6 @@ class Load(Part):
         if self.law is not None and kind == kernels.TORQUE:
             fields["attitude"] = _attitude(self.law)
         builder.names[name] = ("loads", add_load(builder, kind, target, values, **fields))
-
-
-def _spread(builder: Builder, along: str) -> Spread | None:
-    """Nodes of an edge or a surface; None of other parts, and where there is no such part."""
-    part, on = split_reference(along)
-    return builder.specs[part].spread(part, on) if part in builder.specs else None
 
 
 def _is_torque(keys: Mapping[str, Any]) -> bool:

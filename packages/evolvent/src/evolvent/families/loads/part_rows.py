@@ -9,7 +9,9 @@ from typing import Any, Literal
 import numpy as np
 
 from evolvent.assembly.builder import Builder
+from evolvent.assembly.references import split_reference
 from evolvent.kernels import loads as kernels, markers
+from evolvent.parts.base import Spread
 from evolvent.parts.profile import write_profile
 from evolvent_base.errors import InputError
 
@@ -84,3 +86,9 @@ def add_rod_loads(builder: Builder, name: str, kind: int, rod: str, vector: np.n
         target = builder.add("markers", kind=markers.ON_BODY, index=first_body + i, local=place)
         add_load(builder, kind, target, [*(length * vector), FRAMES["inertial"], *rest], rod=paid, **fields)
     builder.names[name] = ("loads", index)
+
+
+def spread_of(builder: Builder, along: str) -> Spread | None:
+    """Nodes of an edge or a surface; None of other parts, and where there is no such part."""
+    part, on = split_reference(along)
+    return builder.specs[part].spread(part, on) if part in builder.specs else None
