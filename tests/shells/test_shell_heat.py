@@ -60,7 +60,7 @@ FORCES, MOMENTS = ("membrane_force_1", "membrane_force_2", "membrane_shear"), ("
 
 def test_a_free_plate_expands_without_stress(book: Any) -> None:
     """On a distorted mesh too."""
-    found = panel({"temperature": {"constant": "100 K"}}, **uneven()).equilibrium()
+    found: Any = panel({"temperature": {"constant": "100 K"}}, **uneven()).equilibrium()
     x, growth = found["panel"]["position"].values[-1], EXPANSION * 100.0
     error = float(np.abs((x[-1] - x[0])[:2] / SIZE - 1.0 - growth).max()) / growth
     book("Statics of shells", "free thermal expansion of a plate, mesh distorted by 30 %", reference="alpha dT L",
@@ -72,7 +72,7 @@ def test_a_free_plate_expands_without_stress(book: Any) -> None:
 
 def test_a_free_cylinder_expands_without_stress() -> None:
     """Its radius grows, too."""
-    found = panel({"temperature": {"constant": 100.0}}, radius=0.2).equilibrium()
+    found: Any = panel({"temperature": {"constant": 100.0}}, radius=0.2).equilibrium()
     growth = EXPANSION * 100.0
     assert largest(found, *FORCES) < 1e-9 * E * THICKNESS * growth
     assert largest(found, *MOMENTS) < 1e-9 * E * THICKNESS**2 * growth
@@ -82,7 +82,7 @@ def test_a_free_cylinder_expands_without_stress() -> None:
 def test_a_gradient_bends_a_free_plate_into_a_sphere(shape: dict[str, Any], book: Any) -> None:
     """The radius of a shallow one is h/(alpha dT); a deeper one stretches the plate, by the square of the gradient."""
     gradient = 40.0
-    found = panel({"gradient_z": {"constant": f"{gradient} K/m"}}, **shape).equilibrium()
+    found: Any = panel({"gradient_z": {"constant": f"{gradient} K/m"}}, **shape).equilibrium()
     curvature = EXPANSION * gradient
     book("Statics of shells", f"plate with a temperature gradient, sphere ({'distorted' if shape else 'regular'} mesh)",
          reference="radius h/(alpha dT)", source="closed form", error=abs(sphere(found) * curvature - 1.0),
@@ -97,7 +97,7 @@ def test_a_gradient_bends_a_free_plate_into_a_sphere(shape: dict[str, Any], book
 def test_a_plate_between_clamps_has_the_stress_of_its_heat(book: Any) -> None:
     """N = -E h alpha T/(1 - nu), M = -E h^3 alpha G/12 (1 - nu); Green's strain adds a square of the free one."""
     heat = {"temperature": {"constant": 5.0}, "gradient_z": {"constant": 100.0}}
-    found = panel(heat, held=False, clamped=("x0", "x1", "y0", "y1"), **uneven()).equilibrium()
+    found: Any = panel(heat, held=False, clamped=("x0", "x1", "y0", "y1"), **uneven()).equilibrium()
     error = 0.0
     for names, wanted in (
         (FORCES[:2], -E * THICKNESS * EXPANSION * 5.0 / (1.0 - NU)),
@@ -118,7 +118,7 @@ def test_a_bimetal_strip(book: Any) -> None:
     )
     wall = laminate((one, h1, 0.0), (two, h2, 0.0))
     heat = {"temperature": {"constant": change}}
-    found = panel(heat, section=wall, size=(0.2, 0.01), elements=(10, 1)).equilibrium()
+    found: Any = panel(heat, section=wall, size=(0.2, 0.01), elements=(10, 1)).equilibrium()
     m, n, h = h1 / h2, e1 / e2, h1 + h2
     wanted = (
         6.0 * (a1 - a2) * change * (1.0 + m) ** 2 / (h * (3.0 * (1.0 + m) ** 2 + (1.0 + m * n) * (m * m + 1 / m / n)))
@@ -132,7 +132,9 @@ def test_an_unsymmetric_laminate_bends_as_it_cools() -> None:
     """[0/90] of two plies: by the theory of laminates written out for a cross-ply, as a saddle."""
     E1, E2, nu, a1, a2, h, change = 181e9, 10.3e9, 0.28, 0.02e-6, 22.5e-6, 0.15e-3, -0.1
     wall = laminate(("cfrp-ud", h, 0.0), ("cfrp-ud", h, 90.0))
-    found = panel({"temperature": {"constant": change}}, section=wall, size=(0.1, 0.1), elements=(4, 4)).equilibrium()
+    found: Any = panel(
+        {"temperature": {"constant": change}}, section=wall, size=(0.1, 0.1), elements=(4, 4)
+    ).equilibrium()
     s = 1.0 - nu * nu * E2 / E1
     Q = np.array([[E1, nu * E2], [nu * E2, E2]]) / s
     plies = [(Q, np.array([a1, a2]), -h, 0.0), (Q[::-1, ::-1], np.array([a2, a1]), 0.0, h)]

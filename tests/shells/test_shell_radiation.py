@@ -28,7 +28,7 @@ def sail(direction: Any, **light: Any) -> ev.System:
 @pytest.mark.parametrize(("direction", "specular", "diffuse"), [((0.6, 0, -0.8), 0.7, 0.1), ((0.6, 0, 0.8), 0.2, 0.5)])
 def test_the_lit_side_reflects(direction: tuple[float, float, float], specular: float, diffuse: float) -> None:
     """F = p A a [(1 - specular) s + (2 specular a + 2/3 diffuse) m] on a shell that hardly bends, as its momentum."""
-    found = sail(direction).simulate(until=0.01, every=0.01, method="energy-momentum", step=0.001, fine=False)
+    found: Any = sail(direction).simulate(until=0.01, every=0.01, method="energy-momentum", step=0.001, fine=False)
     s, m, a = np.array(direction), np.array([0.0, 0.0, np.sign(direction[2])]), 0.8
     area = SIZE[0] * SIZE[1]
     wanted = PRESSURE * area * a * ((1.0 - specular) * s + (2.0 * specular * a + 2.0 / 3.0 * diffuse) * m)

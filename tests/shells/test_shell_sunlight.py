@@ -59,7 +59,7 @@ def balanced(q_top: float, q_bottom: float) -> Array:
 def test_the_steady_temperatures_of_a_panel(side: str, book: Any) -> None:
     """The lit face is the one towards the sun; the other one is warmed through the wall alone."""
     sign = -1.0 if side == "top" else 1.0
-    found = panel(direction=(0.6, 0.0, 0.8 * sign)).equilibrium()
+    found: Any = panel(direction=(0.6, 0.0, 0.8 * sign)).equilibrium()
     cosine = float(found["heat"][f"absorbed_{side}"][-1, 0]) / (FLUX * (0.9 if side == "top" else 0.3))
     assert cosine == pytest.approx(0.8, abs=1e-3)  # the panel bends a little
     lit = FLUX * cosine * (0.9 if side == "top" else 0.3)
@@ -91,7 +91,7 @@ def test_conduction_through_the_thickness(method: str, book: Any) -> None:
         "flux": flux,
         "direction": (0, 0, -1),
     }
-    found = panel(False, **dark).simulate(until=2.0, every=0.1, method=method, step=0.02, fine=False)
+    found: Any = panel(False, **dark).simulate(until=2.0, every=0.1, method=method, step=0.02, fine=False)
     (top, bottom), t = faces(found), found.time.values
     wanted = flux / CONDUCTANCE * series(t[2:])  # before, the heat has not gone through the wall
     error = float(np.abs((top - bottom)[2:] - wanted).max() / wanted.max())
@@ -103,7 +103,7 @@ def test_conduction_through_the_thickness(method: str, book: Any) -> None:
 
 def test_a_wall_cools_in_the_shadow() -> None:
     """A thin wall of one temperature: 1/T^3 grows steadily, by 3 (e_top + e_bottom) sigma/C."""
-    found = panel(initial=350.0, conductivity=400.0, flux=0.0, surroundings=1e-3).simulate(
+    found: Any = panel(initial=350.0, conductivity=400.0, flux=0.0, surroundings=1e-3).simulate(
         until=100.0, every=20.0, method="energy-momentum", step=2.0
     )
     top, _ = faces(found)
@@ -114,7 +114,7 @@ def test_a_wall_cools_in_the_shadow() -> None:
 def test_a_panel_that_turns_is_lit_on_both_faces_in_turn() -> None:
     """Free, with the rate w about y: it takes the heat of |cos w t| by the absorptivity of the lit face."""
     w, bright = 0.5, {"emissivity": 1e-9, "emissivity_bottom": 0.0, "conductivity": 400.0, "direction": (0, 0, -1)}
-    found = panel(held=False, shell={"angular_velocity": (0.0, w, 0.0)}, **bright).simulate(
+    found: Any = panel(held=False, shell={"angular_velocity": (0.0, w, 0.0)}, **bright).simulate(
         until=12.0, every=0.5, method="energy-momentum", step=0.05
     )
     t = found.time.values
@@ -130,7 +130,7 @@ def test_a_panel_that_turns_is_lit_on_both_faces_in_turn() -> None:
 
 def test_the_balance_of_energy_of_a_panel_that_comes_into_the_sun() -> None:
     """Thermal snap of a cantilever at sunrise: the work of the heat closes the balance."""
-    found = panel(
+    found: Any = panel(
         held=False, shell={"clamped": ("x0",), "elements": (4, 1), "size": (0.4, 0.05)}, start=0.05, until=0.3
     ).simulate(until=0.5, every=0.01, method="energy-momentum", step=0.005, spectral_radius=1.0)
     energy = float(found.energy.max())
@@ -148,7 +148,7 @@ def test_the_balance_of_energy_of_a_panel_that_comes_into_the_sun() -> None:
         ({"conductivity": 0.0}, "conductivity"),
     ],
 )
-def test_a_balance_without_an_end_is_refused(balance: dict[str, float], words: str) -> None:
+def test_a_balance_without_an_end_is_refused(balance: Any, words: str) -> None:
     with pytest.raises(InputError, match=words):
         panel(**balance)
 

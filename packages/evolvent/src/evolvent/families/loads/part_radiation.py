@@ -152,8 +152,8 @@ class Radiation(Part):
             add_rod_loads(builder, name, kernels.PANEL, along, light, rest)
             return
         if optics[:2] != optics[2:]:
-            key = "specular_bottom" if self.specular_bottom is not None else "diffuse_bottom"
-            raise InputError(f"{name}.{key} is given, but {along!r} is a thread, whose sides are alike")
+            below = "specular_bottom" if self.specular_bottom is not None else "diffuse_bottom"
+            raise InputError(f"{name}.{below} is given, but {along!r} is a thread, whose sides are alike")
         key = next((key for key in ("start", "until", "ramp") if getattr(self, key)), None)
         if key is not None:
             raise InputError(f"{name}.{key} is given, but light on a thread, {along!r}, acts at all times")
