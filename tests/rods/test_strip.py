@@ -265,7 +265,7 @@ def test_tangent_of_light_on_a_strip() -> None:
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"along": None}, "light.at is missing; give at, or along"),
+        ({"along": None}, "light.at is missing; give at, along or over"),
         ({"at": "strip.tip"}, "light.at and light.along are both given"),
         ({"specular": 0.8, "diffuse": 0.3}, "light.specular and light.diffuse add up to 1.1"),
         ({"along": "stripe"}, "'stripe'"),

@@ -169,6 +169,22 @@ def test_what_has_no_wall_is_refused() -> None:
         system.assemble()
 
 
+def test_a_turn_across_the_light_is_refused() -> None:
+    """Light along the axis of a steady turn is the same at every angle."""
+    for direction in ((0.0, 0.0, -1.0), (0.6, 0.0, -0.8)):
+        system = ev.System()
+        system.add(parts.RigidBody(motion="driven", rate=0.1), "hub")
+        shell: Any = {"size": (0.2, 0.1), "elements": (2, 1), "thickness": THICKNESS, "material": WALL}
+        system.add(parts.Shell(angular_velocity=(0, 0, 0.1), **shell), "panel")
+        system.add(parts.Joint(a=("hub", (0, 0, 0)), b="panel[0]", type="clamp"), "held")
+        system.add(parts.ThermalLoad(part="panel", balance=BALANCE | {"direction": direction}), "heat")
+        if direction[0] == 0.0:
+            assert system.equilibrium(rotating="hub").attrs["status"] == "success"
+            continue
+        with pytest.raises(InputError, match="heat"):
+            system.equilibrium(rotating="hub")
+
+
 def test_a_case_file_holds_a_balance() -> None:
     system = panel(conductivity="0.8 W/(m K)", specific_heat="900 J/(kg K)", flux="1.361 kW/m^2", initial="20 degC")
     again = ev.load(cases.parse_yaml(system.to_yaml(), "text"))

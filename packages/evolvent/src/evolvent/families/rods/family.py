@@ -212,12 +212,12 @@ def _heat(builder: Any, name: str, load: Any, called: str) -> dict[str, int]:
             f"{called}.part is {name!r}, a rod with `payout`, on which thermal loads are not supported; leave one of "
             f"them out"
         )
-    refuse_unheated(load, rod, name, called)
     if rod.couples_twist:
         raise InputError(
             f"{called}.part is {name!r}, a rod whose tension resists twist; a thermal load needs one with "
             f"{name}.tension_twist false"
         )
+    refuse_unheated(load, rod, name, called)
     builder.parameters(rod.material.thermal_expansion * load.means(rod.arc / rod.length))
     first = builder.rows["rods"][index]["first_element"]
     for row in builder.rows["rod_elements"][first : first + rod.elements]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from evolvent.families.thermal import thermal, walls
 from evolvent.kernels import calls, free_strains, rigid
 from evolvent.model import zeros
 from evolvent.model.family import EVERY, EXPLICIT, Family, Kind, record
-from evolvent.model.questions import Energies, Parts, Samples, Stability, Statics, never
+from evolvent.model.questions import Energies, Parts, Samples, Stability, Statics
 from evolvent.model.shares import Shares
 
 Array = np.ndarray
@@ -77,6 +78,14 @@ def _less_free_strain(model: Any, t: Array, y: Array, factor: Array | float, bal
     return found
 
 
+def _uneven(turn: Any, rows: list[int]) -> Iterator[int]:
+    """Balances of heat whose light is not along the axis of the turn."""
+    for k in rows:
+        light = int(turn.model.thermal_loads["light"][k])
+        if light >= 0 and not turn.along(turn.model.parameters[light : light + 3]):
+            yield k
+
+
 # temperatures of a beam, a rod or a shell, the others are -1 (`thermal`): indices of profiles among the parameters, or
 # -1, and of the constants of the elements; walls, light: first heated wall and parameters of a balance of heat, or -1;
 # expansions: of those of a beam by temperature at `beam_strains.POINTS`; now: last amplitudes; change, along_y,
@@ -118,7 +127,7 @@ THERMAL_LOADS = Family(
     of_step=False,
     parts=Parts(reads_inertia=False),
     stability=Stability(by_rates=False),
-    statics=Statics(uneven=never),
+    statics=Statics(uneven=_uneven),
     energies=Energies(rebalance=_less_free_strain),
     samples=Samples(evaluate=False, last=evaluate_last),
 )  # fmt: skip
