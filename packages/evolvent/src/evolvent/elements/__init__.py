@@ -19,6 +19,7 @@ from evolvent.elements.forms import (
     straight_beam,
     straight_cable,
 )
+from evolvent.elements.heat import HeatBalance
 from evolvent.elements.helices import helix, helix_stiffness_ratio
 from evolvent.elements.inertia import (
     OWN_INERTIA,
@@ -47,6 +48,7 @@ __all__ = [
     "CrossSection",
     "Form",
     "General",
+    "HeatBalance",
     "IBeam",
     "Lenticular",
     "Material",
