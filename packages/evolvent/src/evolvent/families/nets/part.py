@@ -12,7 +12,6 @@ from evolvent.kernels import markers
 from evolvent.model.registry import asked
 from evolvent.nets import form
 from evolvent.nets.cut import Cut, read_cut
-from evolvent.nets.form import Form
 from evolvent.nets.surface import WantedSurface
 from evolvent.nets.topology import AnyLayout, Topology
 from evolvent.parts.applies import Applies, given, left_out, refuse_unfit
@@ -80,6 +79,10 @@ class RearNet(Ties):
     ratio: units.PositiveNumber = 1.0
     rim: tuple[str, ...] = ("ground",)
 
+    def below(self, x: Array) -> Array:
+        """Nodes of the rear net (n, 3) that mirror those of the net, m."""
+        return np.asarray(x * [1.0, 1.0, -self.ratio] - [0.0, 0.0, self.gap])
+
 
 AnyTies = Annotated[Ties, OneOf({"anchors": Anchors, "rear": RearNet})]
 
@@ -101,6 +104,14 @@ class Whole(NamedTuple):
     tension: Array
     stiffness: Array
     anchors: int
+
+
+def _whole(x: list[Array], cords: list[Array], densities: list[Array], stiffness: list[float], anchors: int) -> Whole:
+    """A net of parts: nodes, cords, their force densities, N/m, and stiffnesses, N."""
+    every, ends, density = np.concatenate(x), np.concatenate(cords), np.concatenate(densities)
+    length = np.linalg.norm(every[ends[:, 1]] - every[ends[:, 0]], axis=1)
+    each = np.repeat(stiffness, [len(one) for one in cords])
+    return Whole(every, ends, length, density * length, each, anchors)
 
 
 class Net(Part):
@@ -193,29 +204,60 @@ class Net(Part):
         """Points (.., 3) at inertial positions, in the axes of the net."""
         return np.asarray((x - np.array(self.position)) @ self.axes)
 
-    def form(self, name: str, topology: Topology, rim: Array) -> Form:
-        """Form of the net on its rim, (r, 3), m, in the axes of the net."""
+    def form(self, name: str, topology: Topology, rim: Array, base: Array | None = None,
+             rear: Array | None = None) -> Whole:  # fmt: skip
+        """Form of the net on its rim, in the axes of the net.
+
+        Parameters
+        ----------
+        rim : (r, 3) float, m, of the nodes that are held
+        base : (f, 3) float, m, anchors; below the nodes if left out
+        rear : (r, 3) float, m, rim of the rear net; below the rim if left out
+        """
         factors = np.where(topology.edge, self.edge, 1.0)
-        tie = None if self.ties is None or self.ties.tension is None else np.zeros(len(topology.plan))
-        if tie is not None and self.ties is not None:
-            tie[topology.free] = self.ties.tension
-        wanted = self.surface if self.ties is not None and tie is None else None
         if self.tension is None:
             if self.force_density is None:
                 raise InputError(f"{name}.force_density is missing; give it, or {name}.tension")
-            return form.find_form(topology, rim, self.force_density * factors, tie=tie, wanted=wanted)
-        density = self.tension * factors / (self.surface.diameter / max(1.0, np.sqrt(len(topology.cords))))
+            return self._form(name, topology, rim, self.force_density * factors, base, rear)
+        density = self.tension * factors / np.linalg.norm(np.diff(topology.plan[topology.cords], axis=1)[:, 0], axis=1)
         before = np.zeros(len(density))
         for _ in range(_ITERATIONS):
-            found = form.find_form(topology, rim, density, tie=tie, wanted=wanted)
-            density = self.tension * factors / found.length
-            if np.abs(found.length - before).max() <= _CHANGE * self.surface.diameter:
+            found = self._form(name, topology, rim, density, base, rear)
+            length = found.length[: len(density)]
+            if np.abs(length - before).max() <= _CHANGE * self.surface.diameter:
                 return found
-            before = found.length
+            before, density = length, self.tension * factors / length
         raise InputError(
             f"{name}.tension is {self.tension:g} N of all cords, with which no form was found in {_ITERATIONS} "
             f"iterations; give {name}.force_density"
         )
+
+    def _form(self, name: str, topology: Topology, rim: Array, density: Array, base: Array | None,
+              rear: Array | None) -> Whole:  # fmt: skip
+        """Form of the net with force densities of its cords (m,), N/m."""
+        ties, free, n = self.ties, topology.free, len(topology.plan)
+        if ties is None:
+            return _whole([form.find_form(topology, rim, density)], [topology.cords], [density], [self.stiffness], 0)
+        pull = form.Pull(self.surface.height if ties.tension is None else None, ties.tension or 0.0)
+        start = form.axial_form(topology, rim, density, pull)
+        if start[1].min() <= 0.0:
+            k = int(start[1].argmin())
+            raise InputError(
+                f"{name}.ties: the tie of node {free[k]} would have to push, with {-start[1][k]:.3g} N; the surface must "
+                f"be hollow along {name}.axis, and the node lower than the cords around it are without ties"
+            )
+        if isinstance(ties, RearNet):
+            below = ties.below(start[0])
+            behind = form.Rear(density / ties.ratio, below[topology.rim] if rear is None else rear)
+            found = form.tied_form(topology, rim, density, pull, start, below, behind)
+            cords = [topology.cords, topology.cords + n, np.stack([free, free + n], axis=1)]
+            stiffness = [self.stiffness, self.stiffness, ties.stiffness]
+            return _whole([found.x, found.base], cords, [density, behind.density, found.tie], stiffness, 0)
+        assert isinstance(ties, Anchors)
+        below = start[0][free] - [0.0, 0.0, ties.length] if base is None else base
+        found = form.tied_form(topology, rim, density, pull, start, below, None)
+        cords = [topology.cords, np.stack([free, n + np.arange(len(free))], axis=1)]
+        return _whole([found.x, below], cords, [density, found.tie], [self.stiffness, ties.stiffness], len(below))
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the nodes into the family `points`, the cords into `springs`."""
@@ -227,44 +269,15 @@ class Net(Part):
         wanted[:, :2] = topology.plan
         wanted[:, 2] = self.surface.height(*topology.plan.T)
         held = self._held(builder, f"{name}.rim", self.rim, topology.rim, wanted)
-        rim = self.seen(np.array([_place(builder, held[int(k)]) for k in topology.rim]))
-        found = self.whole(name, topology, self.form(name, topology, rim))
+        rim, rear = self.seen(np.array([_place(builder, held[int(k)]) for k in topology.rim])), None
         if isinstance(self.ties, RearNet):
-            n = len(topology.plan)
-            rear = self._held(builder, f"{name}.ties.rear.rim", self.ties.rim, topology.rim, found.x[n:])
-            held |= {n + k: one for k, one in rear.items()}
+            key, n = f"{name}.ties.rear.rim", len(topology.plan)
+            behind = self._held(builder, key, self.ties.rim, topology.rim, self.ties.below(wanted))
+            rear = self.seen(np.array([_place(builder, behind[int(k)]) for k in topology.rim]))
+            held |= {n + k: one for k, one in behind.items()}
+        found = self.form(name, topology, rim, rear=rear)
         cut = None if self.cut is None else read_cut(f"{name}.cut", self.cut, digest(self.cut), len(found.cords))
-        self._write(builder, name, topology, found, held, cut)
-
-    def whole(self, name: str, topology: Topology, found: Form) -> Whole:
-        """The net with its ties and its rear net, in the axes of the net."""
-        x, cords = [found.x], [topology.cords]
-        tension, stiffness = [found.tension], [np.full(len(topology.cords), self.stiffness)]
-        ties, n, free = self.ties, len(topology.plan), topology.free
-        anchors: Array = np.zeros((0, 3))
-        if ties is not None and found.tie[free].min() <= 0.0:
-            k = int(free[found.tie[free].argmin()])
-            raise InputError(
-                f"{name}.ties: the tie of node {k} would have to push, with {found.tie[k]:.3g} N; the surface must be "
-                f"hollow along {name}.axis, and its cords must reach below their neighbours"
-            )
-        if isinstance(ties, RearNet):
-            rear = found.x * [1.0, 1.0, -ties.ratio] - [0.0, 0.0, ties.gap]
-            density = found.tension / found.length / ties.ratio
-            along = rear[topology.cords[:, 1]] - rear[topology.cords[:, 0]]
-            x.append(rear)
-            cords += [topology.cords + n, np.stack([free, free + n], axis=1)]
-            tension += [density * np.linalg.norm(along, axis=1), found.tie[free]]
-            stiffness += [stiffness[0], np.full(len(free), ties.stiffness)]
-        elif isinstance(ties, Anchors):
-            anchors = found.x[free] - [0.0, 0.0, ties.length]
-            x.append(anchors)
-            cords.append(np.stack([free, n + np.arange(len(free))], axis=1))
-            tension.append(found.tie[free])
-            stiffness.append(np.full(len(free), ties.stiffness))
-        every, ends = np.concatenate(x), np.concatenate(cords)
-        length = np.linalg.norm(every[ends[:, 1]] - every[ends[:, 0]], axis=1)
-        return Whole(every, ends, length, np.concatenate(tension), np.concatenate(stiffness), len(anchors))
+        self._write(builder, name, found, held, cut)
 
     def natural_lengths(self, found: Whole) -> Array:
         """Lengths without tension, at the temperature of the form, m."""
@@ -301,8 +314,7 @@ class Net(Part):
             found[k] = at[best]
         return found
 
-    def _write(self, builder: Builder, name: str, topology: Topology, found: Whole, held: dict[int, Any],
-               cut: Cut | None) -> None:  # fmt: skip
+    def _write(self, builder: Builder, name: str, found: Whole, held: dict[int, Any], cut: Cut | None) -> None:
         """Write records."""
         ground = builder.names["ground"][1]
         x, n = self.in_place(found.x), len(found.x)
