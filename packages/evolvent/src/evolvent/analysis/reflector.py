@@ -172,7 +172,9 @@ class Response:
         work.probe(1.0)
         K = work.tangent(0.0, 0.0).tocsc()
         try:
-            self._solve = scipy.sparse.linalg.splu(K).solve
+            self._solve = scipy.sparse.linalg.splu(
+                K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True}
+            ).solve
         except RuntimeError:
             raise RunFailed(
                 f"the equilibrium of {of.name!r} has free motions, about which no sensitivities are known; hold them", state
@@ -200,9 +202,9 @@ class Response:
                 found[3 * k : 3 * k + 3, at + 3 : at + 6] = -np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) @ R
         return found.tocsr()
 
-    def moves(self, cords: Array) -> Array:
-        """Displacements (n, 3, k) of the nodes of the net, in its axes, by a length of each of some cords."""
-        moved = self._P @ self._solve((self._P.T @ self._B[:, cords]).toarray())
+    def moves(self, changes: Array) -> Array:
+        """Displacements (n, 3, k) of the nodes of the net, m, in its axes, by changes (m, k) of the lengths, m."""
+        moved = self._P @ self._solve(self._P.T @ (self._B @ changes))
         shaped = moved.reshape(len(self.of.nodes), 3, -1)[: len(self.of.topology.plan)]
         return np.asarray(np.einsum("ij,njk->nik", self.of.net.axes.T, shaped))
 
