@@ -30,5 +30,6 @@ def observe_net(view: View, name: str) -> Observed:
     found.scalar("largest_tension", tension.max(axis=1), "N", "largest tension of a cord")
     found.scalar("slack_cords", (tension <= 0.0).sum(axis=1), "1", "number of cords without tension")
     found.scalar("energy_elastic", fields["stored"][:, own].sum(axis=1), "J", "elastic energy of the cords")
+    found.drawn = [{"line": {"points": "position", "pieces": "cord_nodes", "values": ["tension"]}}]
     found.plots = ["least_tension", "largest_tension"]
     return found
