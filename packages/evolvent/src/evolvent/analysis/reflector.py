@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse.linalg
 
+from evolvent.analysis import trees
 from evolvent.assembly.assembled import Assembly
 from evolvent.families.nets.part import Anchors, RearNet
 from evolvent.kernels import markers
@@ -118,26 +119,34 @@ class NetInSystem:
         ------
         RunFailed
             If no equilibrium is found, or the rim yields so much that no form fits it.
+
+        Notes
+        -----
+        While the form is found, cords have their force densities as stiffness and no natural length, so that one
+        equilibrium has the form on the rim that bends under it; what ties need to keep the heights is iterated.
         """
         net, n = self.net, len(self.topology.plan)
-        size, state = net.surface.diameter, self.equilibrium(tolerance=tolerance)
         if net.cut is not None:
-            return state
+            return self.equilibrium(tolerance=tolerance)
+        size, y, before = net.surface.diameter, self.assembly.y.copy(), np.zeros((0, 3))
+        places = self.state(trees.at_start(self.assembly, "static")).x
         for _ in range(_FORMS):
-            below = state.x[n:]
+            below, rim = places[n:], places[self.topology.rim]
             whole = net.form(
-                self.name, self.topology, state.x[self.topology.rim],
-                base=below if isinstance(net.ties, Anchors) else None,
+                self.name, self.topology, rim, base=below if isinstance(net.ties, Anchors) else None,
                 rear=below[self.topology.rim] if isinstance(net.ties, RearNet) else None,
             )  # fmt: skip
-            moved = float(np.abs(whole.x - state.x).max())
-            self.cut(net.natural_lengths(whole))
-            if moved <= _MOVED * size:
-                return state
-            y = state.y.copy()
             for k in np.flatnonzero(self.iq >= 0):
                 y[self.iq[k] : self.iq[k] + 3] = net.in_place(whole.x[k])
+            moved = np.inf if before.shape != whole.x.shape else float(np.abs(whole.x - before).max())
+            if moved <= _MOVED * size:
+                self.cut(net.natural_lengths(whole))
+                return self.equilibrium(y, tolerance)
+            before = whole.x
+            springs = self.assembly.model.springs[self.own]
+            springs["stiffness"], springs["length"], springs["damping"] = whole.tension / whole.length, 0.0, 0.0
             state = self.equilibrium(y, tolerance)
+            places, y = state.x, state.y.copy()
         raise RunFailed(
             f"the rim of {self.name!r} yields so much that after {_FORMS} forms it still moves by {moved:.3g} m; "
             f"stiffen the rim, or reduce the force densities", state,
@@ -146,7 +155,9 @@ class NetInSystem:
     def error(self, state: State) -> SurfaceError:
         """Error of the surface of the facets."""
         if not len(self.topology.facets):
-            raise InputError(f"{self.name}.topology has no facets; a file needs the key `facets` for errors of the surface")
+            raise InputError(
+                f"{self.name}.topology has no facets; a file needs the key `facets` for errors of the surface"
+            )
         return surface_error(state.x, self.topology.facets, self.net.surface)
 
     # ------------------------------------------------------------------------------------------- sensitivities
@@ -177,7 +188,8 @@ class Response:
             ).solve
         except RuntimeError:
             raise RunFailed(
-                f"the equilibrium of {of.name!r} has free motions, about which no sensitivities are known; hold them", state
+                f"the equilibrium of {of.name!r} has free motions, about which no sensitivities are known; hold them",
+                state,
             ) from None
         n, m = len(of.nodes), len(of.cords)
         springs = of.assembly.model.springs[of.own]
@@ -209,7 +221,7 @@ class Response:
         return np.asarray(np.einsum("ij,njk->nik", self.of.net.axes.T, shaped))
 
     def gradient(self, slope: Array) -> Array:
-        """Derivatives (m,) by the lengths of all cords, by one solution, of a value with derivatives (n, 3) by places."""
+        """Derivatives (m,) by all lengths of a value with derivatives (n, 3) by the nodes' places; one solution."""
         whole = np.zeros((len(self.of.nodes), 3))
         whole[: len(slope)] = slope @ self.of.net.axes.T
         return np.asarray(self._B.T @ (self._P @ self._solve(self._P.T @ whole.ravel(), trans="T")))

@@ -120,7 +120,8 @@ class ReflectorResults(Shown):
         height = surface.height(x, y)
         fits = np.stack([one, two, np.ones_like(one), y + height * two, x + height * one, height], axis=1)
         A = (share * cosine)[:, None] * fits
-        Q = np.linalg.qr(A / np.linalg.norm(A, axis=0))[0]
+        sizes = np.linalg.norm(A, axis=0)
+        Q = np.linalg.qr(A[:, sizes > 0.0] / sizes[sizes > 0.0])[0]
         base, T = share * off, share[:, None] * S
         base, T = base - Q @ (Q.T @ base), T - Q @ (Q.T @ T)
         c0, linear, square = float(base @ base), 2.0 * base @ T, np.einsum("ij,ij->j", T, T)
@@ -178,8 +179,8 @@ class ReflectorResults(Shown):
         found = [f"{slack} of {len(self.tension)} cords are slack"] if slack else []
         if limit is not None and self.tolerance.bound > limit:
             found.append(
-                f"95 % of all reflectors keep {quantity(self.tolerance.bound, 'm')} rms about the best fit with lengths "
-                f"that are {quantity(self.keys.length_error, 'm')} wrong; the limit is {quantity(limit, 'm')}"
+                f"with lengths that are {quantity(self.keys.length_error, 'm')} wrong 95 % of all reflectors keep "
+                f"{quantity(self.tolerance.bound, 'm')} rms about the best fit; the limit is {quantity(limit, 'm')}"
             )
         return found
 
@@ -298,8 +299,8 @@ class ReflectorResults(Shown):
         if self.adjusted is not None:
             found = self.adjusted
             yield (
-                f"the measured nodes are {quantity(found.before, 'm')} rms from the wanted surface; the changes of lengths "
-                f"leave {quantity(found.after, 'm')} by the linear response"
+                f"the measured nodes are {quantity(found.before, 'm')} rms from the wanted surface; the changes of "
+                f"lengths leave {quantity(found.after, 'm')} by the linear response"
             )
 
     def figures(self) -> list[Figure]:
@@ -323,9 +324,7 @@ class ReflectorResults(Shown):
                 xy = np.concatenate([own, np.full((len(own), 1, 3), np.nan)], axis=1).reshape(-1, 3)
                 a, b = (low + (high - low) * (color + k) / _COLORS for k in (0, 1))
                 label = f"{a:.3g} to {b:.3g} N" if up == 2 else ""
-                lines.append(
-                    Line(x=xy[:, across], y=xy[:, up], color=color / (_COLORS - 1), width=0.7, label=label)
-                )
+                lines.append(Line(x=xy[:, across], y=xy[:, up], color=color / (_COLORS - 1), width=0.7, label=label))
             panels.append(Panel(x_label=labels[0], y_label=labels[1], lines=lines, equal=True))
         return Figure(name="net", title="Net from the front and from the side, tensions", panels=panels, height=190.0)
 
@@ -409,7 +408,9 @@ def _measured(path: str, count: int) -> tuple[Array, Array]:
         nodes = np.array([int(row["node"]) for row in rows])
         places = np.array([[float(row[key]) for key in "xyz"] for row in rows])
     except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"reflector.measured is {path!r}, which needs columns node, x, y and z of numbers ({error})") from None
+        raise InputError(
+            f"reflector.measured is {path!r}, which needs columns node, x, y and z of numbers ({error})"
+        ) from None
     if not nodes.size or nodes.min() < 0 or nodes.max() >= count:
         raise InputError(f"reflector.measured is {path!r}, whose nodes must be of 0 to {count - 1}")
     return nodes, places

@@ -41,5 +41,7 @@ def read_cut(key: str, path: str, digest: str, count: int) -> Cut:
     if found.shape != (count,):
         raise InputError(f"{key} is {path!r} with {found.size} lengths; the net has {count} cords")
     if not (np.isfinite(found).all() and found.min() > 0.0):
-        raise InputError(f"{key} is {path!r}, whose length {int(found.argmin())} is {found.min():g} m; it must be above 0")
+        raise InputError(
+            f"{key} is {path!r}, whose length {int(found.argmin())} is {found.min():g} m; it must be above 0"
+        )
     return Cut(found)

@@ -122,7 +122,8 @@ def surface_error(x: Array, facets: Array, surface: Surface, nodes: Array | None
     of_nodes = x[own, 2] - surface.height(x[own, 0], x[own, 1])
     return SurfaceError(
         area, rms(off), rms(off * np.sqrt(cosines)), rms(off * cosines), float(weights @ off / area),
-        float(np.sqrt(np.mean(of_nodes**2))), off.reshape(-1, len(WEIGHTS)) @ WEIGHTS, best_fit(points, weights, surface),
+        float(np.sqrt(np.mean(of_nodes**2))), off.reshape(-1, len(WEIGHTS)) @ WEIGHTS,
+        best_fit(points, weights, surface),
     )  # fmt: skip
 
 
@@ -142,6 +143,8 @@ def best_fit(points: Array, weights: Array, surface: Surface) -> Fit:
         off = own[:, 2] - (1.0 + p[5]) * surface.height(own[:, 0], own[:, 1])
         return np.asarray(share * off * slant(surface, own[:, 0], own[:, 1]) / size)
 
-    found = scipy.optimize.least_squares(left, np.zeros(6), method="trf", x_scale=1.0, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    found = scipy.optimize.least_squares(
+        left, np.zeros(6), method="trf", x_scale=1.0, xtol=1e-15, ftol=1e-15, gtol=1e-15
+    )
     p = found.x
     return Fit(size * p[:3], p[3:5], 1.0 + float(p[5]), size * float(np.linalg.norm(found.fun)))

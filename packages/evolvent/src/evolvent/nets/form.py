@@ -128,8 +128,8 @@ def tied_form(topology: Topology, rim: Array, density: Array, pull: Pull, start:
         if moved <= CHANGE * size:
             return Form(x, density, tie, base)
     raise InputError(
-        f"the form of the net was not found in {MOST} iterations: ties are far from the direction of its axis; move the "
-        f"rims of both nets, or the anchors, below one another"
+        f"the form of the net was not found in {MOST} iterations: ties are far from the direction of its axis; move "
+        f"the rims of both nets, or the anchors, below one another"
     )
 
 

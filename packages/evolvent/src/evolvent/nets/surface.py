@@ -94,8 +94,8 @@ class FormulaSurface(Surface):
         if not np.isfinite(z).all():
             k = int((~np.isfinite(z)).argmax())
             raise InputError(
-                f"surface.expression is not finite at x = {np.ravel(x)[k]:g} m, y = {np.ravel(y)[k]:g} m; it must be, in the "
-                f"whole aperture"
+                f"surface.expression is not finite at x = {np.ravel(x)[k]:g} m, y = {np.ravel(y)[k]:g} m; it must be, "
+                f"in the whole aperture"
             )
         return z
 

@@ -100,7 +100,7 @@ class Rings(Layout):
                 facets += [(node(k - 1, s, j), node(k, s, j), node(k, s, j + 1)) for j in range(k)]
                 facets += [(node(k - 1, s, j), node(k, s, j + 1), node(k - 1, s, j + 1)) for j in range(k - 1)]
         rim = [node(n, s, j) for s in range(g) for j in range(n) if self.held == "rim" or j == 0]
-        return _of_facets(name, np.array(plan) + [surface.offset, 0.0], np.array(facets), rim)
+        return _of_facets(name, np.array(plan) + np.array([surface.offset, 0.0]), np.array(facets), rim)
 
 
 class Gores(Layout):
@@ -128,8 +128,8 @@ class Gores(Layout):
         outer, m = 0.5 * surface.diameter, self.across
         if self.inner_radius >= outer:
             raise InputError(
-                f"{name}.topology.inner_radius is {self.inner_radius:g} m; it must be below the radius of the aperture, "
-                f"{outer:g} m"
+                f"{name}.topology.inner_radius is {self.inner_radius:g} m; it must be below the radius of the "
+                f"aperture, {outer:g} m"
             )
         count = self.ribs * m
         angles = 2.0 * np.pi * np.arange(self.ribs + 1) / self.ribs
@@ -144,7 +144,7 @@ class Gores(Layout):
                 within = (j % m) < m / 2  # diagonals towards the middle of the gore
                 facets += [(a, c, d), (a, d, b)] if within else [(a, c, b), (b, c, d)]
         rim = [i * count + s * m for i in range(self.stations + 1) for s in range(self.ribs)]
-        return _of_facets(name, plan + [surface.offset, 0.0], np.array(facets), rim)
+        return _of_facets(name, plan + np.array([surface.offset, 0.0]), np.array(facets), rim)
 
 
 class NetFile(Layout):

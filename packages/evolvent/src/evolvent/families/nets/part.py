@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -136,7 +137,7 @@ class Net(Part):
         What pulls the nodes onto the surface; without ties a net is as flat as its rim lets it be.
     rim : list of str
         What holds the rim: "ground" and rigid bodies hold each node where it is, the nodes of rods and shells those
-        that are nearest to them.
+        that are nearest to them. "bar" stands for "bar 1", "bar 2" and so on.
     stiffness : float, N
         E A of a cord.
     damping : float, s
@@ -243,8 +244,8 @@ class Net(Part):
         if start[1].min() <= 0.0:
             k = int(start[1].argmin())
             raise InputError(
-                f"{name}.ties: the tie of node {free[k]} would have to push, with {-start[1][k]:.3g} N; the surface must "
-                f"be hollow along {name}.axis, and the node lower than the cords around it are without ties"
+                f"{name}.ties: the tie of node {free[k]} would have to push, with {-start[1][k]:.3g} N; the surface "
+                f"must be hollow along {name}.axis, and the node lower than the cords around it are without ties"
             )
         if isinstance(ties, RearNet):
             below = ties.below(start[0])
@@ -287,7 +288,7 @@ class Net(Part):
         """What holds each of some nodes at wanted places, in the axes of the net: a body, and a place of it."""
         bodies: list[int] = []
         at: list[tuple[int, Array]] = []
-        for part in rim:
+        for part in [own for one in rim for own in _numbered(one, builder)]:
             if part not in builder.names:
                 raise InputError(f"{key}: no part is called {part!r}; name the parts that hold the rim before the net")
             family, index = builder.names[part]
@@ -308,8 +309,8 @@ class Net(Part):
             best = int(off.argmin())
             if off[best] > _NEAR * self.surface.diameter:
                 raise InputError(
-                    f"{key}: the nearest node to rim node {k} at {np.round(x[k], 4).tolist()} m is {off[best]:.3g} m away; it "
-                    f"must be within {_NEAR * self.surface.diameter:.3g} m: give parts with nodes there"
+                    f"{key}: the nearest node to rim node {k} at {np.round(x[k], 4).tolist()} m is {off[best]:.3g} m "
+                    f"away; it must be within {_NEAR * self.surface.diameter:.3g} m: give parts with nodes there"
                 )
             found[k] = at[best]
         return found
@@ -349,6 +350,12 @@ class Net(Part):
             points=len(builder.rows["points"]) - first_point, first_spring=first_spring, cords=len(found.cords),
         )  # fmt: skip
         builder.names[name] = ("nets", index)
+
+
+def _numbered(name: str, builder: Builder) -> list[str]:
+    """A part, or all that are repeated of it."""
+    found = [one for one in builder.names if re.fullmatch(rf"{re.escape(name)} \d+", one)]
+    return found if found and name not in builder.names else [name]
 
 
 def _place(builder: Builder, held: tuple[int, Array]) -> Array:
