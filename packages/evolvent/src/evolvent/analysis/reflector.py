@@ -10,8 +10,8 @@ import scipy.sparse.linalg
 
 from evolvent.analysis import trees
 from evolvent.assembly.assembled import Assembly
+from evolvent.families.nets.cords import NetCords
 from evolvent.families.nets.part import Anchors, RearNet
-from evolvent.kernels import markers
 from evolvent.nets.error import POINTS, WEIGHTS, SurfaceError, slant, surface_error
 from evolvent.nets.topology import Topology
 from evolvent.results.observe.view import View
@@ -60,26 +60,16 @@ class NetInSystem:
         self.assembly = dataclasses.replace(assembly, model=assembly.model.copy())
         self.name, self.net = name, assembly.parts[name]
         self.topology: Topology = self.net.layout(name)
-        model, self.row = self.assembly.model, assembly.model.nets[assembly.index(name, "nets")]
-        first = int(self.row["first_spring"])
-        self.own = slice(first, first + int(self.row["cords"]))
-        self.nodes = range(int(self.row["first_marker"]), int(self.row["first_marker"] + self.row["nodes"]))
-        #: Index in the state of the first coordinate of each node that is a point, -1 of the others; of the first
-        #: velocity of each, or of the body that has it, -1 of those that stand.
-        self.iq, self.iv = np.full((2, len(self.nodes)), -1)
-        for k, marker in enumerate(model.markers[self.nodes.start : self.nodes.stop]):
-            point = marker["kind"] == markers.ON_POINT
-            row = (model.points if point else model.bodies)[marker["index"]]
-            self.iq[k], self.iv[k] = row["iq"] if point else -1, row["iv"]
-        springs = model.springs[self.own]
-        self.cords = np.stack([springs["a"], springs["b"]], axis=1) - self.nodes.start
+        self.own = NetCords(self.assembly, name)
+        self.cords, self.iq, self.iv = self.own.ends, self.own.iq, self.own.iv
+        springs = self.own.records
         self.axial = springs["stiffness"] * springs["length"]
         self.strain = (self.net.thermal_expansion or 0.0) * self.net.temperature
         self.natural = springs["length"] / (1.0 + self.strain)
 
     def cut(self, natural: Array, strain: float | None = None) -> None:
         """Let the cords have other lengths without tension, m, and a strain by heat beside them."""
-        springs = self.assembly.model.springs[self.own]
+        springs = self.own.records
         self.natural = natural
         length = natural * (1.0 + (self.strain if strain is None else strain))
         springs["length"], springs["stiffness"] = length, self.axial / length
@@ -100,17 +90,12 @@ class NetInSystem:
 
     def state(self, solution: Solution) -> State:
         """The net in a solution with one sample."""
-        view, model = View(solution, joints=False), self.assembly.model
-        x = self.net.seen(np.stack([view.marker(k)[0][0] for k in self.nodes]))
-        turns, arms = np.tile(np.eye(3), (len(x), 1, 1)), np.zeros_like(x)
-        for k in np.flatnonzero(self.iq < 0):
-            marker = model.markers[self.nodes.start + k]
-            turns[k] = view.pose(int(marker["index"])).R[0]
-            arms[k] = turns[k] @ marker["local"]
+        held = self.own.held(View(solution, joints=False))
+        x = self.net.seen(held.x)
         length = np.linalg.norm(x[self.cords[:, 1]] - x[self.cords[:, 0]], axis=1)
-        springs = self.assembly.model.springs[self.own]
+        springs = self.own.records
         tension = np.maximum(springs["stiffness"] * (length - springs["length"]), 0.0)
-        return State(solution.y[-1], x, self.natural.copy(), length, tension, turns, arms)
+        return State(solution.y[-1], x, self.natural.copy(), length, tension, held.turns, held.arms)
 
     def formed(self, *, tolerance: float = 1e-12) -> State:
         """The net whose cords are cut for its form on the rim as it is in equilibrium.
@@ -143,7 +128,7 @@ class NetInSystem:
                 self.cut(net.natural_lengths(whole))
                 return self.equilibrium(y, tolerance)
             before = whole.x
-            springs = self.assembly.model.springs[self.own]
+            springs = self.own.records
             springs["stiffness"], springs["length"], springs["damping"] = whole.tension / whole.length, 0.0, 0.0
             state = self.equilibrium(y, tolerance)
             places, y = state.x, state.y.copy()
@@ -191,8 +176,8 @@ class Response:
                 f"the equilibrium of {of.name!r} has free motions, about which no sensitivities are known; hold them",
                 state,
             ) from None
-        n, m = len(of.nodes), len(of.cords)
-        springs = of.assembly.model.springs[of.own]
+        n, m = len(of.iq), len(of.cords)
+        springs = of.own.records
         slope = np.where(state.tension > 0.0, -of.axial * state.length / (of.natural * springs["length"]), 0.0)
         along = (state.x[of.cords[:, 1]] - state.x[of.cords[:, 0]]) @ of.net.axes.T / state.length[:, None]
         rows = 3 * of.cords[:, :, None] + np.arange(3)
@@ -203,7 +188,7 @@ class Response:
 
     def _velocities(self, n_q: int, size: int, state: State) -> scipy.sparse.csr_matrix:
         """Velocities (3 n) of the nodes by those of the unknowns."""
-        found = scipy.sparse.lil_matrix((3 * len(self.of.nodes), size))
+        found = scipy.sparse.lil_matrix((3 * len(self.of.iq), size))
         for k, (iv, R, arm) in enumerate(zip(self.of.iv, state.turns, state.arms, strict=True)):
             if iv < 0:
                 continue
@@ -217,12 +202,12 @@ class Response:
     def moves(self, changes: Array) -> Array:
         """Displacements (n, 3, k) of the nodes of the net, m, in its axes, by changes (m, k) of the lengths, m."""
         moved = self._P @ self._solve(self._P.T @ (self._B @ changes))
-        shaped = moved.reshape(len(self.of.nodes), 3, -1)[: len(self.of.topology.plan)]
+        shaped = moved.reshape(len(self.of.iq), 3, -1)[: len(self.of.topology.plan)]
         return np.asarray(np.einsum("ij,njk->nik", self.of.net.axes.T, shaped))
 
     def gradient(self, slope: Array) -> Array:
         """Derivatives (m,) by all lengths of a value with derivatives (n, 3) by the nodes' places; one solution."""
-        whole = np.zeros((len(self.of.nodes), 3))
+        whole = np.zeros((len(self.of.iq), 3))
         whole[: len(slope)] = slope @ self.of.net.axes.T
         return np.asarray(self._B.T @ (self._P @ self._solve(self._P.T @ whole.ravel(), trans="T")))
 

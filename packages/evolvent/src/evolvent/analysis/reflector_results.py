@@ -15,6 +15,7 @@ from scipy.stats import binom
 from evolvent.analysis.reflector import NetInSystem, State, mean_square_slope
 from evolvent.analysis.reflector_keys import ReflectorKeys
 from evolvent.assembly.assembled import Assembly
+from evolvent.families.nets.cords import names
 from evolvent.families.nets.part import RearNet
 from evolvent.nets.error import POINTS, SurfaceError, quadrature, ruze, slant
 from evolvent.results import made_with
@@ -377,7 +378,7 @@ class ReflectorResults(Shown):
 
 def _net_of(assembly: Assembly, name: str | None) -> str:
     """Name of the net that is meant."""
-    nets = [one for one, (family, _) in assembly.names.items() if family == "nets"]
+    nets = names(assembly)
     if not nets:
         raise InputError("the system has no net; add a part of the kind net")
     if name is None and len(nets) > 1:

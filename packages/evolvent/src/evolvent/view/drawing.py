@@ -335,6 +335,8 @@ def _arc_of(found: Any, own: dict[str, Any], count: int) -> Array:
 
 def interpolated_along(values: Array, arc: Array, at: Array) -> Array:
     """Values (nt, k, ...) at the lengths `at` (k,) along a line, linear between those (nt, n, ...) at `arc` (n,)."""
+    if arc.size == 1:
+        return np.repeat(values, at.size, axis=1)
     left = np.clip(np.searchsorted(arc, at) - 1, 0, arc.size - 2)
     share = ((at - arc[left]) / (arc[left + 1] - arc[left])).reshape(-1, *[1] * (values.ndim - 2))
     found: Array = (1.0 - share) * values[:, left] + share * values[:, left + 1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from evolvent.families.nets.cords import own_cords
 from evolvent.results.observe.variables import Observed, Variable, observer
 from evolvent.results.observe.view import View
 
@@ -16,7 +17,7 @@ def observe_net(view: View, name: str) -> Observed:
     nodes = range(int(row["first_marker"]), int(row["first_marker"] + row["nodes"]))
     own = slice(int(row["first_spring"]), int(row["first_spring"] + row["cords"]))
     x = np.stack([view.marker(k)[0] for k in nodes], axis=1)
-    ends = view.model.springs[own]
+    ends = own_cords(view.model, index)
     cords = np.stack([ends["a"], ends["b"]], axis=1) - nodes.start
     found.along("position", "node", x, "m", "positions of the nodes, inertial axes")
     found.coordinate("node", "node", np.arange(len(nodes)), "1", "nodes in the order of the topology")
