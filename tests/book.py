@@ -43,6 +43,7 @@ RENEW = (
 CHAPTERS = (
     "Statics of beams",
     "Statics of shells",
+    "Nets",
     "Modes",
     "Dynamics",
     "Threads, reels, tethers",

@@ -14,6 +14,8 @@ CALIBRATION, REPORT, FITTED, LAW = "calibration", "report.html", "case.yaml", "v
 MODES, MODE = "modes.nc", "mode-{}.motion"
 #: Page of a storage, its equilibria and its table of forces.
 STORAGE, STORED, RELAXED = "storage.html", "storage.nc", "storage.csv"
+#: Page of a reflector, its lengths to cut, and its table of cords.
+REFLECTOR, CUT, CORDS = "reflector.html", "reflector.json", "reflector.csv"
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -76,6 +78,11 @@ KINDS: Mapping[str, Kind] = {
         title="Storage", row="storage", result=STORAGE, report=(STORAGE,), of_case=True, at_once=True, needs="store",
         kept={"Equilibria over storage (NetCDF)": STORED, "Forces before and after (CSV)": RELAXED},
         analysis="forces, shapes, margins and deployment before and after storage, as set by the key store",
+    ),
+    "reflector": Kind(
+        title="Reflector", row="reflector", result=REFLECTOR, report=(REFLECTOR,), of_case=True, at_once=True,
+        needs="reflector", kept={"Lengths to cut (JSON)": CUT, "Cords (CSV)": CORDS},
+        analysis="lengths to cut, tensions and errors of the surface of a net, as set by the key reflector",
     ),
     "sweep": Kind(
         title="Study", row="study", result=STUDY, last="results.zarr", view="study", many="cases", unit=" cases",

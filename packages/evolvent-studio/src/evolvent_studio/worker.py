@@ -26,12 +26,15 @@ from evolvent_studio import added_jobs, child
 from evolvent_studio.jobkinds import (
     CALIBRATION,
     CASE,
+    CORDS,
+    CUT,
     DISPERSED,
     DISPERSION,
     KINDS,
     MARGINS,
     MODE,
     MODES,
+    REFLECTOR,
     RELAXED,
     RUN,
     STORAGE,
@@ -55,7 +58,8 @@ def main(folder: str) -> int:
     try:
         known = {
             "run": _run, "equilibrium": _equilibrium, "modes": _modes, "margin": _margin, "storage": _storage,
-            "sweep": _sweep, "disperse": _disperse, "calibrate": _calibrate, "relaxation": _relaxation,
+            "reflector": _reflector, "sweep": _sweep, "disperse": _disperse, "calibrate": _calibrate,
+            "relaxation": _relaxation,
         }  # fmt: skip
         compute = known.get(job["kind"]) or added_jobs.computation(job["kind"])
         compute(place, job, report)
@@ -199,6 +203,17 @@ def _storage(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
             found.save(place / name)
         found.report(place / STORAGE)
     report.send(status="success", message="; ".join(found.answer().warnings) or f"stored for {found.stored_for}")
+
+
+def _reflector(place: pathlib.Path, job: dict[str, Any], report: _Report) -> None:
+    case = _case(job)[0]
+    report.reached(0.0, 1.0)
+    with progress.compilation_shown_by(report.compiling), progress.shown_by(report.stage):
+        found = cases.system(case.system).system(case).reflector()
+        for name in (CUT, CORDS):
+            found.save(place / name)
+        found.report(place / REFLECTOR)
+    report.send(status="success", message="; ".join(found.fails))
 
 
 def _cases(job: dict[str, Any], place: pathlib.Path, report: _Report) -> dict[str, Any]:

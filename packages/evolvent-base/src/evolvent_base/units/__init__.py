@@ -60,6 +60,7 @@ GravitationalParameter = Annotated[
 LineDensity = Annotated[float, Quantity(what="a mass per length", unit="kg/m", example="0.735 g/m", above=0.0)]
 AreaDensity = Annotated[float, Quantity(what="a mass per area", unit="kg/m^2", example="0.3 kg/m^2", above=0.0)]
 Stiffness = Annotated[float, Quantity(what="a stiffness", unit="N/m", example="1e4 N/m", above=0.0)]
+ForceDensity = Annotated[float, Quantity(what="a force density", unit="N/m", example="10 N/m", above=0.0)]
 DampingOrZero = Annotated[float, Quantity(what="a damping coefficient", unit="N s/m", example="1e-3 N s/m", least=0.0)]
 PressureOrZero = Annotated[float, Quantity(what="a pressure", unit="Pa", example="4.56e-6 Pa", least=0.0)]
 _SPEED = Quantity(what="a velocity", unit="m/s", example="0.1 m/s")

@@ -14,6 +14,8 @@ from evolvent.analysis.linear import LinearModel
 from evolvent.analysis.loop_modes import loop_modes
 from evolvent.analysis.margins import evaluation
 from evolvent.analysis.modal import ModalResults
+from evolvent.analysis.reflector_keys import keys_of
+from evolvent.analysis.reflector_results import ReflectorResults
 from evolvent.analysis.storage import Aged, storage_of, stored
 from evolvent.analysis.storage_results import StorageResults
 from evolvent.solvers.modal.linear import linearize
@@ -298,6 +300,30 @@ class System(Composition, Answered):
             section, done, trees.over(over, done.times, "time since the start of storage"), margins=margins,
             runs=deployments, title=self.title, case=case,
         )  # fmt: skip
+
+    def reflector(self, **keys: Any) -> ReflectorResults:
+        """What the net of the system is as a reflector, in equilibrium with what holds its rim.
+
+        Parameters
+        ----------
+        keys : keys of the section `reflector` of a case, in place of those of the case that the system was read from:
+            net, frequency, length_error, limit, temperature, measured, adjust
+
+        Returns
+        -------
+        evolvent.analysis.reflector_results.ReflectorResults
+            ``found.cut_lengths``, ``found.tension``, ``found.error.fit.rms``, ``found.sensitivity``;
+            ``found.save("cut.json")`` writes lengths that the key ``cut`` of a net reads, ``found.plot("net.png")``.
+
+        Raises
+        ------
+        InputError
+            Without a net, or for keys that cannot be used.
+        RunFailed
+            If there is no equilibrium.
+        """
+        asked = keys_of(self.sections.get("reflector", {}), keys)
+        return ReflectorResults(self.assemble(), asked, title=self.title, case=self._case(self.settings))
 
     def _solved(self, assembly: Any, progress: Callable[[float], None] | None) -> Any:
         """The motion of an assembly by the system's settings, as a `Solution`."""

@@ -147,6 +147,10 @@ def owner(assembly: Any, family: str, index: int) -> str:
             for k in range(records(assembly.model, name).size if name != family else 0):
                 if index in bodies_of(assembly.model, name, k):
                     return owner(assembly, name, k)
+    for name, contains in asked("parts.contains").items():
+        for k, row in enumerate(records(assembly.model, name)):
+            if index in contains(row).get(family, ()):
+                return owner(assembly, name, k)
     return next((name for name, one in assembly.names.items() if one == (family, index)), family)
 
 

@@ -10,6 +10,7 @@ from pydantic import Field
 from evolvent import cases
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.analysis.margins.keys import Margin
+from evolvent.analysis.reflector_keys import ReflectorKeys
 from evolvent.analysis.storage import Store, storage_of
 from evolvent.analysis.system import System
 from evolvent.parts.registry import PartsByName
@@ -82,6 +83,7 @@ class StructureCase(Section):
     equilibrium: Equilibrium = Equilibrium()
     modes: ModesSection = ModesSection()
     margin: Margin | None = None
+    reflector: ReflectorKeys | None = None
 
 
 class Structure(SystemDefinition):
@@ -102,9 +104,9 @@ class Structure(SystemDefinition):
         return {} if case.simulate is None else case.simulate.settings()
 
     def sections(self, case: StructureCase) -> dict[str, Any]:
-        """The sections `store`, `equilibrium`, `modes` and `margin` of a case, where it says something of them."""
+        """The sections of analyses of a case, where it says something of them."""
         given = case.model_dump(mode="json", exclude_defaults=True)
-        return {name: given[name] for name in ("store", "equilibrium", "modes", "margin") if name in given}
+        return {name: given[name] for name in ("store", "equilibrium", "modes", "margin", "reflector") if name in given}
 
     def numbers(self, run: Any) -> list[Number]:
         """Rows of the table on the screen, and the storage that the run follows."""

@@ -9,7 +9,8 @@ Each group's attribute ``drawn`` is a list of mappings with one key:
     `points` (a variable), `kind` ("line", "rod" or "spring"), `values` (variables of the colour, or a mapping of labels
     to them), `width` (m), `across` (a variable), `tip` (the point whose trail is shown), and of beams `slope` (a
     variable) and `length` (m), by which the line is made smooth. Values at other points than those of the line have a
-    coordinate `arc` (m), the length at which they are.
+    coordinate `arc` (m), the length at which they are. With `pieces` (a coordinate: two points of each) the line has
+    gaps between these, and `values` are those of each piece.
 ``quads``
     `points`, `normals` (variables over nodes), `faces` (a coordinate: four nodes of each), `thickness` (m), `values`
     (variables of the colour, over faces), `data` and `vectors` (variables over faces and nodes that files hold).
@@ -259,6 +260,8 @@ def _copies(run: xr.DataTree, own: dict[str, Any], x: Array, *, places: bool = T
 
 
 def _line(part: str, group: xr.Dataset, own: dict[str, Any]) -> Line:
+    if "pieces" in own:
+        return _pieces(part, group, own)
     points = group[own["points"]].values
     values, named = {}, own.get("values", [])
     for label, name in named.items() if isinstance(named, dict) else [(n.replace("_", " "), n) for n in named]:
@@ -284,6 +287,16 @@ def _line(part: str, group: xr.Dataset, own: dict[str, Any]) -> Line:
         across=None if across is None else np.ascontiguousarray(across),
         tip=None if own.get("kind") == "spring" else own.get("tip", -1),
     )
+
+
+def _pieces(part: str, group: xr.Dataset, own: dict[str, Any]) -> Line:
+    """Straight pieces between points as one line with gaps."""
+    ends = group[own["points"]].values[:, group[own["pieces"]].values]
+    points = np.concatenate([ends, np.full_like(ends[:, :, :1], np.nan)], axis=2).reshape(len(ends), -1, 3)[:, :-1]
+    values = {
+        label: np.repeat(value, 3, axis=1)[:, :-1] for label, value in _labelled(group, own.get("values", [])).items()
+    }  # fmt: skip
+    return Line(name=part, points=np.ascontiguousarray(points), values=values, tip=None)
 
 
 def _quads(part: str, group: xr.Dataset, own: dict[str, Any]) -> Surface:
@@ -322,6 +335,8 @@ def _arc_of(found: Any, own: dict[str, Any], count: int) -> Array:
 
 def interpolated_along(values: Array, arc: Array, at: Array) -> Array:
     """Values (nt, k, ...) at the lengths `at` (k,) along a line, linear between those (nt, n, ...) at `arc` (n,)."""
+    if arc.size == 1:
+        return np.repeat(values, at.size, axis=1)
     left = np.clip(np.searchsorted(arc, at) - 1, 0, arc.size - 2)
     share = ((at - arc[left]) / (arc[left + 1] - arc[left])).reshape(-1, *[1] * (values.ndim - 2))
     found: Array = (1.0 - share) * values[:, left] + share * values[:, left + 1]

@@ -37,6 +37,8 @@ class Parts:
         and the index of a record of its own
     several : whether a part writes several records, named by the first of them
     consists : function of a record and its index to the bodies that it consists of, which have its name
+    contains : function of a record to the records of other families that its part has written without names: ranges of
+        their indices, by family
     is_motion : whether its records are motions between parts, with an `angle` each, which have margins and latches
     place : function of the builder and a reference (`assembly.references.Named`) to the point of a part that it names
         (`assembly.references.Location`), for families on whose parts there are points
@@ -65,6 +67,7 @@ class Parts:
     owner: Callable[[Any, int], str | tuple[str, int]] | None = None
     several: bool = False
     consists: Callable[[Any, int], range] | None = None
+    contains: Callable[[Any], Mapping[str, range]] | None = None
     is_motion: bool = False
     place: Callable[[Any, Any], Any] | None = None
     near: Callable[[Any, Any, Any], Any] | None = None

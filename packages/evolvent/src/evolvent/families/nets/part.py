@@ -1,0 +1,364 @@
+"""Net of cords over a wanted surface."""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+
+import numpy as np
+
+from evolvent.assembly.builder import Builder
+from evolvent.families.beams.part import _across
+from evolvent.kernels import markers
+from evolvent.model.registry import asked
+from evolvent.nets import form
+from evolvent.nets.cut import Cut, read_cut
+from evolvent.nets.surface import WantedSurface
+from evolvent.nets.topology import AnyLayout, Topology
+from evolvent.parts.applies import Applies, given, left_out, refuse_unfit
+from evolvent.parts.base import Group, Part, Reference, unit
+from evolvent_base import units
+from evolvent_base.errors import InputError
+from evolvent_base.file_keys import FileKey, digest
+from evolvent_base.schema import OneOf, Section
+
+Array = np.ndarray
+#: How far a rim node may be from the node that holds it, beside the diameter of the aperture.
+_NEAR = 0.05
+#: Iterations of force densities towards wanted tensions, and the change of length by which they end.
+_ITERATIONS, _CHANGE = 200, 1e-13
+
+__all__ = ["Anchors", "RearNet"]
+
+
+class Ties(Section):
+    """What pulls the nodes of a net onto the wanted surface, along its axis.
+
+    Parameters
+    ----------
+    tension : float, N, optional
+        Of each tie; if left out, those by which the nodes are on the wanted surface.
+    stiffness : float, N
+        E A of a tie.
+    """
+
+    tension: units.PositiveForce | None = None
+    stiffness: units.PositiveForce
+
+
+class Anchors(Ties):
+    """Ties to points of a body below the nodes.
+
+    Parameters
+    ----------
+    to : str
+        A body, or the ground.
+    length : float, m
+        Of all ties, under tension.
+    """
+
+    to: Annotated[str, Reference(what="a body")] = "ground"
+    length: units.Length
+
+
+class RearNet(Ties):
+    """Ties to a rear net, which mirrors the net.
+
+    Its heights are those of the net times `ratio`, the other way, and its tensions hold the ties.
+
+    Parameters
+    ----------
+    gap : float, m
+        Between both nets where the height of the wanted surface is zero.
+    ratio : float
+        Height of the rear net over that of the net.
+    rim : list of str, optional
+        As of the net, for the rear one.
+    """
+
+    gap: units.Length
+    ratio: units.PositiveNumber = 1.0
+    rim: tuple[str, ...] = ("ground",)
+
+    def below(self, x: Array) -> Array:
+        """Nodes of the rear net (n, 3) that mirror those of the net, m."""
+        return np.asarray(x * [1.0, 1.0, -self.ratio] - [0.0, 0.0, self.gap])
+
+
+AnyTies = Annotated[Ties, OneOf({"anchors": Anchors, "rear": RearNet})]
+
+
+class Whole(NamedTuple):
+    """A net with its ties and its rear net.
+
+    Attributes
+    ----------
+    x : (n, 3) float, m, nodes of the net, of the rear net, and anchors of ties
+    cords : (m, 2) int, their nodes: of the net, of the rear net, ties
+    length, tension, stiffness : (m,) float, m, N and N, of the form
+    anchors : int, number of the last nodes that are anchors
+    """
+
+    x: Array
+    cords: Array
+    length: Array
+    tension: Array
+    stiffness: Array
+    anchors: int
+
+
+def _whole(x: list[Array], cords: list[Array], densities: list[Array], stiffness: list[float], anchors: int) -> Whole:
+    """A net of parts: nodes, cords, their force densities, N/m, and stiffnesses, N."""
+    every, ends, density = np.concatenate(x), np.concatenate(cords), np.concatenate(densities)
+    length = np.linalg.norm(every[ends[:, 1]] - every[ends[:, 0]], axis=1)
+    each = np.repeat(stiffness, [len(one) for one in cords])
+    return Whole(every, ends, length, density * length, each, anchors)
+
+
+class Net(Part):
+    """A net of cords over a wanted surface: its form follows from force densities, and its cords only pull.
+
+    Its nodes are points, "net[0]" and so on in the order of the topology. At the start the net is in equilibrium under
+    its tensions, on what holds its rim; the cords are cut so that they have these tensions.
+
+    Parameters
+    ----------
+    surface : {paraboloid: {focal_length, diameter, offset}} or {formula: {expression, diameter, offset}}
+        The wanted surface, in the axes of the net: heights along `axis`, x along `direction`.
+    topology : {rings: ..}, {gores: ..} or {file: ..}
+        Nodes in the plane of the aperture and cords between them.
+    force_density : float, N/m, optional
+        Tension over length, of all cords.
+    tension : float, N, optional
+        Of all cords, in place of force densities.
+    edge : float
+        Factor of the force density or tension of cords at the edge.
+    ties : {anchors: {to, length, stiffness}} or {rear: {gap, stiffness}}, optional
+        What pulls the nodes onto the surface; without ties a net is as flat as its rim lets it be.
+    rim : list of str
+        What holds the rim: "ground" and rigid bodies hold each node where it is, the nodes of rods and shells those
+        that are nearest to them. "bar" stands for "bar 1", "bar 2" and so on.
+    stiffness : float, N
+        E A of a cord.
+    damping : float, s
+        Factor of the stiffness of a cord that is its damping.
+    mass_per_length : float, kg/m, optional
+        Of a cord.
+    node_mass : float, kg
+        Of each node beside its cords: fittings, mesh.
+    thermal_expansion : float, 1/K
+        Of the cords.
+    temperature : float, K
+        Change of the temperature since the net has its form.
+    cut : str, optional
+        A file that `evolvent reflector` has written: lengths to which the cords are cut.
+    position : (3,) float, m
+        Of the origin of the wanted surface, inertial axes.
+    axis : (3,) float
+        Along which heights count.
+    direction : (3,) float, optional
+        Of x; if left out, x of the inertial axes, or y where `axis` is along x.
+    """
+
+    applies: ClassVar[Applies] = {
+        "force_density": (left_out("tension"),),
+        "temperature": (given("thermal_expansion"),),
+    }
+    kind: Literal["net"] = "net"
+    group = Group.BODIES
+    surface: WantedSurface
+    topology: AnyLayout
+    force_density: units.ForceDensity | None = None
+    tension: units.PositiveForce | None = None
+    edge: units.PositiveNumber = 1.0
+    ties: AnyTies | None = None
+    rim: tuple[str, ...] = ("ground",)
+    stiffness: units.PositiveForce
+    damping: units.DurationOrZero = 0.0
+    mass_per_length: units.LineDensity | None = None
+    node_mass: units.MassOrZero = 0.0
+    thermal_expansion: units.ThermalExpansion | None = None
+    temperature: units.Temperature = 0.0
+    cut: Annotated[str, FileKey(endings=(".json",))] | None = None
+    position: units.Position = (0.0, 0.0, 0.0)
+    axis: units.Direction = (0.0, 0.0, 1.0)
+    direction: units.Direction | None = None
+
+    @property
+    def axes(self) -> Array:
+        """Axes of the net, (3, 3), in columns."""
+        three = unit(self.axis)
+        one = np.array([1.0, 0.0, 0.0]) if self.direction is None else unit(self.direction)
+        one = one - (one @ three) * three
+        one = unit(one) if np.linalg.norm(one) > 1e-3 else _across(three)
+        return np.stack([one, np.cross(three, one), three], axis=1)
+
+    def layout(self, name: str = "net") -> Topology:
+        """Nodes in the plane, cords and facets."""
+        return self.topology.topology(name, self.surface)
+
+    def in_place(self, x: Array) -> Array:
+        """Inertial positions of points (.., 3) in the axes of the net."""
+        return np.asarray(np.array(self.position) + x @ self.axes.T)
+
+    def seen(self, x: Array) -> Array:
+        """Points (.., 3) at inertial positions, in the axes of the net."""
+        return np.asarray((x - np.array(self.position)) @ self.axes)
+
+    def form(self, name: str, topology: Topology, rim: Array, base: Array | None = None,
+             rear: Array | None = None) -> Whole:  # fmt: skip
+        """Form of the net on its rim, in the axes of the net.
+
+        Parameters
+        ----------
+        rim : (r, 3) float, m, of the nodes that are held
+        base : (f, 3) float, m, anchors; below the nodes if left out
+        rear : (r, 3) float, m, rim of the rear net; below the rim if left out
+        """
+        factors = np.where(topology.edge, self.edge, 1.0)
+        if self.tension is None:
+            if self.force_density is None:
+                raise InputError(f"{name}.force_density is missing; give it, or {name}.tension")
+            return self._form(name, topology, rim, self.force_density * factors, base, rear)
+        density = self.tension * factors / np.linalg.norm(np.diff(topology.plan[topology.cords], axis=1)[:, 0], axis=1)
+        before = np.zeros(len(density))
+        for _ in range(_ITERATIONS):
+            found = self._form(name, topology, rim, density, base, rear)
+            length = found.length[: len(density)]
+            if np.abs(length - before).max() <= _CHANGE * self.surface.diameter:
+                return found
+            before, density = length, self.tension * factors / length
+        raise InputError(
+            f"{name}.tension is {self.tension:g} N of all cords, with which no form was found in {_ITERATIONS} "
+            f"iterations; give {name}.force_density"
+        )
+
+    def _form(self, name: str, topology: Topology, rim: Array, density: Array, base: Array | None,
+              rear: Array | None) -> Whole:  # fmt: skip
+        """Form of the net with force densities of its cords (m,), N/m."""
+        ties, free, n = self.ties, topology.free, len(topology.plan)
+        if ties is None:
+            return _whole([form.find_form(topology, rim, density)], [topology.cords], [density], [self.stiffness], 0)
+        pull = form.Pull(self.surface.height if ties.tension is None else None, ties.tension or 0.0)
+        start = form.axial_form(topology, rim, density, pull)
+        if start[1].min() <= 0.0:
+            k = int(start[1].argmin())
+            raise InputError(
+                f"{name}.ties: the tie of node {free[k]} would have to push, with {-start[1][k]:.3g} N; the surface "
+                f"must be hollow along {name}.axis, and the node lower than the cords around it are without ties"
+            )
+        if isinstance(ties, RearNet):
+            below = ties.below(start[0])
+            behind = form.Rear(density / ties.ratio, below[topology.rim] if rear is None else rear)
+            found = form.tied_form(topology, rim, density, pull, start, below, behind)
+            cords = [topology.cords, topology.cords + n, np.stack([free, free + n], axis=1)]
+            stiffness = [self.stiffness, self.stiffness, ties.stiffness]
+            return _whole([found.x, found.base], cords, [density, behind.density, found.tie], stiffness, 0)
+        assert isinstance(ties, Anchors)
+        below = start[0][free] - [0.0, 0.0, ties.length] if base is None else base
+        found = form.tied_form(topology, rim, density, pull, start, below, None)
+        cords = [topology.cords, np.stack([free, n + np.arange(len(free))], axis=1)]
+        return _whole([found.x, below], cords, [density, found.tie], [self.stiffness, ties.stiffness], len(below))
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the nodes into the family `points`, the cords into `springs`."""
+        refuse_unfit(name, self)
+        topology = self.layout(name)
+        if self.mass_per_length is None and self.node_mass == 0.0:
+            raise InputError(f"{name}.mass_per_length and {name}.node_mass are missing; give one of them")
+        wanted = np.zeros((len(topology.plan), 3))
+        wanted[:, :2] = topology.plan
+        wanted[:, 2] = self.surface.height(*topology.plan.T)
+        held = self._held(builder, f"{name}.rim", self.rim, topology.rim, wanted)
+        rim, rear = self.seen(np.array([_place(builder, held[int(k)]) for k in topology.rim])), None
+        if isinstance(self.ties, RearNet):
+            key, n = f"{name}.ties.rear.rim", len(topology.plan)
+            behind = self._held(builder, key, self.ties.rim, topology.rim, self.ties.below(wanted))
+            rear = self.seen(np.array([_place(builder, behind[int(k)]) for k in topology.rim]))
+            held |= {n + k: one for k, one in behind.items()}
+        found = self.form(name, topology, rim, rear=rear)
+        cut = None if self.cut is None else read_cut(f"{name}.cut", self.cut, digest(self.cut), len(found.cords))
+        self._write(builder, name, found, held, cut)
+
+    def natural_lengths(self, found: Whole) -> Array:
+        """Lengths without tension, at the temperature of the form, m."""
+        return form.cut_lengths(found.length, found.tension, found.stiffness)
+
+    def _held(self, builder: Builder, key: str, rim: tuple[str, ...], nodes: Array, wanted: Array) -> dict[int, Any]:
+        """What holds each of some nodes at wanted places, in the axes of the net: a body, and a place of it."""
+        bodies: list[int] = []
+        at: list[tuple[int, Array]] = []
+        for part in [own for one in rim for own in _numbered(one, builder)]:
+            if part not in builder.names:
+                raise InputError(f"{key}: no part is called {part!r}; name the parts that hold the rim before the net")
+            family, index = builder.names[part]
+            if family == "bodies":
+                bodies.append(index)
+            elif family in asked("parts.touches"):
+                at += [(one.body, one.place) for one in asked("parts.touches")[family](builder, part)]
+            else:
+                raise InputError(f"{key}: {part!r} has no nodes that are bodies; give rods, shells or bodies")
+        x, found = self.in_place(wanted), dict[int, Any]()
+        places = np.array([_place(builder, one) for one in at]).reshape(-1, 3)
+        for k in nodes.tolist():
+            if bodies:
+                pose = builder.poses[bodies[0]]
+                found[k] = (bodies[0], pose.R.T @ (x[k] - pose.x))
+                continue
+            off = np.linalg.norm(places - x[k], axis=1)
+            best = int(off.argmin())
+            if off[best] > _NEAR * self.surface.diameter:
+                raise InputError(
+                    f"{key}: the nearest node to rim node {k} at {np.round(x[k], 4).tolist()} m is {off[best]:.3g} m "
+                    f"away; it must be within {_NEAR * self.surface.diameter:.3g} m: give parts with nodes there"
+                )
+            found[k] = at[best]
+        return found
+
+    def _write(self, builder: Builder, name: str, found: Whole, held: dict[int, Any], cut: Cut | None) -> None:
+        """Write records."""
+        ground = builder.names["ground"][1]
+        x, n = self.in_place(found.x), len(found.x)
+        anchor = builder.names[self.ties.to][1] if isinstance(self.ties, Anchors) else ground
+        masses = np.full(n, self.node_mass)
+        for k in (0, 1):
+            np.add.at(masses, found.cords[:, k], 0.5 * (self.mass_per_length or 0.0) * found.length)
+        first_marker, first_point = len(builder.rows["markers"]), len(builder.rows["points"])
+        for k in range(n):
+            if k >= n - found.anchors:
+                pose = builder.poses[anchor]
+                held[k] = (anchor, pose.R.T @ (x[k] - pose.x))
+            if k in held:
+                body, place = held[k]
+                builder.add("markers", kind=markers.ON_BODY, index=body, local=place)
+                continue
+            q, v = builder.coordinates(x[k], np.zeros(3))
+            point = builder.add("points", iq=q, iv=v, mass=masses[k], compliance=1.0 / masses[k])
+            builder.add("markers", kind=markers.ON_POINT, index=point, local=np.zeros(3))
+        natural = (self.natural_lengths(found) if cut is None else cut.lengths) * (
+            1.0 + (self.thermal_expansion or 0.0) * self.temperature
+        )
+        first_spring = len(builder.rows["springs"])
+        for (a, b), length, stiffness in zip(found.cords.tolist(), natural.tolist(), found.stiffness, strict=True):
+            builder.add(
+                "springs", a=first_marker + a, b=first_marker + b, stiffness=stiffness / length,
+                damping=self.damping * stiffness / length, length=length, slack=1, lateral_stiffness=0.0,
+                lateral_damping=0.0, axis=np.zeros(3), law=0, first=0, last=0, prony=0, prony_end=0, branch=0,
+            )  # fmt: skip
+        index = builder.add(
+            "nets", first_marker=first_marker, nodes=n, first_point=first_point,
+            points=len(builder.rows["points"]) - first_point, first_spring=first_spring, cords=len(found.cords),
+        )  # fmt: skip
+        builder.names[name] = ("nets", index)
+
+
+def _numbered(name: str, builder: Builder) -> list[str]:
+    """A part, or all that are repeated of it."""
+    found = [one for one in builder.names if re.fullmatch(rf"{re.escape(name)} \d+", one)]
+    return found if found and name not in builder.names else [name]
+
+
+def _place(builder: Builder, held: tuple[int, Array]) -> Array:
+    """Inertial position of a place of a body at the start."""
+    body, at = held
+    return builder.poses[body].x + builder.poses[body].R @ at
