@@ -106,7 +106,8 @@ def advance(model, matrix, work, budget):
         stops = loop.stop < work.stops.size and work.stops[loop.stop] < end - near
         target = work.stops[loop.stop] if stops else end
         h, lands = step_length(target - t, model, work)
-        t1 = target if lands else t + h
+        ahead = h + loop.behind
+        t1 = target if lands else t + ahead
         before = max(1e-9 * h, 2.0 * near) if lands and stops else 0.0  # what begins or ends there has not done so yet
         if midpoint:
             h -= min(0.5 * h, before)
@@ -130,6 +131,7 @@ def advance(model, matrix, work, budget):
             continue
         turned, rest = loop.turn_step < math.inf, loop.whole - h
         accept_step(t1, t_end, h, model, work)
+        loop.behind = 0.0 if lands else ahead - (t1 - t)
         if not adaptive and rest > options.smallest:
             loop.turn_step = rest
         gained = has_gained(t1 >= end - near, model, work)
