@@ -32,7 +32,7 @@ def test_cylinder_and_given_nodes_have_the_same_axes() -> None:
         (WALL | {"elements": (4, 1)}, "shell.size is missing"),
         (SIZE | WALL | {"normal": (1.0, 0.0, 1.0)}, "perpendicular to shell.direction"),
         (WALL | {"nodes": np.zeros((2, 2, 3)), "elements": (4, 1)}, r"must be \(5, 2, 3\)"),
-        (WALL | {"nodes": np.zeros((2, 2, 3)), "elements": (1, 1)}, "elements there must have an area"),
+        (WALL | {"nodes": np.zeros((2, 2, 3)), "elements": (1, 1)}, "elements there, such as 0, must have an area"),
         (
             WALL | {"nodes": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [0.2, 0.2, 0]]], "elements": (1, 1)},
             "element 0 of shell is not convex",

@@ -41,8 +41,6 @@ StartNodes = Annotated[Any, Arrays(shape="of the shape (n1 + 1, n2 + 1, 3), or (
 #: Positions of all nodes.
 ShellNodes = Annotated[tuple[tuple[units.Triple, ...], ...], Arrays(shape="of the shape (n1 + 1, n2 + 1, 3)")]
 Elements = tuple[Annotated[int, units.Whole(least=1, most=1000)], Annotated[int, units.Whole(least=1, most=1000)]]
-#: Largest angle between the directors of neighbouring nodes at the start, degrees.
-LARGEST_TURN = 90.0
 
 
 class Shell(Part):
@@ -283,14 +281,12 @@ class Shell(Part):
         mesh, wall = self.mesh(name), self.wall(name)
         x, R = self.start_nodes(name)
         for axes in (mesh.R, R):
-            normals = axes[mesh.quads][..., 2]
-            cosines = np.einsum("nac,nbc->nab", normals, normals).min(axis=(1, 2))
-            k = int(cosines.argmin())
-            turn = float(np.degrees(np.arccos(np.clip(cosines[k], -1.0, 1.0))))
-            if turn > LARGEST_TURN:
+            turns = stiffness.largest_turns(axes[mesh.quads][..., 2])
+            k = int(turns.argmax())
+            if turns[k] > stiffness.LARGEST_TURN:
                 raise InputError(
-                    f"{name}.elements is {self.elements!r}, but the normals of element {k} are {turn:.0f} deg apart; "
-                    f"at most {LARGEST_TURN:g} deg is allowed, use more elements"
+                    f"{name}.elements is {self.elements!r}, but the normals of element {k} are {turns[k]:.0f} deg "
+                    f"apart; at most {stiffness.LARGEST_TURN:g} deg is allowed, use more elements"
                 )
         own = mesh.R[mesh.quads]
         found = stiffness.constants(name, mesh.x[mesh.quads], own, own[..., 0].sum(axis=1), wall.stiffness)

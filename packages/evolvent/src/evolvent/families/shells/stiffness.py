@@ -23,6 +23,8 @@ from evolvent.families.shells.shell_strains import MEASURES, SIGNS, STRAIN, STRA
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
+#: Largest angle between the directors of an element's nodes, degrees.
+LARGEST_TURN = 90.0
 _SIGNS = np.array(SIGNS)
 _ROOT = 1.0 / np.sqrt(3.0)
 _POINTS = tuple((float(xi), float(eta)) for xi, eta in _ROOT * _SIGNS[1:3].T)
@@ -177,6 +179,12 @@ def constants(name: str, x: Array, R: Array, along: Array, C: Array) -> Constant
     slopes, untwisted = drilling(x, R)
     K = 0.5 * (K + np.swapaxes(K, 1, 2))
     return Constants(K, resultants(0.0, 0.0) @ by_measures, sides.rest, slopes, untwisted, area)
+
+
+def largest_turns(directors: Array) -> Array:
+    """Largest angles between the directors (n, 4, 3) of elements, degrees."""
+    cosines = np.einsum("nac,nbc->nab", directors, directors).min(axis=(1, 2))
+    return np.asarray(np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0))))
 
 
 def _rest_measures(m: Array, R: Array) -> Array:
