@@ -323,16 +323,17 @@ class Shell(Part):
         held = {int(k) for edge in self.clamped for k in self.edge(edge, f"{name}.clamped: {name}")}
         first, turns, w = len(builder.rows["bodies"]), rods.quaternion(R), np.array(self.angular_velocity)
         speeds = np.array(self.velocity) + np.cross(w, x - x[0])
-        for k, (place, area) in enumerate(zip(x, areas, strict=True)):
-            mass, inertia = wall.mass * area, wall.inertia * area * np.diag([1.0, 1.0, 2.0])
+        own, axis, rest = w @ R, np.array([1.0, 0.0, 0.0]), np.zeros(3)
+        inertias = (wall.inertia * areas)[:, None, None] * np.diag([1.0, 1.0, 2.0])
+        for k, (place, mass, inertia) in enumerate(zip(x, (wall.mass * areas).tolist(), inertias, strict=True)):
             if k in held:
-                q, at, motion, pose = -1, -1, rigid.DRIVEN, Pose(place, R[k], np.zeros(3), np.zeros(3))
+                q, at, motion, pose = -1, -1, rigid.DRIVEN, Pose(place, R[k], rest, rest)
             else:
-                q, at = builder.coordinates([*place, *turns[k]], [*speeds[k], *(R[k].T @ w)])
+                q, at = builder.coordinates([*place, *turns[k]], [*speeds[k], *own[k]])
                 motion, pose = rigid.FREE, Pose(place, R[k], speeds[k], w)
             builder.poses.append(pose)
             builder.add(
-                "bodies", motion=motion, iq=q, iv=at, mass=mass, inertia=inertia, axis=np.array([1.0, 0.0, 0.0]),
+                "bodies", motion=motion, iq=q, iv=at, mass=mass, inertia=inertia, axis=axis,
                 R0=R[k], x0=place, rate=0.0, spin_inertia=float(inertia[0, 0]),
             )  # fmt: skip
         return first
