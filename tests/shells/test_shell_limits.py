@@ -55,5 +55,5 @@ def test_elements_that_are_refused(corner: tuple[float, float]) -> None:
     nodes: Any = x
     system = System()
     system.add(parts.Shell(nodes=nodes, elements=(2, 1), thickness=0.1, material=material(1e6)), "shell")
-    with pytest.raises(InputError, match="element 1 (of shell is not convex|are 180 deg apart)"):
+    with pytest.raises(InputError, match=r"element 1 (of shell is not convex|are 180 deg apart)"):
         system.assemble()
