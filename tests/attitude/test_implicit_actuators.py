@@ -266,6 +266,17 @@ def test_slew_of_a_flexible_satellite(method: str, book: Book) -> None:
     )  # fmt: skip
 
 
+def test_a_fixed_step_without_a_solution_is_divided() -> None:
+    """At 11.55 s the beams pass the straight line: along it they are a million times stiffer than across it."""
+    system = satellite(viscous_damping=1e-4, friction_torque=1e-4)
+    found, half = (ran(system, "generalized-alpha", 12.0, step=step, spectral_radius=0.0) for step in (0.05, 0.025))
+    assert found.statistics["steps"] > 240
+    model = found.assembly.model
+    columns = [*range(int(model.bodies["iq"][1]), int(model.bodies["iq"][1]) + 7), int(model.wheels["iv"][0])]
+    a, b = found.y[:, columns], half.y[:, columns]
+    assert np.abs(a - b).max() < 1e-2 * np.ptp(a, axis=0).max()
+
+
 def test_both_solvers_agree_on_the_flexible_satellite() -> None:
     """Motions of the bus and of the wheel over the first seconds."""
     runs = [ran(satellite(rate=5.0), method, 6.0, 13, step=0.01) for method in SOLVERS]

@@ -99,13 +99,22 @@ def test_large_steps_gain_no_energy(step: float) -> None:
 
 @pytest.mark.slow
 def test_thousand_turns(book: Book) -> None:
-    """Of 0.13 rad a step, so thick that what is strained does not leak into modes which the steps do not resolve."""
+    """Of 0.13 rad a step, so thick that what is strained does not leak into modes which the steps do not resolve.
+
+    Its centre of mass rests. Where it flies away at 3.7 m/s it ends 3.6 km off, where positions are rounded to
+    4.5e-13 m: beside an element of 0.3 m this is 1.5e-12, and momentum about the origin is as coarse.
+    """
     count = 49100
     assert 0.02 * count * np.sqrt(41.0) > 2000.0 * np.pi
-    found = flown(tumbling(thickness=0.1), count, 0.02, 1.0)
+    shell = tumbling(thickness=0.1)
+    sums = np.zeros(6)
+    kinematics(0.0, shell.y, shell.model)
+    momenta(shell.y, shell.model, sums)
+    centre = -sums[:3] / shell.model.bodies["mass"].sum()
+    found = flown(tumbling(thickness=0.1, velocity=tuple(centre.tolist())), count, 0.02, 1.0)
     assert found.divided == 0
     for what, error, allowed in (
-        ("angular momentum", found.off(3), 2e-10), ("energy", np.abs(found.energy / found.energy[0] - 1.0).max(), 1e-10)
+        ("angular momentum", found.off(3), 1e-12), ("energy", np.abs(found.energy / found.energy[0] - 1.0).max(), 2e-12)
     ):  # fmt: skip
         book(
             CHAPTER, f"Free shell, 1000 turns in {count} steps: {what}", reference="constant", source="closed form",

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.families.bodies.family import node_point
-from evolvent.families.shells import shell, shell_strains, shell_tangent
+from evolvent.families.shells import shell, shell_limits, shell_strains, shell_tangent
 from evolvent.kernels import calls, free_strains, rigid
 from evolvent.model.family import End, Family, Kind, Records, record
 from evolvent.model.powers import MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
@@ -16,6 +16,7 @@ from evolvent.model.questions import (
     Advice,
     Energies,
     LinearizedPoint,
+    Notes,
     Parts,
     Samples,
     Stability,
@@ -223,6 +224,7 @@ SHELLS = Family(
     energies=Energies(bending=_bending, by_causes=True, round_off=_stretched),
     samples=Samples(evaluate=evaluate),
     advice=Advice(conserved="shells"),
+    notes=Notes(limits=shell_limits.beyond_elements),
 )  # fmt: skip
 
 # an element between four bodies, whose third axes are the directors; stiffness, resultants, rest, slopes, untwisted:

@@ -41,8 +41,6 @@ StartNodes = Annotated[Any, Arrays(shape="of the shape (n1 + 1, n2 + 1, 3), or (
 #: Positions of all nodes.
 ShellNodes = Annotated[tuple[tuple[units.Triple, ...], ...], Arrays(shape="of the shape (n1 + 1, n2 + 1, 3)")]
 Elements = tuple[Annotated[int, units.Whole(least=1, most=1000)], Annotated[int, units.Whole(least=1, most=1000)]]
-#: Largest angle between the directors of neighbouring nodes at the start, degrees.
-LARGEST_TURN = 90.0
 
 
 class Shell(Part):
@@ -283,14 +281,12 @@ class Shell(Part):
         mesh, wall = self.mesh(name), self.wall(name)
         x, R = self.start_nodes(name)
         for axes in (mesh.R, R):
-            normals = axes[mesh.quads][..., 2]
-            cosines = np.einsum("nac,nbc->nab", normals, normals).min(axis=(1, 2))
-            k = int(cosines.argmin())
-            turn = float(np.degrees(np.arccos(np.clip(cosines[k], -1.0, 1.0))))
-            if turn > LARGEST_TURN:
+            turns = stiffness.largest_turns(axes[mesh.quads][..., 2])
+            k = int(turns.argmax())
+            if turns[k] > stiffness.LARGEST_TURN:
                 raise InputError(
-                    f"{name}.elements is {self.elements!r}, but the normals of element {k} are {turn:.0f} deg apart; "
-                    f"at most {LARGEST_TURN:g} deg is allowed, use more elements"
+                    f"{name}.elements is {self.elements!r}, but the normals of element {k} are {turns[k]:.0f} deg "
+                    f"apart; at most {stiffness.LARGEST_TURN:g} deg is allowed, use more elements"
                 )
         own = mesh.R[mesh.quads]
         found = stiffness.constants(
@@ -329,16 +325,17 @@ class Shell(Part):
         held = {int(k) for edge in self.clamped for k in self.edge(edge, f"{name}.clamped: {name}")}
         first, turns, w = len(builder.rows["bodies"]), rods.quaternion(R), np.array(self.angular_velocity)
         speeds = np.array(self.velocity) + np.cross(w, x - x[0])
-        for k, (place, area) in enumerate(zip(x, areas, strict=True)):
-            mass, inertia = wall.mass * area, wall.inertia * area * np.diag([1.0, 1.0, 2.0])
+        own, axis, rest = w @ R, np.array([1.0, 0.0, 0.0]), np.zeros(3)
+        inertias = (wall.inertia * areas)[:, None, None] * np.diag([1.0, 1.0, 2.0])
+        for k, (place, mass, inertia) in enumerate(zip(x, (wall.mass * areas).tolist(), inertias, strict=True)):
             if k in held:
-                q, at, motion, pose = -1, -1, rigid.DRIVEN, Pose(place, R[k], np.zeros(3), np.zeros(3))
+                q, at, motion, pose = -1, -1, rigid.DRIVEN, Pose(place, R[k], rest, rest)
             else:
-                q, at = builder.coordinates([*place, *turns[k]], [*speeds[k], *(R[k].T @ w)])
+                q, at = builder.coordinates([*place, *turns[k]], [*speeds[k], *own[k]])
                 motion, pose = rigid.FREE, Pose(place, R[k], speeds[k], w)
             builder.poses.append(pose)
             builder.add(
-                "bodies", motion=motion, iq=q, iv=at, mass=mass, inertia=inertia, axis=np.array([1.0, 0.0, 0.0]),
+                "bodies", motion=motion, iq=q, iv=at, mass=mass, inertia=inertia, axis=axis,
                 R0=R[k], x0=place, rate=0.0, spin_inertia=float(inertia[0, 0]),
             )  # fmt: skip
         return first

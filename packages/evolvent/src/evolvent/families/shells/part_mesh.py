@@ -323,7 +323,9 @@ def mean_normals(name: str, x: Array, quads: Array) -> Array:
     sizes = np.linalg.norm(found, axis=-1, keepdims=True)
     if np.any(sizes <= 0.0):
         k = int(sizes.argmin())
-        raise InputError(f"{name} has no normal at node {k}; elements there must have an area")
+        own = np.flatnonzero((quads == k).any(axis=1))
+        least = int(own[np.linalg.norm(areas[own], axis=1).argmin()])
+        raise InputError(f"{name} has no normal at node {k}; elements there, such as {least}, must have an area")
     return found / sizes
 
 

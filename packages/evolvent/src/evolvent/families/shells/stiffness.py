@@ -24,6 +24,8 @@ from evolvent.kernels.free_strains import SHELL_AMPLITUDES
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
+#: Largest angle between the directors of an element's nodes, degrees.
+LARGEST_TURN = 90.0
 _SIGNS = np.array(SIGNS)
 _ROOT = 1.0 / np.sqrt(3.0)
 _POINTS = tuple((float(xi), float(eta)) for xi, eta in _ROOT * _SIGNS[1:3].T)
@@ -226,6 +228,12 @@ def _least(L: Array, F: Array) -> Array:
     rows = 1.0 / np.linalg.norm(L, axis=2, keepdims=True)
     columns = 1.0 / np.linalg.norm(rows * L, axis=1, keepdims=True)
     return np.asarray(np.swapaxes(columns, 1, 2) * (np.linalg.pinv(rows * L * columns) @ (rows * F)))
+
+
+def largest_turns(directors: Array) -> Array:
+    """Largest angles between the directors (n, 4, 3) of elements, degrees."""
+    cosines = np.einsum("nac,nbc->nab", directors, directors).min(axis=(1, 2))
+    return np.asarray(np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0))))
 
 
 def _rest_measures(m: Array, R: Array) -> Array:

@@ -147,7 +147,7 @@ def _end_of(kind, tried, work):
     elif kind == EVENT:
         h = loop.event_step
     if kind < STOP:
-        return t + h, t + h, h
+        return t + (h + loop.behind), t + h, h
     t1 = work.stops[loop.stop] if kind == STOP else work.samples[work.samples.size - 1]
     h = t1 - t
     before = max(1e-9 * h, 20.0 * smallest) if kind == STOP else 0.0
@@ -195,6 +195,7 @@ def step_beside(kind, latch, leads, run_model, run, leader, model, matrix, work,
     elif work.options.divides != 0 and kind < STOP:
         loop.step = min(2.0 * h, loop.wanted)
     implicit_loop.accept_step(t1, t_end, h, model, work)
+    loop.behind = run.loop.behind
     has_gained(False, model, work)
     keep_samples(t, h if midpoint else t1 - t, model, work)
     if fired >= 0 and model.watches[fired].stops != 0 and loop.sample < run.loop.sample:

@@ -385,7 +385,10 @@ class StaticSearch:
         if code in (eq.SINGULAR, eq.UNBALANCED) or b.loop.quality < 1e-11:
             return f"the tangent is singular at load factor {factor:.6g}: a limit of the load, or something is not held"
         beyond = f"{self.reached:.6g}{self._hint()}"
-        return f"Newton's method does not converge beyond load factor {beyond}; arc_length may lead on"
+        return (
+            f"Newton's method does not converge beyond load factor {beyond}; arc_length may lead on, and `simulate` "
+            f"follows what snaps in time"
+        )
 
     def _free_under_load(self, count: int, free: list[str]) -> tuple[int, list[str]]:
         """Of motions that are free at the factor reached, and the parts that they move, those that no load holds."""

@@ -51,8 +51,8 @@ from evolvent.solvers.time.implicit.workspace import (
 )
 
 _I = types.int64
-#: Part of a fixed step down to which generalized-alpha divides it where a thread goes slack or taut, or bodies may pass
-#: each other.
+#: Part of a fixed step down to which generalized-alpha divides it where Newton's method finds no solution, a thread
+#: goes slack or taut, or bodies may pass each other.
 SMALLEST_PART = 1e-4
 #: Steps of one length after which an adaptive step of generalized-alpha may grow, and by how much at most: a change of
 #: length leaves an error in the algorithmic accelerations that decays by (1 - 2 rho)/(2 - rho) a step, 0.7 for the
@@ -106,7 +106,8 @@ def advance(model, matrix, work, budget):
         stops = loop.stop < work.stops.size and work.stops[loop.stop] < end - near
         target = work.stops[loop.stop] if stops else end
         h, lands = step_length(target - t, model, work)
-        t1 = target if lands else t + h
+        ahead = h + loop.behind
+        t1 = target if lands else t + ahead
         before = max(1e-9 * h, 2.0 * near) if lands and stops else 0.0  # what begins or ends there has not done so yet
         if midpoint:
             h -= min(0.5 * h, before)
@@ -130,6 +131,7 @@ def advance(model, matrix, work, budget):
             continue
         turned, rest = loop.turn_step < math.inf, loop.whole - h
         accept_step(t1, t_end, h, model, work)
+        loop.behind = 0.0 if lands else ahead - (t1 - t)
         if not adaptive and rest > options.smallest:
             loop.turn_step = rest
         gained = has_gained(t1 >= end - near, model, work)
@@ -210,15 +212,15 @@ def try_step(t, t_end, h, passes, model, matrix, work):
 def is_tried_again(h, iterations, error, passes, model, work):
     """Whether a step without a solution, or with too large an error, is tried again; sets its length.
 
-    Energy-momentum divides fixed steps as well. Generalized-alpha does so only where a thread may go slack or bodies
-    may pass each other.
+    Both methods divide fixed steps without a solution: of beams that are a million times stiffer along than across it
+    depends on round-off whether Newton's method finds it. Generalized-alpha goes on with the whole step after it.
     """
     loop, options, divides = work.loop, work.options, work.options.divides != 0
     adaptive, solved = options.tolerance > 0.0, iterations > 0
     if (
         not divides
         and not adaptive
-        and (model.info.abrupt > 0 or (passes and solved))
+        and (not solved or model.info.abrupt > 0 or passes)
         and h > SMALLEST_PART * loop.step
     ):
         loop.rejected += 1

@@ -32,14 +32,15 @@ ALPHA, ENERGY = 0, 1
 #: is factored, s, 0 of none; quality: its worst pivot so far; start_energy: J; gain, lowest_gain: what the balance has
 #: gained since the start, and the lowest of that so far, J; fastest: largest mean rate so far, 1/s; left, left0: what
 #: Newton's method has left in this step and in those before, beside `weight`; tried: length of the step that was tried
-#: last, s; and the extremes of `evolvent.solvers.common.balance`.
+#: last, s; behind: by how much rounding has put `time` before the sum of the steps, s; and the extremes of
+#: `evolvent.solvers.common.balance`.
 LOOP = np.dtype(
     [(name, np.int64) for name in ("steps", "iterations", "rejected", "factorizations", "sample", "stop", "contact_set",
                                    "over", "latches", "extended", "settling", "stages", "divided", "steady",
                                    "resolves", "follows", "found")]
     + [(name, np.float64) for name in ("time", "step", "wanted", "event_step", "turn_step", "whole", "last", "factored",
                                        "quality", "start_energy", "gain", "lowest_gain", "fastest", "left", "left0",
-                                       "tried")]
+                                       "tried", "behind")]
     + list(EXTREMES),
     align=True,
 )  # fmt: skip
