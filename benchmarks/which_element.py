@@ -6,10 +6,8 @@
    which a force of 50 mN pushes to its convex side: small motions.
 2. A strip of film, 1 m x 30 mm x 50 um, pulled by 0.5 N at a mass of 10 g at its tip, which a torque of 1 uN m twists
    by 1.5 degrees: the tension makes it some 30 times as stiff in twist.
-3. The panel on two tape springs of the cases `tape-hinge` and `tape-hinge-shell`, whose folds open it: the slope of
-   the elastic energy over the angle from 150 to 40 degrees beside that of the Maxwell lines (theory page on tapes).
 
-Error of 1 and 2: the tip's displacement or twist in equilibrium against the limit of the two finest shells (error of
+Error: the tip's displacement or twist in equilibrium against the limit of the two finest shells (error of
 second order). CPU time of a step: the loads act suddenly, 100 steps of energy-momentum, least of the runs after one
 that is not counted. The reduced body is that of a shell, by Craig and Bampton with both ends as its interface.
 """
@@ -29,12 +27,9 @@ from typing import Any
 
 import numpy as np
 
-import evolvent
 from evolvent import System, parts
-from evolvent.closed_forms.tapes import snap
 from evolvent.elements import Arc, Material, Rectangle, Strip, TapeSection
 
-Array = np.ndarray
 STEEL = Material(young_modulus=210e9, poisson_ratio=0.3, density=7850.0)
 FILM = Material(young_modulus=2.5e9, poisson_ratio=0.34, density=1420.0)
 RADIUS, ANGLE, WALL, BOOM = 0.015, 0.5 * math.pi, 1e-4, 0.5
@@ -170,23 +165,6 @@ def rows_of(
     return rows
 
 
-def opening(case: str, after: float) -> dict[str, Any]:
-    """A case of the hinge: slope of the energy of both folds over the angle, and CPU time."""
-    evolvent.run(case, {"simulate.until": 0.05})  # compiles
-    began = time.process_time()
-    run = evolvent.run(case, {"simulate.every": 0.01})
-    cpu = time.process_time() - began
-    straight = json.loads(run.attrs["events"])["time"][0]
-    steps = json.loads(run.attrs["statistics"])["steps"]
-    run = run.ev.regular()
-    turns = run["panel"]["attitude"].values
-    angle = np.degrees(np.unwrap(2.0 * np.arctan2(turns[:, 3], turns[:, 0])))
-    inside = (run["time"].values > after + 0.01) & (run["time"].values < straight) & (angle < 150.0) & (angle > 40.0)
-    energies = [run[f"tape {k}"]["energy_elastic"].values[inside] for k in (1, 2)]
-    slope = sum(float(np.polyfit(np.radians(angle[inside]), energy, 1)[0]) for energy in energies)
-    return {"moment": slope, "straight": straight - after, "ms": 1e3 * cpu / steps, "steps": steps, "cpu": cpu}
-
-
 def main() -> int:
     """Print the table and write the JSON file."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
@@ -214,14 +192,6 @@ def main() -> int:
         for mesh in STRIPS:
             strips[f"shell {mesh[0]} x {mesh[1]}"] = twisted(clamped(strip_of_shell(mesh), "root"), "tip")
         rows += rows_of("film strip, twist", strips, twist, 2e-3, options.repeat, finer=2.0)
-    folded = TapeSection(radius=RADIUS, angle=math.pi / 3.0, thickness=1.5e-4)
-    lines = sum(snap(folded, STEEL, one).propagation_moment for one in (1, -1))
-    for case, label, after in (("tape-hinge", "rods, section tape", 0.0), ("tape-hinge-shell", "shells 40 x 6", 1.4)):
-        found = opening(case, after)
-        error = found["moment"] / lines - 1.0
-        rows.append({"structure": case, "element": label, "error": error, **found})
-        print(f"{case:24}{label:32}{100.0 * error:+10.2f} %{found['ms']:10.3f} ms, in line after "
-              f"{found['straight']:.2f} s, {found['cpu']:.0f} s in all", flush=True)  # fmt: skip
     options.output.write_text(json.dumps({"load": [load, os.getloadavg()], "rows": rows}, indent=1) + "\n")
     return 0
 
