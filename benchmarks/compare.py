@@ -19,10 +19,7 @@ import math
 import os
 import pathlib
 import platform
-import selectors
-import subprocess
 import sys
-import tempfile
 from typing import Any
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -31,79 +28,21 @@ sys.path.insert(0, str(HERE / "peers"))
 import page  # noqa: E402
 import plots  # noqa: E402
 import works  # noqa: E402
+from programs import FIRST, PATIENCE, PYTHON, Program, install  # noqa: E402
 
-VENV = HERE / ".peers"
-PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+#: Programs and what is installed of each.
 PEERS = {
     "exudyn": "exudyn>=1.13",
     "mujoco": "mujoco>=3.2",
     "pyelastica": "pyelastica>=0.3",
     "moordyn": "moordyn>=2.3",
 }
-#: Time for one answer, s, and for the first, in which evolvent may compile.
-PATIENCE, FIRST = 120.0, 900.0
 
 
-def install() -> dict[str, str]:
-    """Set the environment up; why those are missing that are."""
-    missing: dict[str, str] = {}
-    if not PYTHON.exists():
-        subprocess.run([sys.executable, "-m", "venv", str(VENV)], check=True)
-    for name, wanted in PEERS.items():
-        command = [str(PYTHON), "-m", "pip", "install", "-q", "--no-compile", "--disable-pip-version-check", wanted]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode:
-            missing[name] = "it could not be installed"
-            print(f"going on without {page.NAMES[name]}: it could not be installed", file=sys.stderr)
-    return missing
-
-
-class Program:
-    """A program's process."""
-
-    def __init__(self, name: str) -> None:
-        self.name, self.patience = name, FIRST
-        self.folder = tempfile.TemporaryDirectory()
-        self.start()
-
-    def start(self) -> None:
-        """A fresh process, ready to answer."""
-        environment = dict(os.environ, OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
-        python = sys.executable
-        if self.name in PEERS:
-            environment.pop("PYTHONPATH", None)
-            python = str(PYTHON)
-        self.process = subprocess.Popen(
-            [python, str(HERE / "peers" / "worker.py"), f"with_{self.name}"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            env=environment,
-            cwd=self.folder.name,  # some write a log where they run
-        )
-        ready = self.read()
-        self.version, self.missing = ready.get("version"), ready.get("missing")
-
-    def read(self) -> dict[str, Any]:
-        """One answer; a process that ends or does not answer is said to have died."""
-        with selectors.DefaultSelector() as watch:
-            watch.register(self.process.stdout, selectors.EVENT_READ)
-            line = self.process.stdout.readline() if watch.select(self.patience) else ""
-        if line:
-            return json.loads(line)
-        self.process.kill()
-        self.process.wait()
-        return {"died": True, "missing": "its process ended or did not answer"}
-
-    def ask(self, way: dict[str, Any], step: float, timed: bool) -> dict[str, Any]:
-        """One run, and its error."""
-        if self.process.poll() is not None:
-            self.start()
-        work = works.WORKS[way["work"]]
-        request = {"work": way["work"], "spec": work["spec"], "options": way["options"], "step": step, "timed": timed}
-        self.process.stdin.write(json.dumps(request) + "\n")
-        self.process.stdin.flush()
-        return self.read()
+def request(way: dict[str, Any], step: float, *, timed: bool) -> dict[str, Any]:
+    """What a program is asked."""
+    spec = works.WORKS[way["work"]]["spec"]
+    return {"work": way["work"], "spec": spec, "options": way["options"], "step": step, "timed": timed}
 
 
 def error_of(places: list[list[float]], reference: list[list[float]]) -> float:
@@ -123,7 +62,7 @@ def measure(repeat: int, missing: dict[str, str], only: list[str]) -> dict[str, 
     for name in dict.fromkeys(way["program"] for way in works.WAYS):
         if name in missing:
             continue
-        programs[name] = Program(name)
+        programs[name] = Program(f"with_{name}", peer=name in PEERS)
         if programs[name].missing:
             missing[name] = programs[name].missing
             del programs[name]
@@ -141,12 +80,12 @@ def measure(repeat: int, missing: dict[str, str], only: list[str]) -> dict[str, 
                 program = programs[one["program"]]
                 for run in one["runs"]:
                     print(f"{key} {k} {one['label']} {run['step']}", file=sys.stderr, flush=True)
-                    told = program.ask(one["way"], run["step"], timed=k > 0)
+                    told = program.ask(request(one["way"], run["step"], timed=k > 0))
                     take(run, told, known[one["reference"]]["places"], counted=k > 0)
                 program.patience = FIRST if k == 0 else PATIENCE
         for one in rows:
             for step in one["way"]["large"]:
-                told = programs[one["program"]].ask(one["way"], step, timed=False)
+                told = programs[one["program"]].ask(request(one["way"], step, timed=False))
                 run = {"step": step}
                 take(run, told, known[one["reference"]]["places"], counted=False)
                 one["large"].append(run)
@@ -160,8 +99,7 @@ def measure(repeat: int, missing: dict[str, str], only: list[str]) -> dict[str, 
             }
         )
     for program in programs.values():
-        program.process.stdin.close()
-        program.process.wait()
+        program.close()
     return {
         "date": datetime.date.today().isoformat(),
         "machine": {
@@ -203,7 +141,7 @@ def main() -> int:
     if options.redraw:
         plots.draw(json.loads(kept.read_text(encoding="utf-8")), images)
         return 0
-    missing = {} if options.no_install else install()
+    missing = {} if options.no_install else install(PEERS)
     if not PYTHON.exists():
         missing = dict.fromkeys(PEERS, "no environment was set up")
     result = measure(options.repeat, missing, options.only)
