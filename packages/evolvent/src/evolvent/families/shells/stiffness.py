@@ -181,12 +181,12 @@ def constants(name: str, x: Array, R: Array, along: Array, C: Array, parts: Sequ
     by_measures = np.linalg.solve(H, L)
     K = _symmetric(np.swapaxes(L, 1, 2) @ by_measures)
     slopes, untwisted = drilling(x, R)
-    middle_resultants, found = resultants(0.0, 0.0) @ by_measures, []
+    in_middle, found = resultants(0.0, 0.0) @ by_measures, list[tuple[Array, Array]]()
     strains = [inverse @ resultants(*point) @ by_measures for point in _POINTS] if parts else []
     for part in parts:
-        own = [w[:, None, None] * (np.swapaxes(S, 1, 2) @ part @ S) for w, S in zip(weights, strains, strict=True)]
-        found.append((_symmetric(sum(own, np.zeros_like(K))), part @ inverse @ middle_resultants))
-    return Constants(K, middle_resultants, sides.rest, slopes, untwisted, area, tuple(found))
+        shares = [w[:, None, None] * (np.swapaxes(S, 1, 2) @ part @ S) for w, S in zip(weights, strains, strict=True)]
+        found.append((_symmetric(sum(shares, np.zeros_like(K))), part @ inverse @ in_middle))
+    return Constants(K, in_middle, sides.rest, slopes, untwisted, area, tuple(found))
 
 
 def _symmetric(K: Array) -> Array:
