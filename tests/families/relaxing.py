@@ -10,6 +10,7 @@ from scipy.linalg import expm
 from evolvent import System, parts
 from evolvent.assembly.assembled import Assembly
 from evolvent.elements.viscoelastic import Viscoelastic
+from families import shells
 from families.beams import BETA, ORIGIN, SIGMA
 from families.case import Array, Case, at, columns, of, springs_poles
 from families.lumped import G, hanging_squares, outer_node, reeled, with_spool
@@ -120,6 +121,27 @@ def sinking(formulation: str, elements: int, theory: float) -> Case:
 def beam() -> Case:
     """With sections."""
     return sinking("assumed_strain", elements=8, theory=1e-2)
+
+
+@of("a viscoelastic shell")
+def shell() -> Case:
+    """A strip that is clamped at one end creeps under its weight from q L^4/(8 E I)."""
+    sag, stiffness, density = 5e-3, shells.EI, shells.MASS
+    material = shells.SOFT.model_copy(update={"viscoelastic": RELAXING.viscoelastic})
+    gravity = 8.0 * stiffness * sag / density
+
+    def system() -> System:
+        found = System(gravity=(0.0, 0.0, -gravity))
+        found.add(
+            parts.Shell(size=(1.0, 0.125), elements=(8, 1), thickness=0.02, material=material, clamped=("x0",)), "strip"
+        )
+        return found
+
+    w = BETA**2 * math.sqrt(stiffness / density)
+    return Case(
+        part="strip", system=system, seen=shells.tip, end=1.5, step=1e-4, theory=1e-2,
+        motion=lambda t: sinks(t, sag, w), still=(-sag,), poles=(pole(w[0] ** 2),), damped=True,
+    )  # fmt: skip
 
 
 @of("a viscoelastic cable")

@@ -18,7 +18,7 @@ SOFT = elements.Material(young_modulus=2e6, poisson_ratio=0.0, density=1000.0)
 EI, MASS = 2e6 * 0.125 * 0.02**3 / 12.0, 2.5
 
 
-def _tip(assembly: Assembly, y: Array) -> Array:
+def tip(assembly: Assembly, y: Array) -> Array:
     """Height of the strip's last node."""
     body = bodies_of(assembly.model, "shells", assembly.names["strip"][1])[-1]
     q = int(assembly.model.bodies["iq"][body])
@@ -49,7 +49,7 @@ def shell() -> Case:
     shares = SIGMA / BETA**5 * np.array([1.0, -1.0, 1.0, -1.0])
     shares = shares / shares.sum()
     return Case(
-        part="strip", system=system, seen=_tip, end=1.5, step=1e-4, theory=1e-2,
+        part="strip", system=system, seen=tip, end=1.5, step=1e-4, theory=1e-2,
         motion=lambda t: columns(-sag * np.sum(shares * (1.0 - np.cos(np.outer(t, w))), axis=1)),
         still=(-sag,), poles=(1j * w[0],),
     )  # fmt: skip

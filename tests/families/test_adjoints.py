@@ -44,6 +44,7 @@ REFUSED = {
     "a viscoelastic thread": "a part is viscoelastic",
     "a viscoelastic thread on a free spool": "a part is viscoelastic",
     "a shell": "shells",
+    "a viscoelastic shell": "shells",
 }
 #: Largest difference beside the largest change of a coordinate, or of a rate times a step.
 WITHIN = 1e-6

@@ -134,9 +134,6 @@ def test_refusals() -> None:
         parts.Shell(**plain).wall()
     with pytest.raises(InputError, match=r"s.thickness and s.section are both given; leave one of them out"):
         parts.Shell(thickness=1e-3, section=laminate(0.0), **plain).mesh("s")
-    aged = PLY.replaced(viscoelastic={"prony": [[0.1, "1 s"]]})
-    with pytest.raises(InputError, match=r"shell has a viscoelastic material; relaxation of shells is not implemented"):
-        parts.Shell(section=Laminate(plies=(Ply(material=aged, thickness=1e-3),)), **plain).wall()
     with pytest.raises(InputError, match=r"the laminate has no plies; it must have one or more"):
         parts.Shell(section={"laminate": []}, **plain)
     with pytest.raises(InputError, match=r"its entry \(8, 8\) is 0; it must be above 0"):

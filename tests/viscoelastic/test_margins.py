@@ -157,6 +157,19 @@ def bent(kind: Any) -> System:
     return held({"it": strip, "clamp": clamp, "weld": weld}, angle=BEND, at=tuple(x[-1]))
 
 
+def bent_shell() -> System:
+    """The same of a shell."""
+    angle, width = np.repeat(np.linspace(0.0, BEND, ELEMENTS + 1), 2), np.tile([0.0, -0.05], ELEMENTS + 1)
+    start = np.stack([np.sin(angle) / BEND, (1.0 - np.cos(angle)) / BEND, width], axis=1)
+    normals = np.stack([-np.sin(angle), np.cos(angle), 0.0 * angle], axis=1)
+    material = elements.Material(young_modulus=1e9, poisson_ratio=0.0, density=1000.0, viscoelastic=QUICK)
+    strip = parts.Shell(
+        size=(1.0, 0.05), elements=(ELEMENTS, 1), thickness=0.01, material=material, normal=(0, 1, 0), clamped=("x0",),
+        start=start.tolist(), start_normals=normals.tolist(),
+    )  # fmt: skip
+    return held({"it": strip, "weld": parts.Seam(a="it.x1", b="body", type="clamp")}, angle=BEND, at=tuple(start[-2]))
+
+
 def pulling(*, slack: bool) -> System:
     return pinned(
         parts.Spring(a=(2.0, 0, 0), b="body.tip", stiffness=3.0, length=1.0, slack=slack, viscoelastic=QUICK), angle=0.0
@@ -172,6 +185,7 @@ PARTS = {
     ),
     "a rod": lambda: bent(parts.Rod),
     "a beam": lambda: bent(parts.Beam),
+    "a shell": bent_shell,
 }
 
 
@@ -179,7 +193,7 @@ PARTS = {
 def test_a_part_that_is_held_drives_by_what_its_relaxation_leaves(name: str) -> None:
     """Of its share at once E(t) is left at each sample, and E_inf slowly. Elements of a beam vibrate a little."""
     system = PARTS[name]()
-    start = 1.5 if "tape" in name else BEND if name in ("a rod", "a beam") else 0.0
+    start = 1.5 if "tape" in name else BEND if name in ("a rod", "a beam", "a shell") else 0.0
     lines = {"hinge": {"travel": (start, start - 0.01)}}
     found = system.margin(lines=lines)
     first, table = share(found["hinge"], "it")[0], found.motion("hinge")

@@ -109,7 +109,7 @@ def test_a_shift_is_a_change_of_time(book: Book) -> None:
 
 
 def test_a_history_of_temperatures_counts_by_its_integral(book: Book) -> None:
-    law = panel({"prony": [(0.3, "1 day")], "shift": SHIFT}).assemble().relaxations["spring"][1]
+    law = panel({"prony": [(0.3, "1 day")], "shift": SHIFT}).assemble().relaxations[0][1]
     rows = np.array([[0.0, 280.0], [3e5, 320.0], [4e5, 320.0], [9e5, 290.0]])
 
     def pace(t: float) -> float:

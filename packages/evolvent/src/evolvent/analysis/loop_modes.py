@@ -98,8 +98,8 @@ def loop_modes(
     """
     if assembly.relaxations:
         raise InputError(
-            f"{next(iter(assembly.relaxations))!r} is viscoelastic, which modes of a closed loop do not support; leave "
-            f"its `viscoelastic` out"
+            f"{next(iter(assembly.relaxations.values()))[0]!r} is viscoelastic, which modes of a closed loop do not "
+            f"support; leave its `viscoelastic` out"
         )
     drives = feedback.reels(assembly)
     if len(drives) != 1:

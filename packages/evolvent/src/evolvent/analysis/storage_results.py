@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 else:
     xr = lazy.load("xarray")
 
-#: Units of what relaxes.
-_FORCES = ("N", "N m")
+#: Units of what relaxes, forces and moments; of surfaces both are per length.
+_FORCES, _PER_LENGTH = ("N", "N m"), ("N m-1", "N")
 #: Part of the largest force of a part below which one of its forces is not shown.
 _SMALL = 1e-6
 #: Distance beside the range of all below which curves are drawn as one; points of a curve; parts that are named.
@@ -71,7 +71,7 @@ class StorageResults(Shown):
     ) -> None:  # fmt: skip
         self.section, self.run, self.margins, self.runs = section, run, margins, runs
         self.title, self.case, self.steps = title, case, stored.times.size - 1
-        relaxing = list(stored.assembly.relaxations)
+        relaxing = list(dict.fromkeys(name for name, _ in stored.assembly.relaxations.values()))
         self.forces = [one for name in relaxing for one in _forces(run, name)]
         self.sets = [one for name in relaxing for one in _sets(stored, name)]
         self.along = [one for name in relaxing for one in _along(stored, name)]
@@ -289,10 +289,12 @@ def _forces(run: xr.DataTree, part: str) -> list[Relaxed]:
     if part not in parts_of(run):
         return []
     group = group_of(run, part)
+    is_surface = any(values.attrs.get("units") == _PER_LENGTH[0] for values in group.data_vars.values())
+    units = _PER_LENGTH if is_surface else _FORCES
     sizes = {
         str(name): (str(values.attrs["units"]), values.dims[-1] == "axis", _largest(values))
         for name, values in group.data_vars.items()
-        if values.attrs.get("units") in _FORCES and values.dims[:1] == ("time",)
+        if values.attrs.get("units") in units and values.dims[:1] == ("time",)
     }
     found = [
         Relaxed(part, name, unit, float(own[0]), float(own[-1])) for name, (unit, vector, own) in sizes.items()
@@ -300,12 +302,10 @@ def _forces(run: xr.DataTree, part: str) -> list[Relaxed]:
                                for one, of_vector, other in sizes.values() if one == unit and not of_vector))
     ]  # fmt: skip
     length = _extent(group)
-    most = {
-        unit: max((max(one.before, one.after) for one in found if one.unit == unit), default=0.0) for unit in _FORCES
-    }
-    force, moment = (most[unit] for unit in _FORCES)
+    most = {unit: max((max(one.before, one.after) for one in found if one.unit == unit), default=0.0) for unit in units}
+    force, moment = (most[unit] for unit in units)
     if length > 0.0:
-        most = dict(zip(_FORCES, (max(force, moment / length), max(moment, force * length)), strict=True))
+        most = dict(zip(units, (max(force, moment / length), max(moment, force * length)), strict=True))
     return [one for one in found if one.before > _SMALL * most[one.unit] > 0.0]
 
 

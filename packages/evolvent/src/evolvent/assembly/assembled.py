@@ -36,7 +36,7 @@ class Assembly:
     row_parts : list of str, the part that wrote each row of the constraints
     parts : dict, name -> part, as the user wrote them
     expressions : dict, first index of its parameters -> the compiled function that runs it, and the text
-    relaxations : dict, viscoelastic part -> (its first Prony term, its law, `evolvent.elements.viscoelastic`)
+    relaxations : dict, first Prony term of a law -> (viscoelastic part, the law, `evolvent.elements.viscoelastic`)
     directions : Model, optional, that of explicit methods, where the model has positions as coordinates of threads with
         segments of fixed length (`evolvent.solvers.common.coordinates`)
     shared : dict, what follows from the structure and was found for a variant of it, by name; None of a system that has
@@ -53,7 +53,7 @@ class Assembly:
     row_parts: list[str]
     parts: dict[str, Any] = dataclasses.field(default_factory=dict)
     expressions: dict[int, tuple[Any, str]] = dataclasses.field(default_factory=dict)
-    relaxations: dict[str, tuple[int, Any]] = dataclasses.field(default_factory=dict)
+    relaxations: dict[int, tuple[str, Any]] = dataclasses.field(default_factory=dict)
     directions: mdl.Model | None = None
     shared: dict[str, Any] | None = None
     touched: frozenset[str] | None = None

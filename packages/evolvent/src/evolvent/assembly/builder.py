@@ -49,7 +49,7 @@ class Builder:
         self.breaks: set[float] = set()
         self.laws: dict[int, Any] = {}
         self.expressions: dict[int, tuple[Any, str]] = {}
-        self.relaxations: dict[str, tuple[int, Any]] = {}
+        self.relaxations: dict[int, tuple[str, Any]] = {}
         #: Indices of parameters that hold indices in the velocities, counted from their start while parts are written.
         self.velocity_parameters: list[int] = []
         self.pools: dict[str, list[Any]] = {name: [] for name in _POOLS}

@@ -17,6 +17,7 @@ from pydantic_core import PydanticCustomError
 
 from evolvent.elements.materials import Material
 from evolvent.elements.sections import MaterialOrName, check_stiffness
+from evolvent.elements.viscoelastic import Viscoelastic
 from evolvent_base import units
 from evolvent_base.schema import OneOf, Section
 
@@ -28,11 +29,16 @@ SHEAR_FACTOR = 5.0 / 6.0
 
 
 class WallProperties(NamedTuple):
-    """Stiffness (8, 8) in N/m, N, N m; mass per area, kg/m^2; rotary inertia per area about its axes, kg; thickness, m.
+    """Properties of a wall.
 
-    The thickness of a wall by its stiffness matrix is 0: it is not known. expansion : (8, 2) float, strains and changes
-    of curvature that a wall takes without forces by a temperature, 1/K, and by its gradient along the normal, m/K; None
-    of a wall of which the expansion is not known.
+    Attributes
+    ----------
+    stiffness : (8, 8) float, N/m, N and N m, of an instant
+    mass : float, kg/m^2, per area; inertia : float, kg, rotary inertia per area about its axes
+    thickness : float, m; 0 of a wall by its stiffness matrix: it is not known
+    expansion : (8, 2) float, strains and changes of curvature that a wall takes without forces by a temperature, 1/K, and
+        by its gradient along the normal, m/K; None of a wall of which the expansion is not known
+    relaxing : laws by which the wall relaxes, each with its part (8, 8) of the stiffness
     """
 
     stiffness: Array
@@ -40,6 +46,7 @@ class WallProperties(NamedTuple):
     inertia: float
     thickness: float = 0.0
     expansion: Array | None = None
+    relaxing: tuple[tuple[Viscoelastic, Array], ...] = ()
 
 
 class Ply(Section):
@@ -97,26 +104,32 @@ class Laminate(Wall):
     def properties(self) -> WallProperties:
         """Sums over the plies."""
         C, mass, inertia, heated = np.zeros((8, 8)), 0.0, 0.0, np.zeros((8, 2))
+        relaxing = list[tuple[Viscoelastic, Array]]()
         z = -0.5 * math.fsum(ply.thickness for ply in self.plies)
         for ply in self.plies:
-            h, middle = ply.thickness, z + 0.5 * ply.thickness
-            plane, shear = _turned_stiffness(ply.material, ply.angle)
+            h, middle, law = ply.thickness, z + 0.5 * ply.thickness, ply.material.viscoelastic
             second = h * middle * middle + h**3 / 12.0
-            C[:3, :3] += h * plane
-            C[:3, 3:6] += h * middle * plane
-            C[3:6, 3:6] += second * plane
-            C[6:, 6:] += self.shear_factor * h * shear
+            if law is not None and all(law != one for one, _ in relaxing):
+                relaxing.append((law, np.zeros((8, 8))))
+            plane, shear = _turned_stiffness(ply.material, ply.angle)
+            for total in (C, *(part for one, part in relaxing if one == law)):
+                total[:3, :3] += h * plane
+                total[:3, 3:6] += h * middle * plane
+                total[3:6, 3:6] += second * plane
+                total[6:, 6:] += self.shear_factor * h * shear
             held = plane @ _turned_expansion(ply.material, ply.angle)
             heated[:3] += np.outer(held, [h, h * middle])
             heated[3:6] += np.outer(held, [h * middle, second])
             mass, inertia = mass + h * ply.material.density, inertia + second * ply.material.density
             z += h
-        C[:3, 3:6][np.abs(C[:3, 3:6]) < 1e-12 * C[0, 0] * abs(z)] = 0.0  # of symmetric laminates
+        for total in (C, *(part for _, part in relaxing)):
+            total[:3, 3:6][np.abs(total[:3, 3:6]) < 1e-12 * C[0, 0] * abs(z)] = 0.0  # of symmetric laminates
+            total[3:6, :3] = total[:3, 3:6].T
         for own, scale in ((heated[3:6, 0], abs(z)), (heated[:3, 1], abs(z))):
             own[np.abs(own) < 1e-12 * scale * np.abs(heated[:3, 0]).max()] = 0.0
-        C[3:6, :3] = C[:3, 3:6].T
         known = all(ply.material.thermal_expansion is not None for ply in self.plies)
-        return WallProperties(C, mass, inertia, 2.0 * z, np.linalg.solve(C, heated) if known else None)
+        expansion = np.linalg.solve(C, heated) if known else None
+        return WallProperties(C, mass, inertia, 2.0 * z, expansion, tuple(relaxing))
 
 
 class MatrixWall(Wall):
@@ -130,10 +143,13 @@ class MatrixWall(Wall):
         shear strains 13 and 23. Symmetric and positive definite.
     mass_per_area : float, kg/m^2
         The rotary inertia is that of a homogeneous wall of this stiffness.
+    viscoelastic : mapping, optional
+        Relaxation of the whole matrix by a Prony series; the matrix is that of an instant.
     """
 
     matrix: units.ShellStiffness
     mass_per_area: units.AreaDensity
+    viscoelastic: Viscoelastic | None = None
 
     @model_validator(mode="after")
     def _check(self) -> MatrixWall:
@@ -144,7 +160,9 @@ class MatrixWall(Wall):
         """The matrix, made symmetric."""
         C = np.array(self.matrix)
         gyration = (C[3, 3] + C[4, 4]) / (C[0, 0] + C[1, 1])
-        return WallProperties(0.5 * (C + C.T), self.mass_per_area, self.mass_per_area * gyration)
+        C = 0.5 * (C + C.T)
+        relaxing = () if self.viscoelastic is None else ((self.viscoelastic, C),)
+        return WallProperties(C, self.mass_per_area, self.mass_per_area * gyration, relaxing=relaxing)
 
 
 WallSection = Annotated[Wall, OneOf({"laminate": Laminate, "stiffness": MatrixWall})]

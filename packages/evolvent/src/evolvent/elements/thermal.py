@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -128,7 +128,12 @@ def refuse_unheated(load: Any, part: Any, name: str, called: str) -> None:
             f"24e-6 1/K"
         )
     if part.material.viscoelastic is not None:
-        raise InputError(
-            f"a thermal load acts on {name!r}, which is viscoelastic; the free strains of heat and relaxation together "
-            f"are not implemented; leave one of them out"
-        )
+        refuse_relaxing(name)
+
+
+def refuse_relaxing(name: str) -> NoReturn:
+    """Refuse a part that relaxes, on which a thermal load acts."""
+    raise InputError(
+        f"a thermal load acts on {name!r}, which is viscoelastic; the free strains of heat and relaxation together "
+        f"are not implemented; leave one of them out"
+    )

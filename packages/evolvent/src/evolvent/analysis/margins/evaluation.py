@@ -112,13 +112,14 @@ class AtRest:
 
     def _relaxes_in(self, solution: Solution | None) -> str:
         """What relaxes in a run that the tables at rest do not count, a clause; '' where nothing does."""
-        own = {name: min(time for _, time in law.terms) for name, (_, law) in self.assembly.relaxations.items()}
+        own = self.assembly.relaxations.values()
         if solution is None or not own or self.keys.pace != "fast":
             return ""
-        name, end = min(own, key=lambda one: own[one]), float(solution.t[-1])
-        if own[name] >= end:
+        shortest, name = min(((time, name) for name, law in own for _, time in law.terms), key=lambda one: one[0])
+        end = float(solution.t[-1])
+        if shortest >= end:
             return ""
-        return f"{name!r} has a relaxation time of {own[name]:.3g} s, and the run takes {end:.4g} s"
+        return f"{name!r} has a relaxation time of {shortest:.3g} s, and the run takes {end:.4g} s"
 
     def _warnings(self, solution: Solution | None, moving: Sequence[MarginTable | None]) -> list[str]:
         """What relaxes during a deployment of which no margin along the run tells."""

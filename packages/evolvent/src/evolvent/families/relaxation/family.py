@@ -118,8 +118,7 @@ class Memory:
 
 def _owner(assembly: Any, k: int) -> str:
     """Name of the part whose law has a term."""
-    first = {row: name for name, (row, _) in assembly.relaxations.items() if row <= k}
-    return str(first[max(first)])
+    return str(assembly.relaxations[max(row for row in assembly.relaxations if row <= k)][0])
 
 
 # terms of the Prony series of a strain: share of the instantaneous stiffness, relaxation time at the temperature of the
@@ -219,7 +218,7 @@ def add_terms(builder: Any, law: Any) -> dict[str, int]:
     if law is None:
         return {"prony": 0, "prony_end": 0}
     rows = [builder.add("prony_terms", share=share, time=time) for share, time in law.terms]
-    builder.relaxations[builder.part] = rows[0], law
+    builder.relaxations[rows[0]] = builder.part, law
     return {"prony": rows[0], "prony_end": rows[-1] + 1}
 
 

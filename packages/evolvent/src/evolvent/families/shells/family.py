@@ -7,14 +7,17 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.elements.thermal import refuse_relaxing
 from evolvent.families.bodies.family import node_point
+from evolvent.families.relaxation.family import set_of
 from evolvent.families.shells import shell, shell_limits, shell_strains, shell_tangent
 from evolvent.kernels import calls, free_strains, rigid
-from evolvent.model.family import End, Family, Kind, Records, record
+from evolvent.model.family import EVERY, EXPLICIT, End, Family, Kind, Records, record
 from evolvent.model.powers import MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
 from evolvent.model.questions import (
     Advice,
     Energies,
+    Implicit,
     LinearizedPoint,
     Notes,
     Parts,
@@ -33,6 +36,15 @@ Array = np.ndarray
 #: Strain of a shell that is round-off: it is the difference of positions beside the size of an element.
 _ROUND_OFF = 1e-10
 _STRAINS = (shell_strains.STRAINS,)
+#: What of the strains that are kept is shown: index, factor, words, unit.
+_KEPT = (
+    (3, 1.0, "curvature along axis 1", "1/m"),
+    (4, 1.0, "curvature along axis 2", "1/m"),
+    (5, 0.5, "twist", "1/m"),
+    (0, 1.0, "membrane strain along axis 1", "1"),
+    (1, 1.0, "membrane strain along axis 2", "1"),
+    (2, 0.5, "membrane shear strain", "1"),
+)
 
 
 def _nodes(row: Any) -> range:
@@ -83,6 +95,12 @@ def evaluate(interval, model):
     shell.evaluate_sums(interval.ym, model)
 
 
+@calls.force
+def end_step(interval, model):
+    """What relaxation of all shells takes over a step."""
+    interval.powers[STIFFNESS_DAMPING] += shell.relaxed_shells(interval.step.h, model)
+
+
 @calls.note
 def note_step(model):
     """Changes of the strains of all elements."""
@@ -90,13 +108,36 @@ def note_step(model):
 
 
 def _stiff(whole: Any, bare: Any, index: int) -> dict[str, Array]:
-    return {name: getattr(whole, name) for name in ("shells", "shell_elements", "thermal_loads")}
+    return {name: getattr(whole, name) for name in ("shells", "shell_elements", "shell_relaxations", "thermal_loads")}
 
 
 def _bending(model: Any, _: Array) -> float:
     found = np.zeros(3)
     shell.evaluate_shells(model, found)
     return float(found[2])
+
+
+def kept_strains(model: Any, index: int) -> Array:
+    """Strains that a shell keeps just after all stress is released at once, in the middle of each element.
+
+    Returns
+    -------
+    (n, 8) float, in the order of the wall's stiffness matrix: membrane strains, changes of curvature (1/m), shear
+    """
+    row = model.shells[index]
+    own = model.shell_elements[int(row["first_element"]) :][: int(row["elements"])]
+    forces = np.zeros((own.size, 8))
+    for total, element in zip(forces, own, strict=True):
+        for part in model.shell_relaxations[int(element["relaxation"]) : int(element["relaxation_end"])]:
+            total += part["resultants"] @ set_of(model, part, shell_strains.STRAINS)
+    return np.asarray(forces @ row["compliance"])
+
+
+def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
+    found = kept_strains(model, index)
+    for column, factor, words, unit in _KEPT:
+        values = factor * found[:, column]
+        yield f"largest {words}", float(values[np.abs(values).argmax()]), unit
 
 
 def _stretched(model: Any) -> float:
@@ -138,6 +179,8 @@ def _heat(builder: Any, name: str, load: Any, called: str) -> dict[str, int]:
             f"{called}.part is {name!r}, a shell whose thermal expansion is not known; its section must be of plies, "
             f"and {where} must have thermal_expansion"
         )
+    if part.wall(name).relaxing:
+        refuse_relaxing(name)
     row = builder.rows["shells"][index]
     for element in builder.rows["shell_elements"][row["first_element"] :][: row["elements"]]:
         element["heated"] = 1
@@ -190,14 +233,15 @@ def _near(builder: Any, at: Any, position: Any) -> Any:
     return builder.on_body(first + k, (0.0, 0.0, 0.0))
 
 
-# geometrically exact shells: their nodes are the bodies from first_body on; alpha: damping by mass; work: scratch
+# geometrically exact shells: their nodes are the bodies from first_body on; relaxes: 1 of a viscoelastic one; alpha:
+# damping by mass; compliance: of the wall, of an instant; work: scratch
 SHELLS = Family(
     "shells",
     record(
-        "first_element elements first_body nodes",
-        "alpha",
+        "first_element elements first_body nodes relaxes",
+        "alpha compliance",
         "kinetic linear angular work",
-        linear=(3,), angular=(3,), work=(shell_strains.WORK,),
+        compliance=(8, 8), linear=(3,), angular=(3,), work=(shell_strains.WORK,),
     ),
     order=101,
     results={
@@ -205,7 +249,15 @@ SHELLS = Family(
         "linear": ("momentum", "kg m s-1", "linear momentum, inertial axes"),
         "angular": ("angular_momentum", "kg m2 s-1", "angular momentum about the inertial origin"),
     },
-    kinds=(Kind("a shell", symmetric=True),),
+    kinds=(
+        Kind("a shell", which=lambda found: found["relaxes"] == 0, symmetric=True),
+        Kind(
+            "a viscoelastic shell", EVERY - {EXPLICIT},
+            "use generalized-alpha or energy-momentum: shells have far shorter periods than relaxation times",
+            which=lambda found: found["relaxes"] != 0,
+            symmetric=True,
+        ),
+    ),
     isolated=lambda found, _: not np.any(found["alpha"] != 0.0),
     force=force,
     tangent=tangent,
@@ -220,7 +272,7 @@ SHELLS = Family(
     state=State(points=_points),
     stability=Stability(waves=lambda _: 1.0),
     step=Step(measure=measure),
-    statics=Statics(uneven=never),
+    statics=Statics(uneven=never, sets=_sets),
     energies=Energies(bending=_bending, by_causes=True, round_off=_stretched),
     samples=Samples(evaluate=evaluate),
     advice=Advice(conserved="shells"),
@@ -231,12 +283,12 @@ SHELLS = Family(
 # see `stiffness.Constants`; beta: damping by stiffness, s; drilling: N m, stiffness of a node's drilling strain;
 # membrane: N/m, largest stiffness; heated: 1 with a thermal load, which makes the change of temperature `warmth`,
 # its gradient `slope` and the free measures `free`, by the rows of `expansion`; held: stresses less those of `free` at
-# the last sample, at which the free measures were `freed`. m0, m1: measures at the start and the end of an interval;
-# before: changes of the strains over the step before
+# the last sample, at which the free measures were `freed`; relaxation, relaxation_end: range of `shell_relaxations`.
+# m0, m1: measures at the start and the end of an interval; before: changes of the strains over the step before
 SHELL_ELEMENTS = Family(
     "shell_elements",
     record(
-        "nodes heated",
+        "nodes heated relaxation relaxation_end",
         "area beta membrane drilling stiffness resultants rest slopes untwisted expansion",
         "warmth slope free held freed m0 m1 before stress stored bent drilled membrane_force_1 membrane_force_2 "
         "membrane_shear moment_1 moment_2 twisting_moment shear_force_1 shear_force_2",
@@ -263,4 +315,15 @@ SHELL_ELEMENTS = Family(
     of="shells",
     ends=_of_element,
     step=Step(note=note_step),
+)  # fmt: skip
+
+# a part of the stiffness of an element that relaxes by the Prony terms of one law, with its resultants; branch: first
+# branch of the element's strains
+SHELL_RELAXATIONS = Family(
+    "shell_relaxations",
+    record("prony prony_end branch", "stiffness resultants", stiffness=(15, 15), resultants=(8, 15)),
+    order=103,
+    of="shells",
+    stability=Stability(by_rates=False),
+    implicit=Implicit(end_step=end_step),
 )  # fmt: skip

@@ -12,6 +12,7 @@ from evolvent.elements import rods
 from evolvent.elements.laminates import Laminate, Ply, WallProperties, WallSection
 from evolvent.elements.sections import MaterialOrName
 from evolvent.families.beams.part import _across
+from evolvent.families.relaxation.family import add_branches, add_terms
 from evolvent.families.shells import stiffness
 from evolvent.families.shells.part_file import FORMATS, read
 from evolvent.families.shells.part_mesh import (
@@ -83,7 +84,7 @@ class Shell(Part):
     thickness : float, m, optional
         Of a homogeneous wall.
     material : Material, or the name of a known one, optional
-        Of a homogeneous wall, linearly elastic; its direction 1, if it has one, is along axis 1.
+        Of a homogeneous wall, linearly elastic or viscoelastic; its direction 1, if it has one, is along axis 1.
     section : Laminate or MatrixWall, optional
         In place of thickness and material: {laminate: [{material, thickness, angle}, ..]}, plies from the bottom to the
         top, or {stiffness: {matrix, mass_per_area}}, with the stiffness (8, 8).
@@ -117,7 +118,8 @@ class Shell(Part):
     Elements of four nodes with the strains of edges and diagonals as long as arcs, transverse shear by Dvorkin and
     Bathe, and resultants of Pian and Sumihara: bending is exact on regular meshes up to fourth order, and warped or
     distorted elements do not lock. The membrane strain is Green's, and strains are small: bent to a radius R, a shell
-    of the thickness h is shorter by h^2/(12 R^2). The masses are lumped at the nodes.
+    of the thickness h is shorter by h^2/(12 R^2). The masses are lumped at the nodes. A viscoelastic material, or plies
+    of such, relax with all strains but those of `drilling`.
     """
 
     applies: ClassVar[Applies] = {
@@ -265,10 +267,6 @@ class Shell(Part):
 
     def wall(self, name: str = "shell") -> WallProperties:
         """Stiffness and inertia of the wall."""
-        plies = self.section.plies if isinstance(self.section, Laminate) else ()
-        materials = [one for one in (self.material, *(ply.material for ply in plies)) if one is not None]
-        if any(one.viscoelastic is not None for one in materials):
-            raise InputError(f"{name} has a viscoelastic material; relaxation of shells is not implemented")
         if self.section is not None:
             return self.section.properties()
         for key in ("thickness", "material"):
@@ -290,22 +288,37 @@ class Shell(Part):
                 )
         own = mesh.R[mesh.quads]
         found = stiffness.constants(
-            name, mesh.x[mesh.quads], own, own[..., 0].sum(axis=1), wall.stiffness, wall.expansion
+            name,
+            mesh.x[mesh.quads],
+            own,
+            own[..., 0].sum(axis=1),
+            wall.stiffness,
+            wall.expansion,
+            [part for _, part in wall.relaxing],
         )
         areas = np.zeros(len(x))
         np.add.at(areas, mesh.quads, 0.25 * found.area[:, None])
         first_body = self._write_nodes(builder, name, x, R, areas, wall)
         first, C = len(builder.rows["shell_elements"]), wall.stiffness
+        terms = [add_terms(builder, law) for law, _ in wall.relaxing]
+        starts = stiffness.measures(x[mesh.quads], R[mesh.quads]) - found.rest
         for k, area in enumerate(found.area.tolist()):
+            relaxation = len(builder.rows["shell_relaxations"])
+            for own_terms, (K, forces) in zip(terms, found.parts, strict=True):
+                builder.add(
+                    "shell_relaxations", stiffness=K[k], resultants=forces[k], **own_terms,
+                    branch=add_branches(builder, own_terms, starts[k]),
+                )  # fmt: skip
             builder.add(
                 "shell_elements", nodes=first_body + mesh.quads[k], area=area, beta=self.stiffness_damping,
+                relaxation=relaxation, relaxation_end=relaxation + len(terms),
                 membrane=float(C[:3, :3].max()), drilling=0.25 * self.drilling * float(C[2, 2]) * area,
                 stiffness=found.stiffness[k], resultants=found.resultants[k], rest=found.rest[k],
                 slopes=found.slopes[k], untwisted=found.untwisted[k], heated=0, expansion=found.free[k],
             )  # fmt: skip
         index = builder.add(
             "shells", first_element=first, elements=len(mesh.quads), first_body=first_body, nodes=len(x),
-            alpha=self.mass_damping,
+            alpha=self.mass_damping, relaxes=int(bool(terms)), compliance=np.linalg.inv(C),
         )  # fmt: skip
         builder.names[name] = ("shells", index)
 

@@ -6,6 +6,9 @@ states; a state is an interval of length 0. Products of vectors that are fixed t
 by the means of the factors, so that the forces along the mean shape, with the stress of the mean strains, do the work
 of the change of the energy. A step adds chi/2 K (dE - ratio dE_p), dE_p the change over the step before. The damping
 is beta K E', E' the rate of the state or dE/h, and -alpha M v of the nodes. Tangents: `shell_tangent`.
+
+Where the wall relaxes, each law m has a part K_m of K: added to the stresses is K_m times the sum of g (w - E) with the
+strains w of its branches (`kernels.viscoelastic`). Drilling does not relax.
 """
 
 from numba import types, void
@@ -24,6 +27,7 @@ from evolvent.families.shells.shell_strains import (
     MEASURES,
     PRODUCTS,
     RATES,
+    RELAX,
     SECOND,
     STRAIN,
     STRAINS,
@@ -41,6 +45,7 @@ from evolvent.families.shells.shell_strains import (
 from evolvent.kernels import rigid
 from evolvent.kernels.damping import damp_bodies
 from evolvent.kernels.rotations import cross
+from evolvent.kernels.viscoelastic import add_branches, branch_energy, relax_strains, relaxed_by
 from evolvent.model import MODEL
 
 USED_FOR = "shells"
@@ -62,6 +67,25 @@ def free_stress(rows, k, i):
     for j in range(STRAINS):
         total += rows[k].stiffness[i, j] * rows[k].free[j]
     return total
+
+
+@inlined
+def _add_relaxed(k, h, m0, m1, model, S):
+    """Add to the stresses S of element k what relaxation changes them by over an interval of length h."""
+    row, parts, work = model.shell_elements[k], model.shell_relaxations, model.shells[0].work
+    if row.relaxation_end == row.relaxation:
+        return
+    mean, end = work[RELAX : RELAX + STRAINS], work[RELAX + STRAINS : RELAX + 2 * STRAINS]
+    added = work[RELAX + 2 * STRAINS : RELAX + 3 * STRAINS]
+    for i in range(STRAINS):
+        mean[i], end[i] = 0.5 * (m0[STRAIN + i] + m1[STRAIN + i]), m1[STRAIN + i]
+    for p in range(row.relaxation, row.relaxation_end):
+        for i in range(STRAINS):
+            added[i] = 0.0
+        relax_strains(parts[p].prony, parts[p].prony_end, parts[p].branch, STRAINS, h, mean, end, model, added)
+        for j in range(STRAINS):
+            for i in range(STRAINS):
+                S[i] += parts[p].stiffness[j, i] * added[j]
 
 
 @inlined
@@ -90,6 +114,7 @@ def evaluate_element(k, h, chi, ratio, model):
         mean = filtered_mean(rows, k, STRAIN + j, m0, m1, chi, ratio)
         for i in range(STRAINS):
             S[i] += rows[k].stiffness[j, i] * mean
+    _add_relaxed(k, h, m0, m1, model, S)
     slopes(m0, m1, G)
     beta, lost, given = rows[k].beta, 0.0, 0.0
     if beta != 0.0 or rows[k].heated != 0:
@@ -209,6 +234,49 @@ def less_free(rows, k, S):
     return whole, bent
 
 
+@inlined
+def _note_relaxed(k, m, model):
+    """Add to the resultants of element k what relaxation changes them by; m : its measures in the state.
+
+    Returns
+    -------
+    whole, bent : float, J, what it changes the energies by, of all strains, and of those of bending and shear
+    """
+    rows, parts, work, whole, bent = model.shell_elements, model.shell_relaxations, model.shells[0].work, 0.0, 0.0
+    added = work[RELAX : RELAX + STRAINS]
+    for p in range(rows[k].relaxation, rows[k].relaxation_end):
+        first, last, branch, share = parts[p].prony, parts[p].prony_end, parts[p].branch, 0.0
+        for i in range(STRAINS):
+            added[i] = 0.0
+        add_branches(first, last, branch, STRAINS, STRAIN, m, model, added)
+        for i in range(last - first):
+            own, at = model.prony_terms[first + i].share, branch + STRAINS * i
+            whole += branch_energy(own, model.branch_strains, at, parts[p].stiffness, 0, STRAINS)
+            bent += branch_energy(own, model.branch_strains, at, parts[p].stiffness, 5, STRAINS)
+            share += own
+        for i in range(STRAINS):
+            force = 0.0
+            for j in range(STRAINS):
+                force += parts[p].stiffness[i, j] * m[STRAIN + j]
+            whole -= 0.5 * share * force * m[STRAIN + i]
+            bent -= 0.5 * share * force * m[STRAIN + i] if i > 4 else 0.0
+        for i in range(8):
+            for j in range(STRAINS):
+                rows[k].stress[i] += parts[p].resultants[i, j] * added[j]
+    return whole, bent
+
+
+@inlined
+def relaxed_shells(h, model):
+    """What relaxation of all shells takes over a step of length h that is accepted, J."""
+    rows, taken = model.shell_relaxations, 0.0
+    if h > 0.0:
+        for p in range(rows.size):
+            first, last, branch = rows[p].prony, rows[p].prony_end, rows[p].branch
+            taken += relaxed_by(first, last, branch, STRAINS, rows[p].stiffness, h, model)
+    return taken
+
+
 @indirect(void(MODEL, VECTOR))
 def evaluate_shells(model, out):
     """Evaluate all shells at a state, after `kinematics`, into their records; add the energies of their whole strains.
@@ -236,17 +304,20 @@ def evaluate_shells(model, out):
             bent += 0.5 * S[i] * m[STRAIN + i] if i >= BENDS else 0.0
         for i in range(DRILLING, MEASURES):
             twisted += 0.5 * rows[k].drilling * m[i] * m[i]
+        for i in range(8):
+            total = 0.0
+            for j in range(STRAINS):
+                total += rows[k].resultants[i, j] * (m[STRAIN + j] - rows[k].free[j])
+            rows[k].stress[i] = total
+        if rows[k].relaxation_end > rows[k].relaxation:
+            energy, of_bending = _note_relaxed(k, m, model)
+            stored, bent = stored + energy, bent + of_bending
         out[1] += stored + twisted
         out[2] += bent
         if rows[k].heated != 0:
             change, of_bending = less_free(rows, k, S)
             stored, bent = stored + change, bent + of_bending
         rows[k].stored, rows[k].bent, rows[k].drilled = stored + twisted, bent, twisted
-        for i in range(8):
-            total = 0.0
-            for j in range(STRAINS):
-                total += rows[k].resultants[i, j] * (m[STRAIN + j] - rows[k].free[j])
-            rows[k].stress[i] = total
         N = rows[k].stress
         rows[k].membrane_force_1, rows[k].membrane_force_2, rows[k].membrane_shear = N[0], N[1], N[2]
         rows[k].moment_1, rows[k].moment_2, rows[k].twisting_moment = N[3], N[4], N[5]

@@ -52,8 +52,8 @@ SIGNS = ((1.0, 1.0, 1.0, 1.0), (-1.0, 1.0, 1.0, -1.0), (-1.0, -1.0, 1.0, 1.0), (
 #: Coefficients of phi in powers of the square of the sine of half the angle.
 _PHI1, _PHI2, _PHI3 = 1.0 / 3.0, 8.0 / 45.0, 4.0 / 35.0
 # indices in the scratch `shells[0].work`
-_X, _R, _U, V0, V1, _S, P, FORCE, G0, G1, C, A, T, H, KM, KN, K, POSES, RATES, WORK = (
-    0, 12, 48, 60, 81, 102, 119, 139, 160, 500, 840, 1180, 1580, 2000, 2400, 2841, 3417, 3993, 4143, 4262,
+_X, _R, _U, V0, V1, _S, P, FORCE, G0, G1, C, A, T, H, KM, KN, K, POSES, RATES, RELAX, WORK = (
+    0, 12, 48, 60, 81, 102, 119, 139, 160, 500, 840, 1180, 1580, 2000, 2400, 2841, 3417, 3993, 4143, 4262, 4487,
 )  # fmt: skip
 
 

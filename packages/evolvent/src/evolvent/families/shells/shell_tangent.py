@@ -24,6 +24,7 @@ from evolvent.families.shells.shell_strains import (
     KN,
     POSES,
     PRODUCTS,
+    RELAX,
     SECOND,
     STRAINS,
     V0,
@@ -45,13 +46,28 @@ from evolvent.families.shells.shell_strains import (
 from evolvent.kernels.damping import add_damping_tangents
 from evolvent.kernels.poses import add_double, add_skew, end_axes
 from evolvent.kernels.rotations import cross, turn_back
+from evolvent.kernels.viscoelastic import stiffness_factor
 from evolvent.model import MODEL
 
 USED_FOR = "shells"
 
 
 @kernel
-def multiply_slopes(rows, k, factor, G0, G1, C, A):
+def _fill_stiffness(k, h, factor, model, K):
+    """K : (15, 15), stiffness of element k over an interval of length h, with what relaxes, divided by `factor`."""
+    row, parts = model.shell_elements[k], model.shell_relaxations
+    for i in range(STRAINS):
+        for j in range(STRAINS):
+            K[i, j] = row.stiffness[i, j]  # which `factor` multiplies later
+    for p in range(row.relaxation, row.relaxation_end):
+        change = (stiffness_factor(parts[p].prony, parts[p].prony_end, h, model) - 1.0) / factor
+        for i in range(STRAINS):
+            for j in range(STRAINS):
+                K[i, j] += change * parts[p].stiffness[i, j]
+
+
+@kernel
+def multiply_slopes(K, factor, G0, G1, C, A):
     """A : (20, 20) = factor G0^T K G1; C : (15, 20), scratch. Most of G0 and G1 is zero."""
     for i in range(STRAINS):
         for j in range(PRODUCTS):
@@ -61,7 +77,7 @@ def multiply_slopes(rows, k, factor, G0, G1, C, A):
             g = factor * G1[m, j]
             if g != 0.0:
                 for i in range(STRAINS):
-                    C[i, j] += rows[k].stiffness[m, i] * g
+                    C[i, j] += K[m, i] * g
     for i in range(PRODUCTS):
         for j in range(PRODUCTS):
             A[i, j] = 0.0
@@ -220,7 +236,9 @@ def fill_tangent(k, h, c_rate, chi, ratio, model, K):
     gather(k, model, 0.5 * h, x1, R1)
     fill_vectors(x1, R1, W1)
     slopes(m1, m1, D1)
-    multiply_slopes(rows, k, 1.0 + chi + c_rate * rows[k].beta, D0, D1, matrix_view(work, C, STRAINS, PRODUCTS), M)
+    factor, stiff = 1.0 + chi + c_rate * rows[k].beta, matrix_view(work, RELAX, STRAINS, STRAINS)
+    _fill_stiffness(k, h, factor, model, stiff)
+    multiply_slopes(stiff, factor, D0, D1, matrix_view(work, C, STRAINS, PRODUCTS), M)
     add_curved_strains(m0, m1, S, M)
     modes = matrix_view(work, KM, 3 * VECTORS, 3 * VECTORS)
     multiply_products(M, p, W0, W1, matrix_view(work, T, PRODUCTS, 3 * VECTORS), modes)

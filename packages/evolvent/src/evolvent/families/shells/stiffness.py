@@ -4,6 +4,8 @@ Hellinger and Reissner: with resultants P beta, beta (14,), the energy of an ele
 P^T C^-1 P and G that of P^T E. In axes of the element membrane forces and moments have the terms of Pian and Sumihara,
 constants and one linear term along each side; transverse shear forces have constants and a linear term each. G is
 linear in the 15 measures of `shell_strains`, so that the stiffness of the element by these is constant.
+Of a part C_m of the section's stiffness, such as that of the plies which relax, the energy is the integral of
+S . C_m S/2 with the strains S = C^-1 P H^-1 G that belong to these resultants: the parts of C make up the whole.
 
 In the plane the field of the membrane strains is found from the five measures as in a flat element, of which x_3 is
 c_1 x_1 + c_2 x_2: the strain of x_3 by itself is then (c_1 T_1 + c_2 T_2 - c_1^2 M_1 - c_2^2 M_2 - c_1 c_2 S) over
@@ -15,6 +17,7 @@ Literature: Pian & Sumihara 1984; Gruttmann & Wagner 2005 (mixed shell elements)
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +46,7 @@ class Constants(NamedTuple):
     untwisted : (n, 4) float, drilling strains without stress
     area : (n,) float, m2
     free : (n, 4, 15) float, measures that the element takes without stress, by amplitudes of a load
+    parts : of each part of the section's stiffness that was given, `stiffness` and `resultants` of it alone
     """
 
     stiffness: Array
@@ -52,6 +56,7 @@ class Constants(NamedTuple):
     untwisted: Array
     area: Array
     free: Array
+    parts: tuple[tuple[Array, Array], ...]
 
 
 def _strain_rows(xi: float, eta: float, c: Array) -> Array:
@@ -98,7 +103,7 @@ class _Sides:
     """Sides of elements: axes in their middles, and derivatives of the position along the sides in these axes."""
 
     def __init__(self, name: str, x: Array, R: Array, along: Array) -> None:
-        self.m = 0.25 * np.einsum("ia,nac->nic", _SIGNS, x)
+        self.m = _interpolation(x)
         normal = np.cross(self.m[:, 1], self.m[:, 2])
         size, scale = np.linalg.norm(normal, axis=1), np.sum(self.m[:, 1:3] ** 2, axis=(1, 2))
         flat = ~(size > 1e-10 * scale)
@@ -118,7 +123,7 @@ class _Sides:
         gram = np.einsum("nic,njc->nij", self.m[:, 1:3], self.m[:, 1:3])
         by = np.einsum("nic,nc->ni", self.m[:, 1:3], self.m[:, 3])
         self.c = np.linalg.solve(gram, by[..., None])[..., 0]
-        self.rest = _rest_measures(self.m, R)
+        self.rest = measures(x, R)
 
     def at(self, xi: float, eta: float) -> tuple[Array, Array]:
         """Derivatives of the position by xi and eta."""
@@ -172,7 +177,8 @@ def _vector(tensor: Array) -> Array:
     return np.stack([tensor[..., 0, 0], tensor[..., 1, 1], tensor[..., 0, 1] + tensor[..., 1, 0]], axis=-1)
 
 
-def constants(name: str, x: Array, R: Array, along: Array, C: Array, expansion: Array | None = None) -> Constants:
+def constants(name: str, x: Array, R: Array, along: Array, C: Array, expansion: Array | None = None,
+              parts: Sequence[Array] = ()) -> Constants:  # fmt: skip
     """Constants of n elements.
 
     Parameters
@@ -181,6 +187,7 @@ def constants(name: str, x: Array, R: Array, along: Array, C: Array, expansion: 
     x : (n, 4, 3) float, m, nodes without stress, in turn; R : (n, 4, 3, 3) float, their axes, the third the director
     along : (n, 3) float, direction of axis 1 of the section; C : (8, 8) float, stiffness of the section
     expansion : (8, 2) float, strains of the section without stress by temperature, 1/K, and gradient, m/K; 0 if None
+    parts : (8, 8) float each, parts of C
 
     Raises
     ------
@@ -216,11 +223,15 @@ def constants(name: str, x: Array, R: Array, along: Array, C: Array, expansion: 
         if expansion is not None:
             F += weighted @ _free_strains(np.einsum("nij,nj->ni", E[:, 3:6], sides.rest), expansion)
     by_measures = np.linalg.solve(H, L)
-    K = np.swapaxes(L, 1, 2) @ by_measures
+    K = _symmetric(np.swapaxes(L, 1, 2) @ by_measures)
     slopes, untwisted = drilling(x, R)
-    K = 0.5 * (K + np.swapaxes(K, 1, 2))
-    free = np.swapaxes(_least(L, F), 1, 2)
-    return Constants(K, resultants(0.0, 0.0) @ by_measures, sides.rest, slopes, untwisted, area, free)
+    free = np.zeros((n, SHELL_AMPLITUDES, STRAINS)) if expansion is None else np.swapaxes(_least(L, F), 1, 2)
+    in_middle, found = resultants(0.0, 0.0) @ by_measures, list[tuple[Array, Array]]()
+    strains = [inverse @ resultants(*point) @ by_measures for point in _POINTS] if parts else []
+    for part in parts:
+        shares = [w[:, None, None] * (np.swapaxes(S, 1, 2) @ part @ S) for w, S in zip(weights, strains, strict=True)]
+        found.append((_symmetric(sum(shares, np.zeros_like(K))), part @ inverse @ in_middle))
+    return Constants(K, in_middle, sides.rest, slopes, untwisted, area, free, tuple(found))
 
 
 def _least(L: Array, F: Array) -> Array:
@@ -236,10 +247,19 @@ def largest_turns(directors: Array) -> Array:
     return np.asarray(np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0))))
 
 
-def _rest_measures(m: Array, R: Array) -> Array:
-    """Measures (n, 15) of elements with the interpolation m (n, 4, 3) of positions and the axes R (n, 4, 3, 3)."""
-    V = np.concatenate([m[:, 1:], 0.25 * np.einsum("ia,nac->nic", _SIGNS, R[..., 2])], axis=1)
-    found = np.zeros((len(m), MEASURES))
+def _symmetric(K: Array) -> Array:
+    return np.asarray(0.5 * (K + np.swapaxes(K, 1, 2)))
+
+
+def _interpolation(v: Array) -> Array:
+    """Coefficients (n, 4, 3) of 1, xi, eta and xi eta of vectors v (n, 4, 3) of the nodes."""
+    return np.asarray(0.25 * np.einsum("ia,nac->nic", _SIGNS, v))
+
+
+def measures(x: Array, R: Array) -> Array:
+    """Measures (n, 15) of elements with the nodes x (n, 4, 3), m, and their axes R (n, 4, 3, 3)."""
+    V = np.concatenate([_interpolation(x)[:, 1:], _interpolation(R[..., 2])], axis=1)
+    found = np.zeros((len(x), MEASURES))
     for vectors, out in zip(V, found, strict=True):
         measure_vectors(vectors, out)
     return found[:, STRAIN : STRAIN + STRAINS]

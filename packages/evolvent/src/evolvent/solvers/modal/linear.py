@@ -315,8 +315,8 @@ def linearize(
     """
     if assembly.relaxations:
         raise InputError(
-            f"{next(iter(assembly.relaxations))!r} is viscoelastic, which linear state-space models do not support: "
-            f"they have no states of relaxation; leave its `viscoelastic` out, or find its modes with `damped`"
+            f"{next(iter(assembly.relaxations.values()))[0]!r} is viscoelastic, which linear state-space models do not "
+            f"support: they have no states of relaxation; leave its `viscoelastic` out, or find its modes with `damped`"
         )
     where = Where(equilibrium, y, time, rotating, centre)
     assembly, equilibrium, work, (M, C, K, G) = at_equilibrium(assembly, where, damped=damped)

@@ -107,7 +107,7 @@ def store(
     if rows is not None and not any(law.shift for _, law in assembly.relaxations.values()):
         raise InputError("store.temperature has no effect: no Prony series has a `shift`; give both, or leave it out")
     values = [] if rows is None else rows[:, 1].tolist()
-    for name, (_, law) in assembly.relaxations.items():
+    for name, law in assembly.relaxations.values():
         for k, value in enumerate(values):
             law.factor(value, f"store.temperature.{k}.1" if len(values) > 1 else "store.temperature", name)
     families.check(assembly, family.STATIC)
@@ -205,13 +205,15 @@ class _Storage:
 
     def _strains(self) -> dict[str, float]:
         """Largest strain of each viscoelastic part."""
-        own = self.work.assembly.relaxations.items()
-        return {name: self._memory.largest(first) for name, (first, _) in own}
+        found: dict[str, float] = {}
+        for first, (name, _) in self.work.assembly.relaxations.items():
+            found[name] = max(self._memory.largest(first), found.get(name, 0.0))
+        return found
 
     def _shift(self, step: float) -> None:
         """Set the relaxation times of a step, by its temperatures."""
         start, factors = self.times[-1], dict[int, tuple[Any, float]]()
-        for first, law in self.work.assembly.relaxations.values():
+        for first, (_, law) in self.work.assembly.relaxations.items():
             if self.rows is not None:
                 factors[first] = law, step / reduced_time(law, self.rows, start, start + step)
         self._memory.pass_over(step, factors)
