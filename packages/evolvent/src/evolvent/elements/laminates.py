@@ -36,8 +36,8 @@ class WallProperties(NamedTuple):
     stiffness : (8, 8) float, N/m, N and N m, of an instant
     mass : float, kg/m^2, per area; inertia : float, kg, rotary inertia per area about its axes
     thickness : float, m; 0 of a wall by its stiffness matrix: it is not known
-    expansion : (8, 2) float, strains and changes of curvature that a wall takes without forces by a temperature, 1/K, and
-        by its gradient along the normal, m/K; None of a wall of which the expansion is not known
+    expansion : (8, 2) float, strains and changes of curvature that a wall takes without forces by a temperature, 1/K,
+        and by its gradient along the normal, m/K; None of a wall of which the expansion is not known
     relaxing : laws by which the wall relaxes, each with its part (8, 8) of the stiffness
     """
 
