@@ -6,7 +6,7 @@ import numpy as np
 
 from evolvent.assembly.families import bodies_of
 from evolvent.model import RESULTS
-from evolvent.results.observe.variables import Observed, Variable, norm, observer
+from evolvent.results.observe.variables import Observed, Variable, cross, norm, observer
 from evolvent.results.observe.view import View
 
 Array = np.ndarray
@@ -34,6 +34,7 @@ def observe_shell(view: View, name: str) -> Observed:
     rows = view.model.shell_elements[own]
     faces = rows["nodes"] - int(row["first_body"])
     _observe_nodes(view, name, found)
+    _observe_reactions(view, name, found)
     found.coordinates["element_nodes"] = Variable(("element", "corner"), faces, "1", "nodes around each element")
     found.coordinate(
         "element", "element", np.arange(len(faces)), "1", "element i n2 + j, i along side 1, j along side 2"
@@ -85,6 +86,30 @@ def _observe_nodes(view: View, name: str, found: Observed) -> None:
     found.along("velocity", "node", v, "m s-1", "velocities of the nodes, inertial axes")
     found.along("rate", "node", w, "rad s-1", "angular velocities of the nodes, inertial axes")
     found.coordinate("node", "node", np.arange(x.shape[1]), "1", "node i (n2 + 1) + j, i along side 1, j along side 2")
+
+
+def _observe_reactions(view: View, name: str, found: Observed) -> None:
+    """Forces and moments of the ground on the edges that are clamped; a node of two edges is counted on the first."""
+    part, first, taken = view.part(name), int(view.model.shells[view.index(name)]["first_body"]), set[int]()
+    edges = {}
+    for edge in part.clamped:
+        edges[edge] = [k for k in part.edge(edge, name) if k not in taken]
+        taken |= set(edges[edge])
+    held = view.reactions(first + np.array([k for own in edges.values() for k in own], dtype=int)) if edges else None
+    if held is None:
+        return
+    x0, at, sums = view.model.bodies["x0"][first:], 0, []
+    for edge, own in edges.items():
+        wrench = held[:, at : at + len(own)]
+        at += len(own)
+        arms = x0[own] - x0[part.edge(edge, name)].mean(axis=0)
+        sums.append((wrench[..., :3].sum(axis=1), (wrench[..., 3:] + cross(arms, wrench[..., :3])).sum(axis=1)))
+    for called, unit, k, text in (
+        ("reaction_force", "N", 0, "force of the ground on each edge that is clamped, inertial axes"),
+        ("reaction_moment", "N m", 1, "moment of the ground about the middle of each edge's nodes, inertial axes"),
+    ):
+        found.along(called, "clamped_edge", np.stack([one[k] for one in sums], axis=1), unit, text)
+    found.coordinate("clamped_edge", "clamped_edge", np.array([*edges]), "1", "edges that are clamped")
 
 
 def _thickness(view: View, index: int) -> float:
