@@ -117,6 +117,7 @@ Number = Annotated[float, Quantity(what="a plain number", unit="", example="0.5"
 Fraction = Annotated[float, Quantity(what="a plain number", unit="", example="0.9", least=0.0, most=1.0)]
 Tolerance = Annotated[float, Quantity(what="a plain number", unit="", example="1e-8", above=0.0, most=0.1)]
 Modulus = Annotated[float, Quantity(what="a modulus", unit="Pa", example="70 GPa", above=0.0)]
+Strength = Annotated[float, Quantity(what="a strength", unit="Pa", example="270 MPa", above=0.0)]
 PoissonRatio = Annotated[float, Quantity(what="a plain number", unit="", example="0.3", above=-1.0, below=0.5)]
 Density = Annotated[float, Quantity(what="a density", unit="kg/m^3", example="1600 kg/m^3", above=0.0)]
 Area = Annotated[float, Quantity(what="an area", unit="m^2", example="2 mm^2", above=0.0)]

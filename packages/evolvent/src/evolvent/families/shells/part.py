@@ -276,7 +276,16 @@ class Shell(Part):
         for key in ("thickness", "material"):
             if getattr(self, key) is None:
                 raise InputError(f"{name}.{key} is missing; give thickness and material, or section")
-        return Laminate(plies=(Ply(material=self.material, thickness=self.thickness),)).properties()
+        return Laminate(plies=self.plies).properties()
+
+    @property
+    def plies(self) -> tuple[Ply, ...]:
+        """Plies of the wall, one of a homogeneous wall; none of a wall by its stiffness matrix."""
+        if self.section is not None:
+            return self.section.plies if isinstance(self.section, Laminate) else ()
+        assert self.material is not None
+        assert self.thickness is not None
+        return (Ply(material=self.material, thickness=self.thickness),)
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the nodes into the family `bodies`, the rest into `shells` and `shell_elements`."""
