@@ -68,6 +68,17 @@ def test_swing(path: str) -> None:
     assert found[0] == pytest.approx(found[1], abs=2e-3 * np.abs(found[1]).max())
 
 
+def test_thin_panel() -> None:
+    """Its rigid motions are not lost beside the stiffness of a wall of 0.3 mm."""
+    system = System()
+    thin = parts.Shell(size=(1.0, 0.5), elements=(6, 3), thickness=3e-4, material=material(60e9, 0.3))
+    system.add(thin, "panel")
+    linear = system.linearize([], [], modes=25, method="craig-bampton", boundary=["panel.x0", "panel[27]"])
+    assert linear.rigid == 6
+    w = system.modes(count=9).frequency[6:]
+    assert np.sqrt(np.sort(linear.square)[6:9]) == pytest.approx(w, rel=1e-3)
+
+
 def test_edges_that_cannot_be_kept() -> None:
     """One sentence each."""
     system = System()
