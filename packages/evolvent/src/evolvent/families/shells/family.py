@@ -13,6 +13,7 @@ from evolvent.kernels import calls, rigid
 from evolvent.model.family import End, Family, Kind, Records, record
 from evolvent.model.powers import MASS_DAMPING, STIFFNESS_DAMPING
 from evolvent.model.questions import (
+    AdjointSupport,
     Advice,
     Energies,
     LinearizedPoint,
@@ -177,6 +178,9 @@ SHELLS = Family(
     shares=Shares((Rule(ELASTIC),), place=11.5, elastic=Elastic(_stiff)),
     smooth=True,
     of_step=False,
+    adjoint=AdjointSupport(
+        "its strains follow from the state, with all derivatives", filtered="strains of shells", timed=False,
+    ),
     parts=Parts(
         consists=lambda row, _: _nodes(row), place=_place, near=_near, touches=_touches,
         totals={"slender": lambda found: found.size},
