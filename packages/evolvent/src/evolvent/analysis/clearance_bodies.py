@@ -68,15 +68,15 @@ class Surface(NamedTuple):
     Attributes
     ----------
     name : str
-    nodes, rates : (nt, n, 3) float, m and m/s, positions and velocities, inertial axes
-    triangles : (m, 3) int, nodes
+    vertices, rates : (nt, n, 3) float, m and m/s, positions and velocities, inertial axes
+    triangles : (m, 3) int, vertices
     half : float, m, half of its thickness
-    x : (nt, 3) float, m, middle of the nodes
+    x : (nt, 3) float, m, middle of the vertices
     radius : (nt,) float, m, of the sphere about it that holds the shell
     """
 
     name: str
-    nodes: Array
+    vertices: Array
     rates: Array
     triangles: Array
     half: float
@@ -85,11 +85,11 @@ class Surface(NamedTuple):
 
     def placed(self, coal: Any, k: int) -> tuple[Any, Any]:
         """Geometry and its place at sample k."""
-        return _mesh(coal, self.nodes[k], self.triangles)
+        return _mesh(coal, self.vertices[k], self.triangles)
 
     def facets(self, coal: Any, k: int) -> Iterator[tuple[Any, Any]]:
         """Triangles."""
-        for corners in self.nodes[k][self.triangles]:
+        for corners in self.vertices[k][self.triangles]:
             yield _mesh(coal, corners, np.arange(3, dtype=np.int64)[None])
 
     def speed_of(self, other: Body | Surface) -> Array:
@@ -99,7 +99,7 @@ class Surface(NamedTuple):
 
     def speed_beside(self, x: Array, v: Array, w: Array) -> Array:
         """Bound (nt,) of the velocity of its points in axes at x that move with v and turn with w, m/s."""
-        seen = self.rates - v[:, None] - np.cross(w[:, None], self.nodes - x[:, None])
+        seen = self.rates - v[:, None] - np.cross(w[:, None], self.vertices - x[:, None])
         found: Array = np.linalg.norm(seen, axis=2).max(axis=1)
         return found
 

@@ -12,7 +12,6 @@ import numpy as np
 
 from evolvent.assembly import families, needs
 from evolvent.compiled.pointer import address
-from evolvent.equations.reactions import fill_wrenches
 from evolvent.equations.sampling import evaluate_samples
 from evolvent.kernels import markers, rigid, sides
 from evolvent.kernels.ancf_beams import NODE_VECTORS
@@ -22,6 +21,7 @@ from evolvent.model.powers import N_POWERS
 from evolvent.model.registry import is_by_rates
 from evolvent.results.motion import rotation_matrices
 from evolvent.results.observe.variables import cross, turned
+from evolvent.results.observe.wrenches import fill_wrenches
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.common.standing import end_ramps
 from evolvent.solvers.time.explicit.plan import METHODS

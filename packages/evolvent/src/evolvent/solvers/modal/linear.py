@@ -380,28 +380,27 @@ class _Source:
 
     def places(self, name: str) -> list[str]:
         """The point of a name, or the nodes that move of an edge of a surface, "panel.x0", in their order."""
-        part = name.partition(".")[0] if isinstance(name, str) else ""
-        if name in self.points or part == name or part not in self.assembly.parts:
+        part, known = name.partition(".")[0] if isinstance(name, str) else "", self.points
+        if name in known or part == name or part not in self.assembly.parts:
             return [name]
         try:
             found = self.assembly.parts[part].spread(*split_reference(name))
         except InputError as error:
             raise InputError(f"boundary holds {name!r}; {error}") from None
-        nodes = [] if found is None else [f"{part}[{node}]" for node in found.nodes]
-        if nodes and not any(node in self.points for node in nodes):
+        numbers, *_ = ((),) if found is None else found
+        nodes = [f"{part}[{node}]" for node in numbers]
+        if nodes and not any(node in known for node in nodes):
             raise InputError(f"boundary holds {name!r}, whose nodes all stand still; leave it out")
-        return [node for node in nodes if node in self.points] or [name]
+        return [node for node in nodes if node in known] or [name]
 
     def boundary_rows(self, names: Sequence[str]) -> Array:
         """Displacements, and rotations where there are any, of points by the velocities' coordinates: (n, nv)."""
-        rows = []
+        rows, known = [], self.points
         for name in names:
             wanted = {"displacement": Quantity(False, 0, "m"), "rotation": Quantity(True, 0, "rad")}
-            having = [
-                k for k, q in wanted.items() if name not in self.points or self.points[name][2 + q.turns] is not None
-            ]
+            having = [k for k, q in wanted.items() if name not in known or known[name][2 + q.turns] is not None]
             for what in having:
-                rows += channels("boundary", [f"{name}.{what}"], self.points, self.assembly, wanted)
+                rows += channels("boundary", [f"{name}.{what}"], known, self.assembly, wanted)
         return np.array([channel.row for channel in rows]).reshape(len(rows), self.structure.M.shape[0])
 
     def _matrices(self, basis: Basis, method: str, boundary: tuple[str, ...], *, static_correction: bool) -> StateSpace:
