@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -167,6 +168,22 @@ class Shell(Part):
         """Number of the node i along side 1, j along side 2, of a mesh of `elements`."""
         assert self.elements is not None
         return i * (self.elements[1] + 1) + j
+
+    def refined(self, name: str, parts: Mapping[str, Part]) -> Shell:
+        """The shell with twice as many elements along both sides."""
+        for key in ("file", "nodes", "start"):
+            if getattr(self, key) is not None:
+                raise InputError(
+                    f"an estimate of the mesh error needs a finer mesh, but {name}.{key} has this one; compare with a "
+                    f"case of more elements"
+                )
+        return self if self.elements is None else self.with_keys(elements=tuple(2 * n for n in self.elements))
+
+    def refined_node(self, node: int) -> int:
+        """Node (2 i, 2 j) of the node (i, j)."""
+        assert self.elements is not None
+        i, j = divmod(node, self.elements[1] + 1)
+        return 2 * i * (2 * self.elements[1] + 1) + 2 * j
 
     def edge(self, edge: str | int, name: str = "shell") -> Array:
         """Numbers of the nodes of an edge, from its begin, or of a set of the file."""
