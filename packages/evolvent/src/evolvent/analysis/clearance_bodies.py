@@ -116,7 +116,8 @@ def body(run: xr.DataTree, name: str, shape: Any) -> Body:
 def surface(run: xr.DataTree, name: str, part: Any) -> Surface:
     """Nodes of a shell at the samples."""
     x, v = (variables.get(run, f"{name}.{key}").values for key in ("position", "velocity"))
-    quads, wall = run[name]["element_nodes"].values, part.wall(name)
+    own: Any = run[name]
+    quads, wall = own["element_nodes"].values, part.wall(name)
     triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int64)
     middle = x.mean(axis=1)
     half = 0.5 * float(np.sqrt(12.0 * wall.inertia / wall.mass))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from numba import types, void
 
 from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect
@@ -16,7 +18,10 @@ _INTEGERS_2D = types.Array(types.int64, 2, "C")
 @indirect(
     void(VECTOR, MATRIX, _INTEGERS_2D, MATRIX, VECTOR, VECTOR, INTEGERS, VECTOR, VECTOR, VECTOR, MODEL, _3D)
 )  # fmt: skip
-def fill_wrenches(times, Y, S, LA, factors, parameters, bodies, a, r, powers, model, out):
+def fill_wrenches(
+    times: Any, Y: Any, S: Any, LA: Any, factors: Any, parameters: Any, bodies: Any, a: Any, r: Any, powers: Any,
+    model: Any, out: Any,
+) -> None:  # fmt: skip
     """Forces of all other parts on bodies in the states Y, S, LA at `times`, without weights and inertia.
 
     Parameters
