@@ -311,7 +311,7 @@ def test_solar_array(array):
 @pytest.mark.parametrize(
     ("pairs", "sentence"),
     [
-        ([("body 1", "body0")], "'body0' is no rigid body with a shape; did you mean 'body 0'?"),
+        ([("body 1", "body0")], "'body0' is no rigid body with a shape and no shell; did you mean 'body 0'?"),
         ([("body 0", "body 0")], "a pair is 'body 0' twice"),
         ([("body 0",)], "it must be two names of bodies"),
         (["body 0"], "it must be two names of bodies"),
@@ -325,7 +325,7 @@ def test_pairs_that_are_none(pairs, sentence):
 
 def test_no_pair_and_no_shapes(monkeypatch):
     alone = made([0.0], (BALL, (0.0, 0.0, 0.0), I))
-    with pytest.raises(evolvent.InputError, match="two rigid bodies with a shape, and 1 body has one"):
+    with pytest.raises(evolvent.InputError, match="two rigid bodies with a shape or shells, and 1 body has one"):
         alone.ev.clearance()
     hinge = {"hinge": {"kind": "joint", "a": "body 0", "b": "body 1"}}
     held = made([0.0], (BALL, (0.0, 0.0, 0.0), I), (BALL, (1.0, 0.0, 0.0), I), parts=hinge)

@@ -43,11 +43,12 @@ REFUSED = {
     "a viscoelastic rod": "a part is viscoelastic",
     "a viscoelastic thread": "a part is viscoelastic",
     "a viscoelastic thread on a free spool": "a part is viscoelastic",
-    "a shell": "shells",
-    "a viscoelastic shell": "shells",
+    "a viscoelastic shell": "a part is viscoelastic",
 }
 #: Largest difference beside the largest change of a coordinate, or of a rate times a step.
 WITHIN = 1e-6
+#: The same where neighbours have fewer digits: rotations of thin walls beside their stiffest directions.
+FEWER = {"a shell": 5e-6, "a seam": 5e-6}
 CHANGE = sensitivity.CHANGES[0]
 
 
@@ -110,5 +111,5 @@ def test_they_are_those_of_neighbours(family: str, method: str) -> None:
     n_v = int(assembly.model.info.nv)
     sides = [(up.y[-1], down.y[-1]) for up, down in zip(solutions[2::2], solutions[3::2], strict=True)]
     forward = np.stack([between(up, down, assembly.model) / (2.0 * change) for up, down in sides], axis=1)
-    size = np.append(np.ones(n_v), np.full(n_v, step))[:, None]
-    assert np.abs(size * (found - forward)).max() < WITHIN * max(np.abs(size * forward).max(), 1e-3)
+    size, within = np.append(np.ones(n_v), np.full(n_v, step))[:, None], FEWER.get(family, WITHIN)
+    assert np.abs(size * (found - forward)).max() < within * max(np.abs(size * forward).max(), 1e-3)

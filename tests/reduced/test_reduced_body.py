@@ -60,6 +60,19 @@ def test_a_held_body_has_the_frequencies_of_its_matrices(model: ReducedModel, pa
     assert mean_axes(model, "beam").held == pytest.approx(exact[0], rel=1e-9)
 
 
+def test_a_body_held_at_all_nodes(model: ReducedModel, path: str) -> None:
+    """In a loop through the ground: the frequencies of its matrices without the nodes, and half of a load on each."""
+    system = System(gravity=(0.0, 0.0, -1e-3))
+    system.add(parts.ReducedBody(file=path), "beam")
+    for end, place in (("root", ORIGIN), ("tip", (LENGTH, 0.0, 0.0))):
+        system.add(parts.Joint(a=place, b=f"beam.{end}", type="clamp"), end)
+    exact = np.sqrt(scipy.linalg.eigh(model.stiffness[12:, 12:], model.mass[12:, 12:], eigvals_only=True)[:4])
+    assert 2.0 * np.pi * system.modes(count=4).frequency_hz == pytest.approx(exact, rel=1e-9)
+    run = system.equilibrium()
+    for joint in ("root", "tip"):
+        assert run[joint]["force"].values[-1, 2] == pytest.approx(0.5e-3 * MASS, rel=1e-6)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("axis", [(0.0, 0.0, 1.0), (0.48, -0.6, 0.64)])
 def test_frequencies_do_not_depend_on_the_attitude(path: str, axis: tuple[float, float, float]) -> None:

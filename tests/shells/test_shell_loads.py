@@ -39,6 +39,16 @@ def test_force_on_an_edge(edge: str) -> None:
     assert run["load"]["position"].values[-1] == pytest.approx(wanted[strip().edge("x1")].mean(axis=0), abs=1e-3)
 
 
+def test_torque_along_an_edge() -> None:
+    """A moment per length bends a strip to a circle, D/m, by a constant torque or one that follows a profile."""
+    D, m = E * H**3 / 12.0, 20.0
+    for keys in ({"torque": (0.0, f"{-m} N m/m", 0.0)}, {"axis": (0, -1, 0), "profile": {"constant": f"{m} N m/m"}}):
+        run = with_load(strip(), along="shell.x1", **keys).equilibrium()
+        assert run["load"]["torque"].values[-1] == pytest.approx([0.0, -0.2 * m, 0.0])
+        normal = run["shell"]["normal"].values[-1, -1]
+        assert np.arctan2(-normal[0], normal[2]) == pytest.approx(m / D, rel=2e-3)
+
+
 def test_pressure_and_weight() -> None:
     """q L^4/(8 D) of a pressure, by a profile too, and of the weight; 2 % for 8 lumped elements."""
     q = 0.01
@@ -99,7 +109,7 @@ def test_refusals() -> None:
         ({"over": "shell", "force": (0, 0, "1 N/m")}, "load.force has the unit N/m; it must be in Pa"),
         ({"along": "shell", "force": (0, 0, 1)}, r"a surface; give an edge, such as 'shell.edge\[0\]', or load.over"),
         ({"over": "shell.x1", "force": (0, 0, 1)}, "it must be the name of a surface"),
-        ({"along": "shell.x1", "torque": (0, 0, 1)}, "along which a load is a force; give torques at nodes"),
+        ({"along": "shell.x1", "torque": (0, 0, "1 N m")}, r"load.torque has the unit N m; it must be in N"),
         ({"over": "shell", "torque": (0, 0, 1)}, "load.over is 'shell', over which a load is a force; give torques"),
         ({"along": "hub", "force": (0, 0, 1)}, "it must be a beam, a rod, a thread or an edge of a surface"),
         ({"at": "shell.x1", "force": (0, 0, 1)}, "no point of the shell 'shell'; loads act along edges"),

@@ -74,7 +74,9 @@ PositiveForce = Annotated[float, Quantity(what="a force", unit="N", example="20 
 PositiveTorque = Annotated[float, Quantity(what="a torque", unit="N m", example="0.2 mN m", above=0.0)]
 _LINE_FORCE = Quantity(what="a force per length", unit="N/m", example="0.1 N/m")
 _PRESSURE = Quantity(what="a force per area", unit="Pa", example="5 Pa")
+_LINE_TORQUE = Quantity(what="a torque per length", unit="N", example="0.1 N m/m")
 LineForce = Annotated[float, _LINE_FORCE]
+LineTorque = Annotated[float, _LINE_TORQUE]
 AreaForce = Annotated[float, _PRESSURE]
 ForceOrTorque = Annotated[float, Either((_FORCE, _TORQUE, _LINE_FORCE, _PRESSURE))]
 Frequency = Annotated[float, _FREQUENCY]
@@ -90,6 +92,8 @@ Acceleration = Annotated[Triple, Vector(quantity=Quantity(what="an acceleration"
 ForceVector = Annotated[Triple, Vector(quantity=_FORCE)]
 TorqueOrZero = Annotated[float, Quantity(what="a torque", unit="N m", example="0.2 N m", least=0.0)]
 TorqueVector = Annotated[Triple, Vector(quantity=_TORQUE)]
+LineTorqueVector = Annotated[Triple, Vector(quantity=_LINE_TORQUE)]
+AnyTorqueVector = Annotated[Triple, Vector(quantity=Either((_TORQUE, _LINE_TORQUE)))]
 LineForceVector = Annotated[Triple, Vector(quantity=_LINE_FORCE)]
 AreaForceVector = Annotated[Triple, Vector(quantity=_PRESSURE)]
 AnyForceVector = Annotated[Triple, Vector(quantity=Either((_FORCE, _LINE_FORCE, _PRESSURE)))]
@@ -114,6 +118,7 @@ Number = Annotated[float, Quantity(what="a plain number", unit="", example="0.5"
 Fraction = Annotated[float, Quantity(what="a plain number", unit="", example="0.9", least=0.0, most=1.0)]
 Tolerance = Annotated[float, Quantity(what="a plain number", unit="", example="1e-8", above=0.0, most=0.1)]
 Modulus = Annotated[float, Quantity(what="a modulus", unit="Pa", example="70 GPa", above=0.0)]
+Strength = Annotated[float, Quantity(what="a strength", unit="Pa", example="270 MPa", above=0.0)]
 PoissonRatio = Annotated[float, Quantity(what="a plain number", unit="", example="0.3", above=-1.0, below=0.5)]
 Density = Annotated[float, Quantity(what="a density", unit="kg/m^3", example="1600 kg/m^3", above=0.0)]
 Area = Annotated[float, Quantity(what="an area", unit="m^2", example="2 mm^2", above=0.0)]

@@ -37,6 +37,9 @@ class Pattern(NamedTuple):
     owner : dict of blocks of multipliers to the block that each is eliminated with: of a chain, whose constraints have
         full rank in their own blocks alone, whatever else they act on, and on which no other constraint acts
     stiff : set of blocks that resist every motion by themselves, so that no constraint needs to hold them
+    carried : dict of blocks of multipliers to a block in which alone their constraints have full rank, and which they
+        carry with stiff ones, as the interface nodes of a reduced body: they are eliminated with it where they are in a
+        loop, since what little stiffness it has by itself is no pivot
     """
 
     blocks: list[Array]
@@ -45,6 +48,7 @@ class Pattern(NamedTuple):
     fixed: Array
     owner: Mapping[int, int] = MappingProxyType({})
     stiff: frozenset[int] = frozenset()
+    carried: Mapping[int, int] = MappingProxyType({})
 
 
 class Order(NamedTuple):
@@ -79,7 +83,9 @@ def elimination_order(pattern: Pattern) -> Order:
     constraint waits for all that it acts on. In the graph of what constraints join, the ground included, those of a
     bridge (an edge in no loop) need wait for the part on the side away from the ground only, which moves freely without
     it: they are eliminated together with that part, in one block with pivots of both. So trees fill nothing, stiff or
-    massless, and only what is in a loop waits. Of a chain the pattern itself says which block each belongs to.
+    massless, and only what is in a loop waits. Of a chain the pattern itself says which block each belongs to. What
+    acts on a block that is carried waits for the stiff blocks that carry it, which then resist it, and the other blocks
+    that carry it, which resist nothing by themselves, wait for what acts on it.
 
     Ties go to the smaller block and then to the first one, so a chain is eliminated from a free end.
     """
@@ -97,19 +103,25 @@ def elimination_order(pattern: Pattern) -> Order:
         if a != b:
             near[a].add(b)
             near[b].add(a)
+    carried = {b for g, b in pattern.carried.items() if owner.get(g) == b}
     waits = {
         g: {b for b in near[g] if not pattern.multipliers[b]}
         for g in np.flatnonzero(pattern.multipliers).tolist()
         if g not in owner
     }
+    if carried:
+        _wait_by_carriers(pattern, carried, near, waits)
     left = [b for b in range(len(merged)) if alias[b] == b]
     order, later = _least_degrees([left], size, near, waits)
     cost = _cost(order, later, size)
     if cost > MANY:
         divided = dissection.groups(near, size, left)
         rank = {b: k for k, own in enumerate(divided) for b in own}
-        for group, blocks in waits.items():  # with the last of what it waits for
-            rank[group] = max(rank[b] for b in (group, *blocks))
+        ranks: dict[int, int] = {}
+        while ranks != rank:  # with the last of what it waits for
+            ranks = dict(rank)
+            for group, blocks in waits.items():
+                rank[group] = max(rank[b] for b in (group, *blocks))
         found = _least_degrees([[b for b in left if rank[b] == k] for k in range(len(divided))], size, near, waits)
         if _cost(*found, size) < FEWER * cost:
             order, later = found
@@ -119,6 +131,23 @@ def elimination_order(pattern: Pattern) -> Order:
         multipliers=[count[b] for b in order],
         later=[np.array(sorted(rank[c] for c in found), dtype=np.int64) for found in later],
     )
+
+
+def _wait_by_carriers(pattern: Pattern, carried: set[int], near: list[set[int]], waits: dict[int, set[int]]) -> None:
+    """Let what acts on carried blocks wait for their stiff carriers, and their other carriers for what acts on them."""
+    carriers: dict[int, set[int]] = {b: set() for b in carried}
+    for pair in pattern.pairs.tolist():
+        for group, block in (pair, pair[::-1]):
+            own = pattern.carried.get(group)
+            if own in carriers and block != own:
+                carriers[own].add(block)
+    acting = {b: {g for g in near[b] if g in waits} for b in carried}
+    for b, groups in acting.items():
+        for group in groups:
+            waits[group] |= carriers[b] & pattern.stiff
+    for b, groups in acting.items():
+        for block in carriers[b] - pattern.stiff:
+            waits.setdefault(block, set()).update(groups)
 
 
 def _least_degrees(
@@ -131,6 +160,10 @@ def _least_degrees(
         return sum(map(size.__getitem__, near[b])), size[b], b
 
     waiting = {g: set(blocks) for g, blocks in waits.items() if blocks}
+    waited: dict[int, list[int]] = {}
+    for g, blocks in waiting.items():
+        for b in blocks:
+            waited.setdefault(b, []).append(g)
     order: list[int] = []
     later: list[set[int]] = []
     for group in groups:
@@ -149,14 +182,19 @@ def _least_degrees(
             for c in around:
                 near[c] |= around
                 near[c] -= {b, c}
-                if c in waiting:
-                    waiting[c].discard(b)
-                    if not waiting[c]:
-                        del waiting[c]
+            freed = []
+            for g in waited.get(b, ()):
+                waiting[g].discard(b)
+                if not waiting[g]:
+                    del waiting[g]
+                    freed.append(g)
             for c in around & keys.keys():
                 keys[c] = key(c)
                 if c not in waiting:
                     heapq.heappush(heap, keys[c])
+            for g in freed:
+                if g in keys and g not in around:
+                    heapq.heappush(heap, keys[g])
             near[b] = set()
     return order, later
 
@@ -199,6 +237,10 @@ def _owners(pattern: Pattern) -> dict[int, int]:
     for edge, child in _bridges(edges):
         if edge >= 0 and len(pattern.blocks[edge]) <= len(pattern.blocks[child]):
             found[edge] = child
+    taken = set(found.values())
+    for group, block in pattern.carried.items():
+        if group not in found and block not in taken:
+            found[group] = block
     return found
 
 

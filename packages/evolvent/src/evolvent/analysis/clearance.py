@@ -5,25 +5,25 @@ from __future__ import annotations
 import itertools
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from evolvent import cases
+from evolvent.analysis.clearance_bodies import Body, Surface, body, surface
 from evolvent.analysis.clearance_results import Clearances
 from evolvent.assembly.references import split_reference
 from evolvent.families.beams.part import Beam
 from evolvent.families.bodies.part import RigidBody
 from evolvent.families.bodies.part_point import Point
+from evolvent.families.coordinates.part_seam import Seam
 from evolvent.families.joints.part import TOUCHING, Joint
 from evolvent.families.rods.part import Rod
+from evolvent.families.shells.part import Shell
 from evolvent.families.threads.part import Thread
 from evolvent.families.threads.part_reel import Reel
-from evolvent.parts.shapes import Box, Capsule, Cylinder, Sphere
-from evolvent.results import variables
-from evolvent.results.motion import quantity, rotation_matrices
-from evolvent.results.solids import Solid
+from evolvent.results.motion import quantity
 from evolvent.results.tree import solution_of
 from evolvent_base import __version__
 from evolvent_base.errors import InputError, counted, nearest
@@ -39,36 +39,15 @@ _THIN = {"beam": Beam, "rod": Rod, "thread": Thread, "reel": Reel, "point mass":
 _NAMED = 3
 
 
-class Body(NamedTuple):
-    """A body with a shape along a run.
-
-    Attributes
-    ----------
-    name : str
-    shape : Box, Cylinder, Sphere or Capsule
-    x, v : (nt, 3) float, m and m/s, centre and its velocity, inertial axes
-    R : (nt, 3, 3) float, rotation matrices from the axes of its geometry to inertial axes
-    w : (nt, 3) float, rad/s, angular velocity, inertial axes
-    radius : float, m, of the sphere about the centre that holds the body
-    """
-
-    name: str
-    shape: Any
-    x: Array
-    v: Array
-    R: Array
-    w: Array
-    radius: float
-
-
 def clearances(run: xr.DataTree, pairs: Iterable[Sequence[str]] | None = None) -> Clearances:
-    """Signed distances between the rigid bodies of a run that have a shape.
+    """Signed distances between the rigid bodies of a run that have a shape, and its shells.
 
     Parameters
     ----------
     run : xarray.DataTree
     pairs : sequence of (name, name), optional
-        Pairs of bodies; left out, all pairs but those that a joint, which is not released, holds together.
+        Pairs of bodies and shells; left out, all pairs but those that a joint, which is not released, or a seam holds
+        together.
 
     Returns
     -------
@@ -84,18 +63,19 @@ def clearances(run: xr.DataTree, pairs: Iterable[Sequence[str]] | None = None) -
     From one sample to the next, dt apart, a distance changes by no more than u dt, where u is the largest velocity of
     a point of one body in the axes of the other: ``|v_b - v_a - w_a x (x_b - x_a)| + |w_b - w_a| r_b``, the smaller
     one of both ways and the larger one of both samples. So it stays above ``(d_0 + d_1 - u dt)/2``, unless bodies move
-    faster between samples than at both of them. Times at which an interference starts and ends are linear between
-    samples. Depths below 1e-6 of the radius about the smaller body are contact.
+    faster between samples than at both of them. A shell is its triangles with half of its thickness on both sides; of
+    one, u is that of its fastest node, and between two shells the sum of those of both. Times at which an interference
+    starts and ends are linear between samples. Depths below 1e-6 of the radius about the smaller body are contact.
     """
     parts = _parts(run)
-    bodies = {name: part for name, part in parts.items() if isinstance(part, RigidBody) and part.shape is not None}
+    bodies = {name: part for name, part in parts.items() if _has_surface(part)}
     joined = _joined(parts, bodies)
     chosen = _pairs(bodies, joined) if pairs is None else [_pair(pair, bodies) for pair in pairs]
     if not chosen:
         why = "every pair of them is held by a joint" if joined else f"{counted(len(bodies), 'body', 'bodies')} has one"
-        raise InputError(f"no clearance can be found: it is that of two rigid bodies with a shape, and {why}")
+        raise InputError(f"no clearance can be found: it is that of two rigid bodies with a shape or shells, and {why}")
     measure = _measure()
-    seen = {name: _body(run, name, bodies[name].shape) for name in dict.fromkeys(itertools.chain(*chosen))}
+    seen = {name: _seen(run, name, bodies[name]) for name in dict.fromkeys(itertools.chain(*chosen))}
     time = run.to_dataset()["time"].values
     found = [_Pair(seen[a], seen[b], time, measure) for a, b in chosen]
     left_out = [] if pairs is not None else [f"{a!r} and {b!r}, held by {by!r}" for (a, b), by in joined.items()]
@@ -135,13 +115,19 @@ def _parts(run: xr.DataTree) -> Mapping[str, Any]:
     return dict(cases.system(case.system).system(case).parts)
 
 
+def _has_surface(part: Any) -> bool:
+    """Whether a part is checked."""
+    return isinstance(part, Shell) or (isinstance(part, RigidBody) and part.shape is not None)
+
+
 def _joined(parts: Mapping[str, Any], bodies: Mapping[str, Any]) -> dict[tuple[str, str], str]:
     """Pairs of bodies that a joint holds together to the end of the run, and the joint's name."""
     order, found = list(bodies), {}
     for name, part in parts.items():
-        if not isinstance(part, Joint) or part.type not in TOUCHING:
-            continue
-        if part.until is not None or part.released_by is not None:
+        if isinstance(part, Joint):
+            if part.type not in TOUCHING or part.until is not None or part.released_by is not None:
+                continue
+        elif not isinstance(part, Seam):
             continue
         a, b = _owner(part.a), _owner(part.b)
         if a in bodies and b in bodies and a != b:
@@ -167,7 +153,7 @@ def _pair(given: Sequence[str], bodies: Mapping[str, Any]) -> tuple[str, str]:
         raise InputError(f"a pair is {given!r}; it must be two names of bodies, such as ('panel 1', 'bus')")
     for name in given:
         if name not in bodies:
-            raise InputError(f"{name!r} is no rigid body with a shape; {nearest(str(name), bodies)}")
+            raise InputError(f"{name!r} is no rigid body with a shape and no shell; {nearest(str(name), bodies)}")
     a, b = given
     if a == b:
         raise InputError(f"a pair is {a!r} twice; it must be two bodies")
@@ -188,42 +174,9 @@ def _not_checked(parts: Mapping[str, Any], bodies: Mapping[str, Any]) -> list[st
     ]
 
 
-def _body(run: xr.DataTree, name: str, shape: Any) -> Body:
-    """Poses and rates of a body at the samples."""
-    x, q, v, own = (variables.get(run, f"{name}.{key}").values for key in ("position", "attitude", "velocity", "rate"))
-    R = rotation_matrices(q)
-    w = np.einsum("tij,tj->ti", R, own)
-    solid = _solid(shape)
-    return Body(name, shape, x, v, R if isinstance(shape, Box) else R @ solid.basis[:, [1, 2, 0]], w, solid.size)
-
-
-def _solid(shape: Any) -> Solid:
-    """The solid of a shape, which has its axes and its radius."""
-    match shape:
-        case Box():
-            return Solid.box(shape.size)
-        case Cylinder():
-            return Solid.cylinder(shape.radius, shape.span, axis=shape.axis)
-        case Capsule():
-            half = 0.5 * shape.length + shape.radius
-            return Solid.revolution([(-half, 0.0), (half, 0.0)], axis=shape.axis)
-        case Sphere():
-            return Solid.sphere(shape.radius)
-    raise InputError(f"a shape is {type(shape).__name__}; clearances take boxes, cylinders, spheres and capsules")
-
-
-def _geometry(coal: Any, shape: Any) -> Any:
-    """A shape as coal has it, its axis along z.
-
-    A sphere is a capsule without length: the closed form of coal 3.0.3 for the depth of a sphere in a cylinder takes
-    the wrong way out where the centre of the sphere is inside.
-    """
-    match shape:
-        case Box():
-            return coal.Box(*shape.size)
-        case Cylinder():
-            return coal.Cylinder(shape.radius, shape.span)
-    return coal.Capsule(shape.radius, getattr(shape, "length", 0.0))
+def _seen(run: xr.DataTree, name: str, part: Any) -> Body | Surface:
+    """Motion of a body or a surface at the samples."""
+    return surface(run, name, part) if isinstance(part, Shell) else body(run, name, part.shape)
 
 
 # ------------------------------------------------------------------------------------------------ one pair
@@ -232,9 +185,8 @@ def _geometry(coal: Any, shape: Any) -> Any:
 class _Pair:
     """Distances of two bodies at the samples: bounds by spheres, exact where it matters."""
 
-    def __init__(self, a: Body, b: Body, time: Array, coal: Any) -> None:
+    def __init__(self, a: Body | Surface, b: Body | Surface, time: Array, coal: Any) -> None:
         self.a, self.b, self._time, self._coal = a, b, time, coal
-        self._shapes = _geometry(coal, a.shape), _geometry(coal, b.shape)
         self._request = coal.DistanceRequest()
         self._request.enable_signed_distance = True
         self._request.epa_max_iterations = _ITERATIONS
@@ -243,19 +195,43 @@ class _Pair:
         self.exact = ~np.isfinite(self.d)  # what is not finite stays as it is
         self._find(np.flatnonzero(self.d < reach))
         self._find_smallest()
-        self._touching = _TOUCHING * min(a.radius, b.radius)
+        self._touching = _TOUCHING * min(float(np.max(a.radius)), float(np.max(b.radius)))
         self._inside = self.d < -self._touching
         self._find(np.flatnonzero(np.convolve(self._inside, [1, 1, 1])[1:-1]))
         self.least_between, self.gaps = self._between()
 
     def _find(self, samples: Array) -> None:
         """Make the distances of samples exact."""
-        coal, (A, B), (a, b) = self._coal, self._shapes, (self.a, self.b)
         for k in samples:
             if not self.exact[k]:
-                places = coal.Transform3s(a.R[k], a.x[k]), coal.Transform3s(b.R[k], b.x[k])
-                self.d[k] = coal.distance(A, places[0], B, places[1], self._request, coal.DistanceResult())
+                whole = self._distance(self.a.placed(self._coal, k), self.b.placed(self._coal, k))
+                if whole < 0.0 and self.a.half + self.b.half > 0.0:  # of one facet: the deepest one is wanted
+                    whole = self._deepest(k)
+                self.d[k] = whole - self.a.half - self.b.half
                 self.exact[k] = True
+
+    def _deepest(self, k: int) -> float:
+        """Least distance of facets at sample k, of which one is inside.
+
+        coal finds no depth where the centre of a round body lies in the plane of a facet; it is moved a little then.
+        """
+        reach = float(np.max(self.a.radius) + np.max(self.b.radius))
+        others = [*self.b.facets(self._coal, k)]
+        least = 0.0
+        for one in self.a.facets(self._coal, k):
+            for other, place in others:
+                found, way = self._distance(one, (other, place)), np.array([0.36, 0.48, 0.8])
+                for size in (1e-9, 1e-7, 1e-5):
+                    if found >= -reach:
+                        break
+                    moved = self._coal.Transform3s(place.getRotation(), place.getTranslation() + size * reach * way)
+                    found = self._distance(one, (other, moved))
+                least = min(least, found) if found >= -reach else least
+        return least
+
+    def _distance(self, one: tuple[Any, Any], other: tuple[Any, Any]) -> float:
+        """Distance of two placed geometries."""
+        return float(self._coal.distance(*one, *other, self._request, self._coal.DistanceResult()))
 
     def _find_smallest(self) -> None:
         """Make distances exact until the smallest one is."""
@@ -264,11 +240,7 @@ class _Pair:
 
     def _speed(self) -> Array:
         """Bound (nt,) of the velocity of points of one body in the axes of the other, m/s."""
-        a, b = self.a, self.b
-        found = []
-        for p, q in ((a, b), (b, a)):
-            centre = q.v - p.v - np.cross(p.w, q.x - p.x)
-            found.append(np.linalg.norm(centre, axis=1) + np.linalg.norm(q.w - p.w, axis=1) * q.radius)
+        found = [p.speed_of(q) for p, q in ((self.a, self.b), (self.b, self.a))]
         return np.minimum(*found)
 
     def _between(self) -> tuple[float, Array]:

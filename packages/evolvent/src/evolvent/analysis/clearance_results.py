@@ -82,7 +82,7 @@ class Clearances(Shown):
         """Sentences: interference, what was left out."""
         found = self.dataset
         listed = [f"{one}." for one in json.loads(found.attrs["sentences"])]
-        heads = {"left_out": "Left out", "not_checked": "Rigid bodies with a shape alone are checked, not"}
+        heads = {"left_out": "Left out", "not_checked": "Rigid bodies with a shape and shells alone are checked, not"}
         for key, text in heads.items():
             if names := json.loads(found.attrs[key]):
                 listed.append(f"{text}: {'; '.join(names)}.")

@@ -92,7 +92,8 @@ class LinearModel(StateSpace):
         Parameters
         ----------
         nodes : dict, name of an interface node -> point of the structure, {"root": "boom.root"}; they must be in the
-            `boundary` of a Craig-Bampton model
+            `boundary` of a Craig-Bampton model. An edge of a surface, {"root": "panel.x0"}, gives the interface nodes
+            "root 0", "root 1" and so on
         path : str, optional, file to write, which ends with .npz or .json
 
         Returns
@@ -117,7 +118,13 @@ class LinearModel(StateSpace):
                 f"the structure has {counted(self.rigid, 'rigid-body mode')}, but a reduced body needs 6: nothing may "
                 f"hold it, and all of its parts must be joined"
             )
-        places = [*nodes.values()]
+        named = {
+            name if len(found) == 1 else f"{name} {k}": one
+            for name, place in nodes.items()
+            for found in (self._source.places(place),)
+            for k, one in enumerate(found)
+        }
+        places = [*named.values()]
         for place in places:
             if self.method == CRAIG_BAMPTON and place not in self.boundary:
                 raise InputError(f"nodes holds {place!r}, which is not in the boundary of the model; name it there")
@@ -134,7 +141,7 @@ class LinearModel(StateSpace):
         K, M = T.T @ (self.square[:, None] * T), T.T @ T
         positions = np.array([self._source.points[place].position for place in places])
         found = ReducedModel(
-            0.5 * (K + K.T), 0.5 * (M + M.T), positions, tuple(nodes), np.zeros((0, len(K))),
+            0.5 * (K + K.T), 0.5 * (M + M.T), positions, tuple(named), np.zeros((0, len(K))),
             warning=self.warning,
         )  # fmt: skip
         check_model(found, "the reduced model")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -49,7 +50,7 @@ def richardson(coarse: Array, fine: Array) -> MeshError:
 
 
 def refined(system: Composed) -> Composed:
-    """The system with every element of its beams, rods and threads in halves; references to nodes follow.
+    """The system with every element of its parts in halves along each side; references to nodes follow.
 
     Raises
     ------
@@ -59,14 +60,14 @@ def refined(system: Composed) -> Composed:
     finer = {name: part.refined(name, system.parts) for name, part in system.parts.items()}
     changed = {name for name, part in system.parts.items() if finer[name] is not part}
     if not changed:
-        raise InputError("mesh_error is given, but no part has elements: a beam, a rod or a thread")
+        raise InputError("mesh_error is given, but no part has elements, as a beam, a rod, a thread or a shell has")
     found = system.copy()
     for name, part in finer.items():
-        found.replace(name, _renumbered(part, changed))
+        found.replace(name, _renumbered(part, system.parts, changed))
     return found
 
 
-def _renumbered(part: Part, changed: set[str]) -> Part:
+def _renumbered(part: Part, parts: Mapping[str, Part], changed: set[str]) -> Part:
     """A part whose references to nodes, "boom[5]", name the same places on the finer mesh, "boom[10]"."""
 
     def same(value: Any) -> Any:
@@ -75,7 +76,7 @@ def _renumbered(part: Part, changed: set[str]) -> Part:
         if isinstance(value, str):
             name, node = split_reference(value)
             if isinstance(node, int) and name in changed:
-                return f"{name}[{2 * node}]"
+                return f"{name}[{parts[name].refined_node(node)}]"
         return value
 
     keys = {}
@@ -87,7 +88,7 @@ def _renumbered(part: Part, changed: set[str]) -> Part:
     return part.with_keys(**keys) if keys else part
 
 
-def of_modes(coarse: VibrationModes, fine: VibrationModes) -> MeshError:
+def of_modes(coarse: VibrationModes, fine: VibrationModes, parts: Mapping[str, Part]) -> MeshError:
     """Of the frequencies (k,), Hz, of modes that are paired by their shapes.
 
     Notes
@@ -95,7 +96,9 @@ def of_modes(coarse: VibrationModes, fine: VibrationModes) -> MeshError:
     The pairs have the best agreement of displacements and rotations at all points that both meshes have, together with
     the least difference of frequencies. Modes that agree with none, or do not oscillate, have no estimate.
     """
-    a, b = _shapes(coarse, 1), _shapes(fine, 2)
+    names = {name: _refined_name(name, parts) for name in coarse._points}
+    both = [(name, finer) for name, finer in names.items() if finer in fine._points]
+    a, b = _shapes(coarse, [name for name, _ in both]), _shapes(fine, [finer for _, finer in both])
     f, g = coarse.frequency_hz, fine.frequency_hz
     size = np.outer(np.sum(np.abs(a) ** 2, axis=1), np.sum(np.abs(b) ** 2, axis=1))
     alike = np.abs(a.conj() @ b.T) ** 2 / np.maximum(size, 1e-300)
@@ -110,9 +113,9 @@ def of_modes(coarse: VibrationModes, fine: VibrationModes) -> MeshError:
     return richardson(f, partner)
 
 
-def _shapes(found: VibrationModes, step: int) -> Array:
-    """Displacements over the structure's size, and rotations, of every `step`-th node and all other points: (k, m)."""
-    points = {name: place for name, place in found._points.items() if "[" not in name or _number(name) % step == 0}
+def _shapes(found: VibrationModes, names: Sequence[str]) -> Array:
+    """Displacements over the structure's size, and rotations, of points by their names: (k, m)."""
+    points = {name: found._points[name] for name in names}
     position = np.array([place.position for place in points.values()])
     size = float(np.max(np.ptp(position, axis=0), initial=0.0)) or 1.0
     columns = []
@@ -123,14 +126,20 @@ def _shapes(found: VibrationModes, step: int) -> Array:
     return np.hstack(columns)
 
 
-def _number(name: str) -> int:
-    node = split_reference(name)[1]
-    return node if isinstance(node, int) else 0
+def _refined_name(name: str, parts: Mapping[str, Part]) -> str:
+    """Name of a point on the finer mesh."""
+    part, node = split_reference(name)
+    return f"{part}[{parts[part].refined_node(node)}]" if isinstance(node, int) and part in parts else name
 
 
-def note(coarse: xr.DataTree, fine: xr.DataTree) -> None:
-    """Give what the parts of an equilibrium show attributes `extrapolated`, in their unit, and `mesh_error`."""
+def note(coarse: xr.DataTree, fine: xr.DataTree, parts: Mapping[str, Part]) -> None:
+    """Give what the parts of an equilibrium show attributes `extrapolated`, in their unit, and `mesh_error`.
+
+    Joints at the nodes of a seam are no parts of the system, and at other places on the finer mesh.
+    """
     for part, name in shown(coarse):
+        if part not in parts:
+            continue
         value, finer = (np.asarray(run[part][name].to_numpy()[-1]) for run in (coarse, fine))
         best = richardson(value, finer).extrapolated
         off, size = float(np.linalg.norm(value - best)), float(np.linalg.norm(best))

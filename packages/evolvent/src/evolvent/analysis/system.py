@@ -377,7 +377,7 @@ class System(Composition, Answered):
                 load_steps=load_steps, arc_length=arc_length, time=time, rotating=rotating, centre=centre,
                 relaxed=relaxed, tolerance=tolerance, progress=progress,
             )  # fmt: skip
-            mesh.note(run, finer)
+            mesh.note(run, finer, self.parts)
         return run
 
     def modes(
@@ -391,8 +391,8 @@ class System(Composition, Answered):
         ----------
         count, damped, time, rotating, centre, relaxed : as of `evolvent.solvers.modal.modes.modes`
         mesh_error : bool
-            Whether they are found once more with every element of beams, rods and threads in halves, for an estimate
-            of the error of the mesh, ``modes.mesh``.
+            Whether they are found once more with every element of beams, rods, threads and shells in halves, for an
+            estimate of the error of the mesh, ``modes.mesh``.
 
         Returns
         -------
@@ -411,7 +411,7 @@ class System(Composition, Answered):
         found = ModalResults.of(modes(self.assemble(), count=count, **given))
         if mesh_error:
             finer = modes(mesh.refined(self).assemble(), count=count + mesh.MORE, **given)
-            found = dataclasses.replace(found, mesh=mesh.of_modes(found, finer))
+            found = dataclasses.replace(found, mesh=mesh.of_modes(found, finer, self.parts))
         return found
 
     def loop_modes(

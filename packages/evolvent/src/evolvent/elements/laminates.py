@@ -168,18 +168,29 @@ class MatrixWall(Wall):
 WallSection = Annotated[Wall, OneOf({"laminate": Laminate, "stiffness": MatrixWall})]
 
 
-def _turned_stiffness(material: Material, angle: float) -> tuple[Array, Array]:
-    """Stiffness (3, 3) in plane stress and (2, 2) in transverse shear, Pa, of a ply whose fibres are at an angle."""
+def plane_stiffness(material: Material) -> Array:
+    """Stiffness (3, 3) of a ply in plane stress along and across its fibres, Pa."""
     E1, G = material.E, material.shear_modulus
     E2 = E1 if material.young_modulus_2 is None else material.young_modulus_2
-    along, across = (G if own is None else own for own in (material.shear_13, material.shear_23))
     nu = material.nu
     Q = np.array([[E1, nu * E2, 0.0], [nu * E2, E2, 0.0], [0.0, 0.0, 0.0]]) / (1.0 - nu * nu * E2 / E1)
     Q[2, 2] = G
+    return Q
+
+
+def turned_strains(angle: float) -> Array:
+    """Strains (3, 3) along and across fibres at an angle, rad, by those along axes 1 and 2, with twice 12."""
     c, s = math.cos(angle), math.sin(angle)
-    T = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2.0 * c * s, 2.0 * c * s, c * c - s * s]])
+    return np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2.0 * c * s, 2.0 * c * s, c * c - s * s]])
+
+
+def _turned_stiffness(material: Material, angle: float) -> tuple[Array, Array]:
+    """Stiffness (3, 3) in plane stress and (2, 2) in transverse shear, Pa, of a ply whose fibres are at an angle."""
+    G, T = material.shear_modulus, turned_strains(angle)
+    along, across = (G if own is None else own for own in (material.shear_13, material.shear_23))
+    c, s = math.cos(angle), math.sin(angle)
     R = np.array([[c, s], [-s, c]])
-    return T.T @ Q @ T, R.T @ np.diag([along, across]) @ R
+    return T.T @ plane_stiffness(material) @ T, R.T @ np.diag([along, across]) @ R
 
 
 def _turned_expansion(material: Material, angle: float) -> Array:

@@ -32,6 +32,14 @@ class Material(Section):
         Coefficient of linear thermal expansion, along the beam, or along the fibres of a ply.
     thermal_expansion_2 : float, 1/K, optional
         Of a ply of a shell: that across the fibres, in the plane; `thermal_expansion` if left out.
+    tensile_strength : float, Pa, optional
+        Stress along the fibres, or of an isotropic material in one direction, at which it fails or yields.
+    compressive_strength : float, Pa, optional
+        The same in compression; as in tension if left out.
+    tensile_strength_2, compressive_strength_2 : float, Pa, optional
+        Of a ply across the fibres, in the plane; as along them, and as in tension, if left out.
+    shear_strength : float, Pa, optional
+        Of a ply in its plane; if left out tensile_strength/sqrt(3), by which the criterion is that of von Mises.
     viscoelastic : mapping, optional
         Relaxation of both moduli by a Prony series; the moduli are those of an instant.
     """
@@ -45,6 +53,11 @@ class Material(Section):
     shear_23: units.Modulus | None = None
     thermal_expansion: units.ThermalExpansion | None = None
     thermal_expansion_2: units.ThermalExpansion | None = None
+    tensile_strength: units.Strength | None = None
+    compressive_strength: units.Strength | None = None
+    tensile_strength_2: units.Strength | None = None
+    compressive_strength_2: units.Strength | None = None
+    shear_strength: units.Strength | None = None
     viscoelastic: Viscoelastic | None = None
 
     def refusals(self) -> Iterator[str]:
@@ -54,6 +67,11 @@ class Material(Section):
                 f"young_modulus_2 is {self.young_modulus_2:g} Pa; with the Poisson ratio {self.nu:g} it must be below "
                 f"{self.E / self.nu**2:g} Pa"
             )
+
+        others = ("compressive_strength", "tensile_strength_2", "compressive_strength_2", "shear_strength")
+        given = next((key for key in others if getattr(self, key) is not None), "")
+        if given and self.tensile_strength is None:
+            yield f"{given} is given, but tensile_strength is missing; give it too"
 
     @property
     def E(self) -> float:  # noqa: N802  (the letter of the formulas)

@@ -135,6 +135,10 @@ class Part(Section):
         """
         return self
 
+    def refined_node(self, node: int) -> int:
+        """Number that a node has in the part as `refined`."""
+        return 2 * node
+
     def spread(self, name: str, on: str | int | None) -> Spread | None:
         """Nodes of the part, or of what is called `on` on it, along which loads and joints act; None of other parts.
 

@@ -169,6 +169,7 @@ TorqueOrForceProfile = Annotated[Profile[units.TorqueOrForce], BeforeValidator(_
 VoltageProfile = Annotated[Profile[units.Voltage], BeforeValidator(_as_keys)]
 CurrentProfile = Annotated[Profile[units.Current], BeforeValidator(_as_keys)]
 LineForceProfile = Annotated[Profile[units.LineForce], BeforeValidator(_as_keys)]
+LineTorqueProfile = Annotated[Profile[units.LineTorque], BeforeValidator(_as_keys)]
 AreaForceProfile = Annotated[Profile[units.AreaForce], BeforeValidator(_as_keys)]
 LoadProfile = Annotated[Profile[units.ForceOrTorque], BeforeValidator(_as_keys)]
 TemperatureProfile = Annotated[Profile[units.Temperature], BeforeValidator(_as_keys)]

@@ -20,7 +20,7 @@ from evolvent.families.joints.part_rows import add_row
 from evolvent.families.joints.part_sides import Side
 from evolvent.kernels import gaps, rigid, sides
 from evolvent.kernels.rotations import rotation_from_quaternion
-from evolvent.parts.base import Group, Part, unit
+from evolvent.parts.base import Group, Part, Spread, unit
 from evolvent_base import units
 from evolvent_base.dense import product
 from evolvent_base.errors import InputError
@@ -42,7 +42,8 @@ class ReducedBody(Part):
     """A flexible body by stiffness and mass matrices of a reduced finite-element model; it may move and turn freely.
 
     Its interface nodes are points for joints, springs, forces and threads: "panel.root", by the names in the file, or
-    by number, "panel[0]". Between them it deforms linearly.
+    by number, "panel[0]". Nodes "root 0", "root 1" and so on are an edge, "panel.root", for seams and loads along it.
+    Between its nodes it deforms linearly.
 
     Parameters
     ----------
@@ -110,6 +111,24 @@ class ReducedBody(Part):
             return self._found
         paths = [*files_read(self.file), *([self.bulk] if self.bulk else [])]
         return _read(self.file, self.bulk, self.length_unit, self.mass_unit, tuple(map(digest, paths)))
+
+    def spread(self, name: str, on: str | int | None) -> Spread | None:
+        """Nodes "root 0", "root 1" and so on of the edge "root", with their lengths, in this order."""
+        names, nodes = self.model.names, list[int]()
+        while isinstance(on, str) and (one := f"{on} {len(nodes)}") in names:
+            nodes.append(names.index(one))
+        if len(nodes) < 2:
+            return None
+        R = np.empty((3, 3))
+        rotation_from_quaternion(*unit(self.orientation), R)
+        along = np.diff(self.model.positions[nodes], axis=0) @ R.T
+        lengths = np.linalg.norm(along, axis=1)
+        if not np.all(lengths > 0.0):
+            k = int(lengths.argmin())
+            raise InputError(f"{name} has nodes '{on} {k}' and '{on} {k + 1}' at one place; an edge needs a length")
+        shares = 0.5 * (np.append(lengths, 0.0) + np.append(0.0, lengths))
+        sums = np.concatenate([along[:1], along[1:] + along[:-1], along[-1:]])
+        return Spread(np.array(nodes), shares, np.array([unit(one) for one in sums]), surface=False)
 
     def write(self, builder: Builder, name: str) -> None:
         """Write frame and nodes into the family `bodies`, modes into `modes`, and rows that hold the nodes."""

@@ -24,7 +24,8 @@ class Seam(Part):
     """A joint along an edge of a surface: a clamp, or a hinge along the edge, such as a fold with its own stiffness.
 
     Each node of the edge has a `Joint` of its own, with results under "seam 0", "seam 1" and so on, and with a
-    `JointSpring` "seam spring 0" and so on where the seam has a stiffness, damping or latch.
+    `JointSpring` "seam spring 0" and so on where the seam has a stiffness, damping or latch. The seam's own results are
+    their sums: force and moment on `b`, the angle of `b` as seen from `a`, and the torque of the springs.
 
     Parameters
     ----------
@@ -76,6 +77,7 @@ class Seam(Part):
             raise InputError(f"{name}.a is {self.a!r}; it must be an edge of a surface, such as 'panel.x1', or a rod")
         others = None if self.b == "ground" else self._others(builder, name, nodes)
         own, written = split_reference(self.a)[0], 0
+        sprung = bool(self.stiffness or self.damping or self.latch is not None)
         for k, (node, share, tangent) in enumerate(zip(nodes.nodes, nodes.shares, nodes.tangents, strict=True)):
             point = f"{own}[{node}]"
             end: Any = tuple(builder.location(point).x.tolist()) if others is None else others[k]
@@ -87,7 +89,7 @@ class Seam(Part):
             keys: Any = {"axis": tuple(tangent.tolist())} if self.type == "revolute" else {}
             a, b = (end, point) if others is None else (point, end)
             builder.write(f"{name} {k}", Joint(a=a, b=b, type=self.type, **keys))
-            if self.stiffness or self.damping or self.latch is not None:
+            if sprung:
                 # with the ground as a, the angle of b is that of the edge: the other sense
                 sense = -1.0 if others is None else 1.0
                 spring = JointSpring(
@@ -100,6 +102,8 @@ class Seam(Part):
         builder.part = name
         if written == 0:
             raise InputError(f"{name} joins nodes that all stand still; leave it out")
+        index = builder.add("seams", nodes=len(nodes.nodes), sprung=int(sprung), sense=-1 if others is None else 1)
+        builder.names[name] = ("seams", index)
 
     def _nodes(self, builder: Builder, name: str, key: str) -> Spread | None:
         """Nodes of an edge or a rod; None of other parts."""

@@ -30,12 +30,13 @@ def observe_load(view: View, name: str) -> Observed:
     row, along = view.model.loads[index], _spread_on(view.part(name))
     if row["kind"] < kernels.AT_MARKER:
         return observe_thread_load(view, index)
-    if along is not None:  # its rows are the forces at nodes
+    what = "torque" if row["kind"] == kernels.TORQUE else "force"
+    if along is not None:  # its rows are the loads at nodes
         part, on = split_reference(along)
         shares = view.assembly.parts[part].spread(part, on).shares
         own = slice(index, index + shares.size)
-        return _observe(view, "loads", own, "force", shares / float(shares.sum()))
-    return _observe(view, "loads", slice(index, index + 1), "torque" if row["kind"] == kernels.TORQUE else "force")
+        return _observe(view, "loads", own, what, shares / float(shares.sum()))
+    return _observe(view, "loads", slice(index, index + 1), what)
 
 
 def observe_thread_load(view: View, index: int) -> Observed:

@@ -33,6 +33,7 @@ from evolvent.parts.profile import (
     AreaForceProfile,
     ForceProfile,
     LineForceProfile,
+    LineTorqueProfile,
     LoadProfile,
     TorqueProfile,
     write_profile,
@@ -57,8 +58,8 @@ class Load(Part):
         reel is zero.
     along : str, optional
         In place of `at`: the beam, rod or thread along which it acts, as a force per stress-free length; or an edge of
-        a surface, "panel.x0" or "panel.edge[2]", as a force per length of it. Along a beam also a torque that is
-        spread over its mass: a field of forces around a fixed axis, which has no potential and can make vibrations
+        a surface, "panel.x0" or "panel.edge[2]", as a force or torque per length of it. Along a beam also a torque that
+        is spread over its mass: a field of forces around a fixed axis, which has no potential and can make vibrations
         grow; to twist a beam, give torques `at` its nodes. No load along a thread acts on its tip mass.
     over : str, optional
         In place of `at`: the surface, "panel", on which it acts as a force per area. In the frame "body" the third axis
@@ -67,7 +68,7 @@ class Load(Part):
         If left out, a torque where one of the keys `torque`, `axis` and `slope` is given, else a force.
     force : (3,) float, N, along a part N/m, over a surface Pa, optional
         Of a constant force.
-    torque : (3,) float, N m, optional
+    torque : (3,) float, N m, along an edge N m/m, optional
         Of a constant torque.
     direction : (3,) float, optional
         Of a force that follows a profile.
@@ -144,7 +145,7 @@ class Load(Part):
     over: Annotated[str, Reference(what="a surface")] | None = None
     type: Literal["force", "torque"] | None = None
     force: units.AnyForceVector | None = None
-    torque: units.TorqueVector | None = None
+    torque: units.AnyTorqueVector | None = None
     direction: units.Direction | None = None
     axis: units.Direction | None = None
     profile: LoadProfile | None = None
@@ -166,9 +167,13 @@ class Load(Part):
         along, over = (keys.get(key) is not None for key in ("along", "over"))
         if key == "force":
             return units.LineForceVector if along else units.AreaForceVector if over else units.ForceVector
+        edge = along and "." in str(keys["along"])
+        if key == "torque":
+            return units.LineTorqueVector if edge else units.TorqueVector
+        if key == "profile" and _is_torque(keys):
+            return LineTorqueProfile if edge else TorqueProfile
         if key == "profile":
-            of_force = LineForceProfile if along else AreaForceProfile if over else ForceProfile
-            return TorqueProfile if _is_torque(keys) else of_force
+            return LineForceProfile if along else AreaForceProfile if over else ForceProfile
         return super().type_of(key, content)
 
     @property
@@ -182,8 +187,10 @@ class Load(Part):
         if self.at is None and self.along is None and self.over is None:
             raise InputError(f"{name}.at is missing; give at, along or over")
         of_force = "N/m" if self.along is not None else "Pa" if self.over is not None else "N"
+        of_torque = "N m" if self.along is None or "." not in self.along else "N"
         check_unit(f"{name}.force", self.force, of_force)
-        check_unit(f"{name}.profile", self.profile, "N m" if self.is_torque else of_force)
+        check_unit(f"{name}.torque", self.torque, of_torque)
+        check_unit(f"{name}.profile", self.profile, of_torque if self.is_torque else of_force)
         vector = self._vector(name)
         if self.over is not None:
             self._write_spread(builder, name, "over", vector)
@@ -255,7 +262,7 @@ class Load(Part):
             add_beam_load(builder, name, beam_loads.LINE, index, self, **law)
 
     def _write_spread(self, builder: Builder, name: str, key: str, vector: np.ndarray) -> None:
-        """Write a force per length of an edge or per area of a surface, as forces on its nodes."""
+        """Write a load per length of an edge or a force per area of a surface, as loads on its nodes."""
         along = str(getattr(self, key))
         spread = spread_of(builder, along)
         if spread is None or spread.surface != (key == "over"):
@@ -269,16 +276,19 @@ class Load(Part):
                 known = [n for n, (of, _) in builder.names.items() if of in ("beams", "rods", "threads")]
                 allowed = "a beam, a rod, a thread or an edge of a surface"
             raise InputError(f"{name}.{key} is {along!r}; it must be {allowed}; {nearest(along, known)}")
-        if self.is_torque:
+        if self.is_torque and key == "over":
             raise InputError(f"{name}.{key} is {along!r}, {key} which a load is a force; give torques at nodes")
         times = window(builder, name, self)
         profile = [] if self.profile is None else write_profile(builder, f"{name}.profile", self.profile)
-        law = self._law(builder, name, before="law_")
+        kind = kernels.TORQUE if self.is_torque else kernels.AT_MARKER
+        law = self._law(builder, name, "torque" if self.is_torque else "force", "law_")
+        if self.law is not None and self.is_torque:
+            law["attitude"] = _attitude(self.law)
         part, index = split_reference(along)[0], len(builder.rows["loads"])
         for node, share in zip(spread.nodes, spread.shares, strict=True):
             target = builder.marker(f"{part}[{node}]", f"{name}.{key}")
             values = [*(share * vector), FRAMES[self.frame], *times, *profile]
-            add_load(builder, kernels.AT_MARKER, target, values, **law)
+            add_load(builder, kind, target, values, **law)
         builder.names[name] = ("loads", index)
 
     def _write_on_thread(self, builder: Builder, name: str, thread: int, vector: np.ndarray) -> None:

@@ -15,6 +15,7 @@ from evolvent.kernels import calls, free_strains, rigid
 from evolvent.model.family import EVERY, EXPLICIT, End, Family, Kind, Records, record
 from evolvent.model.powers import MARKER_LOADS, MASS_DAMPING, STIFFNESS_DAMPING
 from evolvent.model.questions import (
+    AdjointSupport,
     Advice,
     Energies,
     Implicit,
@@ -265,6 +266,9 @@ SHELLS = Family(
     shares=Shares((Rule(ELASTIC),), place=11.5, elastic=Elastic(_stiff)),
     smooth=True,
     of_step=False,
+    adjoint=AdjointSupport(
+        "its strains follow from the state, with all derivatives", filtered="strains of shells", timed=False,
+    ),
     parts=Parts(
         consists=lambda row, _: _nodes(row), place=_place, near=_near, touches=_touches, heat=_heat,
         totals={"slender": lambda found: found.size},

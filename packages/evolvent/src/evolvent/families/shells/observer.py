@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.assembly.families import bodies_of
+from evolvent.elements import strength
 from evolvent.model import RESULTS
-from evolvent.results.observe.variables import Observed, Variable, norm, observer
+from evolvent.results.observe.variables import Observed, Variable, cross, norm, observer
 from evolvent.results.observe.view import View
 
 Array = np.ndarray
@@ -36,6 +37,7 @@ def observe_shell(view: View, name: str) -> Observed:
     rows = view.model.shell_elements[own]
     faces = rows["nodes"] - int(row["first_body"])
     _observe_nodes(view, name, found)
+    _observe_reactions(view, name, found)
     found.coordinates["element_nodes"] = Variable(("element", "corner"), faces, "1", "nodes around each element")
     found.coordinate(
         "element", "element", np.arange(len(faces)), "1", "element i n2 + j, i along side 1, j along side 2"
@@ -51,12 +53,14 @@ def observe_shell(view: View, name: str) -> Observed:
     ):
         values = _principal(*(found.variables[key].values for key in of))
         found.along(called, "element", values, unit, f"{text}, in the middle of each element")
+    strains = _observe_strains(view, name, found)
+    named = _observe_strength(view, name, strains, found)
     found.along("energy_density", "element", fields["stored"][:, own] / rows["area"], "J m-2", "strain energy per area")
     found.results("shells", view.fields["shells"], index)
     for field in _SUMS:
         called, *described = RESULTS["shell_elements"][field]
         found.scalar(called, fields[field][:, own].sum(axis=1), *described)
-    found.plots = ["largest_displacement", "energy_elastic"]
+    found.plots = ["largest_displacement", "energy_elastic", *(["strength_margin"] if named else [])]
     principal = ["principal_moment", "principal_membrane_force"]
     resultants = [described[0] for field, described in RESULTS["shell_elements"].items() if field not in others]
     found.drawn = [
@@ -65,7 +69,7 @@ def observe_shell(view: View, name: str) -> Observed:
                 "points": "position", "normals": "normal", "faces": "element_nodes",
                 "thickness": _thickness(view, index),
                 "values": [*(principal if _bends(view, index) else principal[::-1]), "energy_density"],
-                "data": resultants, "vectors": ["displacement"],
+                "data": [*resultants, "largest_strain", *named], "vectors": ["displacement"],
             }
         }
     ]  # fmt: skip
@@ -88,6 +92,69 @@ def _observe_nodes(view: View, name: str, found: Observed) -> None:
     found.along("velocity", "node", v, "m s-1", "velocities of the nodes, inertial axes")
     found.along("rate", "node", w, "rad s-1", "angular velocities of the nodes, inertial axes")
     found.coordinate("node", "node", np.arange(x.shape[1]), "1", "node i (n2 + 1) + j, i along side 1, j along side 2")
+
+
+def _observe_reactions(view: View, name: str, found: Observed) -> None:
+    """Forces and moments of the ground on the edges that are clamped; a node of two edges is counted on the first."""
+    part, first, taken = view.part(name), int(view.model.shells[view.index(name)]["first_body"]), set[int]()
+    edges = {}
+    for edge in part.clamped:
+        edges[edge] = [k for k in part.edge(edge, name) if k not in taken]
+        taken |= set(edges[edge])
+    held = view.reactions(first + np.array([k for own in edges.values() for k in own], dtype=int)) if edges else None
+    if held is None:
+        return
+    x0, at, sums = view.model.bodies["x0"][first:], 0, []
+    for edge, own in edges.items():
+        wrench = held[:, at : at + len(own)]
+        at += len(own)
+        arms = x0[own] - x0[part.edge(edge, name)].mean(axis=0)
+        sums.append((wrench[..., :3].sum(axis=1), (wrench[..., 3:] + cross(arms, wrench[..., :3])).sum(axis=1)))
+    for called, unit, k, text in (
+        ("reaction_force", "N", 0, "force of the ground on each edge that is clamped, inertial axes"),
+        ("reaction_moment", "N m", 1, "moment of the ground about the middle of each edge's nodes, inertial axes"),
+    ):
+        found.along(called, "clamped_edge", np.stack([one[k] for one in sums], axis=1), unit, text)
+    found.coordinate("clamped_edge", "clamped_edge", np.array([*edges]), "1", "edges that are clamped")
+
+
+def _observe_strains(view: View, name: str, found: Observed) -> Array:
+    """Curvatures and the largest strain at the faces, by the resultants; returns strains and curvatures (nt, m, 6)."""
+    wall = view.part(name).wall(name)
+    keys = (*_FORCES, *_MOMENTS, "shear_force_1", "shear_force_2")
+    resultants = np.stack([found.variables[key].values for key in keys], axis=-1)
+    strains: Array = resultants @ np.linalg.inv(wall.stiffness)[:, :6]
+    where = "in the middle of each element"
+    for k, called in enumerate(("curvature_1", "curvature_2", "twist")):
+        what = "change of the curvature along axis" if k < 2 else "twice the change of the twist"
+        text = f"{what} {k + 1}, {where}" if k < 2 else f"{what}, {where}"
+        found.along(called, "element", strains[..., 3 + k], "m-1", text)
+    half = 0.5 * wall.thickness
+    largest = np.zeros(strains.shape[:2])
+    for z in (-half, half):
+        one, two, both = np.moveaxis(strains[..., :3] + z * strains[..., 3:], -1, 0)
+        largest = np.maximum(largest, np.abs(_principal(one, two, 0.5 * both)))
+    at = "at a face" if half > 0.0 else "of the reference surface"
+    found.along("largest_strain", "element", largest, "1", f"principal strain of the larger size {at}, {where}")
+    return strains
+
+
+def _observe_strength(view: View, name: str, strains: Array, found: Observed) -> list[str]:
+    """How near plies with strengths are to failure; returns names of what is drawn, none without strengths."""
+    plies = view.part(name).plies
+    known = [k for k, ply in enumerate(plies) if ply.material.tensile_strength is not None]
+    if not known:
+        return []
+    stress = strength.ply_stresses(plies, strains)
+    index = np.stack([strength.failure_index(plies[k].material, stress[..., k, :, :]).max(axis=-1) for k in known], -1)
+    largest, ply = index.max(axis=-1), np.array(known)[index.argmax(axis=-1)]
+    text = "square root of the criterion of Tsai and Hill, of the ply and face nearest to failure; 1 at failure"
+    found.along("failure_index", "element", largest, "1", text)
+    found.along("critical_ply", "element", ply, "1", "ply nearest to failure, 0 at the bottom")
+    with np.errstate(divide="ignore"):
+        margin = 1.0 / largest.max(axis=1) - 1.0
+    found.scalar("strength_margin", margin, "1", "factor by which all stresses may grow until a ply fails, less 1")
+    return ["failure_index"]
 
 
 def _thickness(view: View, index: int) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -168,6 +169,22 @@ class Shell(Part):
         assert self.elements is not None
         return i * (self.elements[1] + 1) + j
 
+    def refined(self, name: str, parts: Mapping[str, Part]) -> Shell:
+        """The shell with twice as many elements along both sides."""
+        for key in ("file", "nodes", "start"):
+            if getattr(self, key) is not None:
+                raise InputError(
+                    f"an estimate of the mesh error needs a finer mesh, but {name}.{key} has this one; compare with a "
+                    f"case of more elements"
+                )
+        return self if self.elements is None else self.with_keys(elements=tuple(2 * n for n in self.elements))
+
+    def refined_node(self, node: int) -> int:
+        """Node (2 i, 2 j) of the node (i, j)."""
+        assert self.elements is not None
+        i, j = divmod(node, self.elements[1] + 1)
+        return 2 * i * (2 * self.elements[1] + 1) + 2 * j
+
     def edge(self, edge: str | int, name: str = "shell") -> Array:
         """Numbers of the nodes of an edge, from its begin, or of a set of the file."""
         return nodes_of(self._sides(edge, name))
@@ -272,7 +289,16 @@ class Shell(Part):
         for key in ("thickness", "material"):
             if getattr(self, key) is None:
                 raise InputError(f"{name}.{key} is missing; give thickness and material, or section")
-        return Laminate(plies=(Ply(material=self.material, thickness=self.thickness),)).properties()
+        return Laminate(plies=self.plies).properties()
+
+    @property
+    def plies(self) -> tuple[Ply, ...]:
+        """Plies of the wall, one of a homogeneous wall; none of a wall by its stiffness matrix."""
+        if self.section is not None:
+            return self.section.plies if isinstance(self.section, Laminate) else ()
+        assert self.material is not None
+        assert self.thickness is not None
+        return (Ply(material=self.material, thickness=self.thickness),)
 
     def write(self, builder: Builder, name: str) -> None:
         """Write the nodes into the family `bodies`, the rest into `shells` and `shell_elements`."""

@@ -17,9 +17,11 @@ from evolvent.kernels import markers, rigid, sides
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.drive import drive
 from evolvent.model import RECORDS, RESULTS
+from evolvent.model.powers import N_POWERS
 from evolvent.model.registry import is_by_rates
 from evolvent.results.motion import rotation_matrices
 from evolvent.results.observe.variables import cross, turned
+from evolvent.results.observe.wrenches import fill_wrenches
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.common.standing import end_ramps
 from evolvent.solvers.time.explicit.plan import METHODS
@@ -193,6 +195,29 @@ class View:
         values = np.empty((self.t.size, int(table[:, 2] @ table[:, 3])))
         evaluate_samples(self.t, self.y, s, la, factors, model, table, values)
         return Fields(values, layout, functools.cache(self._kept_fields))
+
+    def reactions(self, bodies: Array) -> Array | None:
+        """Forces and moments (nt, k, 6) that hold bodies (k,) which stand still, N and N m, inertial axes.
+
+        Moments are about the bodies' origins. None of explicit runs with threads: the equations of implicit methods do
+        not have their states.
+        """
+        solution, nt = self.solution, self.t.size
+        if self.explicit and self.model.threads.size:
+            return None
+        model = solution.model.copy()
+        if solution.path is not None:
+            end_ramps(model)
+        needs.load(model, fill_wrenches)
+        n_v, n_j = int(model.info.nv), model.constraints.size
+        la = np.ascontiguousarray(solution.la) if n_j else np.zeros((nt, 0))
+        factors, found = np.resize(np.asarray(self.load_factor, dtype=float), nt), np.empty((nt, len(bodies), 6))
+        fill_wrenches(
+            self.t, self.y, np.ascontiguousarray(self.s), la, factors, model.parameters.copy(),
+            np.asarray(bodies, dtype=np.int64), np.zeros(n_v), np.zeros(n_v + n_j), np.zeros(N_POWERS), model, found,
+        )  # fmt: skip
+        weight = factors[:, None, None] * self.model.bodies["mass"][bodies][:, None] * np.array(model.info.gravity)
+        return -found - np.concatenate([weight, np.zeros_like(weight)], axis=2)
 
     def _model_apart(self) -> Any:
         """A model with the values of the solution's, whose records may be overwritten; variants share one a thread."""

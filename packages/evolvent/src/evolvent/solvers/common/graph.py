@@ -87,7 +87,7 @@ def pattern_of(model: mdl.Model, *, layers: bool = False) -> Pattern:
             for ends in touches(graph.model):
                 graph.couple(*(graph.end(*end) for end in ends))
     size = len(graph.blocks)
-    owner = _add_multipliers(graph)
+    owner, carried = _add_multipliers(graph)
     return Pattern(
         blocks=graph.blocks,
         multipliers=np.arange(len(graph.blocks)) >= size,
@@ -95,6 +95,7 @@ def pattern_of(model: mdl.Model, *, layers: bool = False) -> Pattern:
         fixed=np.isin(np.arange(len(graph.blocks)), sorted(graph.fixed)),
         owner=owner,
         stiff=frozenset(graph.stiff),
+        carried=carried,
     )
 
 
@@ -141,13 +142,16 @@ def _segment_ends(graph: _Graph, row: np.record) -> list[int]:
     return [*nodes, int(graph.body[thread["body"]]), _spool(graph, thread)]
 
 
-def _add_multipliers(graph: _Graph) -> dict[int, int]:
-    """A block for the multipliers of all joints between the same two blocks; the node that each segment belongs to.
+def _add_multipliers(graph: _Graph) -> tuple[dict[int, int], dict[int, int]]:
+    """A block for the multipliers of all joints between the same two blocks; the nodes that they belong to.
 
-    A segment pulls its own node, and others further in: the rows of segments have full rank in their nodes alone.
+    A segment pulls its own node, and others further in: the rows of segments have full rank in their nodes alone. So
+    have those that carry a node, the second side, by a frame and its modes; they are returned apart.
     """
     groups: dict[tuple[int, ...], list[int]] = {}
+    seconds: dict[tuple[int, ...], int] = {}
     owner: dict[int, int] = {}
+    carried: dict[int, int] = {}
 
     def add(rows: list[int], blocks: Iterable[int]) -> int:
         group = len(graph.blocks)
@@ -164,9 +168,14 @@ def _add_multipliers(graph: _Graph) -> dict[int, int]:
             owner[add([k], ends)] = ends[0]
         else:
             ends = [graph.end(*end) for end in graph.ends(family, row)]
-            groups.setdefault(tuple(sorted({b for b in ends if b >= 0})), []).append(k)
+            blocks = tuple(sorted({b for b in ends if b >= 0}))
+            groups.setdefault(blocks, []).append(k)
+            if graph.stiff & set(blocks):
+                seconds[blocks] = ends[1]
         if held["couples"]:  # the force turns with the other side
             graph.couple(*ends)
     for blocks, rows in groups.items():
-        add(rows, blocks)
-    return owner
+        group = add(rows, blocks)
+        if blocks in seconds and len(rows) == len(graph.blocks[seconds[blocks]]):
+            carried[group] = seconds[blocks]
+    return owner, carried

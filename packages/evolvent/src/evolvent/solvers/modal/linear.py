@@ -13,6 +13,7 @@ import numpy as np
 import scipy
 
 from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.references import split_reference
 from evolvent.model.questions import LinearizedPoint
 from evolvent.solvers.common.limits import limitation_of
 from evolvent.solvers.common.solution import Solution
@@ -285,7 +286,7 @@ def linearize(
         boundary held, and the boundary's coordinates besides.
     method : {"modal", "craig-bampton"}, of the reduction
     boundary : sequence of str, points whose displacements and rotations a Craig-Bampton model keeps, besides the
-        coordinates that inputs and outputs touch
+        coordinates that inputs and outputs touch; an edge of a surface, "panel.x0", is all of its nodes
     static_correction : bool
         Whether D of a modal model holds what the modes left out would give to positions and rotations statically; the
         gain at zero frequency is then that of the full model.
@@ -370,22 +371,36 @@ class _Source:
         """Names and rows of the boundary's coordinates."""
         if isinstance(names, str):
             raise InputError(f"boundary is {names!r}; it must be a list of points")
+        names = [place for name in names for place in self.places(name)]
         ends = [*self.inputs, *self.outputs]
         if not ends and not len(names):
             raise InputError("a Craig-Bampton model needs inputs, outputs or a boundary")
         touched = dict.fromkeys([*names, *(channel.place for channel in ends)])
         return tuple(touched), np.array([*self.boundary_rows(names), *(channel.row for channel in ends)])
 
+    def places(self, name: str) -> list[str]:
+        """The point of a name, or the nodes that move of an edge of a surface, "panel.x0", in their order."""
+        part, known = name.partition(".")[0] if isinstance(name, str) else "", self.points
+        if name in known or part == name or part not in self.assembly.parts:
+            return [name]
+        try:
+            found = self.assembly.parts[part].spread(*split_reference(name))
+        except InputError as error:
+            raise InputError(f"boundary holds {name!r}; {error}") from None
+        numbers, *_ = ((),) if found is None else found
+        nodes = [f"{part}[{node}]" for node in numbers]
+        if nodes and not any(node in known for node in nodes):
+            raise InputError(f"boundary holds {name!r}, whose nodes all stand still; leave it out")
+        return [node for node in nodes if node in known] or [name]
+
     def boundary_rows(self, names: Sequence[str]) -> Array:
         """Displacements, and rotations where there are any, of points by the velocities' coordinates: (n, nv)."""
-        rows = []
+        rows, known = [], self.points
         for name in names:
             wanted = {"displacement": Quantity(False, 0, "m"), "rotation": Quantity(True, 0, "rad")}
-            having = [
-                k for k, q in wanted.items() if name not in self.points or self.points[name][2 + q.turns] is not None
-            ]
+            having = [k for k, q in wanted.items() if name not in known or known[name][2 + q.turns] is not None]
             for what in having:
-                rows += channels("boundary", [f"{name}.{what}"], self.points, self.assembly, wanted)
+                rows += channels("boundary", [f"{name}.{what}"], known, self.assembly, wanted)
         return np.array([channel.row for channel in rows]).reshape(len(rows), self.structure.M.shape[0])
 
     def _matrices(self, basis: Basis, method: str, boundary: tuple[str, ...], *, static_correction: bool) -> StateSpace:

@@ -108,10 +108,24 @@ def craig_bampton_basis(structure: Structure, rows: Array, fixed: int) -> Basis:
     whole = np.hstack([Psi, Phi])
     whole /= np.sqrt(np.einsum("ij,ij->j", whole, structure.M @ whole))
     M = whole.T @ (structure.M @ whole)
-    square, w = scipy.linalg.eigh(whole.T @ (K @ whole), 0.5 * (M + M.T))
-    V = whole @ w
+    still = _still(structure, whole, M)
+    Z = scipy.linalg.null_space(still.T @ (structure.M @ whole)) if still.shape[1] else np.eye(len(M))
+    M = Z.T @ M @ Z
+    square, w = scipy.linalg.eigh(Z.T @ (whole.T @ (K @ whole)) @ Z, 0.5 * (M + M.T))
+    V = whole @ (Z @ w)
     square[np.abs(square) <= problem.noise(V)] = 0.0
-    return Basis(V, square)
+    return Basis(np.hstack([still, V]), np.concatenate([np.zeros(still.shape[1]), square]))
+
+
+def _still(structure: Structure, whole: Array, M: Array) -> Array:
+    """Motions without stiffness (nv, k) in the span of a basis (nv, m) with masses M (m, m); none where it lacks one.
+
+    The basis has shapes of high stiffness, in whose round-off their squares are lost.
+    """
+    still = structure.problem().still
+    left = still - whole @ np.linalg.lstsq(M, whole.T @ (structure.M @ still), rcond=None)[0]
+    size = np.einsum("ij,ij->j", left, structure.M @ left)
+    return still if np.all(size < IMPLIED) else still[:, :0]
 
 
 def _independent(structure: Structure, rows: Array) -> Array:
