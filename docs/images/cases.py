@@ -51,6 +51,7 @@ FRAMES = {
     "hinge-stored": Frame(0.25),
     "inertia-stand": Frame(0.02),
     "inertia-stand-paper": Frame(0.05),
+    "miura-sheet": Frame(0.12),
     "offload": Frame(0.1),
     "orbit-tether": Frame(0.9),
     "plate-swing": Frame(0.59),

@@ -112,7 +112,9 @@ def read(name: str, digest: str) -> Pattern:
     except (ValueError, RecursionError) as error:
         raise InputError(f"cannot read {name!r} as JSON: {error}") from None
     if not isinstance(content, dict):
-        raise InputError(f"{name!r} is no object of JSON; a file of FOLD is one, with vertices_coords and edges_vertices")
+        raise InputError(
+            f"{name!r} is no object of JSON; a file of FOLD is one, with vertices_coords and edges_vertices"
+        )
     at = _positions(name, content, "the key frame")
     thick = np.ptp(at[:, 2]) if len(at) else 0.0
     if thick > _FLAT * np.ptp(at, axis=0).max(initial=0.0):
@@ -152,8 +154,8 @@ def _numbers(name: str, key: str, k: int, row: Any, least: int, count: int) -> t
     whole = isinstance(row, list) and all(isinstance(v, int) and 0 <= v < count for v in row)
     if not whole or len(row) < least or len(set(row)) != len(row):
         raise InputError(
-            f"{key}[{k}] of {name!r} is {row!r}; it must be {least} {'' if least == 2 else 'or more '}different vertices "
-            f"from 0 to {count - 1}"
+            f"{key}[{k}] of {name!r} is {row!r}; it must be {least} {'' if least == 2 else 'or more '}different "
+            f"vertices from 0 to {count - 1}"
         )
     return tuple(row)
 
@@ -178,8 +180,8 @@ def _edges(name: str, content: Mapping[str, Any], count: int) -> tuple[Array, li
             raise InputError(f"edges_foldAngle[{k}] of {name!r} is {angle!r}; it must be degrees from -180 to 180")
         if angle and SIGNS.get(word, angle) * angle < 0.0:
             raise InputError(
-                f"edges_foldAngle[{k}] of {name!r} is {angle!r}, but its edges_assignment is {word!r}; angles of valleys "
-                f"are above 0, those of mountains below"
+                f"edges_foldAngle[{k}] of {name!r} is {angle!r}, but its edges_assignment is {word!r}; angles of "
+                f"valleys are above 0, those of mountains below"
             )
     return edges, words, np.array([angle or 0.0 for angle in beside["edges_foldAngle"]])
 
@@ -258,7 +260,9 @@ def _creases(
         if not (left and right) or assignments[k] == "C":
             continue
         if assignments[k] == "B":
-            raise InputError(f"edge {k} of {name!r} is assigned B, boundary, but facets {left[0]} and {right[0]} meet there")
+            raise InputError(
+                f"edge {k} of {name!r} is assigned B, boundary, but facets {left[0]} and {right[0]} meet there"
+            )
         share = angles[k] / largest if largest else SIGNS.get(assignments[k], 0.0)
         found.append(Crease(k, a, b, left[0], right[0], assignments[k], float(share)))
     return tuple(found)
@@ -300,8 +304,8 @@ def write_miura(
         raise InputError(f"{path!r} is no file of a crease pattern; its name must end with {ENDING}")
     if min(facets) < 1 or min(sides) <= 0.0 or not 0.0 < angle < 90.0:
         raise InputError(
-            f"facets is {facets!r}, sides {sides!r}, angle {angle!r}; facets must be 1 or more, sides above 0 m, the angle "
-            f"between 0 and 90 deg"
+            f"facets is {facets!r}, sides {sides!r}, angle {angle!r}; facets must be 1 or more, sides above 0 m, "
+            f"the angle between 0 and 90 deg"
         )
     content = {"file_spec": 1.2, "file_creator": "evolvent", "file_classes": ["singleModel"],
                "frame_title": title or f"Miura-ori, {facets[0]} x {facets[1]} facets",
@@ -312,9 +316,7 @@ def write_miura(
 def _miura(facets: tuple[int, int], sides: tuple[float, float], angle: float) -> dict[str, Any]:
     """Vertices, edges, assignments and faces; vertex (i, j) has the number i (facets[1] + 1) + j."""
     (m, n), (a, b) = facets, sides
-    x = [
-        [i * a + (j % 2) * b * math.cos(angle), j * b * math.sin(angle)] for i in range(m + 1) for j in range(n + 1)
-    ]
+    x = [[i * a + (j % 2) * b * math.cos(angle), j * b * math.sin(angle)] for i in range(m + 1) for j in range(n + 1)]
     k = np.arange((m + 1) * (n + 1)).reshape(m + 1, n + 1)
     edges, words = [], []
     for i in range(m + 1):

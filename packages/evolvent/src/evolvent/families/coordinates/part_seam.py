@@ -95,7 +95,8 @@ class Seam(Part):
                 sense = -1.0 if others is None else 1.0
                 spring = JointSpring(
                     joint=f"{name} {k}", stiffness=share * self.stiffness, damping=share * self.damping,
-                    start=sense * self.start, rest=sense * self.rest, latch=None if self.latch is None else sense * self.latch,
+                    start=sense * self.start, rest=sense * self.rest,
+                    latch=None if self.latch is None else sense * self.latch,
                     latch_stiffness=share * self.latch_stiffness, latch_damping=share * self.latch_damping,
                 )  # fmt: skip
                 builder.write(f"{name} spring {k}", spring)

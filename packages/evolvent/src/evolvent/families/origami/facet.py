@@ -42,7 +42,7 @@ class Facet(RigidBody):
 
 
 def inertia_of(corners: Array, wall: WallProperties) -> tuple[float, Array, Array]:
-    """Mass (kg), centre (2,) and inertia (3, 3) about it of a polygon (n, 2), m, in axes along its own and its normal."""
+    """Mass (kg), centre (2,) and inertia (3, 3) about it of a polygon (n, 2), m, in its axes and normal."""
     x, after = corners - corners[0], np.roll(corners - corners[0], -1, axis=0)
     cross = x[:, 0] * after[:, 1] - x[:, 1] * after[:, 0]
     area = 0.5 * float(cross.sum())

@@ -78,7 +78,7 @@ class Loops:
         self.tree, self.beside = self._tree()
 
     def _tree(self) -> tuple[list[tuple[int, int, int, float]], list[int]]:
-        """Creases from facet to facet (crease, from, to, sign), in the order of the facets, and those beside the tree."""
+        """Creases from facet to facet (crease, from, to, sign), in the order of the facets, and those beside."""
         at: dict[int, list[int]] = {}
         for k, one in enumerate(self.pattern.creases):
             at.setdefault(one.left, []).append(k)
@@ -95,7 +95,9 @@ class Loops:
                     tree.append((k, facet, other, sign))
         apart = next((k for k in range(len(self.pattern.facets)) if k not in seen), None)
         if apart is not None:
-            raise InputError(f"facet {apart} of {self.name!r} is not connected with facet {self.base}; a sheet is of one piece")
+            raise InputError(
+                f"facet {apart} of {self.name!r} is not connected with facet {self.base}; a sheet is of one piece"
+            )
         used = {k for k, *_ in tree}
         return tree, [k for k in range(len(self.pattern.creases)) if k not in used]
 
@@ -199,14 +201,14 @@ class Loops:
         return angles, most, off
 
     def _check(self, angles: Array, off: float, target: float) -> None:
-        """Refuse loops that stay open, and creases that fold against their assignment."""
+        """Refuse loops that stay open, and creases that do not fold as they are assigned."""
         if off > _ROUND_OFF * self.size:
             raise InputError(
-                f"the rigid facets of {self.name!r} do not fold to {math.degrees(target):.4g} deg: a gap of {off:.3g} in "
-                f"the unit of the file stays open; a lower fold_angle, or a pattern that folds as it is assigned, is needed"
+                f"the rigid facets of {self.name!r} do not fold to {math.degrees(target):.4g} deg: a gap of {off:.3g} "
+                f"in the unit of the file stays open; give a lower angle, or a pattern that folds as it is assigned"
             )
         for one, angle in zip(self.pattern.creases, angles, strict=True):
-            if one.assignment in SIGNS and SIGNS[one.assignment] * angle < -_NO_FOLD:
+            if one.assignment in SIGNS and SIGNS[one.assignment] * angle < _NO_FOLD:
                 raise InputError(
                     f"edge {one.edge} of {self.name!r} is assigned {one.assignment}, but the facets fold it by "
                     f"{math.degrees(angle):.3g} deg where the others fold as assigned; assign it anew"
@@ -232,9 +234,10 @@ class Loops:
             apart = np.linalg.norm(found.at(k, self.pattern.x[own]) - x[own], axis=1)
             off = max(off, float(apart.max()))
             if off > gap * self.size:
+                vertex = own[int(apart.argmax())]
                 raise InputError(
-                    f"frame {title!r} of {self.name!r} is no state of its rigid facets: vertex {own[int(apart.argmax())]} is "
-                    f"{off:.3g} in the unit of the file from where facet {k} has it; at most {gap * self.size:.3g} is allowed"
+                    f"frame {title!r} of {self.name!r} is no state of its rigid facets: vertex {vertex} is {off:.3g} "
+                    f"in the unit of the file from where facet {k} has it; at most {gap * self.size:.3g} is allowed"
                 )
         return found
 

@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import PrivateAttr
 
 from evolvent.assembly.builder import Builder
-from evolvent.elements.fold_files import ENDING, Crease, Pattern, path_of, read
+from evolvent.elements.fold_files import Crease, Pattern, path_of, read
 from evolvent.elements.laminates import WallProperties, WallSection
 from evolvent.elements.rods import quaternion
 from evolvent.elements.sections import MaterialOrName
@@ -49,8 +49,8 @@ class Origami(Part):
     """A sheet of facets that folds along creases, by a crease pattern in a file of FOLD.
 
     Facets are rigid bodies or shells "sheet facet 0", "sheet facet 1" and so on, by their numbers in the file, to which
-    other parts may refer. Creases are joints "sheet crease 5", by the numbers of the edges, with springs "sheet crease 5
-    spring" where they have a stiffness, damping or latch; of flexible facets they are seams.
+    other parts may refer. Creases are joints "sheet crease 5", by the numbers of the edges, with springs "sheet
+    crease 5 spring" where they have a stiffness, damping or latch; of flexible facets they are seams.
 
     Parameters
     ----------
@@ -158,7 +158,9 @@ class Origami(Part):
         """Unit of length of the file, m."""
         own = self.pattern.unit
         if own is not None and self.length_unit is not None and abs(own - self.length_unit) > 1e-12 * own:
-            raise InputError(f"{name}.length_unit is {self.length_unit!r} m, but frame_unit of {self.file!r} is {own!r} m")
+            raise InputError(
+                f"{name}.length_unit is {self.length_unit!r} m, but frame_unit of {self.file!r} is {own!r} m"
+            )
         return own or self.length_unit or 1.0
 
     def folded(self, name: str, key: str = "fold_angle") -> Folded:
@@ -166,8 +168,8 @@ class Origami(Part):
         angle = getattr(self, key)
         if not 0.0 <= angle <= _LARGEST:
             raise InputError(
-                f"{name}.{key} is {math.degrees(angle):.6g} deg; it must be from 0 deg (flat) to below 180 deg, of mountains "
-                f"too"
+                f"{name}.{key} is {math.degrees(angle):.6g} deg; it must be from 0 deg (flat) to below 180 deg, of "
+                f"mountains too"
             )
         largest = self.frame if key == "fold_angle" and self.frame is not None else float(angle)
         return state(self.file, self._digest, self.base, largest, _OFF)
@@ -188,7 +190,9 @@ class Origami(Part):
         for key, own in (("base", (self.base,)), ("held", self.held), ("rigid", self.rigid)):
             for facet in own:
                 if facet >= count:
-                    raise InputError(f"{name}.{key} has the facet {facet}; {self.file!r} has facets from 0 to {count - 1}")
+                    raise InputError(
+                        f"{name}.{key} has the facet {facet}; {self.file!r} has facets from 0 to {count - 1}"
+                    )
         if self.latch is not None and self.latch_stiffness == 0.0:
             raise InputError(f"{name}.latch_stiffness is 0.0; a latch needs one above 0 N/rad")
 
@@ -208,8 +212,8 @@ class Origami(Part):
         start = Folded(found.angles, R @ found.R, scale * (found.t @ R.T) + np.array(self.position))
         if self.facets == "rigid" and not np.any(np.abs(found.angles) > 0.0) and self._is_vertex_inside():
             raise InputError(
-                f"{name} starts flat with rigid facets: there they may move in several ways; give {name}.fold_angle, such "
-                f"as 5 deg, or flexible facets"
+                f"{name} starts flat with rigid facets: there they may move in several ways; give {name}.fold_angle, "
+                f"such as 5 deg, or flexible facets"
             )
         x, wall = scale * self.pattern.x, self.wall(name)
         for k, facet in enumerate(self.pattern.facets):
