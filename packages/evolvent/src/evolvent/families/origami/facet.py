@@ -1,4 +1,4 @@
-"""A rigid facet of a sheet that folds."""
+"""Rigid facets of a sheet that folds, and the hinges between them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import numpy as np
 
 from evolvent.elements.laminates import WallProperties
 from evolvent.families.bodies.part import RigidBody
+from evolvent.families.coordinates.part import JointSpring
+from evolvent.families.joints.part import Joint
 from evolvent.results.observe.variables import Variable, turned
 from evolvent_base import units
 
@@ -39,6 +41,18 @@ class Facet(RigidBody):
         found.coordinates["facet_corners"] = Variable(("part", "of_four"), np.array(faces), "1", text)
         entry = {"points": "corner_position", "normals": "corner_normal", "faces": "facet_corners"}
         found.drawn = [{"quads": {**entry, "thickness": self.thickness}}]
+
+
+class Hinge(Joint):
+    """A joint of two facets, which the edges of these show."""
+
+    symbol = ""
+
+
+class HingeSpring(JointSpring):
+    """A spring of a hinge."""
+
+    symbol = ""
 
 
 def inertia_of(corners: Array, wall: WallProperties) -> tuple[float, Array, Array]:

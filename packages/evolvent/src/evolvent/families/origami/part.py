@@ -14,10 +14,8 @@ from evolvent.elements.fold_files import Crease, Pattern, path_of, read
 from evolvent.elements.laminates import WallProperties, WallSection
 from evolvent.elements.rods import quaternion
 from evolvent.elements.sections import MaterialOrName
-from evolvent.families.coordinates.part import JointSpring
 from evolvent.families.coordinates.part_seam import Seam
-from evolvent.families.joints.part import Joint
-from evolvent.families.origami.facet import Facet, inertia_of
+from evolvent.families.origami.facet import Facet, Hinge, HingeSpring, inertia_of
 from evolvent.families.origami.folding import Folded, state
 from evolvent.families.shells.part import Shell
 from evolvent.kernels.rotations import rotation_from_quaternion
@@ -279,12 +277,12 @@ class Origami(Part):
         place, length = start.at(crease.right, ends.mean(axis=0)), float(np.linalg.norm(axis))
         keys: Any = {"type": "revolute", "axis": axis.tolist()} if crease.folds else {"type": "clamp"}
         a, b = f"{name} facet {crease.right}", f"{name} facet {crease.left}"
-        self._write(builder, name, called, Joint(a=a, b=b, position=place.tolist(), **keys))
+        self._write(builder, name, called, Hinge(a=a, b=b, position=place.tolist(), **keys))
         if crease.folds and self._acts:
             own = {key: length * getattr(self, key) for key in ("stiffness", "damping")}
             if self.latch is not None:
                 own |= {key: length * getattr(self, key) for key in ("latch_stiffness", "latch_damping")}
-            self._write(builder, name, f"{called} spring", JointSpring(joint=called, **angles, **own))
+            self._write(builder, name, f"{called} spring", HingeSpring(joint=called, **angles, **own))
 
     @property
     def _acts(self) -> bool:
