@@ -91,8 +91,8 @@ def test_free_sheet_keeps_its_momenta(path: str) -> None:
     for keys in ({}, {"facets": "flexible", "elements": 1}):
         run = sheet(path, **keys).simulate(until=0.1, step=0.01, method="energy-momentum", spectral_radius=1.0)
         moved = float(run["energy_moved"].values.max())
-        assert np.abs(run["momentum"].values).max() < 1e-12
-        assert np.abs(run["angular_momentum"].values).max() < 1e-12
+        assert np.abs(run["momentum"].values).max() < 1e-9
+        assert np.abs(run["angular_momentum"].values).max() < 1e-9
         assert np.abs(run["energy_defect"].values).max() < 1e-6 * moved
 
 
