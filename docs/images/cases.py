@@ -51,6 +51,7 @@ FRAMES = {
     "hinge-stored": Frame(0.25),
     "inertia-stand": Frame(0.02),
     "inertia-stand-paper": Frame(0.05),
+    "miura-sheet": Frame(1.0, {"simulate.until": 1.3, "simulate.step": 0.02}),
     "net-reflector": Frame(1.0),
     "offload": Frame(0.1),
     "orbit-tether": Frame(0.9),

@@ -30,6 +30,7 @@ SHORT = {
     "boom-on-drum-stored": 0.05,
     "flexible-array-shell": 0.1,
     "heliogyro-strip-payout": 5.0,
+    "miura-sheet": 0.1,
     "net-reflector": 0.05,
     "plate-swing": 0.1,
     "rib-held-ten-years": 1.0,

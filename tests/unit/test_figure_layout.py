@@ -28,6 +28,7 @@ SHORT = {
     "heliogyro-strip": {"simulate.until": 1.0},
     "hinge-stored": {},
     "inertia-stand": {},
+    "miura-sheet": {"simulate.until": 0.1},
     "net-reflector": {"simulate.until": 0.01},
     "offload": {},
     "orbit-tether": {"simulate.until": 20.0},

@@ -33,7 +33,8 @@ def in_order(parts: Mapping[str, Any]) -> list[str]:
         if name in found:
             return
         path.append(name)
-        for other in parts[name].references():
+        for named in parts[name].references():
+            other = named if named in parts else _writer(parts, named)
             if other not in parts:
                 raise InputError(f"{name!r} refers to {other!r}, but no part is called that; {nearest(other, parts)}")
             visit(other)
@@ -43,6 +44,12 @@ def in_order(parts: Mapping[str, Any]) -> list[str]:
     for name in parts:
         visit(name)
     return list(found)
+
+
+def _writer(parts: Mapping[str, Any], name: str) -> str:
+    """The part that may write one of a name, which begins with its own; the name itself where there is none."""
+    found = [own for own, part in parts.items() if part.writes_others and name.startswith(f"{own} ")]
+    return max(found, key=len, default=name)
 
 
 def reverse_cuthill_mckee(pairs: Iterable[tuple[int, int]], n: int) -> np.ndarray:

@@ -77,6 +77,8 @@ class Part(Section):
     always_allowed: ClassVar[tuple[str, ...]] = ()
     #: Group of kinds in which lists show it: one of `Group`, or a name of its own.
     group: ClassVar[str] = Group.OTHERS
+    #: Whether it writes parts of its own, whose names begin with its name and a blank; others may refer to these.
+    writes_others: ClassVar[bool] = False
     #: Symbol that stands for it in drawings, of `evolvent.results.observe.symbols`, beside what `observe` draws.
     symbol: ClassVar[str] = ""
 

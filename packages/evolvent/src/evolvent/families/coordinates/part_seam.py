@@ -41,27 +41,30 @@ class Seam(Part):
         Torque of the hinge per angle and per length of the edge.
     damping : float, N s/rad
         Torque of the hinge per rate of the angle and per length of the edge.
+    start : float, rad
+        Angle at the start: of b as seen from a, right-handed about the edge of `a` from its begin.
     rest : float, rad
-        Angle, from that at the start, at which the hinge has no torque: of b as seen from a, right-handed about the
-        edge of `a` from its begin.
+        Angle at which the hinge has no torque.
     latch : float, rad, optional
-        Angle, counted as `rest`, at which the hinge locks permanently, each node by itself.
+        Angle at which the hinge locks permanently, each node by itself.
     latch_stiffness : float, N/rad
     latch_damping : float, N s/rad
         Of the latch, per length of the edge.
     """
 
     applies: ClassVar[Applies] = {
-        **{key: (one_of("type", "revolute"),) for key in ("stiffness", "damping", "rest", "latch")},
+        **{key: (one_of("type", "revolute"),) for key in ("stiffness", "damping", "start", "rest", "latch")},
         **{key: (given("latch"),) for key in ("latch_stiffness", "latch_damping")},
     }
     kind: Literal["seam"] = "seam"
+    writes_others = True
     group = Group.JOINTS
     a: Annotated[str, Reference(what="an edge of a surface, or a rod", edges=True)]
     b: Annotated[str, Reference(what="an edge of a surface, a rod or a body", edges=True)] = "ground"
     type: Literal["revolute", "clamp", "spherical"] = "revolute"
     stiffness: units.FoldStiffnessOrZero = 0.0
     damping: units.FoldDampingOrZero = 0.0
+    start: units.Angle = 0.0
     rest: units.Angle = 0.0
     latch: units.Angle | None = None
     latch_stiffness: units.FoldStiffnessOrZero = 0.0
@@ -94,7 +97,8 @@ class Seam(Part):
                 sense = -1.0 if others is None else 1.0
                 spring = JointSpring(
                     joint=f"{name} {k}", stiffness=share * self.stiffness, damping=share * self.damping,
-                    rest=sense * self.rest, latch=None if self.latch is None else sense * self.latch,
+                    start=sense * self.start, rest=sense * self.rest,
+                    latch=None if self.latch is None else sense * self.latch,
                     latch_stiffness=share * self.latch_stiffness, latch_damping=share * self.latch_damping,
                 )  # fmt: skip
                 builder.write(f"{name} spring {k}", spring)

@@ -1,0 +1,1 @@
+"""Origami: sheets of facets that fold along creases, from files."""
