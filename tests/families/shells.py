@@ -61,7 +61,9 @@ def _layers(size: float, gravity: float, **law: Any) -> System:
     at = -0.5 * (size - SIDE)
     found.add(parts.Shell(size=(size, size), position=(at, at, 0.0), clamped=("x0", "x1"), **wall), "floor")
     depth = law.pop("depth", 0.0)
-    found.add(parts.Shell(size=(SIDE, SIDE), position=(0.0, 0.0, THICK - depth), **law.pop("moves", {}), **wall), "panel")
+    found.add(
+        parts.Shell(size=(SIDE, SIDE), position=(0.0, 0.0, THICK - depth), **law.pop("moves", {}), **wall), "panel"
+    )
     found.add(parts.Contact(a="panel", b="floor", **law), "touch")
     return found
 

@@ -17,7 +17,6 @@ from evolvent.kernels.rotations import cross, dot, turn, turn_back
 from evolvent.model import MODEL
 
 
-
 def USED_FOR(model):  # noqa: N802
     """Contacts."""
     own = model.contact_surfaces.size > 0 or model.body_contacts.size > 0

@@ -5,9 +5,9 @@ s_a, which are fixed to the node and lie across its director. With the cubics h 
 
     X(xi, eta) = sum over a of h_a(xi) h_a(eta) x_a + k_a(xi) h_a(eta) t_a + h_a(xi) k_a(eta) s_a,  0 <= xi, eta <= 1.
 
-Neighbours share positions and normals along their common edge, so that the normal of the surface is continuous where a
-bent shell is a polygon. X is linear in vectors that are fixed to bodies. The distance d of a point p is |p - X| where it
-is least, so that its change does not depend on how (xi, eta) move (of first order).
+Neighbours share positions and normals along their common edge, so that the normal of the surface is continuous where
+a bent shell is a polygon. X is linear in vectors that are fixed to bodies. The distance d of a point p is |p - X| where
+it is least, so that its change does not depend on how (xi, eta) move (of first order).
 
 **Over a step**, with the weights N_0 and N_1 of the closest points at both ends and d(N; state) the distance from the
 material point N, the squares change by the scalar products of the means and the changes of p - X(N). As N_0 and N_1
@@ -203,7 +203,7 @@ def offset_of(p, faces, k, W, bodies):
 
 @inlined
 def push(faces, k, W, bodies, p, f):
-    """Add the force f on body p, and its reaction at the point of face k with the weights W, to the bodies' wrenches."""
+    """Add the force f on body p, and its reaction at the point of face k with the weights W, to the wrenches."""
     F = bodies[p].F
     for i in range(3):
         F[i] += f[i]

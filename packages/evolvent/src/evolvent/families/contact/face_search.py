@@ -42,11 +42,15 @@ def _place_face(faces, k, bodies):
     ux = uy = uz = vx = vy = vz = 0.0
     for i in range(3):
         c[i] = 0.25 * (V[0, i] + V[3, i] + V[6, i] + V[9, i])
-    ux, uy, uz = V[3, 0] + V[6, 0] - V[0, 0] - V[9, 0], V[3, 1] + V[6, 1] - V[0, 1] - V[9, 1], (
-        V[3, 2] + V[6, 2] - V[0, 2] - V[9, 2]
+    ux, uy, uz = (
+        V[3, 0] + V[6, 0] - V[0, 0] - V[9, 0],
+        V[3, 1] + V[6, 1] - V[0, 1] - V[9, 1],
+        (V[3, 2] + V[6, 2] - V[0, 2] - V[9, 2]),
     )
-    vx, vy, vz = V[6, 0] + V[9, 0] - V[0, 0] - V[3, 0], V[6, 1] + V[9, 1] - V[0, 1] - V[3, 1], (
-        V[6, 2] + V[9, 2] - V[0, 2] - V[3, 2]
+    vx, vy, vz = (
+        V[6, 0] + V[9, 0] - V[0, 0] - V[3, 0],
+        V[6, 1] + V[9, 1] - V[0, 1] - V[3, 1],
+        (V[6, 2] + V[9, 2] - V[0, 2] - V[3, 2]),
     )
     size = math.sqrt(ux * ux + uy * uy + uz * uz)
     ux, uy, uz = ux / size, uy / size, uz / size
@@ -76,7 +80,7 @@ def _place_face(faces, k, bodies):
 
 @inlined
 def _cell(x, size):
-    return int(math.floor(x / size))
+    return math.floor(x / size)
 
 
 @inlined
@@ -280,8 +284,10 @@ def _place_way(faces, f, x0, x1, drift):
             c[i] += 0.25 * _between(x0, x1, 0.5, faces[f].nodes[a], i)
     for a in range(4):
         b = faces[f].nodes[a]
-        x, y, z = _between(x0, x1, 0.5, b, 0) - c[0], _between(x0, x1, 0.5, b, 1) - c[1], (
-            _between(x0, x1, 0.5, b, 2) - c[2]
+        x, y, z = (
+            _between(x0, x1, 0.5, b, 0) - c[0],
+            _between(x0, x1, 0.5, b, 1) - c[1],
+            (_between(x0, x1, 0.5, b, 2) - c[2]),
         )
         reach = max(reach, math.sqrt(x * x + y * y + z * z) + _moved(x0, x1, b, drift))
     return reach
@@ -334,8 +340,16 @@ def _passes(row, i, R0, x0, R1, x1, drift, model):
 
 @calls.passing
 def passing(R0, x0, R1, x1, model):
-    """2 where a node has come to the other side of a face in a step between two poses of the bodies, else 0."""
-    faces, cells = model.faces, model.face_cells
+    """2 where a node has come to the other side of a face in a step between two poses of the bodies.
+
+    Else the largest way by which a node has sunk in, beside its gap and half of both half thicknesses.
+    """
+    faces, cells, sunk = model.faces, model.face_cells, 0.0
+    for i in range(model.face_points.size):
+        point = model.face_points[i]
+        if point.gap1 < 0.0:
+            half, gap = 0.5 * (point.distance - point.gap1), point.gap if point.gap < math.inf else 0.0
+            sunk = max(sunk, (gap - point.gap1) / (max(gap, 0.0) + half))
     for k in range(model.face_contacts.size):
         row, way = model.face_contacts[k], model.face_contacts[k].way
         for j in range(3):
@@ -360,4 +374,4 @@ def passing(R0, x0, R1, x1, model):
         for i in range(row.first, row.last, 2):
             if _passes(row, i, R0, x0, R1, x1, drift, model):
                 return 2.0
-    return 0.0
+    return sunk

@@ -14,9 +14,8 @@ from evolvent.algebra.sparse import SPARSE, add_block, add_inner, first_entry, i
 from evolvent.compiled.jit import REAL, indirect, inlined, kernel
 from evolvent.compiled.views import matrix_view
 from evolvent.families.contact import face_patch
-from evolvent.kernels import contact_laws
 from evolvent.kernels.poses import add_double, add_skew, end_axes, pose_after
-from evolvent.kernels.rotations import cross, dot, turn, turn_back
+from evolvent.kernels.rotations import cross, dot, turn_back
 from evolvent.model import MODEL
 
 USED_FOR = "face_contacts"
@@ -150,17 +149,17 @@ def _write_rows(point, faces, work, J, places, axes, own):
 
 
 @inlined
-def _add_product(M, s, I, i, J, j, rows):
-    """Add s I[i]^T J[j] to M, in the columns of the node and of the face at the end."""
+def _add_product(M, s, L, i, J, j, rows):
+    """Add s L[i]^T J[j] to M, in the columns of the node and of the face at the end."""
     for r in range(rows):
-        left = s * I[i, r]
+        left = s * L[i, r]
         if left != 0.0:
             for c in range(30):
                 M[r, c] += left * J[j, c]
 
 
 @inlined
-def _add_bend(M, point, I, J, a, b, c, s):
+def _add_bend(M, point, L, J, a, b, c, s):
     """Add s r^T K^-1 r' of the directions along the face that are free: at an edge the one across it is not."""
     xi, eta = point.xi, point.eta
     by_xi, by_eta = 0.0 < xi < 1.0, 0.0 < eta < 1.0
@@ -168,14 +167,14 @@ def _add_bend(M, point, I, J, a, b, c, s):
         det = a * c - b * b
         if not det > 0.0:
             return
-        _add_product(M, s * c / det, I, _BY_XI, J, _BY_XI, 30)
-        _add_product(M, s * a / det, I, _BY_ETA, J, _BY_ETA, 30)
-        _add_product(M, -s * b / det, I, _BY_XI, J, _BY_ETA, 30)
-        _add_product(M, -s * b / det, I, _BY_ETA, J, _BY_XI, 30)
+        _add_product(M, s * c / det, L, _BY_XI, J, _BY_XI, 30)
+        _add_product(M, s * a / det, L, _BY_ETA, J, _BY_ETA, 30)
+        _add_product(M, -s * b / det, L, _BY_XI, J, _BY_ETA, 30)
+        _add_product(M, -s * b / det, L, _BY_ETA, J, _BY_XI, 30)
     elif by_xi and a > 0.0:
-        _add_product(M, s / a, I, _BY_XI, J, _BY_XI, 30)
+        _add_product(M, s / a, L, _BY_XI, J, _BY_XI, 30)
     elif by_eta and c > 0.0:
-        _add_product(M, s / c, I, _BY_ETA, J, _BY_ETA, 30)
+        _add_product(M, s / c, L, _BY_ETA, J, _BY_ETA, 30)
 
 
 @inlined
@@ -218,25 +217,25 @@ def _add_point(i, h, c_rate, model, matrix):
     point, faces, bodies, work, n_q = (
         model.face_points[i], model.faces, model.bodies, model.face_contacts[0].work, model.info.nq
     )  # fmt: skip
-    I, J = matrix_view(work, _ROWS, _COUNT, _SIZE), matrix_view(work, _COLUMNS, _COUNT, _SIZE)
+    L, J = matrix_view(work, _ROWS, _COUNT, _SIZE), matrix_view(work, _COLUMNS, _COUNT, _SIZE)
     M, lam, factor = matrix_view(work, _M, _SIZE, _SIZE), point.force, 1.0 if h == 0.0 else 2.0
     point.xi = point.xi1 if point.face1 >= 0 else point.xi0
     point.eta = point.eta1 if point.face1 >= 0 else point.eta0
     _write_poses(point, faces, bodies, h, work)
-    n, _, _, _ = _write_rows(point, faces, work, I, _X, _R, _LEFT)
+    n, _, _, _ = _write_rows(point, faces, work, L, _X, _R, _LEFT)
     n1, a, b, c = _write_rows(point, faces, work, J, _X1, _R1, _RIGHT)
     other = h != 0.0 and point.of0 != point.of1
     size = _SIZE if other else 30
     if h == 0.0:
         for r in range(30):
-            I[_FORCE, r] = I[_NORMAL, r]
+            L[_FORCE, r] = L[_NORMAL, r]
         s, part = 1.0 / point.distance, 1.0
     else:
         D1, D0 = point.D1, point.D0
         for r in range(3):
-            I[_FORCE, r] = point.share1 * D1[r] + point.share0 * D0[r]
-        _add_row(I, _FORCE, faces, point.of1, point.W1, work, _R, _LEFT, 1, D1, -point.share1)
-        _add_row(I, _FORCE, faces, point.of0, point.W0, work, _R, _LEFT, 5 if other else 1, D0, -point.share0)
+            L[_FORCE, r] = point.share1 * D1[r] + point.share0 * D0[r]
+        _add_row(L, _FORCE, faces, point.of1, point.W1, work, _R, _LEFT, 1, D1, -point.share1)
+        _add_row(L, _FORCE, faces, point.of0, point.W0, work, _R, _LEFT, 5 if other else 1, D0, -point.share0)
         s = 2.0 / (point.d0 + point.d1)
         part = 2.0 * point.share1 / (point.share0 + point.share1)
     slope = factor * point.d_gap if h != 0.0 else point.d_gap + c_rate * point.d_rate
@@ -245,25 +244,25 @@ def _add_point(i, h, c_rate, model, matrix):
         t = point.t
         for k in range(3):
             for r in range(30):
-                I[_FORCE, r] -= point.by_normal * t[k] * I[_RUBS + k, r]
+                L[_FORCE, r] -= point.by_normal * t[k] * L[_RUBS + k, r]
     of = bodies[faces[point.of1].nodes[0]].iv
     for q in range(2, 5):
         of = max(of, bodies[_body(point, faces, q)].iv)
     own = bodies[point.body].iv
     if own >= 0 and of >= 0 and first_entry(matrix, own - n_q, of - n_q)[0] < 0:
         if _room(matrix, 1):
-            _add_rank(point, faces, bodies, I, J, -slope, size, n_q, matrix)
+            _add_rank(point, faces, bodies, L, J, -slope, size, n_q, matrix)
         return
     for r in range(size):
         for q in range(30):
             M[r, q] = 0.0
-    _add_product(M, -slope, I, _FORCE, J, _NORMAL, size)
+    _add_product(M, -slope, L, _FORCE, J, _NORMAL, size)
     for k in range(3):
-        _add_product(M, -lam * s, I, k, J, k, 30)
-    _add_product(M, lam * s, I, _NORMAL, J, _NORMAL, 30)
-    _add_bend(M, point, I, J, a, b, c, part * lam * s)
+        _add_product(M, -lam * s, L, k, J, k, 30)
+    _add_product(M, lam * s, L, _NORMAL, J, _NORMAL, 30)
+    _add_bend(M, point, L, J, a, b, c, part * lam * s)
     if rubs:
-        _add_friction(M, point, I, J, factor, n)
+        _add_friction(M, point, L, J, factor, n)
     if h == 0.0:
         _add_turned(M, point, faces, point.of1, point.W1, work, 1, point.whole)
     else:
@@ -282,7 +281,7 @@ def _add_point(i, h, c_rate, model, matrix):
 
 
 @inlined
-def _add_friction(M, point, I, J, factor, n):
+def _add_friction(M, point, L, J, factor, n):
     """Add the tangent of friction at a given normal force."""
     t = point.t
     for i in range(3):
@@ -290,11 +289,11 @@ def _add_friction(M, point, I, J, factor, n):
             tt = t[i] * t[j]
             k = point.along * tt + point.across * ((1.0 if i == j else 0.0) - n[i] * n[j] - tt)
             if k != 0.0:
-                _add_product(M, factor * k, I, _RUBS + i, J, _RUBS + j, 30)
+                _add_product(M, factor * k, L, _RUBS + i, J, _RUBS + j, 30)
 
 
 @inlined
-def _add_rank(point, faces, bodies, I, J, stiffness, size, n_q, matrix):
+def _add_rank(point, faces, bodies, L, J, stiffness, size, n_q, matrix):
     """Add the part of the normal force through an inner unknown."""
     if stiffness == 0.0:
         return
@@ -303,7 +302,7 @@ def _add_rank(point, faces, bodies, I, J, stiffness, size, n_q, matrix):
         at = bodies[_body(point, faces, p)].iv
         for r in range(6 if at >= 0 else 0):
             left = root * J[_NORMAL, 6 * p + r] if p < 5 else 0.0
-            add_inner(matrix, at - n_q + r, z, stiffness / root * I[_FORCE, 6 * p + r], left)
+            add_inner(matrix, at - n_q + r, z, stiffness / root * L[_FORCE, 6 * p + r], left)
 
 
 @indirect(void(REAL, REAL, MODEL, SPARSE))

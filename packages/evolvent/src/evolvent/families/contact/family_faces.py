@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from evolvent.families.contact import face_forces, face_patch, face_search, face_tangent
-from evolvent.families.contact.family_surfaces import add_energies, book, book_end, note_pressing, slides_freely
+from evolvent.families.contact.family_surfaces import add_energies, book, book_end, note_pressing
 from evolvent.kernels import calls, contact, turning
 from evolvent.model.family import ENERGY, IMPLICIT, MODES, STATIC, End, Family, Kind, Records, has_friction, record
 from evolvent.model.questions import (
@@ -20,7 +20,6 @@ from evolvent.model.questions import (
     Coupling,
     Friction,
     Implicit,
-    Parts,
     Samples,
     Statics,
     Step,
@@ -149,9 +148,9 @@ def _presses(model: Any) -> Array:
     return np.array([bool(np.any(force[row["first"] : row["last"]] > 0.0)) for row in model.face_contacts], dtype=bool)
 
 
-# contacts of the nodes of shells with faces of shells: their contact points, faces and cells, first and last; reach: m,
-# distance from a face within which nodes are looked for; cell: m, size of cells; way: of `face_search.passing`; force:
-# N, on what the part has as `a`; work: scratch
+# contacts of the nodes of shells with faces of shells: their contact points, faces and cells, first and last; reach:
+# m, distance from a face within which nodes are looked for; cell: m, size of cells; way: of `face_search.passing`;
+# force: N, on what the part has as `a`; work: scratch
 FACE_CONTACTS = Family(
     "face_contacts",
     record(
@@ -214,8 +213,8 @@ FACE_POINTS = Family(
         "body target law first_apart last_apart face0 face1 hint of0 of1",
         "sense radius reach "
         "stiffness exponent damping friction bristle_stiffness bristle_damping viscous way",
-        "xi0 eta0 xi1 eta1 xi eta distance0 distance least gap gap1 apart d0 d1 W0 W1 D0 D1 share0 share1 fell arm arms "
-        "stick damper drag stick1 damper1 drag1 slide n n1 t whole rubbing "
+        "xi0 eta0 xi1 eta1 xi eta distance0 distance least gap gap1 apart d0 d1 W0 W1 D0 D1 share0 share1 fell arm "
+        "arms stick damper drag stick1 damper1 drag1 slide n n1 t whole rubbing "
         "force d_gap d_rate along across by_normal tilt sank slid0 slid1",
         way=_3, W0=(face_patch.WEIGHTS,), W1=(face_patch.WEIGHTS,), D0=_3, D1=_3, arm=_3, arms=(4, 3),
         stick=_3, drag=_3, stick1=_3, drag1=_3, slide=_3, n=_3, n1=_3, t=_3, whole=_3, rubbing=_3, slid0=_3, slid1=_3,
@@ -223,9 +222,17 @@ FACE_POINTS = Family(
     order=86,
     results={
         "force": ("point_force", "N", "normal force of each node on the faces before and behind it"),
-        "whole": ("point_resultant", "N", "whole force on each node, inertial axes: of the sample, or the mean over its step"),
-        "rubbing": ("point_friction", "N", "friction on each node, inertial axes: of the sample, or the mean over its step"),
-        "apart": ("gap", "m", "distance of each node's face from what is before and behind it, at most that of the search"),
+        "whole": (
+            "point_resultant",
+            "N",
+            "whole force on each node, inertial axes: of the sample, or the mean over its step",
+        ),
+        "rubbing": (
+            "point_friction",
+            "N",
+            "friction on each node, inertial axes: of the sample, or the mean over its step",
+        ),
+        "apart": ("gap", "m", "distance of the face of each node from what is before and behind it, if that is near"),
     },
     of="face_contacts",
     samples=Samples(evaluate=False, kept=dict.fromkeys(("force", "whole", "rubbing", "apart"), BETWEEN)),

@@ -62,7 +62,7 @@ def _wrong_unit(key: str, values: Mapping[str, Any], message: str) -> Validation
 
 
 class Contact(Part):
-    """Contact of beams, rods or shells with a surface, of two bodies, or of turns of beams.
+    """Contact of beams, rods or shells with a surface, of shells, of two bodies, or of turns of beams.
 
     Two capsules touch at one point, where their axes are closest. This point is not unique where the axes are parallel:
     replace one capsule by spheres along its axis, with a contact for each. A capsule touches a plane at two points, its
@@ -73,6 +73,9 @@ class Contact(Part):
 
     Shells touch with both faces, by their nodes. What is narrower than an element, and corners and edges of boxes, pass
     between nodes: elements must be smaller than what they touch.
+
+    Of two shells, and of a shell with itself, the nodes of each touch the other's surface, smooth over its elements,
+    with half of the stiffness; `stiffness` is that of the whole of `a`. They need an implicit method or statics.
 
     Turns of a beam that is wound round a body lie on turns of the same beam, or of a neighbour. They need an implicit
     method or statics. Under `generalized-alpha` a point that moves past the end of the beam below gains or loses the
@@ -86,10 +89,10 @@ class Contact(Part):
         but the root; a shell or a list of shells, by spheres of its thickness at their nodes; or a body, by its
         `shape_a` centred at a point such as "ball", "arm.tip" or ("arm", (0, 0, 1)).
         Of turns, the beam whose contact points are pushed out.
-    b : point, or a beam
-        Centre of `shape`, or a point of the plane: a point of a body, or a position on the ground. A beam means turns
-        of `a` that lie on turns of it: `a` itself, or, of several beams hinged round a body, the next one in the sense
-        of winding.
+    b : point, a shell, or a beam
+        Centre of `shape`, or a point of the plane: a point of a body, or a position on the ground. A shell is touched
+        by the shells `a`, or by itself, on both faces. A beam means turns of `a` that lie on turns of it: `a` itself,
+        or, of several beams hinged round a body, the next one in the sense of winding.
     shape : sphere, capsule, cylinder, plane or box, optional
         Shape at `b`, along the axes of its body; the `shape` of this body if left out. Beams, rods and shells touch
         spheres, capsules, cylinders (of rods and shells, without a length) and planes, rods and shells also boxes;
@@ -283,8 +286,8 @@ class Contact(Part):
             kind = builder.specs[str(self.b)].kind
             other = next(one for one, of in zip(self.a, found, strict=True) if of in touching or of == "beams")
             raise InputError(
-                f"{name}.b is the {kind} {self.b!r}; contact of a {kind} with {other!r} is not implemented: only shells "
-                f"touch shells"
+                f"{name}.b is the {kind} {self.b!r}; contact of a {kind} with {other!r} is not implemented: of parts "
+                f"with nodes only shells touch shells, else give a point of a body"
             )
         other = next((one for one, of in zip(self.a, found, strict=True) if of != "beams" and of not in touching), None)
         if other is not None:

@@ -30,7 +30,8 @@ def add_faces(part: Any, builder: Builder, name: str) -> None:
     itself = part.a == (part.b,)
     if not itself and part.b in part.a:
         raise InputError(
-            f"{name}.a holds the shell {part.b!r}, which is {name}.b too; give its contact with itself a part of its own"
+            f"{name}.a holds the shell {part.b!r}, which is {name}.b too; give the contact with itself a part of its "
+            f"own"
         )
     sides = [tuple(part.a)] if itself else [tuple(part.a), (part.b,)]
     first, first_face = len(builder.rows["face_points"]), len(builder.rows["faces"])
@@ -40,7 +41,8 @@ def add_faces(part: Any, builder: Builder, name: str) -> None:
         for one in side:
             radius = one.radius + 0.5 * part.clearance
             builder.add("faces", nodes=one.bodies, t=one.along, radius=radius, group=group, next=-1)
-    longest, thick = max(map(_longest, sum(found, []))), max(one.radius for one in sum(found, []))
+    every = [one for side in found for one in side]
+    longest, thick = max(map(_longest, every)), max(one.radius for one in every)
     if thick == 0.0 and part.clearance == 0.0:
         raise InputError(f"{name}.clearance is 0; between walls without a thickness it must be above 0")
     reach = 2.0 * thick + part.clearance + _REACH * longest

@@ -62,8 +62,8 @@ class Parts:
         of the part that is there at the start; None where positions on a part are those in its axes, or there are none
     touches : function of the builder and the name of a part to the points (`TouchPoint`) by which it touches surfaces,
         in their order from where it is held; None where it has none that are points of bodies
-    faces : function of the builder and the name of a part to the faces (`TouchFace`) that nodes touch; None where it has
-        none
+    faces : function of the builder and the name of a part to the faces (`TouchFace`) that nodes touch; None where it
+        has none
     heat : function of the builder, the name of a part and a thermal load on it; writes the constants of its elements
         among the parameters, and returns the fields of a record of `thermal_loads` that are its own; None where no
         thermal load acts
