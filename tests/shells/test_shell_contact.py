@@ -237,7 +237,7 @@ WALL = {"stiffness": {"matrix": np.diag([1e3, 1e3, 4e2, 1.0, 1.0, 0.4, 3e2, 3e2]
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"a": "rod", "b": "other"}, r"floor\.b is the shell 'other'; contact of a shell with 'rod' is not implemented"),
+        ({"a": "rod", "b": "other"}, r"floor\.b is the shell 'other'; contact of a shell with 'rod' is not"),
         ({"b": "rod"}, r"floor\.b is the rod 'rod'; contact of a rod with 'panel' is not implemented: of"),
         ({"b": "other"}, r"floor\.shape is given, which has no meaning in a contact of shells; leave it out"),
         ({"a": ["panel", "rod"]}, r"floor\.a holds the shell 'panel' and 'rod', which is no shell; give each its own"),

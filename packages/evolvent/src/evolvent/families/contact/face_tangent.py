@@ -32,7 +32,7 @@ _BY_XI, _BY_ETA, _NORMAL, _FORCE, _RUBS, _COUNT = 3, 4, 5, 6, 7, 10
 _COLUMNS = _ROWS + _COUNT * _SIZE
 _M = _COLUMNS + _COUNT * _SIZE
 WORK = _M + _SIZE * _SIZE
-_UNITS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+UNITS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
 @inlined
@@ -121,7 +121,7 @@ def _write_rows(point, faces, work, J, places, axes, own):
     n = (D[0] / d, D[1] / d, D[2] / d)
     for i in range(3):
         J[i, i] += 1.0
-        _add_row(J, i, faces, k, W, work, axes, own, 1, _UNITS[i], -1.0)
+        _add_row(J, i, faces, k, W, work, axes, own, 1, UNITS[i], -1.0)
         J[_NORMAL, i] += n[i]
     _add_row(J, _NORMAL, faces, k, W, work, axes, own, 1, n, -1.0)
     face_patch.write_slopes(point.xi, point.eta, A, B)
@@ -139,7 +139,7 @@ def _write_rows(point, faces, work, J, places, axes, own):
         for i in range(3):
             for j in range(6 * 5):
                 J[_RUBS + i, j] = J[i, j]
-            x, y, z = cross(n[0], n[1], n[2], _UNITS[i][0], _UNITS[i][1], _UNITS[i][2])
+            x, y, z = cross(n[0], n[1], n[2], UNITS[i][0], UNITS[i][1], UNITS[i][2])
             s = -point.radius
             _add_turn(J, _RUBS + i, 0, work, own, s * x, s * y, s * z)
             for q in range(1, 5):
@@ -240,11 +240,6 @@ def _add_point(i, h, c_rate, model, matrix):
         part = 2.0 * point.share1 / (point.share0 + point.share1)
     slope = factor * point.d_gap if h != 0.0 else point.d_gap + c_rate * point.d_rate
     rubs = point.friction > 0.0
-    if rubs:
-        t = point.t
-        for k in range(3):
-            for r in range(30):
-                L[_FORCE, r] -= point.by_normal * t[k] * L[_RUBS + k, r]
     of = bodies[faces[point.of1].nodes[0]].iv
     for q in range(2, 5):
         of = max(of, bodies[_body(point, faces, q)].iv)
@@ -256,13 +251,26 @@ def _add_point(i, h, c_rate, model, matrix):
     for r in range(size):
         for q in range(30):
             M[r, q] = 0.0
+    _add_product(M, lam * s, L, _FORCE, J, _NORMAL, size)
+    if rubs:
+        t = point.t
+        for k in range(3):
+            for r in range(30):
+                L[_FORCE, r] -= point.by_normal * t[k] * L[_RUBS + k, r]
     _add_product(M, -slope, L, _FORCE, J, _NORMAL, size)
-    for k in range(3):
-        _add_product(M, -lam * s, L, k, J, k, 30)
-    _add_product(M, lam * s, L, _NORMAL, J, _NORMAL, 30)
     _add_bend(M, point, L, J, a, b, c, part * lam * s)
+    apart = h != 0.0 and not other
+    for k in range(3):
+        _add_product(M, -lam * s * (0.5 * part if apart else 1.0), L, k, J, k, 30)
     if rubs:
         _add_friction(M, point, L, J, factor, n)
+    if apart:
+        for k in range(3):
+            for r in range(30):
+                L[k, r] = J[k, r] = UNITS[k][r] if r < 3 else 0.0
+            _add_row(L, k, faces, point.of0, point.W0, work, _R, _LEFT, 1, UNITS[k], -1.0)
+            _add_row(J, k, faces, point.of0, point.W0, work, _R1, _RIGHT, 1, UNITS[k], -1.0)
+            _add_product(M, -lam * s * (1.0 - 0.5 * part), L, k, J, k, 30)
     if h == 0.0:
         _add_turned(M, point, faces, point.of1, point.W1, work, 1, point.whole)
     else:
