@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from evolvent import System, parts
 from shells.plates import material
@@ -35,7 +36,8 @@ def collide(**law: Any) -> Any:
     assert float(run["hit"].normal_force.max()) > 10.0
     assert float(run["hit"].normal_force.values[-1]) == 0.0
     for name in ("momentum", "angular_momentum"):
-        whole = run["low"][name].values + run["high"][name].values
+        low, high = (np.asarray(run[own][name]) for own in ("low", "high"))
+        whole = low + high
         assert np.abs(whole - whole[0]).max() < 1e-12 * np.linalg.norm(whole[0])
     return run
 
@@ -121,3 +123,26 @@ def spiral(turns: float, pitch: float, radius: float, n: int, width: float) -> t
     nodes = np.stack([line + np.array([0.0, y, 0.0]) for y in (0.0, width)], axis=1)
     length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
     return nodes, np.stack([normals] * 2, axis=1), length
+
+
+def test_turns_of_a_strip_lie_on_one_another() -> None:
+    """Wound closer than it is thick, its turns are a thickness apart, but where its ends bend."""
+    thick, n = 1e-3, 48
+    nodes, normals, _ = spiral(2.25, 0.9 * thick, 0.05, n, 0.02)
+    strip = parts.Shell(
+        nodes=nodes.tolist(), normals=normals.tolist(), elements=(n, 1), thickness=thick, material=material(1e9),
+        clamped=["x0"],
+    )  # fmt: skip
+    system = System()
+    system.add(strip, "strip")
+    system.add(parts.Contact(a="strip", b="strip", stiffness=1e5, initial_overlap=0.5, apart=0.05), "coil")
+    run = system.equilibrium()
+    assert run.attrs["status"] == "success"
+    assert int(run["coil"].points.values[-1]) > 10
+    line = run["strip"].position.values[-1].reshape(n + 1, 2, 3)[:, 0]
+    angle = np.unwrap(np.arctan2(line[:, 0], -line[:, 2]))
+    course = CubicSpline(angle, np.hypot(line[:, 0], line[:, 2]))
+    inner = angle[angle + 2.0 * math.pi < angle[-1]]
+    apart = course(inner + 2.0 * math.pi) - course(inner)
+    assert np.abs(apart[6:-6] / thick - 1.0).max() < 0.01
+    assert 0.99 < (apart / thick).min() <= (apart / thick).max() < 1.03

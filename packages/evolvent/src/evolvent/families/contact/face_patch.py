@@ -33,21 +33,21 @@ _MOST, _CLOSE = 40, 1e-9
 
 
 @inlined
-def _cubics(s):
+def cubics(s):
     """Hermite cubics of both ends: h_0, h_1, k_0, k_1."""
     u = 1.0 - s
     return u * u * (1.0 + 2.0 * s), s * s * (3.0 - 2.0 * s), s * u * u, -s * s * u
 
 
 @inlined
-def _slopes(s):
-    """Derivatives of `_cubics`."""
+def slopes(s):
+    """Derivatives of `cubics`."""
     return -6.0 * s * (1.0 - s), 6.0 * s * (1.0 - s), (1.0 - s) * (1.0 - 3.0 * s), s * (3.0 * s - 2.0)
 
 
 @inlined
 def _bends(s):
-    """Second derivatives of `_cubics`."""
+    """Second derivatives of `cubics`."""
     return 12.0 * s - 6.0, 6.0 - 12.0 * s, 6.0 * s - 4.0, 6.0 * s - 2.0
 
 
@@ -62,22 +62,22 @@ def _products(f, g, W):
 @inlined
 def write_weights(xi, eta, W):
     """Weights W : (12,) of the point (xi, eta) of a face."""
-    _products(_cubics(xi), _cubics(eta), W)
+    _products(cubics(xi), cubics(eta), W)
 
 
 @inlined
 def write_slopes(xi, eta, A, B):
     """Derivatives A and B : (12,) of the weights by xi and eta."""
-    _products(_slopes(xi), _cubics(eta), A)
-    _products(_cubics(xi), _slopes(eta), B)
+    _products(slopes(xi), cubics(eta), A)
+    _products(cubics(xi), slopes(eta), B)
 
 
 @inlined
 def write_bends(xi, eta, A, B, C):
     """Second derivatives A, B and C : (12,) of the weights, by xi twice, by both, by eta twice."""
-    _products(_bends(xi), _cubics(eta), A)
-    _products(_slopes(xi), _slopes(eta), B)
-    _products(_cubics(xi), _bends(eta), C)
+    _products(_bends(xi), cubics(eta), A)
+    _products(slopes(xi), slopes(eta), B)
+    _products(cubics(xi), _bends(eta), C)
 
 
 @inlined
@@ -106,14 +106,14 @@ def _along(f, r):
 @inlined
 def point_of(V, xi, eta):
     """Position of a point of a face with the vectors V : (12, 3)."""
-    f, g = _cubics(xi), _cubics(eta)
+    f, g = cubics(xi), cubics(eta)
     return _along(f, _rows(V, 0, g)), _along(f, _rows(V, 1, g)), _along(f, _rows(V, 2, g))
 
 
 @inlined
 def tangents_of(V, xi, eta):
     """Position of a point of a face, and its derivatives by xi and eta."""
-    f, g, df, dg = _cubics(xi), _cubics(eta), _slopes(xi), _slopes(eta)
+    f, g, df, dg = cubics(xi), cubics(eta), slopes(xi), slopes(eta)
     r, s, t = _rows(V, 0, g), _rows(V, 1, g), _rows(V, 2, g)
     u, v, w = _rows(V, 0, dg), _rows(V, 1, dg), _rows(V, 2, dg)
     return (
@@ -134,8 +134,8 @@ def closest(V, px, py, pz, xi, eta):
     p = (px, py, pz)
     best, best_xi, best_eta = math.inf, xi, eta
     for _ in range(_MOST):
-        f, df, ddf = _cubics(xi), _slopes(xi), _bends(xi)
-        g, dg, ddg = _cubics(eta), _slopes(eta), _bends(eta)
+        f, df, ddf = cubics(xi), slopes(xi), _bends(xi)
+        g, dg, ddg = cubics(eta), slopes(eta), _bends(eta)
         square = a = b = c = a0 = b0 = c0 = u = v = 0.0
         for i in range(3):
             r, dr, ddr = _rows(V, i, g), _rows(V, i, dg), _rows(V, i, ddg)

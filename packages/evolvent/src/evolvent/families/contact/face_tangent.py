@@ -32,6 +32,8 @@ _BY_XI, _BY_ETA, _NORMAL, _FORCE, _RUBS, _COUNT = 3, 4, 5, 6, 7, 10
 _COLUMNS = _ROWS + _COUNT * _SIZE
 _M = _COLUMNS + _COUNT * _SIZE
 WORK = _M + _SIZE * _SIZE
+#: Share of a face's reaction that may be left out of the tangent where a node has just come to it.
+_MOST_LEFT_OUT = 0.1
 UNITS = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
@@ -211,6 +213,17 @@ def _room(matrix, count):
     return matrix.counts[0] + count <= matrix.E.shape[0] - matrix.deferred.size
 
 
+@inlined
+def _left_out(point, faces, bodies, n_q, matrix):
+    """Weights of the nodes of a face with which the pattern of a matrix does not couple its node."""
+    own, left = bodies[point.body].iv, 0.0
+    for a in range(4):
+        to = bodies[faces[point.of1].nodes[a]].iv
+        if own >= 0 and to >= 0 and first_entry(matrix, own - n_q, to - n_q)[0] < 0:
+            left += abs(point.W1[3 * a])
+    return left
+
+
 @kernel
 def _add_point(i, h, c_rate, model, matrix):
     """Add the tangent of contact point i."""
@@ -240,11 +253,7 @@ def _add_point(i, h, c_rate, model, matrix):
         part = 2.0 * point.share1 / (point.share0 + point.share1)
     slope = factor * point.d_gap if h != 0.0 else point.d_gap + c_rate * point.d_rate
     rubs = point.friction > 0.0
-    of = bodies[faces[point.of1].nodes[0]].iv
-    for q in range(2, 5):
-        of = max(of, bodies[_body(point, faces, q)].iv)
-    own = bodies[point.body].iv
-    if own >= 0 and of >= 0 and first_entry(matrix, own - n_q, of - n_q)[0] < 0:
+    if _left_out(point, faces, bodies, n_q, matrix) > _MOST_LEFT_OUT:
         if _room(matrix, 1):
             _add_rank(point, faces, bodies, L, J, -slope, size, n_q, matrix)
         return

@@ -42,10 +42,16 @@ def _of_contact(row: Any, records: Records) -> Iterator[End]:
 
 
 def _touches(model: Any) -> Iterator[list[End]]:
-    """Nodes with those of the face that is near."""
+    """Nodes with those of the faces about the corner that is nearest: they may slide on to these."""
+    nodes = model.faces["nodes"]
+    about: dict[int, set[int]] = {}
+    for face in nodes.tolist():
+        for node in face:
+            about.setdefault(node, set()).update(face)
     for point in model.face_points[model.face_points["face1"] >= 0]:
-        nodes = model.faces["nodes"][point["face1"]].tolist()
-        yield [("bodies", int(node)) for node in (point["body"], *nodes)]
+        i, j = bool(point["xi1"] > 0.5), bool(point["eta1"] > 0.5)
+        corner = int(nodes[point["face1"], face_patch.CORNERS.index((i, j))])
+        yield from ([("bodies", int(point["body"])), ("bodies", node)] for node in about[corner])
 
 
 @calls.ties

@@ -284,9 +284,9 @@ class Contact(Part):
             return _FACES
         if family(self.b) in touching and any(of in touching or of == "beams" for of in found):
             kind = builder.specs[str(self.b)].kind
-            other = next(one for one, of in zip(self.a, found, strict=True) if of in touching or of == "beams")
+            one = next(one for one, of in zip(self.a, found, strict=True) if of in touching or of == "beams")
             raise InputError(
-                f"{name}.b is the {kind} {self.b!r}; contact of a {kind} with {other!r} is not implemented: of parts "
+                f"{name}.b is the {kind} {self.b!r}; contact of a {kind} with {one!r} is not implemented: of parts "
                 f"with nodes only shells touch shells, else give a point of a body"
             )
         other = next((one for one, of in zip(self.a, found, strict=True) if of != "beams" and of not in touching), None)

@@ -10,10 +10,11 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
 from evolvent.assembly.builder import Builder
+from evolvent.families.contact import face_patch
 from evolvent.families.contact.part_shapes import check_skip
-from evolvent.model.questions import TouchFace
+from evolvent.model.questions import TouchFace, TouchPoint
 from evolvent.model.registry import families
-from evolvent_base.errors import InputError
+from evolvent_base.errors import InputError, counted
 
 Array = np.ndarray
 #: Distance within which nodes are looked for beyond the touch, of the longest side of a face.
@@ -21,6 +22,10 @@ _REACH = 0.25
 #: Distance along its surface within which a shell does not touch itself, if not given: longest sides of its faces, and
 #: thicknesses.
 _SIDES, _THICKNESSES = 2.0, 4.0
+#: Hermite cubics and their derivatives, of arrays.
+_CUBICS, _SLOPES = (getattr(one, "py_func", one) for one in (face_patch.cubics, face_patch.slopes))
+#: Iterations by which the distance at the start is found.
+_STEPS = 12
 #: Groups of faces: of `a` and of `b`.
 _A, _B = 0, 1
 
@@ -33,7 +38,7 @@ def add_faces(part: Any, builder: Builder, name: str) -> None:
             f"{name}.a holds the shell {part.b!r}, which is {name}.b too; give the contact with itself a part of its "
             f"own"
         )
-    sides = [tuple(part.a)] if itself else [tuple(part.a), (part.b,)]
+    sides: list[tuple[Any, ...]] = [tuple(part.a)] if itself else [tuple(part.a), (part.b,)]
     first, first_face = len(builder.rows["face_points"]), len(builder.rows["faces"])
     faces = [{owner: _asked(builder, owner, "faces") for owner in side} for side in sides]
     found = [[one for own in side.values() for one in own] for side in faces]
@@ -50,14 +55,15 @@ def add_faces(part: Any, builder: Builder, name: str) -> None:
     if apart is None:
         apart = _SIDES * longest + 2.0 * _THICKNESSES * thick if itself else 0.0
     mean = _area(found[_A]) / len(sides[_A])
-    for group, side in enumerate(sides):
+    for group, owners in enumerate(sides):
         target = group if itself else 1 - group
         from_face, rest = first_face + (len(found[_A]) if target == _B else 0), _rest(found[group])
-        for owner in side:
+        for owner in owners:
             own = _asked(builder, owner, "touches")
             check_skip(part, name, owner, len(own))
             share = 0.5 * _area(faces[group][owner]) / mean
             near = _apart([one.body for one in own], rest, found[target], apart, itself)
+            _check_start(part, builder, name, owner, own, found[target], near)
             for one, excluded in list(zip(own, near, strict=True))[part.skip :]:
                 listed = len(builder.rows["face_apart"])
                 for f in sorted(excluded):
@@ -98,6 +104,61 @@ def _area(found: list[TouchFace]) -> float:
     """Area of faces, m2."""
     x = np.array([one.rest for one in found])
     return float(0.5 * np.linalg.norm(np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]), axis=1).sum())
+
+
+def _check_start(
+    part: Any, builder: Builder, name: str, owner: Any, own: list[TouchPoint], found: list[TouchFace], near: list[Any]
+) -> None:
+    """Refuse nodes that start too deep in faces."""
+    x = np.array([builder.poses[one.body].x for one in own])
+    V = np.zeros((len(found), 12, 3))
+    for f, one in enumerate(found):
+        for a, body in enumerate(one.bodies):
+            pose = builder.poses[body]
+            V[f, 3 * a], V[f, 3 * a + 1 : 3 * a + 3] = pose.x, one.along[2 * a : 2 * a + 2] @ pose.R.T
+    middles = V[:, ::3].mean(axis=1)
+    size = float(np.linalg.norm(V[:, ::3] - middles[:, None], axis=2).max())
+    radii, thick = np.array([one.radius for one in found]), np.array([one.radius for one in own])
+    touch = float(radii.max() + thick.max()) + part.clearance
+    listed = [set(map(int, excluded)) for excluded in near]
+    hits = cKDTree(x).query_ball_point(middles, size + touch)
+    pairs = np.array([(k, f) for f, nodes in enumerate(hits) for k in nodes if f not in listed[k]]).reshape(-1, 2)
+    if not len(pairs):
+        return
+    node, face = pairs.T
+    depth = thick[node] + radii[face] + part.clearance - _distances(V[face], x[node])
+    deepest, unit = int(depth.argmax()), 0.5 * touch
+    allowed = 0.1 if part.initial_overlap is None else part.initial_overlap
+    if depth[deepest] > allowed * unit:
+        raise InputError(
+            f"{name!r} starts with '{owner}[{node[deepest]}]' {depth[deepest]:.3g} m inside what it touches, "
+            f"{counted(float(depth[deepest] / unit), 'half thickness', 'half thicknesses')}; move the shells apart, or "
+            f"allow it by `initial_overlap`, now {allowed:g}, or by `apart` where they are joined"
+        )
+
+
+def _distances(V: Array, x: Array) -> Array:
+    """Distances of points (n, 3) from faces with the vectors V (n, 12, 3) (`face_patch.closest`), m."""
+    s, t = np.full(len(x), 0.5), np.full(len(x), 0.5)
+    for _ in range(_STEPS):
+        f, g, df, dg = _CUBICS(s), _CUBICS(t), _SLOPES(s), _SLOPES(t)
+        X, u, v = (np.einsum("wn,nwi->ni", _weights(*own), V) for own in ((f, g), (df, g), (f, dg)))
+        off = x - X
+        a, b, c = (np.sum(p * q, axis=1) for p, q in ((u, u), (u, v), (v, v)))
+        p, q = np.sum(off * u, axis=1), np.sum(off * v, axis=1)
+        det = a * c - b * b
+        ds, dt = (c * p - b * q) / det, (a * q - b * p) / det
+        ds = np.where(((t == 0.0) & (dt < 0.0)) | ((t == 1.0) & (dt > 0.0)), p / a, ds)
+        dt = np.where(((s == 0.0) & (ds < 0.0)) | ((s == 1.0) & (ds > 0.0)), q / c, dt)
+        s, t = np.clip(s + ds, 0.0, 1.0), np.clip(t + dt, 0.0, 1.0)
+    X = np.einsum("wn,nwi->ni", _weights(_CUBICS(s), _CUBICS(t)), V)
+    return np.asarray(np.linalg.norm(x - X, axis=1))
+
+
+def _weights(f: Any, g: Any) -> Array:
+    """Weights (12, n) of points of faces by cubics of xi and eta."""
+    own = ((f[i] * g[j], f[2 + i] * g[j], f[i] * g[2 + j]) for i, j in face_patch.CORNERS)
+    return np.array([one for node in own for one in node])
 
 
 def _rest(found: list[TouchFace]) -> dict[int, Array]:
