@@ -27,6 +27,7 @@ from evolvent.model.questions import (
     State,
     Statics,
     Step,
+    TouchFace,
     TouchPoint,
     never,
 )
@@ -198,6 +199,21 @@ def _heat(builder: Any, name: str, load: Any, called: str) -> dict[str, int]:
     return {"shell": index}
 
 
+def _faces(builder: Any, name: str) -> Iterator[TouchFace]:
+    """Its elements: vectors along their sides, as long as arcs, across the normals."""
+    mesh, radius = builder.specs[name].mesh(name), 0.5 * builder.specs[name].wall(name).thickness
+    first = builder.rows["shells"][builder.names[name][1]]["first_body"]
+    for quad in mesh.quads:
+        x, R, along = mesh.x[quad], mesh.R[quad], np.zeros((8, 3))
+        for i, (a, b) in enumerate(((0, 1), (0, 3), (0, 1), (1, 2), (3, 2), (1, 2), (3, 2), (0, 3))):
+            chord, normal = x[b] - x[a], R[i // 2, :, 2]
+            bend = 0.5 * np.arccos(np.clip(R[a, :, 2] @ R[b, :, 2], -1.0, 1.0))
+            across = chord - (chord @ normal) * normal
+            length = np.linalg.norm(chord) * (bend / np.sin(bend) if bend > 1e-6 else 1.0)
+            along[i] = R[i // 2].T @ (across * length / np.linalg.norm(across))
+        yield TouchFace(first + quad, along, radius, x)
+
+
 def _place(builder: Any, at: Any) -> Any:
     """A node of a shell, which is a body."""
     row = builder.rows["shells"][at.row]
@@ -270,7 +286,7 @@ SHELLS = Family(
         "its strains follow from the state, with all derivatives", filtered="strains of shells", timed=False,
     ),
     parts=Parts(
-        consists=lambda row, _: _nodes(row), place=_place, near=_near, touches=_touches, heat=_heat,
+        consists=lambda row, _: _nodes(row), place=_place, near=_near, touches=_touches, faces=_faces, heat=_heat,
         totals={"slender": lambda found: found.size},
     ),
     state=State(points=_points),
