@@ -78,23 +78,22 @@ def ends_of(point, model, h):
 
 
 @inlined
-def place_of(point, model):
-    """Unit normal, distance and rate of the faces against one another where friction acts: (n, d, u).
+def place_of(point, n, model):
+    """Where friction acts: vector from the point of the face, and rate of the faces against one another there.
 
-    By the bodies' current positions and rates, and the weights of the interval's end.
+    By the bodies' current positions and rates, and the weights of the interval's end; n: unit normal. Over a step in
+    which the node slides, n is not along the mean offset from the point that is closest at the end.
     """
-    faces, bodies, W = model.faces, model.bodies, point.W1
+    faces, bodies, W, r = model.faces, model.bodies, point.W1, point.radius
     D, u = face_patch.offset_of(point.body, faces, point.of1, W, bodies)
-    d = math.sqrt(dot(D, D))
-    n, w = _scaled(1.0 / d if d > 0.0 else 0.0, D), bodies[point.body].w
-    r = cross(w[0], w[1], w[2], n[0], n[1], n[2])
-    ux, uy, uz = u[0] - point.radius * r[0], u[1] - point.radius * r[1], u[2] - point.radius * r[2]
+    arm, w = (D[0] - r * n[0], D[1] - r * n[1], D[2] - r * n[2]), bodies[point.body].w
+    x = cross(w[0], w[1], w[2], r * n[0], r * n[1], r * n[2])
+    ux, uy, uz = u[0] - x[0], u[1] - x[1], u[2] - x[2]
     for a in range(4):
-        share = (d - point.radius) * face_patch.bilinear(point.xi, point.eta, a)
-        w = bodies[faces[point.of1].nodes[a]].w
-        r = cross(w[0], w[1], w[2], n[0], n[1], n[2])
-        ux, uy, uz = ux - share * r[0], uy - share * r[1], uz - share * r[2]
-    return n, d, (ux, uy, uz)
+        share, w = face_patch.bilinear(point.xi, point.eta, a), bodies[faces[point.of1].nodes[a]].w
+        x = cross(w[0], w[1], w[2], arm[0], arm[1], arm[2])
+        ux, uy, uz = ux - share * x[0], uy - share * x[1], uz - share * x[2]
+    return arm, (ux, uy, uz)
 
 
 @inlined
@@ -121,7 +120,10 @@ def _rub(y, point, model, lam, h, step):
     faces, bodies = model.faces, model.bodies
     point.xi = point.xi1 if point.face1 >= 0 else point.xi0
     point.eta = point.eta1 if point.face1 >= 0 else point.eta0
-    n, d, u = place_of(point, model)
+    m = point.n
+    size = math.sqrt(m[0] * m[0] + m[1] * m[1] + m[2] * m[2])
+    n = (m[0] / size, m[1] / size, m[2] / size)
+    arm, u = place_of(point, n, model)
     s = _scaled(h, u)
     if h == 0.0:
         s = _slid(point, n, model) if step > 0.0 and point.face0 >= 0 else (0.0, 0.0, 0.0)
@@ -131,13 +133,12 @@ def _rub(y, point, model, lam, h, step):
         point.along = point.across = 0.0
     slide[0], slide[1], slide[2] = moved
     face_patch.push(faces, point.of1, point.W1, bodies, point.body, f)
-    t = cross(n[0], n[1], n[2], f[0], f[1], f[2])
-    F = bodies[point.body].F
+    t, F = cross(n[0], n[1], n[2], f[0], f[1], f[2]), bodies[point.body].F
     for i in range(3):
         F[3 + i] -= point.radius * t[i]
+    t = cross(arm[0], arm[1], arm[2], f[0], f[1], f[2])
     for a in range(4):
-        share = (d - point.radius) * face_patch.bilinear(point.xi, point.eta, a)
-        F = bodies[faces[point.of1].nodes[a]].F
+        share, F = face_patch.bilinear(point.xi, point.eta, a), bodies[faces[point.of1].nodes[a]].F
         for i in range(3):
             F[3 + i] -= share * t[i]
     return f, slip, held
@@ -245,6 +246,7 @@ def measure_slides(model):
         if point.friction > 0.0 and point.gap1 < 0.0:
             face_patch.write_weights(point.xi1, point.eta1, point.W1)
             point.of1, point.xi, point.eta = point.face1, point.xi1, point.eta1
-            n, _, u = place_of(point, model)
+            n = (point.n1[0], point.n1[1], point.n1[2])
+            _, u = place_of(point, n, model)
             axes = contact_laws.body_axes(model.bodies[point.body].R)
             slid[0], slid[1], slid[2] = contact_laws.into_axes(axes, contact_laws.tangential(u, n))

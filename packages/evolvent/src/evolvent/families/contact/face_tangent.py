@@ -138,15 +138,21 @@ def _write_rows(point, faces, work, J, places, axes, own):
     b = dot(u, v) - dot(D, _vector(faces, k, E, work, places, axes, 1))
     c = dot(v, v) - dot(D, _vector(faces, k, G, work, places, axes, 1))
     if point.friction > 0.0:
+        r, m = point.radius, n
+        if places == _X:  # of the force
+            size = math.sqrt(point.n[0] ** 2 + point.n[1] ** 2 + point.n[2] ** 2)
+            m = (point.n[0] / size, point.n[1] / size, point.n[2] / size)
         for i in range(3):
             for j in range(6 * 5):
                 J[_RUBS + i, j] = J[i, j]
-            x, y, z = cross(n[0], n[1], n[2], UNITS[i][0], UNITS[i][1], UNITS[i][2])
-            s = -point.radius
-            _add_turn(J, _RUBS + i, 0, work, own, s * x, s * y, s * z)
+            e = UNITS[i]
+            x, y, z = cross(m[0], m[1], m[2], e[0], e[1], e[2])
+            _add_turn(J, _RUBS + i, 0, work, own, -r * x, -r * y, -r * z)
+            x, y, z = cross(D[0] - r * m[0], D[1] - r * m[1], D[2] - r * m[2], e[0], e[1], e[2])
             for q in range(1, 5):
-                s = (point.radius - d) * face_patch.bilinear(point.xi, point.eta, q - 1)
+                s = -face_patch.bilinear(point.xi, point.eta, q - 1)
                 _add_turn(J, _RUBS + i, q, work, own, s * x, s * y, s * z)
+        return m, a, b, c
     return n, a, b, c
 
 
