@@ -300,7 +300,7 @@ def test_parts_of_the_stiffness_make_up_the_whole() -> None:
     own = mesh.R[mesh.quads]
     split = [part for _, part in wall.relaxing]
     assert sum(split) == pytest.approx(wall.stiffness, rel=1e-12, abs=1e-9 * wall.stiffness.max())
-    found = stiffness.constants("shell", mesh.x[mesh.quads], own, own[..., 0].sum(axis=1), wall.stiffness, split)
+    found = stiffness.constants("shell", mesh.x[mesh.quads], own, own[..., 0].sum(axis=1), wall.stiffness, parts=split)
     for k, name in enumerate(("stiffness", "resultants")):
         whole = getattr(found, name)
         assert sum(part[k] for part in found.parts) == pytest.approx(whole, abs=1e-12 * np.abs(whole).max())
