@@ -88,8 +88,7 @@ class RunAccessor(Answered):
             facts.append(
                 ("parts", f"{len(names)}: {', '.join(names[:_SHOWN])}{', ...' if len(names) > _SHOWN else ''}")
             )
-        if self.events.sizes["event"]:
-            facts.append(("events", str(self.events.sizes["event"])))
+        facts += [("events", str(count))] if (count := self.events.sizes["event"]) else []
         held = self.latches
         rows = [
             [str(one.latch.values), f"{float(one.time):.6g} s", _shown_rate(float(one.rate), str(one.rate_unit.values)),

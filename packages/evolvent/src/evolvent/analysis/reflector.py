@@ -90,7 +90,7 @@ class NetInSystem:
 
     def state(self, solution: Solution) -> State:
         """The net in a solution with one sample."""
-        held = self.own.held(View(solution, joints=False))
+        held = self.own.held(View(solution))
         x = self.net.seen(held.x)
         length = np.linalg.norm(x[self.cords[:, 1]] - x[self.cords[:, 0]], axis=1)
         springs = self.own.records

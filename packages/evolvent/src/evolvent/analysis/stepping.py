@@ -125,7 +125,7 @@ class SteppedAssembly:
 
     def body(self, name: str) -> BodyState:
         """State of a body now."""
-        row = self.assembly.model.bodies[self._index(name)]
+        row = self._row(name)
         return BodyState(row["x"].copy(), row["v"].copy(), quaternions(row["R"]), row["w"].copy())
 
     def wrench(self, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -134,7 +134,7 @@ class SteppedAssembly:
         All that acts on it but inputs and weight: threads, beams, springs, joints, contacts and fields, at the end of
         the last step, with the inputs of that step. Wound thread that is carried counts as a part of the body.
         """
-        row = self.assembly.model.bodies[self._index(name)]
+        row = self._row(name)
         found = row["F"].copy()
         if name in self.inputs:
             found -= self._held[name]
@@ -239,6 +239,10 @@ class SteppedAssembly:
         y: np.ndarray = self._run.work.y.copy()
         write_accounts(self.assembly.model, y[None], self._run.work.balance)
         return y
+
+    def _row(self, name: str) -> Any:
+        """Record of a body, or of the ground."""
+        return self.assembly.model.bodies[self._index(name)]
 
     def _index(self, name: str) -> int:
         """Row of a body, or of the ground."""

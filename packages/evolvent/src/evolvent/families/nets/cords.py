@@ -33,11 +33,22 @@ def names(assembly: Assembly) -> list[str]:
     return [name for name, (family, _) in assembly.names.items() if family == "nets"]
 
 
+def _own(model: Any, index: int) -> slice:
+    """Which springs are the cords of a net."""
+    row = model.nets[index]
+    return slice(int(row["first_spring"]), int(row["first_spring"] + row["cords"]))
+
+
 def own_cords(model: Any, index: int) -> Array:
     """Records of the cords of a net, which are springs."""
-    row = model.nets[index]
-    found: Array = model.springs[int(row["first_spring"]) : int(row["first_spring"] + row["cords"])]
+    found: Array = model.springs[_own(model, index)]
     return found
+
+
+def samples_of_cords(view: View, index: int) -> dict[str, Array]:
+    """Samples (nt, m) of what the records of the cords hold, by field."""
+    own = _own(view.model, index)
+    return {name: values[:, own] for name, values in view.fields["springs"].items()}
 
 
 class NetCords:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.families.nets.cords import own_cords
+from evolvent.families.nets.cords import own_cords, samples_of_cords
 from evolvent.results.observe.variables import Observed, Variable, observer
 from evolvent.results.observe.view import View
 
@@ -13,9 +13,8 @@ from evolvent.results.observe.view import View
 def observe_net(view: View, name: str) -> Observed:
     """Positions of the nodes, lengths and tensions of the cords, and how many of them are slack."""
     index, found = view.index(name), Observed()
-    row, fields = view.model.nets[index], view.fields["springs"]
+    row, fields = view.model.nets[index], samples_of_cords(view, index)
     nodes = range(int(row["first_marker"]), int(row["first_marker"] + row["nodes"]))
-    own = slice(int(row["first_spring"]), int(row["first_spring"] + row["cords"]))
     x = np.stack([view.marker(k)[0] for k in nodes], axis=1)
     ends = own_cords(view.model, index)
     cords = np.stack([ends["a"], ends["b"]], axis=1) - nodes.start
@@ -24,13 +23,13 @@ def observe_net(view: View, name: str) -> Observed:
     found.coordinates["cord_nodes"] = Variable(("cord", "end"), cords, "1", "nodes at the ends of each cord")
     found.coordinate("cord", "cord", np.arange(len(cords)), "1", "cords of the net, of its rear net, and ties")
     found.coordinate("natural_length", "cord", ends["length"], "m", "lengths without tension")
-    tension = fields["tension"][:, own]
+    tension = fields["tension"]
     found.along("tension", "cord", tension, "N", "tensions of the cords")
-    found.along("length", "cord", fields["distance"][:, own], "m", "lengths of the cords")
+    found.along("length", "cord", fields["distance"], "m", "lengths of the cords")
     found.scalar("least_tension", tension.min(axis=1), "N", "least tension of a cord")
     found.scalar("largest_tension", tension.max(axis=1), "N", "largest tension of a cord")
     found.scalar("slack_cords", (tension <= 0.0).sum(axis=1), "1", "number of cords without tension")
-    found.scalar("energy_elastic", fields["stored"][:, own].sum(axis=1), "J", "elastic energy of the cords")
+    found.scalar("energy_elastic", fields["stored"].sum(axis=1), "J", "elastic energy of the cords")
     found.drawn = [{"line": {"points": "position", "pieces": "cord_nodes", "values": ["tension"]}}]
     found.plots = ["least_tension", "largest_tension"]
     return found
