@@ -49,6 +49,8 @@ KNOWN |= {
 }
 #: What takes the moment from the mean forces of a balanced law, of the third order in the step (0.3 % at 0.25 s).
 KNOWN |= {("custom forces", ENERGY): 0.05}
+#: Shells whose closest point passes on to another face in the step; friction across a normal that turns in it.
+KNOWN |= {("a contact of shells", ENERGY): 0.01, ("a contact of shells with friction", ENERGY): 0.1}
 #: The flow of material.
 KNOWN |= {("a rod that pays out", method): 1e-5 for method in (STATIC, IMPLICIT)}
 

@@ -237,8 +237,9 @@ WALL = {"stiffness": {"matrix": np.diag([1e3, 1e3, 4e2, 1.0, 1.0, 0.4, 3e2, 3e2]
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"b": "panel"}, r"floor\.b is the shell 'panel'; contact of a shell with .* itself is not implemented"),
-        ({"b": "other"}, r"floor\.b is the shell 'other'; contact of a shell with .* not implemented: give a point"),
+        ({"a": "rod", "b": "other"}, r"floor\.b is the shell 'other'; contact of a shell with 'rod' is not"),
+        ({"b": "rod"}, r"floor\.b is the rod 'rod'; contact of a rod with 'panel' is not implemented: of"),
+        ({"b": "other"}, r"floor\.shape is given, which has no meaning in a contact of shells; leave it out"),
         ({"a": ["panel", "rod"]}, r"floor\.a holds the shell 'panel' and 'rod', which is no shell; give each its own"),
         ({"a": ["panel", "hub"]}, r"floor\.a is a list that holds 'hub', which has no contact points of its own"),
         ({"a": "thin"}, r"floor\.clearance is 0; at a plane it must be above 0: half the thickness of 'thin'"),

@@ -19,7 +19,7 @@ from numba import types, void
 
 from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled import lookups
-from evolvent.compiled.jit import INTEGERS, REAL, VECTOR, indirect
+from evolvent.compiled.jit import CUBE, INTEGERS, MATRIX, REAL, VECTOR, indirect
 from evolvent.model import MODEL
 from evolvent.model.interval import INTERVAL
 
@@ -45,6 +45,7 @@ power, power_at = _question(REAL(MODEL))
 friction_change, friction_change_at = power, power_at
 end_friction, end_friction_at = _question(REAL(VECTOR, MODEL))
 contact_set, contact_set_at = _question(INT(INT, MODEL))
+passing, passing_at = _question(REAL(CUBE, MATRIX, CUBE, MATRIX, MODEL))
 apply, apply_at = _question(types.UniTuple(REAL, 3)(REAL, REAL, INT, VECTOR, INTEGERS, MODEL))
 turning, turning_at = _question(void(REAL, VECTOR, VECTOR, MODEL, VECTOR))
 turning_tangent, turning_tangent_at = _question(void(REAL, VECTOR, VECTOR, MODEL, SPARSE))

@@ -23,7 +23,8 @@ _PAIR = types.UniTuple(REAL, 2)
 @inlined
 def any_contact(model):
     """Whether a model has contacts."""
-    return model.contact_surfaces.size > 0 or model.body_contacts.size > 0
+    own = model.contact_surfaces.size > 0 or model.body_contacts.size > 0
+    return own or model.contacts_passing_calls.size > 0
 
 
 @inlined
@@ -126,7 +127,7 @@ def add_points(y0, y1, h, step, soft, chi, ratio, model, F):
             if not same:
                 point.rest1, gap1 = max(-point.gap1, 0.0), math.inf
             rate = m[0] * u[0] + m[1] * u[1] + m[2] * u[2]
-            lam, loss, stored = _press(point, row, gap0, gap1, rate, fell, h, soft, chi, ratio)
+            lam, loss, stored = press(point, row, gap0, gap1, rate, fell, h, soft, chi, ratio)
             energy += stored
             if h == 0.0:
                 power += loss
@@ -173,7 +174,7 @@ def evaluate_points(y, model):
 
 
 @inlined
-def _press(point, row, gap0, gap1, rate, fell, h, soft, chi, ratio):
+def press(point, row, gap0, gap1, rate, fell, h, soft, chi, ratio):
     """Normal force of a contact, N; what it takes (J, of a state W); the energy of the contact, J.
 
     Parameters
@@ -353,7 +354,7 @@ def add_bodies(y, h, step, soft, chi, ratio, model):
         if by_w != 0.0 and h == 0.0:
             wa, wb = A.w, B.w
             rate += by_w * dot((wa[0] - wb[0], wa[1] - wb[1], wa[2] - wb[2]), cross(e[0], e[1], e[2], g[0], g[1], g[2]))
-        lam, loss, row.energy = _press(row, row, row.gap, row.gap1, rate, row.gap - row.gap1, h, soft, chi, ratio)
+        lam, loss, row.energy = press(row, row, row.gap, row.gap1, rate, row.gap - row.gap1, h, soft, chi, ratio)
         lost += loss
         if h == 0.0:  # at the point of contact; else at the middles, with moments by the axes
             row.power, p, q = loss, arm_a, arm_b

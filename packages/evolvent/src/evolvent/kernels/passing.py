@@ -12,11 +12,15 @@ import math
 
 from evolvent.compiled.jit import CUBE, MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.kernels import body_gaps, surfaces
-from evolvent.kernels.contact_laws import CONTACTS
+from evolvent.kernels.calls import passing_at
 from evolvent.kernels.rotations import cross, dot, turn, turn_back
 from evolvent.model import MODEL
 
-USED_FOR = CONTACTS
+
+def USED_FOR(model):  # noqa: N802
+    """Contacts."""
+    own = model.contact_surfaces.size > 0 or model.body_contacts.size > 0
+    return own or model.contacts_passing_calls.size > 0
 
 
 @inlined
@@ -141,4 +145,7 @@ def passing(y0, R0, x0, y1, R1, x1, model):
             u = _seen(R0, x0, b, surfaces.point_position(y0, iq, S))
             v = _seen(R1, x1, b, surfaces.point_position(y1, iq, S))
             largest = max(largest, _beside(u, v, o, axis, half, radius, 0.0))
+    calls = model.contacts_passing_calls
+    for k in range(calls.size):
+        largest = max(largest, passing_at(model, calls[k])(R0, x0, R1, x1, model))
     return largest

@@ -13,6 +13,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.families.beams.part import Beam
 from evolvent.families.contact.part_beams import add_surface, add_turns
 from evolvent.families.contact.part_bodies import add_bodies, add_nodes
+from evolvent.families.contact.part_faces import add_faces
 from evolvent.families.rods.part import Rod
 from evolvent.kernels import contact_laws
 from evolvent.model.registry import asked
@@ -47,6 +48,7 @@ _OF_POINTS = frozenset(("shape", "clearance", "skip", "initial_overlap", "slidin
 _BEAMS = _Touch("beams and a surface", add_surface, tuple(LAWS), _OF_POINTS | {"points"})
 _NODES = _Touch("nodes and a surface", add_nodes, _SMOOTH, _OF_POINTS)
 _BODIES = _Touch("bodies", add_bodies, _SMOOTH, frozenset(("shape", "shape_a", "rounding", "initial_overlap")))
+_FACES = _Touch("shells", add_faces, _SMOOTH, _OF_POINTS - {"shape"} | {"apart"})
 _TURNS = _Touch(
     "turns of beams", add_turns, ("hunt-crossley", "paper"),
     frozenset(("points", "around", "axis", "sense", "thickness", "width")),
@@ -60,7 +62,7 @@ def _wrong_unit(key: str, values: Mapping[str, Any], message: str) -> Validation
 
 
 class Contact(Part):
-    """Contact of beams, rods or shells with a surface, of two bodies, or of turns of beams.
+    """Contact of beams, rods or shells with a surface, of shells, of two bodies, or of turns of beams.
 
     Two capsules touch at one point, where their axes are closest. This point is not unique where the axes are parallel:
     replace one capsule by spheres along its axis, with a contact for each. A capsule touches a plane at two points, its
@@ -71,6 +73,9 @@ class Contact(Part):
 
     Shells touch with both faces, by their nodes. What is narrower than an element, and corners and edges of boxes, pass
     between nodes: elements must be smaller than what they touch.
+
+    Of two shells, and of a shell with itself, the nodes of each touch the other's surface, smooth over its elements,
+    with half of the stiffness; `stiffness` is that of the whole of `a`. They need an implicit method or statics.
 
     Turns of a beam that is wound round a body lie on turns of the same beam, or of a neighbour. They need an implicit
     method or statics. Under `generalized-alpha` a point that moves past the end of the beam below gains or loses the
@@ -84,10 +89,10 @@ class Contact(Part):
         but the root; a shell or a list of shells, by spheres of its thickness at their nodes; or a body, by its
         `shape_a` centred at a point such as "ball", "arm.tip" or ("arm", (0, 0, 1)).
         Of turns, the beam whose contact points are pushed out.
-    b : point, or a beam
-        Centre of `shape`, or a point of the plane: a point of a body, or a position on the ground. A beam means turns
-        of `a` that lie on turns of it: `a` itself, or, of several beams hinged round a body, the next one in the sense
-        of winding.
+    b : point, a shell, or a beam
+        Centre of `shape`, or a point of the plane: a point of a body, or a position on the ground. A shell is touched
+        by the shells `a`, or by itself, on both faces. A beam means turns of `a` that lie on turns of it: `a` itself,
+        or, of several beams hinged round a body, the next one in the sense of winding.
     shape : sphere, capsule, cylinder, plane or box, optional
         Shape at `b`, along the axes of its body; the `shape` of this body if left out. Beams, rods and shells touch
         spheres, capsules, cylinders (of rods and shells, without a length) and planes, rods and shells also boxes;
@@ -139,6 +144,10 @@ class Contact(Part):
         Of both beams across their flat side: the distance of touching axes of turns.
     width : float, m, optional
         Of the beams along the axis, beyond which turns lie side by side; without limit if left out.
+    apart : float, m, optional
+        Of shells, distance of a node from a face without stress within which they do not touch: of a shell and itself
+        along the surface, two longest sides of elements and four thicknesses if left out; of two shells in space, 0 if
+        left out: of walls that are joined, how far from the seam they part.
     """
 
     applies: ClassVar[Applies] = {
@@ -184,6 +193,7 @@ class Contact(Part):
         Annotated[float | tuple[float, ...], units.OneOrMore(quantity=_THICKNESS, each="one of each element")] | None
     ) = None
     width: units.Length | None = None
+    apart: units.Length | None = None
 
     @model_validator(mode="before")
     @classmethod
@@ -245,7 +255,7 @@ class Contact(Part):
             raise InputError(
                 f"{name}.law is {self.law!r}, which a contact of {touch.what} does not support; use {known}"
             )
-        of_others = (_BEAMS.keys | _BODIES.keys | _TURNS.keys) - touch.keys
+        of_others = (_BEAMS.keys | _BODIES.keys | _FACES.keys | _TURNS.keys) - touch.keys
         for key in sorted(self.model_fields_set & of_others):
             if getattr(self, key) is not None:
                 raise InputError(
@@ -269,12 +279,15 @@ class Contact(Part):
                     f"{name}.b is the beam {self.b!r}, on whose turns only a beam can lie; give one as {name}.a"
                 )
             return _TURNS
-        touching = asked("parts.touches")
+        touching, with_faces = asked("parts.touches"), asked("parts.faces")
+        if family(self.b) in with_faces and all(of in with_faces for of in found):
+            return _FACES
         if family(self.b) in touching and any(of in touching or of == "beams" for of in found):
             kind = builder.specs[str(self.b)].kind
+            other = next(one for one, of in zip(self.a, found, strict=True) if of in touching or of == "beams")
             raise InputError(
-                f"{name}.b is the {kind} {self.b!r}; contact of a {kind} with beams, rods, shells or itself is not "
-                f"implemented: give a point of a body"
+                f"{name}.b is the {kind} {self.b!r}; contact of a {kind} with {other!r} is not implemented: of parts "
+                f"with nodes only shells touch shells, else give a point of a body"
             )
         other = next((one for one, of in zip(self.a, found, strict=True) if of != "beams" and of not in touching), None)
         if other is not None:

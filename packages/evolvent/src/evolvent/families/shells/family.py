@@ -22,6 +22,7 @@ from evolvent.model.questions import (
     State,
     Statics,
     Step,
+    TouchFace,
     TouchPoint,
     never,
 )
@@ -118,6 +119,21 @@ def _touches(builder: Any, name: str) -> Iterator[TouchPoint]:
         yield TouchPoint(first + k, np.zeros(3), radius, float(weight), spacing)
 
 
+def _faces(builder: Any, name: str) -> Iterator[TouchFace]:
+    """Its elements: vectors along their sides, as long as arcs, across the normals."""
+    mesh, radius = builder.specs[name].mesh(name), 0.5 * builder.specs[name].wall(name).thickness
+    first = builder.rows["shells"][builder.names[name][1]]["first_body"]
+    for quad in mesh.quads:
+        x, R, along = mesh.x[quad], mesh.R[quad], np.zeros((8, 3))
+        for i, (a, b) in enumerate(((0, 1), (0, 3), (0, 1), (1, 2), (3, 2), (1, 2), (3, 2), (0, 3))):
+            chord, normal = x[b] - x[a], R[i // 2, :, 2]
+            bend = 0.5 * np.arccos(np.clip(R[a, :, 2] @ R[b, :, 2], -1.0, 1.0))
+            across = chord - (chord @ normal) * normal
+            length = np.linalg.norm(chord) * (bend / np.sin(bend) if bend > 1e-6 else 1.0)
+            along[i] = R[i // 2].T @ (across * length / np.linalg.norm(across))
+        yield TouchFace(first + quad, along, radius, x)
+
+
 def _place(builder: Any, at: Any) -> Any:
     """A node of a shell, which is a body."""
     row = builder.rows["shells"][at.row]
@@ -178,7 +194,7 @@ SHELLS = Family(
     smooth=True,
     of_step=False,
     parts=Parts(
-        consists=lambda row, _: _nodes(row), place=_place, near=_near, touches=_touches,
+        consists=lambda row, _: _nodes(row), place=_place, near=_near, touches=_touches, faces=_faces,
         totals={"slender": lambda found: found.size},
     ),
     state=State(points=_points),

@@ -17,7 +17,7 @@ from evolvent.model.questions.inertia import Inertia as Inertia
 from evolvent.model.questions.laws import DRIVE as DRIVE, EVENT as EVENT, Law as Law, calls_law as calls_law
 from evolvent.model.questions.node_events import Equations as Equations, NodeEvents as NodeEvents
 from evolvent.model.questions.notes import Notes as Notes
-from evolvent.model.questions.parts import Parts as Parts, TouchPoint as TouchPoint
+from evolvent.model.questions.parts import Parts as Parts, TouchFace as TouchFace, TouchPoint as TouchPoint
 from evolvent.model.questions.rows import CONSTRAINT as CONSTRAINT, Rows as Rows
 from evolvent.model.questions.samples import (
     BETWEEN as BETWEEN,

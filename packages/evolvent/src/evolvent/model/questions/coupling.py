@@ -21,6 +21,7 @@ class Coupling:
         of an implicit method; None where all ends of a record are
     touches : function of the model to groups of ends that are coupled by what touches at present
     layered : mask of the records by which that changes in a run
+    always : whether the matrix follows that under all implicit methods, else under energy-momentum alone
     at_times : whether its records act at times, which `equations.implicit.is_isolated` asks of their field `outside`, 1
         where an end is no free body. Records of other families count as acting at all times
     ties : compiled: whether a record that acts at times now ties the system to what is not part of it, or acts from
@@ -32,5 +33,6 @@ class Coupling:
     couples: Callable[[Any, Records], Iterator[Iterable[End]]] | None = None
     touches: Callable[[Any], Iterator[Iterable[End]]] | None = None
     layered: Callable[[Array], Array] | None = None
+    always: bool = False
     at_times: bool = False
     ties: Call = None

@@ -27,6 +27,24 @@ class TouchPoint(NamedTuple):
     spacing: float = 0.0
 
 
+class TouchFace(NamedTuple):
+    """A face of a part between four bodies, in their order round it, that nodes touch.
+
+    Attributes
+    ----------
+    bodies : (4,) int
+    along : (8, 3) float, m, two vectors of each body to the next one, and to that beside it, along the surface; axes of
+        the body
+    radius : float, m, half the thickness
+    rest : (4, 3) float, m, positions of the bodies without stress
+    """
+
+    bodies: Array
+    along: Array
+    radius: float
+    rest: Array
+
+
 @dataclasses.dataclass(frozen=True)
 class Parts:
     """Parts that write a family's records, asked by assembly and its variants.
@@ -44,6 +62,8 @@ class Parts:
         of the part that is there at the start; None where positions on a part are those in its axes, or there are none
     touches : function of the builder and the name of a part to the points (`TouchPoint`) by which it touches surfaces,
         in their order from where it is held; None where it has none that are points of bodies
+    faces : function of the builder and the name of a part to the faces (`TouchFace`) that nodes touch; None where it
+        has none
     heat : function of the builder, the name of a part and a thermal load on it; writes the constants of its elements
         among the parameters, and returns the fields of a record of `thermal_loads` that are its own; None where no
         thermal load acts
@@ -69,6 +89,7 @@ class Parts:
     place: Callable[[Any, Any], Any] | None = None
     near: Callable[[Any, Any, Any], Any] | None = None
     touches: Callable[[Any, str], Iterable[TouchPoint]] | None = None
+    faces: Callable[[Any, str], Iterable[TouchFace]] | None = None
     heat: Callable[[Any, str, Any], dict[str, int]] | None = None
     check: Callable[[Any], None] | None = None
     unmet: Callable[[str, float, float, float, bool], str] | None = None

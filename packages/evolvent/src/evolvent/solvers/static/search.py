@@ -54,6 +54,7 @@ class StaticSearch:
 
     def _balance(self, factor: float, share: float = 1.0) -> int:
         w = self.work
+        w.couple()
         return int(
             eq.balance(w.time, w.step, factor, share, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, w.balance)
         )
@@ -111,6 +112,7 @@ class StaticSearch:
         ratio = np.abs(b.r[: w.n_v]) / (m * b.weight)
         shift, goal = max(float(ratio.max()) / 0.05, 1e-12), 1e-3
         for _ in range(4):
+            w.couple()
             found = eq.relax(w.time, w.step, factor, shift, goal, MOST_SLIDES, w.model, w.matrix, b)
             if found < 0:
                 return False
@@ -334,6 +336,7 @@ class StaticSearch:
                 self._fail(self.reached, f"{self.most} steps along the arc were not enough")
                 return
             state, factor = self._state(), self.reached
+            w.couple()
             found = eq.follow(w.time, w.step, length, self.tolerance, MOST_ITERATIONS, w.model, w.matrix, b)
             sharp = found >= 0 and length > 1e2 * shortest and self._cosine(state[2]) < 0.5
             if found < 0 or sharp:

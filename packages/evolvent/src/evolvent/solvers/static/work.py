@@ -182,6 +182,18 @@ class Work:
         for name, settle in asked("statics.settle").items():
             if getattr(model, name).size:
                 settle(model, b.y)
+        self.couple(first=True)
+
+    def couple(self, *, first: bool = False) -> None:
+        """Order the tangent again where contacts have come to touch whose ends it does not couple (`Coupling.always`).
+
+        first : whether it has not been filled yet
+        """
+        layered = asked("coupling.layered")
+        changes = any(families()[name].coupling.always and np.any(mask(getattr(self.model, name)))
+                      for name, mask in layered.items())  # fmt: skip
+        if changes and (first or self.matrix.counts[INNER] > 0):
+            self.matrix = matrix_of(self.model, spare=spare_of(self.model), layers=True)
 
     def _check_rest(self) -> None:
         """Refuse what does not stay at rest."""

@@ -52,8 +52,9 @@ class ImplicitRun(run.MotionRun):
         super().__init__(of)
         self.matrix = of.matrix
         self.midpoint, self.inner, self.is_stopped = bool(of.options.midpoint), 0, False
-        self.has_layers = self.midpoint and any(
-            np.any(mask(getattr(self.model, name))) for name, mask in asked("coupling.layered").items()
+        self.has_layers = any(
+            np.any(mask(getattr(self.model, name))) and (self.midpoint or table()[name].coupling.always)
+            for name, mask in asked("coupling.layered").items()
         )
         self.ranks, self.captures = redundancy.Ranks(of.assembly), Captures()
         began = clock.perf_counter()
