@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from typing import Any
 
@@ -13,12 +12,13 @@ from book import Book
 from evolvent import System, cases, parts
 from evolvent.elements import Lenticular
 from evolvent.solvers.modal.modes import modes
+from shells.test_shell_kernels import energy
 
 Array = np.ndarray
 CASE, CHAPTER = "rib-lenticular-shell", "Statics of shells"
 WALLS = ("outer wall", "inner wall")
-#: Of the case: length, radius and angle of the arcs, radius of the coil, pressure of the belt; SI.
-L, R, A, C, P = 0.6, 0.1, 0.6, 0.15008, 4000.0
+#: Of the case: length, radius and angle of the arcs, radius of the coil, thickness of a wall, pressure of the belt; SI.
+L, R, A, C, T, P = 0.6, 0.1, 0.6, 0.15016, 1.6e-4, 8000.0
 WIDTH, TURN = R * A, L / C
 
 
@@ -38,47 +38,47 @@ def wall() -> Any:
     return cases.load(CASE).parts["outer wall"].wall()
 
 
-@functools.cache
-def held() -> Any:
-    """Until shortly before the belt opens."""
-    return run_of((18, 4), simulate__until=0.012, simulate__step=1e-3, simulate__every=1e-3)
-
-
 def test_energy_of_flattening_and_winding(book: Book) -> None:
-    """At the start: bent by 1/C along and by 1/R across, in equal sense of the outer wall, in opposite of the inner."""
-    D, along, across = wall().stiffness[3:6, 3:6], 1.0 / C, 1.0 / R
-    own, turned = 0.5 * (D[0, 0] * along**2 + D[1, 1] * across**2), D[0, 1] * along * across
-    for name, wanted, sense in zip(WALLS, (own - turned, own + turned), ("equal", "opposite"), strict=True):
-        found = float(held()[name]["energy_elastic"][0])
+    """At the start: bent along the outer wall in equal sense, the inner in opposite, and strained by their distance."""
+    own, off = wall().stiffness, 4.0 * np.linspace(0.0, 1.0, 5) * np.linspace(1.0, 0.0, 5)
+    D, along, across = own[3:6, 3:6], 1.0 / C, 1.0 / R - 4.0 * T / WIDTH**2
+    bent, turned = 0.5 * (D[0, 0] * along**2 + D[1, 1] * across**2), D[0, 1] * along * across
+    squares = float(np.mean(off[1:] ** 2 + off[1:] * off[:-1] + off[:-1] ** 2)) / 3.0  # of strains, T/2C in the middle
+    strained = 0.5 * own[0, 0] * (0.5 * T / C) ** 2 * squares
+    for name, turn, sense in zip(WALLS, (-turned, turned), ("equal", "opposite"), strict=True):
+        system = System()
+        system.add(cases.load(CASE).parts[name], "wall")
+        assembly = system.assemble()
         book(
-            CHAPTER, f"Wall of a lens, flattened and wound in {sense} sense (18 x 4): energy",
-            reference="D11, D22 and D12 of the laminate", source="closed form",
-            error=abs(found / (wanted * L * WIDTH) - 1.0), allowed=5e-3,
+            CHAPTER, f"Wall of a lens, flattened and wound in {sense} sense (30 x 4): energy",
+            reference="bending and membrane stiffness of the laminate", source="closed form",
+            error=abs(energy(assembly, assembly.y) / ((bent + turn + strained) * L * WIDTH) - 1.0), allowed=0.01,
         )  # fmt: skip
 
 
 def test_forces_while_held(book: Book) -> None:
-    """The hub carries the belt's pressure but on the root's nodes; its mount the resultant over the wrapped arc."""
-    run, area = held(), 2.0 * L * WIDTH
-    pressed = float(run["coil"]["normal_force"][-1])
+    """The hub carries the belt's pressure but on the root's nodes; its mount has the resultant over the arc."""
+    run = run_of((10, 4), simulate__until=6e-3, simulate__step=1e-3, simulate__every=1e-3)
+    pressed, arc = float(run["coil"]["normal_force"][-1]), np.array([1.0 - math.cos(TURN), -math.sin(TURN), 0.0])
     book(
-        "Contact", "Rib held flat on a hub by a belt (18 x 4): force on the hub", reference="pressure times area",
-        source="closed form", error=abs(pressed / (P * area * 35.0 / 36.0) - 1.0), allowed=0.02,
+        "Contact", "Lens held flat on a hub by a belt (10 x 4): force on the hub", reference="pressure times area",
+        source="closed form", error=abs(pressed / (P * L * WIDTH * 19.0 / 20.0) - 1.0), allowed=0.05,
     )  # fmt: skip
-    arc = np.array([1.0 - math.cos(TURN), -math.sin(TURN), 0.0])
-    force = run["mount"]["force"].values[-1]
-    assert np.abs(force - 2.0 * P * WIDTH * C * arc).max() < 0.02 * np.linalg.norm(force)
+    force, wanted = run["mount"]["force"].values[-1], P * WIDTH * C * arc
+    book(
+        "Contact", "Lens held flat on a hub by a belt (10 x 4): force on the hub's mount",
+        reference="resultant over the arc", source="closed form",
+        error=float(np.abs(force - wanted).max() / np.linalg.norm(wanted)), allowed=0.05,
+    )  # fmt: skip
 
 
-def test_release_keeps_energy_and_momentum() -> None:
-    """Steps that damp nothing: energy to round-off; angular momentum is what the hub's mount gives."""
-    damping = {f"parts__{name}__stiffness_damping": 0.0 for name in WALLS}
-    belts = {f"parts__{name} belt__until": "0.5 ms" for name in ("outer", "inner")}
-    times = {"simulate__until": 6e-3, "simulate__step": 5e-4, "simulate__every": 5e-4, "simulate__spectral_radius": 1}
-    run = run_of((12, 2), **damping, **belts, **times)
+def test_release_keeps_energy() -> None:
+    """Steps without numerical damping: what the walls dissipate closes the balance to round-off."""
+    times = {"simulate__until": 3e-3, "simulate__step": 5e-4, "simulate__every": 5e-4, "simulate__spectral_radius": 1}
+    run = run_of((8, 2), parts__belt__until="0.5 ms", **times)
     moved = float(run["energy_moved"][-1])
     assert moved > 1e-3
-    assert np.abs(run["energy_defect"]).max() < 1e-8 * moved
+    assert np.abs(run["energy_defect"]).max() < 1e-7 * moved
 
 
 def lens(elements: tuple[int, int]) -> System:
