@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
+import pytest
 
 import evolvent as ev
 from book import Book
@@ -56,6 +57,7 @@ def test_energy_of_flattening_and_winding(book: Book) -> None:
         )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_forces_while_held(book: Book) -> None:
     """The hub carries the belt's pressure but on the root's nodes; its mount has the resultant over the arc."""
     run = run_of((10, 4), simulate__until=6e-3, simulate__step=1e-3, simulate__every=1e-3)

@@ -32,7 +32,7 @@ SHORT = {
     "heliogyro-strip-payout": 5.0,
     "plate-swing": 0.1,
     "rib-held-ten-years": 1.0,
-    "rib-lenticular-shell": 0.01,
+    "rib-lenticular-shell": 0.001,
     "rib-reflector": 0.5,
     "solar-array-flexible": 2.0,
     "tape-drum": 0.1,
