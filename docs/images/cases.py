@@ -57,6 +57,7 @@ FRAMES = {
     "orbit-tether": Frame(0.9),
     "plate-swing": Frame(0.59),
     "rib-held-ten-years": Frame(0.1),
+    "rib-lenticular-shell": Frame(0.2),
     "rib-reflector": Frame(0.12),
     "solar-array": Frame(0.12),
     "solar-array-flexible": Frame(0.12),

@@ -77,6 +77,20 @@ def test_hinge_along_an_edge(body: str | None) -> None:
     assert np.abs(x[:3] - shell.mesh().x[:3]).max() < 1e-9
 
 
+def test_corners_on_one_body_are_joined_once() -> None:
+    """Two walls that are clamped to a body at one edge and joined along another: no constraint repeats others."""
+    system = System()
+    system.add(parts.RigidBody(mass=1.0, inertia=(1.0, 1.0, 1.0), position=(-0.1, 0.0, 0.0)), "hub")
+    for name in ("one", "two"):
+        system.add(panel(0.5, 2), name)
+        system.add(parts.Seam(a=f"{name}.x0", b="hub", type="clamp"), f"root {name}")
+    system.add(parts.Seam(a="one.y0", b="two.y0"), "seam")
+    assembly = system.assemble()
+    assert assembly.model.constraints.size == 2 * 3 * 6 + 2 * 5
+    assert "seam 0" not in assembly.parts
+    assert "seam 1" in assembly.parts
+
+
 def test_edge_on_a_body() -> None:
     """A free body on the edge of a cantilever, with a torque: M L^2/(2 D B) and M L/(D B)."""
     system, M = System(), 1e-3

@@ -53,6 +53,26 @@ def test_rolled_start() -> None:
             assert placed(system) == pytest.approx(nodes.reshape(-1, 3), abs=1e-9)
 
 
+def test_start_by_a_formula() -> None:
+    """The positions and exact normals of the formula, in the axes of the shell at its place, with shared constants."""
+    place: Any = {"position": (1.0, 2.0, 3.0), "direction": (0, 1, 0), "normal": (0, 0, 1), "elements": (8, 2)}
+    wall: Any = {"thickness": H, "material": material(E), "constants": {"k": 2.0}}
+    k, s = 2.0, np.linspace(0.0, 0.8, 9)[:, None]
+    y = np.broadcast_to(np.linspace(0.0, 0.3, 3), (9, 3))
+    arc = np.stack([1.0 - y, 2.0 + np.sin(k * s) / k + 0.0 * y, 3.0 + (np.cos(k * s) - 1.0) / k + 0.0 * y], axis=-1)
+    normals = np.stack([0.0 * y, np.sin(k * s) + 0.0 * y, np.cos(k * s) + 0.0 * y], axis=-1)
+    rolled = ("sin(0.8*k*u)/k", "0.3*v", "(cos(0.8*k*u) - 1)/k")
+    by_formula = parts.Shell(size=(0.8, 0.3), start_formula=rolled, **place, **wall)
+    del wall["constants"]
+    by_arrays: Any = parts.Shell(size=(0.8, 0.3), start=arc, start_normals=normals, **place, **wall)
+    for found, wanted in zip(by_formula.start_nodes(), by_arrays.start_nodes(), strict=True):
+        assert found == pytest.approx(wanted, abs=1e-9)
+    with pytest.raises(InputError, match=r"shell.constants has 'b', which shell.start_formula, .* does not use"):
+        by_formula.model_copy(update={"constants": {"k": 2.0, "b": 1.0}}).start_nodes()
+    with pytest.raises(InputError, match="start_formula"):
+        by_arrays.model_copy(update={"start_formula": rolled}).mesh()
+
+
 def test_refusal() -> None:
     """The shape of the array in one sentence."""
     with pytest.raises(InputError, match=r"shell.start has the shape \(5, 3\); it must have the vectors of all 65"):

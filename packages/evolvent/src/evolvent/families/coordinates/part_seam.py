@@ -24,8 +24,9 @@ class Seam(Part):
     """A joint along an edge of a surface: a clamp, or a hinge along the edge, such as a fold with its own stiffness.
 
     Each node of the edge has a `Joint` of its own, with results under "seam 0", "seam 1" and so on, and with a
-    `JointSpring` "seam spring 0" and so on where the seam has a stiffness, damping or latch. The seam's own results are
-    their sums: force and moment on `b`, the angle of `b` as seen from `a`, and the torque of the springs.
+    `JointSpring` "seam spring 0" and so on where the seam has a stiffness, damping or latch. Two nodes that stand
+    still, or that seams before this one clamp to the same body, have none. The seam's own results are their sums: force
+    and moment on `b`, the angle of `b` as seen from `a`, and the torque of the springs.
 
     Parameters
     ----------
@@ -81,10 +82,13 @@ class Seam(Part):
         others = None if self.b == "ground" else self._others(builder, name, nodes)
         own, written = split_reference(self.a)[0], 0
         sprung = bool(self.stiffness or self.damping or self.latch is not None)
+        carried = self._carried(builder, name) if others is not None else {}
         for k, (node, share, tangent) in enumerate(zip(nodes.nodes, nodes.shares, nodes.tangents, strict=True)):
             point = f"{own}[{node}]"
             end: Any = tuple(builder.location(point).x.tolist()) if others is None else others[k]
             if self._stands(builder, point) and self._stands(builder, end):
+                continue
+            if point in carried and carried[point] == carried.get(end):
                 continue
             taken = next((one for one in (f"{name} {k}", f"{name} spring {k}") if one in builder.specs), None)
             if taken is not None:
@@ -137,6 +141,17 @@ class Seam(Part):
                 )
             taken.append(f"{other}[{found.nodes[k]}]")
         return taken
+
+    @staticmethod
+    def _carried(builder: Builder, name: str) -> dict[str, str]:
+        """Nodes that seams before this one clamp to bodies, and these: joints of two on one body are redundant."""
+        found: dict[str, str] = {}
+        for other, seam in builder.specs.items():
+            if other != name and isinstance(seam, Seam) and seam.type == "clamp":
+                nodes, (body, on) = seam._nodes(builder, other, "a"), split_reference(seam.b)
+                if nodes is not None and on is None and builder.names.get(body, ("", -1))[0] == "bodies":
+                    found |= {f"{split_reference(seam.a)[0]}[{node}]": body for node in nodes.nodes}
+        return found
 
     @staticmethod
     def _stands(builder: Builder, where: Any) -> bool:

@@ -32,7 +32,7 @@ from evolvent.families.shells.part_mesh import (
 from evolvent.kernels import rigid
 from evolvent.parts.applies import Applies, given, left_out, refuse_unfit
 from evolvent.parts.base import Arrays, Group, Part, Spread, unit
-from evolvent.parts.expression import Constants, SurfaceExpressions
+from evolvent.parts.expression import Constants, SurfaceExpressions, refuse_unused
 from evolvent_base import units
 from evolvent_base.errors import InputError
 from evolvent_base.file_keys import FileKey, digest
@@ -69,11 +69,13 @@ class Shell(Part):
     start_normals : (n1 + 1, n2 + 1, 3) or (n, 3) float, optional
         Normals at `start`; if left out, those of paraboloids through neighbouring nodes, whose errors at edges stress
         thin shells there.
+    start_formula : list of three expressions, optional
+        In place of `start` and `start_normals`: the shape at the start by x, y and z of u and v, as `formula`.
     formula : list of three expressions, optional
         x, y and z, m, of the parameters u along side 1 and v along side 2, both from 0 to 1, such as ["2*u", "v",
         "0.1*u**2"], in place of `size`: a smooth surface in the axes of `direction` and `normal` at `position`.
     constants : mapping of names to float
-        Of the expressions.
+        Of the expressions of `formula` and `start_formula`.
     file : str, optional
         Mesh of quadrilaterals, in place of `size` and `elements`: a file of Gmsh (.msh) or Nastran (.bdf, .nas, .fem),
         for which the package meshio must be installed. Physical groups of curves and points are sets of nodes by their
@@ -132,7 +134,9 @@ class Shell(Part):
         "normals": (given("nodes"),),
         "start_normals": (given("start"),),
         "formula": (left_out("file"),),
-        "constants": (given("formula"),),
+        "start": (left_out("start_formula"),),
+        "start_formula": (left_out("start", "nodes", "file"),),
+        "constants": (given("formula", "start_formula"),),
         "length_unit": (given("file"),),
         "elements": (left_out("file"),),
         "position": (left_out("nodes"),),
@@ -146,6 +150,7 @@ class Shell(Part):
     normals: ShellNodes | None = None
     start: StartNodes | None = None
     start_normals: StartNodes | None = None
+    start_formula: SurfaceExpressions | None = None
     formula: SurfaceExpressions | None = None
     constants: Constants | None = None
     file: Annotated[str, FileKey(endings=tuple(FORMATS))] | None = None
@@ -228,7 +233,8 @@ class Shell(Part):
             return of_nodes(name, x, normals, along)
         place, axes = np.array(self.position), self._axes(name)
         if self.formula is not None:
-            return of_formula(name, self.formula, self.constants, self.elements, place, axes)
+            self._check_constants(name)
+            return of_formula(f"{name}.formula", self.formula, self.constants, self.elements, place, axes)
         if self.size is None:
             raise InputError(f"{name}.size is missing; give it, or {name}.nodes, {name}.formula or {name}.file")
         if min(self.size) <= 0.0:
@@ -351,6 +357,8 @@ class Shell(Part):
     def start_nodes(self, name: str = "shell") -> tuple[Array, Array]:
         """Positions (n, 3), m, and axes (n, 3, 3), in columns, of the nodes at the start."""
         mesh = self.mesh(name)
+        if self.start_formula is not None:
+            return self._shaped(name, mesh)
         if self.start is None:
             return mesh.x, mesh.R
         x, normals = self._of_nodes(name, "start", len(mesh.x)), None
@@ -358,6 +366,23 @@ class Shell(Part):
             normals = self._unit_vectors(name, "start_normals", self._of_nodes(name, "start_normals", len(x)))
         slopes = stiffness.drilling(mesh.x[mesh.quads], mesh.R[mesh.quads])[0]
         return x, mesh.moved(f"{name}.start", x, normals, slopes)
+
+    def _shaped(self, name: str, mesh: Mesh) -> tuple[Array, Array]:
+        """Positions and axes of the nodes at the start by `start_formula`."""
+        assert self.start_formula is not None
+        assert self.elements is not None
+        if self.formula is None:  # else the constants were checked with the mesh
+            self._check_constants(name)
+        axes, place = self._axes(name), np.array(self.position)
+        found = of_formula(f"{name}.start_formula", self.start_formula, self.constants, self.elements, place, axes)
+        slopes = stiffness.drilling(mesh.x[mesh.quads], mesh.R[mesh.quads])[0]
+        return found.x, mesh.moved(f"{name}.start_formula", found.x, found.R[..., 2], slopes)
+
+    def _check_constants(self, name: str) -> None:
+        """Refuse constants that neither expression uses."""
+        keys = [key for key in ("formula", "start_formula") if getattr(self, key) is not None]
+        texts = [text for key in keys for text in getattr(self, key)]
+        refuse_unused(f"{name}.constants", self.constants, " or ".join(f"{name}.{key}" for key in keys), texts)
 
     def _write_nodes(self, builder: Builder, name: str, x: Array, R: Array, areas: Array, wall: WallProperties) -> int:
         """Write the nodes as bodies, free but at edges that are clamped; returns the first one's index."""

@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.assembly import expressions
 from evolvent.kernels.expression import evaluate
 from evolvent.parts.base import unit
-from evolvent.parts.expression import VARIABLES, refuse_unused
+from evolvent.parts.expression import VARIABLES
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
@@ -139,16 +139,19 @@ def of_formula(name: str, texts: Sequence[str], constants: Mapping[str, float] |
                place: Array, axes: Array) -> Mesh:  # fmt: skip
     """The surface of three expressions, m, of u and v from 0 to 1, in given axes at a given place.
 
+    Parameters
+    ----------
+    name : str, of the key, for messages
+
     Raises
     ------
     InputError
         If an expression is not finite, or the surface has no normal somewhere.
     """
     programs = [
-        np.array(expressions.compile_expression(text, VARIABLES["surface"], constants, name=f"{name}.formula").code)
+        np.array(expressions.compile_expression(text, VARIABLES["surface"], constants, name=name).code)
         for text in texts
     ]
-    refuse_unused(f"{name}.constants", constants, f"{name}.formula", texts)
     u, v = (np.linspace(0.0, 1.0, n + 1) for n in elements)
 
     def at(one: float, two: float) -> Array:
@@ -167,7 +170,7 @@ def of_formula(name: str, texts: Sequence[str], constants: Mapping[str, float] |
     if wrong.any():
         i, j = np.argwhere(wrong)[0]
         raise InputError(
-            f"{name}.formula has no finite value or no normal at u = {u[i]:g}, v = {v[j]:g}; it must be a smooth "
+            f"{name} has no finite value or no normal at u = {u[i]:g}, v = {v[j]:g}; it must be a smooth "
             f"surface also a little beyond u and v from 0 to 1"
         )
     x, normals, one = place + x @ axes.T, (normals / sizes) @ axes.T, one @ axes.T
