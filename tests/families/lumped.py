@@ -62,6 +62,31 @@ def spinning_body() -> Case:
     )  # fmt: skip
 
 
+@of("a net")
+def net() -> Case:
+    """A node between three cords with the force density q falls across them by (1 - cos) of sqrt(3 q/m)."""
+    q, m, g = 10.0, 0.1, 0.01
+
+    def system() -> System:
+        found = System(gravity=(0.0, 0.0, -g))
+        flat = {"formula": {"expression": "0*x", "diameter": 2.0}}
+        topology = {"rings": {"rings": 1, "gores": 3}}
+        found.add(
+            parts.Net(surface=flat, topology=topology, force_density=q, stiffness=200.0, node_mass=m), "net"
+        )  # fmt: skip
+        return found
+
+    def seen(assembly: Assembly, y: Array) -> Array:
+        at_node = int(assembly.model.points["iq"][assembly.model.nets["first_point"][0]])
+        return y[..., at_node + 2 : at_node + 3]
+
+    w, sag = math.sqrt(3.0 * q / m), m * g / (3.0 * q)
+    return Case(
+        part="net", system=system, seen=seen, end=0.5, step=2e-3, theory=1e-5,
+        motion=lambda t: columns(-sag * (1.0 - np.cos(w * t))), still=(-sag,), poles=(1j * w,),
+    )  # fmt: skip
+
+
 BODY_MASS, BODY_INERTIA, BODY_STIFFNESS, INNER, OUTER, TURNED = 2.0, (0.2, 0.25, 0.3), 10.0, 0.5, 1.0, 0.8
 
 

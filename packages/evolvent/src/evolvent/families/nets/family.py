@@ -6,7 +6,7 @@ from typing import Any
 
 from evolvent.kernels import markers
 from evolvent.model.family import Family, Kind, record
-from evolvent.model.questions import AdjointSupport, Parts, Statics, never
+from evolvent.model.questions import AdjointSupport, Parts, State, Statics, never
 from evolvent.model.shares import Shares
 from evolvent_base.errors import InputError
 
@@ -35,10 +35,10 @@ def _place(builder: Any, at: Any) -> Any:
 
 
 # nodes: markers from first_marker on, of which some are points of its own, from first_point on; cords: springs from
-# first_spring on, those of the net, of its rear net, and ties
+# first_spring on, those of the net, of its rear net, and ties; size: m, diameter of the aperture
 NETS = Family(
     "nets",
-    record("first_marker nodes first_point points first_spring cords"),
+    record("first_marker nodes first_point points first_spring cords", "size"),
     order=371,
     kinds=(Kind("a net", symmetric=True),),
     isolated=True,
@@ -48,5 +48,6 @@ NETS = Family(
     of_step=False,
     adjoint=AdjointSupport("its nodes are points, and its cords springs", timed=False),
     parts=Parts(reads_inertia=False, place=_place, contains=_parts),
+    state=State(extents=lambda found: found["size"]),
     statics=Statics(uneven=never),
 )

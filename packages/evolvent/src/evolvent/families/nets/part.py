@@ -348,6 +348,7 @@ class Net(Part):
         index = builder.add(
             "nets", first_marker=first_marker, nodes=n, first_point=first_point,
             points=len(builder.rows["points"]) - first_point, first_spring=first_spring, cords=len(found.cords),
+            size=self.surface.diameter,
         )  # fmt: skip
         builder.names[name] = ("nets", index)
 
