@@ -83,6 +83,29 @@ def test_slit_annular_plate(book: Book) -> None:
         )  # fmt: skip
 
 
+@pytest.mark.parametrize("layer", [False, True])
+def test_torsion_of_a_strip(layer: bool, book: Book) -> None:
+    """Torsional stiffness beside G b h^3/3: not softer with one square element across, and with elements as small as
+    the layer at free edges, in which twisting moments fall to zero, that of Reissner's plate. The rate of twist is
+    that of the middle third."""
+    h, length, n1 = (0.1, 3.0, 6) if layer else (0.01, 12.0, 12)
+    half = 0.5 * np.array([0.0, 0.04, 0.13, 0.38, 1.0])
+    y = np.append(half, 1.0 - half[-2::-1]) - 0.5 if layer else np.array([-0.5, 0.5])
+    nodes: Any = np.stack(np.broadcast_arrays(np.linspace(0.0, length, n1 + 1)[:, None], y, 0.0), axis=-1)
+    n2 = len(y) - 1
+    shell = parts.Shell(nodes=nodes, elements=(n1, n2), thickness=h, material=material(1e6), clamped=("x0",))
+    stiffness, torque = 0.5e6 * h**3 / 3.0, 1e-6 if h == 0.01 else 1e-3
+    z = placed(loaded(shell, "x1", torque=(torque, 0.0, 0.0)))[:, 2].reshape(n1 + 1, n2 + 1)
+    twist = (z[2 * n1 // 3] - z[n1 // 3])[[0, -1]] @ [-1.0, 1.0] / (length / 3.0)
+    wide = 0.5 * np.sqrt(10.0) / h
+    book(
+        CHAPTER, f"Torsion of a strip ({'free edges resolved' if layer else 'one element across'})",
+        reference="1 - tanh(k)/k, k = sqrt(2.5) b/h" if layer else "G b h^3/3", source="closed form",
+        error=abs(torque / twist / stiffness / (1.0 - np.tanh(wide) / wide if layer else 1.0) - 1.0),
+        allowed=4e-3 if layer else 2e-3,
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize("grading", [0.0, 0.8])
 def test_pulled_cylinder(grading: float, book: Book) -> None:
     """An open cylinder pulled apart at two points snaps; an eighth of it. Beside the force it folds: on a uniform mesh
