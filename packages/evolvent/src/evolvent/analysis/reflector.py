@@ -12,6 +12,7 @@ from evolvent.analysis import trees
 from evolvent.assembly.assembled import Assembly
 from evolvent.families.nets.cords import NetCords
 from evolvent.families.nets.part import Anchors, RearNet
+from evolvent.families.nets.unfold import unfolded_state
 from evolvent.nets.error import POINTS, WEIGHTS, SurfaceError, slant, surface_error
 from evolvent.nets.topology import Topology
 from evolvent.results.observe.view import View
@@ -57,7 +58,9 @@ class NetInSystem:
     """
 
     def __init__(self, assembly: Assembly, name: str) -> None:
-        self.assembly = dataclasses.replace(assembly, model=assembly.model.copy())
+        self.assembly = dataclasses.replace(
+            assembly, model=assembly.model.copy(), y=unfolded_state(assembly, name)
+        )
         self.name, self.net = name, assembly.parts[name]
         self.topology: Topology = self.net.layout(name)
         self.own = NetCords(self.assembly, name)
@@ -111,8 +114,6 @@ class NetInSystem:
         equilibrium has the form on the rim that bends under it; what ties need to keep the heights is iterated.
         """
         net, n = self.net, len(self.topology.plan)
-        if net.cut is not None:
-            return self.equilibrium(tolerance=tolerance)
         size, y, before = net.surface.diameter, self.assembly.y.copy(), np.zeros((0, 3))
         places = self.state(trees.at_start(self.assembly, "static")).x
         for _ in range(_FORMS):
@@ -124,6 +125,8 @@ class NetInSystem:
             for k in np.flatnonzero(self.iq >= 0):
                 y[self.iq[k] : self.iq[k] + 3] = net.in_place(whole.x[k])
             moved = np.inf if before.shape != whole.x.shape else float(np.abs(whole.x - before).max())
+            if net.cut is not None:
+                return self.equilibrium(y, tolerance)
             if moved <= _MOVED * size:
                 self.cut(net.natural_lengths(whole))
                 return self.equilibrium(y, tolerance)
