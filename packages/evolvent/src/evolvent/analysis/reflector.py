@@ -12,7 +12,7 @@ from evolvent.analysis import trees
 from evolvent.assembly.assembled import Assembly
 from evolvent.families.nets.cords import NetCords
 from evolvent.families.nets.part import Anchors, RearNet
-from evolvent.families.nets.unfold import unfolded_state
+from evolvent.families.nets.unfold import unfolded_start
 from evolvent.nets.error import POINTS, WEIGHTS, SurfaceError, slant, surface_error
 from evolvent.nets.topology import Topology
 from evolvent.results.observe.view import View
@@ -58,9 +58,7 @@ class NetInSystem:
     """
 
     def __init__(self, assembly: Assembly, name: str) -> None:
-        self.assembly = dataclasses.replace(
-            assembly, model=assembly.model.copy(), y=unfolded_state(assembly, name)
-        )
+        self.assembly = unfolded_start(dataclasses.replace(assembly, model=assembly.model.copy()), name)
         self.name, self.net = name, assembly.parts[name]
         self.topology: Topology = self.net.layout(name)
         self.own = NetCords(self.assembly, name)
@@ -204,7 +202,9 @@ class Response:
 
     def moves(self, changes: Array) -> Array:
         """Displacements (n, 3, k) of the nodes of the net, m, in its axes, by changes (m, k) of the lengths, m."""
-        moved = self._P @ self._solve(self._P.T @ (self._B @ changes))
+        forces = self._P.T @ (self._B @ changes)
+        # one right side at a time: SuperLU takes 2.4 ms a side with 100 at once, of 780 unknowns, and 0.06 ms alone
+        moved = self._P @ np.stack([self._solve(one) for one in np.ascontiguousarray(forces.T)], axis=1)
         shaped = moved.reshape(len(self.of.iq), 3, -1)[: len(self.of.topology.plan)]
         return np.asarray(np.einsum("ij,njk->nik", self.of.net.axes.T, shaped))
 

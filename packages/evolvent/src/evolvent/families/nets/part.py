@@ -290,7 +290,9 @@ class Net(Part):
         if isinstance(self.ties, Anchors):
             anchor, n = builder.names[self.ties.to][1], len(found.x)
             low = self.in_place(found.x[n - found.anchors :])
-            held |= {n - found.anchors + k: (anchor, poses[anchor].R.T @ (x - poses[anchor].x)) for k, x in enumerate(low)}
+            held |= {
+                n - found.anchors + k: (anchor, poses[anchor].R.T @ (x - poses[anchor].x)) for k, x in enumerate(low)
+            }
         x = self.in_place(found.x)
         if self.unfold:
             x = self._slack(builder, name, x, found, held, lengths)
@@ -298,10 +300,15 @@ class Net(Part):
 
     def poses(self, builder: Builder, name: str) -> list[Pose]:
         """Poses of the bodies that were written where the net has its form."""
-        springs = [own for one in self.unfold for own in _numbered(one, builder)]
-        return unfolded(builder, f"{name}.unfold", springs)
+        return unfolded(builder, f"{name}.unfold", self.springs(builder))
 
-    def _slack(self, builder: Builder, name: str, x: Array, found: Whole, held: dict[int, Any], lengths: Array) -> Array:
+    def springs(self, builder: Builder) -> list[str]:
+        """Names of the joint springs that unfold."""
+        return [own for one in self.unfold for own in _numbered(one, builder)]
+
+    def _slack(
+        self, builder: Builder, name: str, x: Array, found: Whole, held: dict[int, Any], lengths: Array
+    ) -> Array:
         """Inertial positions (n, 3), m, of the nodes with slack cords, on the rim as it is at the start."""
         x, free = x.copy(), np.setdiff1d(np.arange(len(x)), list(held))
         for k, one in held.items():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
@@ -57,11 +58,11 @@ def unfolded(builder: Builder, key: str, springs: Sequence[str]) -> list[Pose]:
     return poses
 
 
-def unfolded_state(assembly: Assembly, name: str) -> Array:
-    """State (ny,) of an assembly at the start, with the rim of a net unfolded."""
-    net, y = assembly.parts[name], assembly.y.copy()
+def unfolded_start(assembly: Assembly, name: str) -> Assembly:
+    """An assembly that starts with the rim of a net unfolded, and latched where joints have a latch at 0."""
+    net, y, s = assembly.parts[name], assembly.y.copy(), assembly.s.copy()
     if not net.unfold:
-        return y
+        return assembly
     builder = Builder(assembly.model.info.gravity)
     for part, spec in assembly.parts.items():
         if part == name:
@@ -70,7 +71,11 @@ def unfolded_state(assembly: Assembly, name: str) -> Array:
     for row, pose in zip(builder.rows["bodies"], net.poses(builder, name), strict=True):
         if row["motion"] == rigid.FREE:
             y[row["iq"] : row["iq"] + 7] = [*pose.x, *quaternion(pose.R)]
-    return y
+    for spring in net.springs(builder):
+        row = assembly.model.coordinates[builder.names[spring][1]]
+        quarters, latched = int(row["switch"]), int(row["switch"]) + 1
+        s[quarters], s[latched] = 0, int(row["latch"] == 0.0)
+    return dataclasses.replace(assembly, y=y, s=s)
 
 
 def _beyond(builder: Builder, key: str, joint: str, ends: Any) -> list[str]:
