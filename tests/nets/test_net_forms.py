@@ -61,6 +61,22 @@ def test_lattice_on_a_paraboloid(book: Book) -> None:
     np.testing.assert_allclose(ties, tension, rtol=1e-12)
 
 
+def test_form_of_compas_fd(book: Book) -> None:
+    """A net between ribs, with uneven force densities and loads, against stored results of compas_fd."""
+    stored = json.loads((pathlib.Path(__file__).parent / "data" / "compas_fd.json").read_text(encoding="utf-8"))
+    start, cords, rim = np.array(stored["nodes"]), np.array(stored["cords"]), np.array(stored["rim"])
+    edge = np.zeros(len(cords), dtype=bool)
+    topology = Topology(start[:, :2], cords, np.zeros((0, 3), dtype=int), np.sort(rim), edge)
+    density = np.array(stored["density"])
+    x, _ = form.axial_form(topology, start[topology.rim], density, form.Pull(None, 0.3))
+    tension = density * np.linalg.norm(np.diff(x[cords], axis=1)[:, 0], axis=1)
+    off = max(np.abs(x - stored["x"]).max() / 10.0, np.abs(tension / stored["tension"] - 1.0).max())
+    book(
+        CHAPTER, "Net between eight ribs, nodes and tensions", reference="compas_fd 0.5.4", source="another code",
+        error=float(off), allowed=1e-11,
+    )  # fmt: skip
+
+
 def test_facets_on_a_paraboloid(book: Book) -> None:
     """Mean offset l^2/16F and rms about it l^2/(16 sqrt(15) F) of equal triangles."""
     surface, topology, _ = lattice()
