@@ -140,11 +140,15 @@ class NetInSystem:
 
     def error(self, state: State) -> SurfaceError:
         """Error of the surface of the facets."""
+        return self.error_of(state.x)
+
+    def error_of(self, x: Array) -> SurfaceError:
+        """Error of the surface with its nodes at places (n, 3), m, in the axes of the net."""
         if not len(self.topology.facets):
             raise InputError(
                 f"{self.name}.topology has no facets; a file needs the key `facets` for errors of the surface"
             )
-        return surface_error(state.x, self.topology.facets, self.net.surface)
+        return surface_error(x, self.topology.facets, self.net.surface)
 
     # ------------------------------------------------------------------------------------------- sensitivities
 
