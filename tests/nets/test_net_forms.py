@@ -87,7 +87,7 @@ def test_facets_on_a_paraboloid(book: Book) -> None:
         CHAPTER, "Facets with corners on a paraboloid, mean and rms", reference="l^2/16F, l^2/(16 sqrt(15) F)",
         source="closed form", error=max(abs(found.mean * 16.0 * FOCAL / SIDE**2 - 1.0), abs(about - 1.0)), allowed=1e-6,
     )  # fmt: skip
-    assert found.nodes < 1e-15
+    assert found.at_nodes < 1e-15
     assert found.facets == pytest.approx(found.mean, rel=1e-9)
 
 
@@ -126,7 +126,7 @@ def test_cut_lengths(ties: dict[str, Any]) -> None:
     """A net of elastic cords, cut for its form, is in equilibrium where the force densities have it."""
     found = system(net_of(ties=ties)).reflector()
     n = len(found.topology.plan)
-    assert found.error.nodes < 1e-11
+    assert found.error.at_nodes < 1e-11
     np.testing.assert_allclose(
         found.tension[: len(found.topology.cords)], 10.0 * found.length[: len(found.topology.cords)], rtol=1e-9
     )

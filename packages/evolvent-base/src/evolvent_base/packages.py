@@ -34,7 +34,7 @@ OFFERS = {
     "evolvent": Offer(
         (
             "calibrate", "clearance", "design", "disperse", "equilibrium", "export", "info", "list", "margin", "modes",
-            "parts", "plot", "report", "run", "schema", "sensitivity", "show", "storage", "sweep",
+            "parts", "plot", "reflector", "report", "run", "schema", "sensitivity", "show", "storage", "sweep",
         ),
         ("structure",),
     ),

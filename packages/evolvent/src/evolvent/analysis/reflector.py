@@ -10,12 +10,11 @@ import scipy.sparse.linalg
 
 from evolvent.analysis import trees
 from evolvent.assembly.assembled import Assembly
-from evolvent.families.nets.cords import NetCords
 from evolvent.families.nets.part import Anchors, RearNet
-from evolvent.families.nets.unfold import unfolded_start
+from evolvent.families.nets.part_cords import NetCords
+from evolvent.families.nets.part_unfold import unfolded_start
 from evolvent.nets.error import POINTS, WEIGHTS, SurfaceError, slant, surface_error
 from evolvent.nets.topology import Topology
-from evolvent.results.observe.view import View
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.static.static import solve_static
 from evolvent.solvers.static.work import Work
@@ -91,7 +90,7 @@ class NetInSystem:
 
     def state(self, solution: Solution) -> State:
         """The net in a solution with one sample."""
-        held = self.own.held(View(solution, joints=False))
+        held = self.own.held(solution)
         x = self.net.seen(held.x)
         length = np.linalg.norm(x[self.cords[:, 1]] - x[self.cords[:, 0]], axis=1)
         springs = self.own.records

@@ -15,8 +15,8 @@ from scipy.stats import binom
 from evolvent.analysis.reflector import NetInSystem, State, mean_square_slope
 from evolvent.analysis.reflector_keys import ReflectorKeys
 from evolvent.assembly.assembled import Assembly
-from evolvent.families.nets.cords import names
 from evolvent.families.nets.part import RearNet
+from evolvent.families.nets.part_cords import names
 from evolvent.nets.error import POINTS, SurfaceError, quadrature, ruze, slant
 from evolvent.results import made_with
 from evolvent.results.motion import quantity
@@ -244,7 +244,7 @@ class ReflectorResults(Shown):
         error, fit = self.error, self.error.fit
         rows = [["error", "value"]]
         named = {
-            "rms of the nodes, along the axis": error.nodes, "rms of the facets, along the axis": error.axial,
+            "rms of the nodes, along the axis": error.at_nodes, "rms of the facets, along the axis": error.axial,
             "rms of the facets, normal": error.normal, "rms of half the path": error.half_path,
             "mean along the axis": error.mean, "rms of half the path about the best fit": fit.rms,
         }  # fmt: skip
@@ -371,9 +371,9 @@ class ReflectorResults(Shown):
         """All numbers, as the JSON file has them; the key `lengths` is what `cut` of the net reads."""
         error = self.error
         found: dict[str, Any] = {
-            "net": self.name, "units": {"lengths": "m", "tensions": "N"}, "nodes": self.x, "cords": self._of.cords,
+            "net": self.name, "units": {"lengths": "m", "tensions": "N"}, "positions": self.x, "cords": self._of.cords,
             "lengths": self.cut_lengths, "tensions": self.tension, "sensitivities": self.sensitivity,
-            "error": {key: getattr(error, key) for key in ("area", "axial", "normal", "half_path", "mean", "nodes")},
+            "error": {key: getattr(error, key) for key in ("area", "axial", "normal", "half_path", "mean", "at_nodes")},
             "best_fit": error.fit._asdict(), "tolerance": dataclasses.asdict(self.tolerance),
         }  # fmt: skip
         if self.warm is not None:

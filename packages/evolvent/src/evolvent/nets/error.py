@@ -62,7 +62,7 @@ class SurfaceError(NamedTuple):
     area : float, m2, of the facets in the plane
     axial, normal, half_path : float, m, rms
     mean : float, m, of the axial error
-    nodes : float, m, rms of the axial error of the nodes
+    at_nodes : float, m, rms of the axial error of the nodes
     facets : (k,) float, m, mean axial error of each facet
     fit : Fit
     """
@@ -72,7 +72,7 @@ class SurfaceError(NamedTuple):
     normal: float
     half_path: float
     mean: float
-    nodes: float
+    at_nodes: float
     facets: Array
     fit: Fit
 

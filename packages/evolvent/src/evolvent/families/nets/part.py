@@ -10,7 +10,7 @@ import numpy as np
 from evolvent.assembly.assembled import Pose
 from evolvent.assembly.builder import Builder
 from evolvent.families.beams.part import _across
-from evolvent.families.nets.unfold import unfolded
+from evolvent.families.nets.part_unfold import unfolded
 from evolvent.kernels import markers
 from evolvent.model.registry import asked
 from evolvent.nets import form
