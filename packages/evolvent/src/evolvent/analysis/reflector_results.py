@@ -415,7 +415,7 @@ def _interpolation(facets: Array, count: int) -> scipy.sparse.csr_matrix:
 
 def _rank(count: int) -> int:
     """Index in ascending order of the draw that bounds 95 % of all with 95 % of confidence."""
-    return int(min(np.searchsorted(binom.cdf(np.arange(count), count, 0.95), 0.95), count - 1))
+    return min(int(np.searchsorted(binom.cdf(np.arange(count), count, 0.95), 0.95)), count - 1)
 
 
 def _measured(path: str, count: int) -> tuple[Array, Array]:

@@ -188,7 +188,7 @@ AnyLayout = Annotated[Layout, OneOf({"rings": Rings, "gores": Gores, "file": Net
 def _table(key: str, found: dict[str, Any], word: str, widths: Sequence[int], kind: type) -> Array:
     """Rows of a file, all of one of the widths."""
     try:
-        rows = np.array(found[word], dtype=kind)
+        rows: Array = np.array(found[word], dtype=kind)
     except (TypeError, ValueError):
         rows = np.zeros(0)
     if rows.ndim != 2 or rows.shape[1] not in widths:

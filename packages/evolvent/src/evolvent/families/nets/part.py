@@ -379,7 +379,7 @@ class Net(Part):
                 body, place = held[k]
                 builder.add("markers", kind=markers.ON_BODY, index=body, local=place)
                 continue
-            q, v = builder.coordinates(x[k], np.zeros(3))
+            q, v = builder.coordinates(x[k].tolist(), (0.0, 0.0, 0.0))
             point = builder.add("points", iq=q, iv=v, mass=masses[k], compliance=1.0 / masses[k])
             builder.add("markers", kind=markers.ON_POINT, index=point, local=np.zeros(3))
         natural = lengths * (1.0 + (self.thermal_expansion or 0.0) * self.temperature)
