@@ -56,6 +56,7 @@ FRAMES = {
     "offload": Frame(0.1),
     "orbit-tether": Frame(0.9),
     "plate-swing": Frame(0.59),
+    "rib-antenna": Frame(0.2),
     "rib-held-ten-years": Frame(0.1),
     "rib-lenticular-shell": Frame(0.2),
     "rib-reflector": Frame(0.12),

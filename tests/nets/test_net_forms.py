@@ -61,6 +61,22 @@ def test_lattice_on_a_paraboloid(book: Book) -> None:
     np.testing.assert_allclose(ties, tension, rtol=1e-12)
 
 
+def test_form_of_compas_fd(book: Book) -> None:
+    """A net between ribs, with uneven force densities and loads, against stored results of compas_fd."""
+    stored = json.loads((pathlib.Path(__file__).parent / "data" / "compas_fd.json").read_text(encoding="utf-8"))
+    start, cords, rim = np.array(stored["nodes"]), np.array(stored["cords"]), np.array(stored["rim"])
+    edge = np.zeros(len(cords), dtype=bool)
+    topology = Topology(start[:, :2], cords, np.zeros((0, 3), dtype=int), np.sort(rim), edge)
+    density = np.array(stored["density"])
+    x, _ = form.axial_form(topology, start[topology.rim], density, form.Pull(None, 0.3))
+    tension = density * np.linalg.norm(np.diff(x[cords], axis=1)[:, 0], axis=1)
+    off = max(np.abs(x - stored["x"]).max() / 10.0, np.abs(tension / stored["tension"] - 1.0).max())
+    book(
+        CHAPTER, "Net between eight ribs, nodes and tensions", reference="compas_fd 0.5.4", source="another code",
+        error=float(off), allowed=1e-11,
+    )  # fmt: skip
+
+
 def test_facets_on_a_paraboloid(book: Book) -> None:
     """Mean offset l^2/16F and rms about it l^2/(16 sqrt(15) F) of equal triangles."""
     surface, topology, _ = lattice()
@@ -343,3 +359,27 @@ def test_a_net_that_moves(book: Book) -> None:
         error=defect / moved, allowed=1e-9,
     )  # fmt: skip
     assert int(run["net"]["slack_cords"].max()) > 0
+
+
+def test_rims_of_bodies_and_shells(tmp_path: pathlib.Path) -> None:
+    """A net held by a body is that on the ground; on a plate that yields, its pull is held by the plate's clamp."""
+    fixed = system(net_of(2)).reflector()
+    made = System()
+    made.add(parts.RigidBody(motion="driven", rate=0.0, position=(0.3, 0.0, -1.0)), "bus")
+    made.add(net_of(2, rim=("bus",)), "net")
+    np.testing.assert_allclose(made.reflector().x, fixed.x, atol=1e-11)
+    path = tmp_path / "cross.json"
+    nodes, cords = [[0.0, 0.0], [0.5, 0.5], [-0.5, 0.5], [-0.5, -0.5], [0.5, -0.5]], [[0, k] for k in range(1, 5)]
+    path.write_text(json.dumps({"nodes": nodes, "cords": cords, "rim": [1, 2, 3, 4]}))
+    plate = System()
+    plate.add(
+        parts.Shell(
+            size=(1.0, 1.0), elements=(2, 2), thickness=5e-3, material="aluminium", position=(-0.5, -0.5, 0.0),
+            clamped=["x0"],
+        ), "plate",
+    )  # fmt: skip
+    flat = {"formula": {"expression": "0*x", "diameter": 2.0}}
+    plate.add(net_of(surface=flat, topology={"file": {"file": str(path)}}, ties=None, rim=("plate",)), "net")
+    state = NetInSystem(plate.assemble(), "net").formed()
+    np.testing.assert_allclose(state.tension, 10.0 * state.length[:4], rtol=1e-9)
+    assert np.abs(state.x[1:] - np.column_stack([nodes[1:], np.zeros(4)])).max() > 1e-9

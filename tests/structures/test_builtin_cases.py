@@ -33,6 +33,7 @@ SHORT = {
     "miura-sheet": 0.1,
     "net-reflector": 0.05,
     "plate-swing": 0.1,
+    "rib-antenna": 0.5,
     "rib-held-ten-years": 1.0,
     "rib-lenticular-shell": 0.001,
     "rib-reflector": 0.5,

@@ -33,6 +33,7 @@ SHORT = {
     "offload": {},
     "orbit-tether": {"simulate.until": 20.0},
     "plate-swing": {"simulate.until": 0.1},
+    "rib-antenna": {"simulate.until": 0.5},
     "rib-held-ten-years": {"simulate.until": 1.0},
     "rib-lenticular-shell": {"simulate.until": 0.001},
     "rib-reflector": {"simulate.until": 0.2},

@@ -173,6 +173,23 @@ class ReflectorResults(Shown):
             raise InputError(f"reflector.adjust is 'ties', but {self.name!r} has none; give 'cords'")
         return {"ties": np.arange(nets, m), "cords": np.arange(nets), "all": np.arange(m)}[which]
 
+    def error_of(self, position: Any) -> SurfaceError:
+        """Error of the surface of the net in another state, such as after a deployment.
+
+        Parameters
+        ----------
+        position : (n, 3) float, m, of the nodes, inertial axes: ``run["net"].position[-1]``
+
+        Raises
+        ------
+        InputError
+            For positions of another shape, and for a net without facets.
+        """
+        x, count = np.asarray(position, dtype=float), len(self._of.iq)
+        if x.shape != (count, 3):
+            raise InputError(f"position has the shape {x.shape}; it must be {(count, 3)}, the nodes of {self.name!r}")
+        return self._of.error_of(self.net.seen(x))
+
     @property
     def fails(self) -> list[str]:
         """What a reflector must not have, one sentence each."""

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+import scipy.optimize
 import scipy.sparse
 import scipy.sparse.linalg
 
@@ -20,6 +21,8 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 #: Most iterations of densities, and the change of positions, beside the size of the rim, by which they end.
 MOST, CHANGE = 100, 1e-13
+#: How much shorter than its length a slack cord is at least, beside it.
+SLACK = 1e-3
 
 
 class Form(NamedTuple):
@@ -61,11 +64,14 @@ class Rear(NamedTuple):
 
 def branches(topology: Topology) -> scipy.sparse.csr_matrix:
     """Matrix C (m, n) of the cords: C x are their vectors, from the first node to the second."""
-    m = len(topology.cords)
+    return _differences(topology.cords, len(topology.plan))
+
+
+def _differences(cords: Array, count: int) -> scipy.sparse.csr_matrix:
+    """C (m, count) of cords (m, 2)."""
+    m = len(cords)
     rows = np.repeat(np.arange(m), 2)
-    return scipy.sparse.csr_matrix(
-        (np.tile([-1.0, 1.0], m), (rows, topology.cords.ravel())), shape=(m, len(topology.plan))
-    )
+    return scipy.sparse.csr_matrix((np.tile([-1.0, 1.0], m), (rows, cords.ravel())), shape=(m, count))
 
 
 def densities(topology: Topology, density: Array) -> scipy.sparse.csc_matrix:
@@ -142,6 +148,41 @@ def _solved(topology: Topology, rim: Array, D: scipy.sparse.csc_matrix, tie: Arr
     if tie.size:
         K, load = K + scipy.sparse.diags(tie), load + tie[:, None] * low
     x[free] = scipy.sparse.linalg.splu(K.tocsc()).solve(load)
+    return x
+
+
+def slack_form(x: Array, free: Array, cords: Array, length: Array) -> Array:
+    """Positions (n, 3), m, of the nodes with all cords shorter than their lengths, if there are such.
+
+    Parameters
+    ----------
+    x : (n, 3) float, m, where the search begins; the nodes that are not free stay there
+    free : (f,) int, nodes; cords : (m, 2) int; length : (m,) float, m, without tension
+
+    Notes
+    -----
+    The nodes begin in the middle of their neighbours. The squares of what cords are longer than 0.999 of their
+    lengths are then made least, until none is.
+    """
+    x, most = x.copy(), (1.0 - SLACK) * length
+    C = _differences(cords, len(x))
+    even = (C.T @ C).tocsc()
+    held = np.setdiff1d(np.arange(len(x)), free)
+    if not free.size:
+        return x
+    x[free] = scipy.sparse.linalg.splu(even[free][:, free]).solve(-(even[free][:, held] @ x[held]))
+
+    def over(at: Array) -> tuple[float, Array]:
+        x[free] = at.reshape(-1, 3)
+        d = C @ x
+        now = np.linalg.norm(d, axis=1)
+        more = np.maximum(now - most, 0.0)
+        slope = C.T @ (d * (2.0 * more / np.maximum(now, 1e-300))[:, None])
+        return float(more @ more), np.asarray(slope)[free].ravel()
+
+    options = {"maxiter": 5000, "maxfun": 10000, "ftol": 0.0, "gtol": 1e-9 * float(length.max())}
+    found = scipy.optimize.minimize(over, x[free].ravel(), jac=True, method="L-BFGS-B", options=options)
+    x[free] = found.x.reshape(-1, 3)
     return x
 
 

@@ -104,7 +104,7 @@ class Rings(Layout):
 
 
 class Gores(Layout):
-    """Gores between ribs: nodes on the ribs are held, and cords cross the gores.
+    """Gores between ribs: nodes on the ribs are held, and cords cross the gores; none run along a rib.
 
     Parameters
     ----------
@@ -144,7 +144,8 @@ class Gores(Layout):
                 within = (j % m) < m / 2  # diagonals towards the middle of the gore
                 facets += [(a, c, d), (a, d, b)] if within else [(a, c, b), (b, c, d)]
         rim = [i * count + s * m for i in range(self.stations + 1) for s in range(self.ribs)]
-        return _of_facets(name, plan + np.array([surface.offset, 0.0]), np.array(facets), rim)
+        own = [(a, a + count) for a in rim[: -self.ribs]]
+        return _of_facets(name, plan + np.array([surface.offset, 0.0]), np.array(facets), rim, without=own)
 
 
 class NetFile(Layout):
@@ -196,10 +197,12 @@ def _table(key: str, found: dict[str, Any], word: str, widths: Sequence[int], ki
     return rows
 
 
-def _of_facets(name: str, plan: Array, facets: Array, rim: Sequence[int]) -> Topology:
-    """The topology whose cords are the sides of its triangles."""
-    sides = np.sort(facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    return _checked(name, plan, np.unique(sides, axis=0), facets, rim)
+def _of_facets(
+    name: str, plan: Array, facets: Array, rim: Sequence[int], without: Sequence[tuple[int, int]] = ()
+) -> Topology:
+    """The topology whose cords are the sides of its triangles, but those between some pairs of nodes."""
+    sides = {(int(a), int(b)) for a, b in np.sort(facets[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)}
+    return _checked(name, plan, np.array(sorted(sides - set(without))), facets, rim)
 
 
 def _checked(name: str, plan: Array, cords: Array, facets: Array, rim: Sequence[int]) -> Topology:

@@ -137,7 +137,7 @@ class JointSpring(Part):
         if kind == axial.TRAVEL and self.zero is not None:
             raise InputError(f"{name}.zero is given, but {name} acts on a travel; give {name}.start, its value")
 
-    def _ends(self, builder: Builder, name: str, kind: int) -> Ends:
+    def ends(self, builder: Builder, name: str, kind: int) -> Ends:
         """Ends and axis, its own or those of the joint that it names."""
         if self.joint is None:
             for key in ("a", "b"):
@@ -157,7 +157,7 @@ class JointSpring(Part):
         own = "translation" if joint is not None and joint.type == TYPES[axial.TRAVEL][0] else "rotation"
         kind = MOTIONS[self.motion or own]
         self._check(name, kind)
-        ends = self._ends(builder, name, kind)
+        ends = self.ends(builder, name, kind)
         if kind == axial.ANGLE:
             found = rotation(builder, name, ends, self.start, self.zero)
         else:

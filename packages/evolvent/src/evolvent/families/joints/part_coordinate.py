@@ -228,7 +228,7 @@ def ends_of_joint(builder: Builder, key: str, joint: str, types: Sequence[str]) 
     for a, b, along in ((spec.a, spec.b, axis), (spec.b, spec.a, -axis)):
         first = builder.location(a, f"{joint}.a")
         if first.family == "bodies":
-            return Ends(_owner(a), b, first.row, builder.location(b, f"{joint}.b"), along)
+            return Ends(owner_of(a), b, first.row, builder.location(b, f"{joint}.b"), along)
     raise InputError(
         f"{key} is {joint!r}, with no end on a body, but at {spec.a!r} and {spec.b!r}; one end must be on a body"
     )
@@ -243,7 +243,7 @@ def nearest_joint(name: str, known: list[str]) -> str:
     return nearest(name, known) if known else "there is no joint"
 
 
-def _owner(place: Any) -> Any:
+def owner_of(place: Any) -> Any:
     """The part that a point is on."""
     if isinstance(place, str):
         return split_reference(place)[0]

@@ -9,6 +9,7 @@ import numpy as np
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import markers
 from evolvent.results.observe.view import View
+from evolvent.solvers.common.solution import Solution
 
 Array = np.ndarray
 
@@ -83,8 +84,9 @@ class NetCords:
         found: Array = self._model.markers[self.nodes.start : self.nodes.stop]
         return found
 
-    def held(self, view: View) -> Held:
-        """The nodes in a run with one sample."""
+    def held(self, solution: Solution) -> Held:
+        """The nodes in a solution with one sample."""
+        view = View(solution, joints=False)
         x = np.stack([view.marker(k)[0][0] for k in self.nodes])
         turns, arms = np.tile(np.eye(3), (len(x), 1, 1)), np.zeros_like(x)
         for k in np.flatnonzero(self.iq < 0):

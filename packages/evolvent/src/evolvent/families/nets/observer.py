@@ -8,6 +8,9 @@ from evolvent.families.nets.cords import own_cords, samples_of_cords
 from evolvent.results.observe.variables import Observed, Variable, observer
 from evolvent.results.observe.view import View
 
+#: How cords are drawn: as lines in colours by their tensions.
+_CORDS = {"line": {"points": "position", "pieces": "cord_nodes", "values": ["tension"]}}
+
 
 @observer("nets")
 def observe_net(view: View, name: str) -> Observed:
@@ -30,6 +33,6 @@ def observe_net(view: View, name: str) -> Observed:
     found.scalar("largest_tension", tension.max(axis=1), "N", "largest tension of a cord")
     found.scalar("slack_cords", (tension <= 0.0).sum(axis=1), "1", "number of cords without tension")
     found.scalar("energy_elastic", fields["stored"].sum(axis=1), "J", "elastic energy of the cords")
-    found.drawn = [{"line": {"points": "position", "pieces": "cord_nodes", "values": ["tension"]}}]
+    found.drawn = [_CORDS]
     found.plots = ["least_tension", "largest_tension"]
     return found

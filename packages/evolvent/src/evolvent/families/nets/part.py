@@ -7,12 +7,14 @@ from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
+from evolvent.assembly.assembled import Pose
 from evolvent.assembly.builder import Builder
 from evolvent.families.beams.part import _across
+from evolvent.families.nets.part_unfold import unfolded
 from evolvent.kernels import markers
 from evolvent.model.registry import asked
 from evolvent.nets import form
-from evolvent.nets.cut import Cut, read_cut
+from evolvent.nets.cut import read_cut
 from evolvent.nets.surface import WantedSurface
 from evolvent.nets.topology import AnyLayout, Topology
 from evolvent.parts.applies import Applies, given, left_out, refuse_unfit
@@ -119,7 +121,8 @@ class Net(Part):
     """A net of cords over a wanted surface: its form follows from force densities, and its cords only pull.
 
     Its nodes are points, "net[0]" and so on in the order of the topology. At the start the net is in equilibrium under
-    its tensions, on what holds its rim; the cords are cut so that they have these tensions.
+    its tensions, on what holds its rim; the cords are cut so that they have these tensions. With `unfold` that is so
+    where the rim has unfolded.
 
     Parameters
     ----------
@@ -152,6 +155,9 @@ class Net(Part):
         Change of the temperature since the net has its form.
     cut : str, optional
         A file that `evolvent reflector` has written: lengths to which the cords are cut.
+    unfold : list of str
+        Joint springs whose angle or travel is 0 where the net has its form, while the parts beyond their joints are
+        folded at the start. The net is then slack at the start. "hinge spring" stands for "hinge spring 1" and so on.
     position : (3,) float, m
         Of the origin of the wanted surface, inertial axes.
     axis : (3,) float
@@ -180,6 +186,7 @@ class Net(Part):
     thermal_expansion: units.ThermalExpansion | None = None
     temperature: units.Temperature = 0.0
     cut: Annotated[str, FileKey(endings=(".json",))] | None = None
+    unfold: tuple[str, ...] = ()
     position: units.Position = (0.0, 0.0, 0.0)
     axis: units.Direction = (0.0, 0.0, 1.0)
     direction: units.Direction | None = None
@@ -269,22 +276,61 @@ class Net(Part):
         wanted = np.zeros((len(topology.plan), 3))
         wanted[:, :2] = topology.plan
         wanted[:, 2] = self.surface.height(*topology.plan.T)
-        held = self._held(builder, f"{name}.rim", self.rim, topology.rim, wanted)
-        rim, rear = self.seen(np.array([_place(builder, held[int(k)]) for k in topology.rim])), None
+        poses = self.poses(builder, name)
+        held = self._held(builder, f"{name}.rim", self.rim, topology.rim, wanted, poses)
+        rim, rear = self.seen(np.array([_place(poses, held[int(k)]) for k in topology.rim])), None
         if isinstance(self.ties, RearNet):
             key, n = f"{name}.ties.rear.rim", len(topology.plan)
-            behind = self._held(builder, key, self.ties.rim, topology.rim, self.ties.below(wanted))
-            rear = self.seen(np.array([_place(builder, behind[int(k)]) for k in topology.rim]))
+            behind = self._held(builder, key, self.ties.rim, topology.rim, self.ties.below(wanted), poses)
+            rear = self.seen(np.array([_place(poses, behind[int(k)]) for k in topology.rim]))
             held |= {n + k: one for k, one in behind.items()}
         found = self.form(name, topology, rim, rear=rear)
         cut = None if self.cut is None else read_cut(f"{name}.cut", self.cut, digest(self.cut), len(found.cords))
-        self._write(builder, name, found, held, cut)
+        lengths = self.natural_lengths(found) if cut is None else cut.lengths
+        if isinstance(self.ties, Anchors):
+            anchor, n = builder.names[self.ties.to][1], len(found.x)
+            low = self.in_place(found.x[n - found.anchors :])
+            held |= {
+                n - found.anchors + k: (anchor, poses[anchor].R.T @ (x - poses[anchor].x)) for k, x in enumerate(low)
+            }
+        x = self.in_place(found.x)
+        if self.unfold:
+            x = self._slack(builder, name, x, found, held, lengths)
+        self._write(builder, name, found, held, lengths, x)
+
+    def poses(self, builder: Builder, name: str) -> list[Pose]:
+        """Poses of the bodies that were written where the net has its form."""
+        return unfolded(builder, f"{name}.unfold", self.springs(builder))
+
+    def springs(self, builder: Builder) -> list[str]:
+        """Names of the joint springs that unfold."""
+        return [own for one in self.unfold for own in _numbered(one, builder)]
+
+    def _slack(
+        self, builder: Builder, name: str, x: Array, found: Whole, held: dict[int, Any], lengths: Array
+    ) -> Array:
+        """Inertial positions (n, 3), m, of the nodes with slack cords, on the rim as it is at the start."""
+        x, free = x.copy(), np.setdiff1d(np.arange(len(x)), list(held))
+        for k, one in held.items():
+            x[k] = _place(builder.poses, one)
+        x = form.slack_form(x, free, found.cords, lengths)
+        length = np.linalg.norm(x[found.cords[:, 1]] - x[found.cords[:, 0]], axis=1)
+        over = length / lengths - 1.0
+        k = int(over.argmax())
+        if over[k] > 0.0:
+            a, b = found.cords[k].tolist()
+            raise InputError(
+                f"{name}.unfold: where the rim is folded the cord from node {a} to node {b} is {length[k]:.4g} m long, "
+                f"but it is cut to {lengths[k]:.4g} m; fold the parts of the rim towards one another"
+            )
+        return x
 
     def natural_lengths(self, found: Whole) -> Array:
         """Lengths without tension, at the temperature of the form, m."""
         return form.cut_lengths(found.length, found.tension, found.stiffness)
 
-    def _held(self, builder: Builder, key: str, rim: tuple[str, ...], nodes: Array, wanted: Array) -> dict[int, Any]:
+    def _held(self, builder: Builder, key: str, rim: tuple[str, ...], nodes: Array, wanted: Array,
+              poses: list[Pose]) -> dict[int, Any]:  # fmt: skip
         """What holds each of some nodes at wanted places, in the axes of the net: a body, and a place of it."""
         bodies: list[int] = []
         at: list[tuple[int, Array]] = []
@@ -298,11 +344,11 @@ class Net(Part):
                 at += [(one.body, one.place) for one in asked("parts.touches")[family](builder, part)]
             else:
                 raise InputError(f"{key}: {part!r} has no nodes that are bodies; give rods, shells or bodies")
-        x, found = self.in_place(wanted), dict[int, Any]()
-        places = np.array([_place(builder, one) for one in at]).reshape(-1, 3)
+        x, found, taken = self.in_place(wanted), dict[int, Any](), dict[int, int]()
+        places = np.array([_place(poses, one) for one in at]).reshape(-1, 3)
         for k in nodes.tolist():
             if bodies:
-                pose = builder.poses[bodies[0]]
+                pose = poses[bodies[0]]
                 found[k] = (bodies[0], pose.R.T @ (x[k] - pose.x))
                 continue
             off = np.linalg.norm(places - x[k], axis=1)
@@ -312,22 +358,23 @@ class Net(Part):
                     f"{key}: the nearest node to rim node {k} at {np.round(x[k], 4).tolist()} m is {off[best]:.3g} m "
                     f"away; it must be within {_NEAR * self.surface.diameter:.3g} m: give parts with nodes there"
                 )
-            found[k] = at[best]
+            if best in taken:
+                raise InputError(
+                    f"{key}: the rim nodes {taken[best]} and {k} are both nearest to one node of what holds them; give "
+                    f"more nodes there, or fewer nodes of the net"
+                )
+            taken[best], found[k] = k, at[best]
         return found
 
-    def _write(self, builder: Builder, name: str, found: Whole, held: dict[int, Any], cut: Cut | None) -> None:
-        """Write records."""
-        ground = builder.names["ground"][1]
-        x, n = self.in_place(found.x), len(found.x)
-        anchor = builder.names[self.ties.to][1] if isinstance(self.ties, Anchors) else ground
+    def _write(self, builder: Builder, name: str, found: Whole, held: dict[int, Any], lengths: Array,
+               x: Array) -> None:  # fmt: skip
+        """Write records, with nodes at inertial positions (n, 3), m, and cords of lengths (m,), m."""
+        n = len(x)
         masses = np.full(n, self.node_mass)
         for k in (0, 1):
             np.add.at(masses, found.cords[:, k], 0.5 * (self.mass_per_length or 0.0) * found.length)
         first_marker, first_point = len(builder.rows["markers"]), len(builder.rows["points"])
         for k in range(n):
-            if k >= n - found.anchors:
-                pose = builder.poses[anchor]
-                held[k] = (anchor, pose.R.T @ (x[k] - pose.x))
             if k in held:
                 body, place = held[k]
                 builder.add("markers", kind=markers.ON_BODY, index=body, local=place)
@@ -335,9 +382,7 @@ class Net(Part):
             q, v = builder.coordinates(x[k].tolist(), (0.0, 0.0, 0.0))
             point = builder.add("points", iq=q, iv=v, mass=masses[k], compliance=1.0 / masses[k])
             builder.add("markers", kind=markers.ON_POINT, index=point, local=np.zeros(3))
-        natural = (self.natural_lengths(found) if cut is None else cut.lengths) * (
-            1.0 + (self.thermal_expansion or 0.0) * self.temperature
-        )
+        natural = lengths * (1.0 + (self.thermal_expansion or 0.0) * self.temperature)
         first_spring = len(builder.rows["springs"])
         for (a, b), length, stiffness in zip(found.cords.tolist(), natural.tolist(), found.stiffness, strict=True):
             builder.add(
@@ -359,7 +404,7 @@ def _numbered(name: str, builder: Builder) -> list[str]:
     return found if found and name not in builder.names else [name]
 
 
-def _place(builder: Builder, held: tuple[int, Array]) -> Array:
-    """Inertial position of a place of a body at the start."""
+def _place(poses: list[Pose], held: tuple[int, Array]) -> Array:
+    """Inertial position of a place of a body."""
     body, at = held
-    return builder.poses[body].x + builder.poses[body].R @ at
+    return poses[body].x + poses[body].R @ at
