@@ -91,7 +91,7 @@ class Seam(Part):
                 raise InputError(f"{taken!r} is a part, and what {name!r} calls one of its joints; rename one of them")
             keys: Any = {"axis": tuple(tangent.tolist())} if self.type == "revolute" else {}
             a, b = (end, point) if others is None else (point, end)
-            builder.write(f"{name} {k}", Joint(a=a, b=b, type=self.type, **keys))
+            builder.write(f"{name} {k}", self._joint(k, a=a, b=b, type=self.type, **keys))
             if sprung:
                 # with the ground as a, the angle of b is that of the edge: the other sense
                 sense = -1.0 if others is None else 1.0
@@ -108,6 +108,10 @@ class Seam(Part):
             raise InputError(f"{name} joins nodes that all stand still; leave it out")
         index = builder.add("seams", nodes=len(nodes.nodes), sprung=int(sprung), sense=-1 if others is None else 1)
         builder.names[name] = ("seams", index)
+
+    def _joint(self, k: int, **keys: Any) -> Joint:
+        """The joint of a node of the edge."""
+        return Joint(**keys)
 
     def _nodes(self, builder: Builder, name: str, key: str) -> Spread | None:
         """Nodes of an edge or a rod; None of other parts."""
