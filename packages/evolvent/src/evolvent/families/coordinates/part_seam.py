@@ -46,7 +46,10 @@ class Seam(Part):
     rest : float, rad
         Angle at which the hinge has no torque.
     latch : float, rad, optional
-        Angle at which the hinge locks permanently, each node by itself.
+        Angle at which the hinge locks permanently.
+    latches : {"nodes", "edge"}
+        nodes: each node locks by itself, by its own angle. edge: all lock at once, by the mean angle along the edge,
+        as a latch at one place of a stiff edge.
     latch_stiffness : float, N/rad
     latch_damping : float, N s/rad
         Of the latch, per length of the edge.
@@ -54,7 +57,7 @@ class Seam(Part):
 
     applies: ClassVar[Applies] = {
         **{key: (one_of("type", "revolute"),) for key in ("stiffness", "damping", "start", "rest", "latch")},
-        **{key: (given("latch"),) for key in ("latch_stiffness", "latch_damping")},
+        **{key: (given("latch"),) for key in ("latches", "latch_stiffness", "latch_damping")},
     }
     kind: Literal["seam"] = "seam"
     writes_others = True
@@ -67,6 +70,7 @@ class Seam(Part):
     start: units.Angle = 0.0
     rest: units.Angle = 0.0
     latch: units.Angle | None = None
+    latches: Literal["nodes", "edge"] = "nodes"
     latch_stiffness: units.FoldStiffnessOrZero = 0.0
     latch_damping: units.FoldDampingOrZero = 0.0
 
@@ -79,7 +83,7 @@ class Seam(Part):
         if nodes is None:
             raise InputError(f"{name}.a is {self.a!r}; it must be an edge of a surface, such as 'panel.x1', or a rod")
         others = None if self.b == "ground" else self._others(builder, name, nodes)
-        own, written = split_reference(self.a)[0], 0
+        own, written, first = split_reference(self.a)[0], 0, len(builder.rows["coordinates"])
         sprung = bool(self.stiffness or self.damping or self.latch is not None)
         for k, (node, share, tangent) in enumerate(zip(nodes.nodes, nodes.shares, nodes.tangents, strict=True)):
             point = f"{own}[{node}]"
@@ -103,6 +107,9 @@ class Seam(Part):
                 )  # fmt: skip
                 builder.write(f"{name} spring {k}", spring)
             written += 1
+        rows = builder.rows["coordinates"]
+        for row in rows[first:] if self.latches == "edge" else ():
+            row |= {"together": first, "together_end": len(rows)}
         builder.part = name
         if written == 0:
             raise InputError(f"{name} joins nodes that all stand still; leave it out")

@@ -325,6 +325,7 @@ class Origami(Part):
             keys |= {"stiffness": self.stiffness, "damping": self.damping}
             if self.latch is not None:
                 keys |= {"latch_stiffness": self.latch_stiffness, "latch_damping": self.latch_damping}
+                keys["latches"] = "edge"
         ends = {self.elements * ((vertex == begin) != (along > 0.0)) for vertex in met}
         seam = Fold(a=f"{name} facet {own}.{word}", b=b, met=tuple(ends), **keys)
         self._write(builder, name, f"{name} crease {crease.edge}", seam)
