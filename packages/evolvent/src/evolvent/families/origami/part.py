@@ -233,7 +233,7 @@ class Origami(Part):
 
     def _met(self) -> list[set[int]]:
         """Vertices of each seam at which the joints written before it already hold both of its facets together."""
-        creases, held = self.pattern.creases, {}
+        creases, held = self.pattern.creases, dict[tuple[int, int], int]()
 
         def holder(vertex: int, facet: int) -> int:
             while (vertex, facet) in held:
@@ -308,9 +308,7 @@ class Origami(Part):
         """Whether creases have springs."""
         return bool(self.stiffness or self.damping or self.latch is not None)
 
-    def _write_seam(
-        self, builder: Builder, name: str, crease: Crease, angles: dict[str, float], met: set[int]
-    ) -> None:
+    def _write_seam(self, builder: Builder, name: str, crease: Crease, angles: dict[str, float], met: set[int]) -> None:
         """A seam of which one side or both are flexible; the angle of its springs is the fold angle, or against it."""
         sides = [(crease.right, crease.left, crease.end), (crease.left, crease.right, crease.begin)]
         own, other, begin = next(side for side in sides if not self._is_rigid(side[0]))
