@@ -101,8 +101,10 @@ class Origami(Part):
     Notes
     -----
     A fold angle is 0 of flat facets, positive of valleys, negative of mountains, and half a turn where facets lie on
-    one another. Facets have no contact: they may pass one another, and `faceOrders` is not read. Hinges of rigid
-    facets round a vertex depend on one another: their multipliers are of least norm.
+    one another. Facets may pass one another but where a `Contact` of two flexible ones says that they touch, and
+    `faceOrders` is not read. Hinges of rigid facets round a vertex depend on one another: their multipliers are of
+    least norm. Round an inner vertex with flexible facets the last of the seams holds directions alone. Creases of
+    flexible facets latch by the mean angle along the edge, all nodes at once.
     """
 
     applies: ClassVar[Applies] = {
