@@ -86,6 +86,51 @@ def test_flexible_facets_approach_rigid_ones(path: str) -> None:
     assert off[2] < 0.02
 
 
+def test_flexible_sheet_latches_crease_by_crease(path: str) -> None:
+    """All nodes of a crease lock at once, when those of rigid facets do; no constraints repeat; energy is kept."""
+    latch: Any = {"latch": "30 deg", "latch_stiffness": 5.0, "latch_damping": 0.3, "held": [0]}
+    settings: Any = {"until": 2.9, "every": 0.1, "method": "energy-momentum", "spectral_radius": 0.5}
+    flexible = sheet(path, facets="flexible", stiffness_damping="0.5 ms", **latch)
+    run = flexible.simulate(tolerance=1e-3, **settings)
+    rigid = sheet(path, **latch).simulate(step=0.01, **settings)
+    assert "redundant" in rigid.attrs["message"]
+    assert "redundant" not in run.attrs["message"]
+    for crease in fold_files.read(path, "").creases:
+        name = f"sheet crease {crease.edge}"
+        wanted = float(rigid[f"{name} spring"]["latch_time"].values[-1])
+        times = [float(run[f"{name} spring {node}"]["latch_time"].values[-1]) for node in range(3)]
+        assert times == pytest.approx([times[0]] * 3, abs=0.0)
+        assert times[0] == pytest.approx(wanted, rel=1e-2)
+        assert run[name]["latched"].values[-1] == 1.0
+        ends = (one["sheet"]["fold_angle"].sel(crease=crease.edge).values[-1] for one in (run, rigid))
+        assert next(ends) == pytest.approx(next(ends), abs=np.radians(0.05))
+    assert np.abs(run["energy_defect"].values).max() < 1e-4 * float(run["energy_moved"].values.max())
+
+
+def test_facets_that_touch_do_not_pass_one_another(tmp_path: pathlib.Path) -> None:
+    """Three panels that fold like a Z: with contacts they stop before h/l from half a turn, without they pass it."""
+    path = tmp_path / "three.fold"
+    path.write_text(
+        """{"frame_unit": "m", "vertices_coords": [[0, 0], [0.2, 0], [0.4, 0], [0.6, 0], [0, 0.1], [0.2, 0.1],
+        [0.4, 0.1], [0.6, 0.1]],
+        "edges_vertices": [[0, 1], [1, 2], [2, 3], [4, 5], [5, 6], [6, 7], [0, 4], [1, 5], [2, 6], [3, 7]],
+        "edges_assignment": ["B", "B", "B", "B", "B", "B", "B", "M", "V", "B"]}""",
+        "utf-8",
+    )
+    keys: Any = {"facets": "flexible", "elements": 4, "stiffness_damping": "0.5 ms", "rest": "175 deg"}
+    largest = []
+    for touches in (False, True):
+        system = sheet(str(path), **(keys | {"stiffness": 0.2, "damping": 0.02}))
+        for k in range(2 if touches else 0):
+            pair = {"a": f"sheet facet {k}", "b": f"sheet facet {k + 1}", "apart": "30 mm"}
+            system.add(parts.Contact(**pair, stiffness="2e4 N/m", damping="2 s/m"), f"touch {k}")
+        run = system.simulate(until=0.6, method="energy-momentum", tolerance=1e-3, spectral_radius=0.5)
+        largest.append(np.degrees(np.abs(run["sheet"]["fold_angle"].values).max()))
+        assert np.abs(run["momentum"].values).max() < 1e-6
+    assert largest[0] > 183.0
+    assert 177.0 < largest[1] < 180.0 - np.degrees(0.002 / 0.2)
+
+
 def test_free_sheet_keeps_its_momenta(path: str) -> None:
     """Rigid facets and flexible ones, at rest at the start; energy is that of the start but for what dampers take."""
     for keys in ({}, {"facets": "flexible", "elements": 1}):

@@ -248,6 +248,25 @@ def turned_beside(t, h, y, s, model):
     return found / LIMIT_TURNED
 
 
+@inlined
+def beside_latch(coordinates, k):
+    """How far coordinate k is off its latch, now and before the last step, and its `leaves` and `comes`.
+
+    Of those that latch together the means, by the stiffness of their latches, which lock without a torque in sum.
+    """
+    first, last = coordinates[k].together, coordinates[k].together_end
+    if last == first:
+        off, was = coordinates[k].angle - coordinates[k].latch, coordinates[k].before - coordinates[k].latch
+        return off, was, coordinates[k].leaves, coordinates[k].comes
+    off = was = p = q = whole = 0.0
+    for i in range(first, last):
+        c = coordinates[i].latch_stiffness
+        off += c * (coordinates[i].angle - coordinates[i].latch)
+        was += c * (coordinates[i].before - coordinates[i].latch)
+        p, q, whole = p + c * coordinates[i].leaves, q + c * coordinates[i].comes, whole + c
+    return off / whole, was / whole, p / whole, q / whole
+
+
 @indirect(void(REAL, VECTOR, INTEGERS, MODEL, _I, VECTOR))
 def latch_values(t, y, s, model, first, g):
     """Values of the events of all latches, from g[first] on: angle beyond the latch, -1 where none is open."""
@@ -258,7 +277,9 @@ def latch_values(t, y, s, model, first, g):
         switch = coordinates[k].switch
         if s[switch + 1] == 0 and math.isfinite(coordinates[k].latch):
             measure_coordinate(y, s, coordinates, bodies, k)
-            g[first + k] = -coordinates[k].side * (coordinates[k].angle - coordinates[k].latch)
+            for i in range(k + 1, coordinates[k].together_end):
+                measure_coordinate(y, s, coordinates, bodies, i)
+            g[first + k] = -coordinates[k].side * beside_latch(coordinates, k)[0]
 
 
 @inlined
@@ -290,14 +311,14 @@ def until_latch(s, model):
     coordinates = model.coordinates
     part = until_end_of_curve(s, model) if model.resistances.size > 0 else 1.0
     for k in range(coordinates.size):
-        x, before, p, q = coordinates[k].angle, coordinates[k].before, coordinates[k].leaves, coordinates[k].comes
         if s[coordinates[k].switch + 1] == 0 and math.isfinite(coordinates[k].latch):
-            side, latch = coordinates[k].side, coordinates[k].latch
-            off, was = x - latch, before - latch
+            side = coordinates[k].side
+            off, was, p, q = beside_latch(coordinates, k)
             if side * off < -REACHED and side * was > REACHED:
                 part = min(part, was / (was - off))
             part = min(part, first_passage(side * was, side * off, side * p, side * q, REACHED))
         if coordinates[k].stop > 0.0:
+            x, before, p, q = coordinates[k].angle, coordinates[k].before, coordinates[k].leaves, coordinates[k].comes
             high, low = coordinates[k].high, coordinates[k].low
             if math.isfinite(high):
                 part = min(part, first_passage(high - before, high - x, -p, -q, REACHED))
@@ -311,7 +332,7 @@ def latch_reached(s, coordinates, k):
     """Whether the open latch of joint coordinate k is reached at the angle of the last step."""
     if s[coordinates[k].switch + 1] != 0 or not math.isfinite(coordinates[k].latch):
         return False
-    return coordinates[k].side * (coordinates[k].angle - coordinates[k].latch) <= REACHED
+    return coordinates[k].side * beside_latch(coordinates, k)[0] <= REACHED
 
 
 def coordinate_bound(model):

@@ -272,7 +272,8 @@ def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
 # coordinates of joints. kind 0: angle about the body's `axis` from its direction `zero` to a second direction, a
 # beam's slope (on 1, at iq, iv) or `local` of the body `other` (on 0); kind 1: travel along the body's `axis` from
 # its point `zero` to a second point. switch: the first of two switches, the angle in quarter turns, rounded, and 1
-# once latched. account: index of its accounts in the state (`COORDINATE_ACCOUNTS`).
+# once latched. account: index of its accounts in the state (`COORDINATE_ACCOUNTS`). together, together_end: range of
+# coordinates with which it latches, as the nodes of an edge; empty of one that latches alone.
 # Of the last forces: torque of the joint, with derivatives slope and damper of all torques but for those of motors,
 # which the tangent finds; applied: torque of motors and synchronizations, with derivatives of the latter; u, g:
 # second side, and direction of the force on it; p, q: parts of a second direction at the start and the end of an
@@ -284,7 +285,7 @@ def _sets(model: Any, index: int) -> Iterator[tuple[str, float, str]]:
 COORDINATES = Family(
     "coordinates",
     record(
-        "kind body on other iq iv switch account prony prony_end branch",
+        "kind body on other iq iv switch account prony prony_end branch together together_end",
         "axis zero local stiffness damping rest low high stop latch latch_stiffness latch_damping side friction stick",
         "angle rate torque before pace leaves comes slope damper applied applied_slope applied_damper motor_slope "
         "motor_damper u g p0 q0 p1 q1 bristle slips rubs relax stored lost latch_lost latch_torque bristle0 rubs0 "

@@ -8,7 +8,7 @@ import numpy as np
 
 from evolvent.assembly.references import split_reference
 from evolvent.families.coordinates.observer import observe_coordinate
-from evolvent.families.joints.observer import observe_joint
+from evolvent.families.joints.observer import observe_joint, rows_of
 from evolvent.results.observe.variables import Observed, Variable, cross, observer
 from evolvent.results.observe.view import View
 
@@ -30,6 +30,8 @@ def observe_seam(view: View, name: str) -> Observed:
     x, force, moment = (
         np.stack([one[key].values for one in joints], axis=1) for key in ("position", "force", "moment")
     )
+    for k in np.flatnonzero(np.isnan(x[0, :, 0])):  # of joints that hold directions alone
+        x[:, k] = view.pose(int(view.model.joints["index"][rows_of(view, f"{name} {numbers[k]}")[0], 0])).x
     middle, force = x.mean(axis=1), sign * force
     found.vector("position", middle, "m", "middle of the nodes that are joined, inertial axes")
     found.vector("force", force.sum(axis=1), "N", "force on b, all nodes together, inertial axes")

@@ -47,7 +47,10 @@ class Seam(Part):
     rest : float, rad
         Angle at which the hinge has no torque.
     latch : float, rad, optional
-        Angle at which the hinge locks permanently, each node by itself.
+        Angle at which the hinge locks permanently.
+    latches : {"nodes", "edge"}
+        nodes: each node locks by itself, by its own angle. edge: all lock at once, by the mean angle along the edge,
+        as a latch at one place of a stiff edge.
     latch_stiffness : float, N/rad
     latch_damping : float, N s/rad
         Of the latch, per length of the edge.
@@ -55,7 +58,7 @@ class Seam(Part):
 
     applies: ClassVar[Applies] = {
         **{key: (one_of("type", "revolute"),) for key in ("stiffness", "damping", "start", "rest", "latch")},
-        **{key: (given("latch"),) for key in ("latch_stiffness", "latch_damping")},
+        **{key: (given("latch"),) for key in ("latches", "latch_stiffness", "latch_damping")},
     }
     kind: Literal["seam"] = "seam"
     writes_others = True
@@ -68,6 +71,7 @@ class Seam(Part):
     start: units.Angle = 0.0
     rest: units.Angle = 0.0
     latch: units.Angle | None = None
+    latches: Literal["nodes", "edge"] = "nodes"
     latch_stiffness: units.FoldStiffnessOrZero = 0.0
     latch_damping: units.FoldDampingOrZero = 0.0
 
@@ -80,7 +84,7 @@ class Seam(Part):
         if nodes is None:
             raise InputError(f"{name}.a is {self.a!r}; it must be an edge of a surface, such as 'panel.x1', or a rod")
         others = None if self.b == "ground" else self._others(builder, name, nodes)
-        own, written = split_reference(self.a)[0], 0
+        own, written, first = split_reference(self.a)[0], 0, len(builder.rows["coordinates"])
         sprung = bool(self.stiffness or self.damping or self.latch is not None)
         carried = self._carried(builder, name) if others is not None else {}
         for k, (node, share, tangent) in enumerate(zip(nodes.nodes, nodes.shares, nodes.tangents, strict=True)):
@@ -95,7 +99,7 @@ class Seam(Part):
                 raise InputError(f"{taken!r} is a part, and what {name!r} calls one of its joints; rename one of them")
             keys: Any = {"axis": tuple(tangent.tolist())} if self.type == "revolute" else {}
             a, b = (end, point) if others is None else (point, end)
-            builder.write(f"{name} {k}", Joint(a=a, b=b, type=self.type, **keys))
+            builder.write(f"{name} {k}", self._joint(k, a=a, b=b, type=self.type, **keys))
             if sprung:
                 # with the ground as a, the angle of b is that of the edge: the other sense
                 sense = -1.0 if others is None else 1.0
@@ -107,11 +111,18 @@ class Seam(Part):
                 )  # fmt: skip
                 builder.write(f"{name} spring {k}", spring)
             written += 1
+        rows = builder.rows["coordinates"]
+        for row in rows[first:] if self.latches == "edge" else ():
+            row |= {"together": first, "together_end": len(rows)}
         builder.part = name
         if written == 0:
             raise InputError(f"{name} joins nodes that all stand still; leave it out")
         index = builder.add("seams", nodes=len(nodes.nodes), sprung=int(sprung), sense=-1 if others is None else 1)
         builder.names[name] = ("seams", index)
+
+    def _joint(self, k: int, **keys: Any) -> Joint:
+        """The joint of a node of the edge."""
+        return Joint(**keys)
 
     def _nodes(self, builder: Builder, name: str, key: str) -> Spread | None:
         """Nodes of an edge or a rod; None of other parts."""

@@ -172,12 +172,12 @@ def revolute(view: View, rows: list[int]) -> tuple[Array, Array] | None:
     held = [joints[k] for k in rows if joints["kind"][k] == kernels.DIRECTION]
     if any(row["on"][0] != sides.ON_BODY for row in held):
         return None
-    place = next(joints[k] for k in rows if joints["kind"][k] == kernels.POINT)
     last = held[-1]  # which always holds the axis itself
     body, axis = int(last["index"][0]), last["local"][0]
     if last["on"][1] == sides.ON_BODY:
         second = [{"on": sides.ON_BODY, "other": last["index"][1], "local": last["local"][1]}]
     else:  # of a node's slopes the one that is most across the axis
+        place = next(joints[k] for k in rows if joints["kind"][k] == kernels.POINT)
         q, v = int(place["iq"][1]), int(place["iv"][1])
         offs = range(3, 3 * view.node_vectors(q), 3)
         second = [{"on": sides.ON_COORDINATES, "iq": q + off, "iv": v + off} for off in offs]

@@ -198,6 +198,8 @@ def add_coordinate(
         latch=latch,
         stick=stick,
         side=1.0 if start > latch else -1.0,
+        together=0,
+        together_end=0,
         **({"angle": start, "before": start, "anchor": start} | fields),
     )
 

@@ -41,8 +41,13 @@ _FREE_TO_TURN = ("spherical", "distance", "point-on-line", "in-plane", "pulley")
 _ROPES = ("distance", "pulley")
 
 
-def write_pair(joint: Any, builder: Builder, name: str) -> None:
-    """Write the joint's scalar constraints into the family `joints`; or fix the end of a thread."""
+def write_pair(joint: Any, builder: Builder, name: str, *, meets: bool = False) -> None:
+    """Write the joint's scalar constraints into the family `joints`; or fix the end of a thread.
+
+    Parameters
+    ----------
+    meets : bool, whether other joints already make its points coincide, so that it holds directions alone
+    """
     check_type(builder, name, joint, turns=joint.type in _FREE_TO_TURN)
     if fix_end(builder, name, joint):
         return
@@ -70,7 +75,7 @@ def write_pair(joint: Any, builder: Builder, name: str) -> None:
     else:
         if apart > _LEAST_OFF * max(1.0, float(np.abs(a.u).max())):
             raise InputError(f"{name}: its two points are {apart:.6g} m apart at the start; they must coincide")
-        for along in np.eye(3):
+        for along in () if meets else np.eye(3):
             add_row(builder, kernels.POINT, a, b, along=along, **common)
     if joint.rotational_stiffness is not None:
         common["stiffness"] = joint.rotational_stiffness

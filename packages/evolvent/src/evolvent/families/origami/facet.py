@@ -6,10 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from evolvent.assembly.builder import Builder
 from evolvent.elements.laminates import WallProperties
 from evolvent.families.bodies.part import RigidBody
 from evolvent.families.coordinates.part import JointSpring
+from evolvent.families.coordinates.part_seam import Seam
 from evolvent.families.joints.part import Joint
+from evolvent.families.joints.part_pairs import write_pair
 from evolvent.results.observe.variables import Variable, turned
 from evolvent_base import units
 
@@ -47,6 +50,35 @@ class Hinge(Joint):
     """A joint of two facets, which the edges of these show."""
 
     symbol = ""
+
+
+class NodeHinge(Joint):
+    """A joint of two nodes of facets which others round their vertex already hold together: it holds directions alone.
+
+    With its positions as well the joints round a vertex would repeat one another.
+    """
+
+    symbol = ""
+
+    def write(self, builder: Builder, name: str) -> None:
+        """Write the rows of directions."""
+        self._check(name)
+        write_pair(self, builder, name, meets=True)
+
+
+class Fold(Seam):
+    """A seam of two facets.
+
+    Parameters
+    ----------
+    met : list of int, numbers of its nodes which others round their vertex already hold together
+    """
+
+    met: tuple[int, ...] = ()
+
+    def _joint(self, k: int, **keys: Any) -> Joint:
+        """The joint of a node."""
+        return NodeHinge(**keys) if k in self.met else super()._joint(k, **keys)
 
 
 class HingeSpring(JointSpring):

@@ -14,8 +14,7 @@ from evolvent.elements.fold_files import Crease, Pattern, path_of, read
 from evolvent.elements.laminates import WallProperties, WallSection
 from evolvent.elements.rods import quaternion
 from evolvent.elements.sections import MaterialOrName
-from evolvent.families.coordinates.part_seam import Seam
-from evolvent.families.origami.facet import Facet, Hinge, HingeSpring, inertia_of
+from evolvent.families.origami.facet import Facet, Fold, Hinge, HingeSpring, inertia_of
 from evolvent.families.origami.folding import Folded, state
 from evolvent.families.shells.part import Shell
 from evolvent.kernels.rotations import rotation_from_quaternion
@@ -102,8 +101,10 @@ class Origami(Part):
     Notes
     -----
     A fold angle is 0 of flat facets, positive of valleys, negative of mountains, and half a turn where facets lie on
-    one another. Facets have no contact: they may pass one another, and `faceOrders` is not read. Hinges of rigid
-    facets round a vertex depend on one another: their multipliers are of least norm.
+    one another. Facets may pass one another but where a `Contact` of two flexible ones says that they touch, and
+    `faceOrders` is not read. Hinges of rigid facets round a vertex depend on one another: their multipliers are of
+    least norm. Round an inner vertex with flexible facets the last of the seams holds directions alone. Creases of
+    flexible facets latch by the mean angle along the edge, all nodes at once.
     """
 
     applies: ClassVar[Applies] = {
@@ -218,7 +219,7 @@ class Origami(Part):
             part = self._body(start, x, facet, k, wall) if self._is_rigid(k) else self._shell(start, x, facet, k)
             self._write(builder, name, f"{name} facet {k}", part)
         rests = self.folded(name, "rest").angles
-        latches = None if self.latch is None else self.folded(name, "latch").angles
+        latches, met = None if self.latch is None else self.folded(name, "latch").angles, self._met()
         for k, crease in enumerate(self.pattern.creases):
             if crease.left in self.held and crease.right in self.held:
                 continue
@@ -228,9 +229,29 @@ class Origami(Part):
             if self._is_rigid(crease.left) and self._is_rigid(crease.right):
                 self._write_joint(builder, name, start, crease, angles)
             else:
-                self._write_seam(builder, name, crease, angles)
+                self._write_seam(builder, name, crease, angles, met[k])
         builder.part = name
         builder.names[name] = ("origami", 0)
+
+    def _met(self) -> list[set[int]]:
+        """Vertices of each seam at which the joints written before it already hold both of its facets together."""
+        creases, held = self.pattern.creases, dict[tuple[int, int], int]()
+
+        def holder(vertex: int, facet: int) -> int:
+            while (vertex, facet) in held:
+                facet = held[vertex, facet]
+            return facet
+
+        found: list[set[int]] = [set() for _ in creases]
+        rigid = [self._is_rigid(one.left) and self._is_rigid(one.right) for one in creases]
+        for k in sorted(range(len(creases)), key=lambda k: not rigid[k]):
+            for vertex in (creases[k].begin, creases[k].end):
+                a, b = (holder(vertex, facet) for facet in (creases[k].left, creases[k].right))
+                if a != b:
+                    held[vertex, a] = b
+                else:
+                    found[k].add(vertex)
+        return found
 
     def _is_vertex_inside(self) -> bool:
         """Whether creases form a loop."""
@@ -289,7 +310,7 @@ class Origami(Part):
         """Whether creases have springs."""
         return bool(self.stiffness or self.damping or self.latch is not None)
 
-    def _write_seam(self, builder: Builder, name: str, crease: Crease, angles: dict[str, float]) -> None:
+    def _write_seam(self, builder: Builder, name: str, crease: Crease, angles: dict[str, float], met: set[int]) -> None:
         """A seam of which one side or both are flexible; the angle of its springs is the fold angle, or against it."""
         sides = [(crease.right, crease.left, crease.end), (crease.left, crease.right, crease.begin)]
         own, other, begin = next(side for side in sides if not self._is_rigid(side[0]))
@@ -304,5 +325,7 @@ class Origami(Part):
             keys |= {"stiffness": self.stiffness, "damping": self.damping}
             if self.latch is not None:
                 keys |= {"latch_stiffness": self.latch_stiffness, "latch_damping": self.latch_damping}
-        seam = Seam(a=f"{name} facet {own}.{word}", b=b, **keys)
+                keys["latches"] = "edge"
+        ends = {self.elements * ((vertex == begin) != (along > 0.0)) for vertex in met}
+        seam = Fold(a=f"{name} facet {own}.{word}", b=b, met=tuple(ends), **keys)
         self._write(builder, name, f"{name} crease {crease.edge}", seam)

@@ -78,7 +78,9 @@ class Redundancy:
             return ""
         return (
             f"the constraints of {_listed(self.names)} are inconsistent at t = {t:.6g} s: they are "
-            f"violated by {off:.3g}; remove a redundant one, or give one of them a `stiffness`"
+            f"violated by {off:.3g}; remove a redundant one, give one of them a `stiffness`, or end the motion "
+            f"before a position in which more of them depend on one another, such as all hinges in one plane: from "
+            f"there it may go on in several ways"
         )
 
 

@@ -38,7 +38,7 @@ from evolvent.solvers.time.implicit.samples import (
     restore_wrenches,
     start_next,
 )
-from evolvent.solvers.time.implicit.step_error import fastest_rate, note_step
+from evolvent.solvers.time.implicit.step_error import ABOVE_LEFT, fastest_rate, note_step
 from evolvent.solvers.time.implicit.workspace import (
     AT_RESTART,
     AT_STOP,
@@ -130,6 +130,7 @@ def advance(model, matrix, work, budget):
             loop.turn_step, loop.rejected = h * turn, loop.rejected + 1
             continue
         turned, rest = loop.turn_step < math.inf, loop.whole - h
+        cut = midpoint and not passes and loop.event_step < math.inf  # by an event, which says nothing of the next step
         accept_step(t1, t_end, h, model, work)
         loop.behind = 0.0 if lands else ahead - (t1 - t)
         if not adaptive and rest > options.smallest:
@@ -150,7 +151,7 @@ def advance(model, matrix, work, budget):
             if stopped:
                 return STOPPED
         if adaptive:
-            loop.step = next_step(h, error, iterations, lands or turned, work)
+            loop.step = next_step(h, error, iterations, lands or turned or cut, work)
         elif options.divides != 0 and not lands and not turned:
             loop.step = min(2.0 * h, loop.wanted)
         if lands and stops:
@@ -258,6 +259,8 @@ def until_event(t, h, model, work):
     It may be longer, to end behind an event.
     """
     part = until_coordinate(h, model, work)
+    if work.options.tolerance > 0.0 and (1.0 - part) * h * work.loop.fastest <= ABOVE_LEFT * work.loop.left:
+        part = 1.0  # as near as the increments are known
     if work.options.midpoint != 0 and work.options.tolerance > 0.0 and model.body_contacts.size > 0:
         part = min(part, until_touch(h, work.y0, work.R0, work.x0, work.y, work.R1, work.x1, model))
     calls = model.node_events_until_calls
