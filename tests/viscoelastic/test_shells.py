@@ -114,7 +114,8 @@ def test_plies_that_relax_beside_others_that_do_not(book: Book) -> None:
     strong = CREEPING.replaced(tensile_strength=1e8)
     section: Any = {
         "laminate": [
-            {"material": ply, "thickness": h, "angle": angle} for ply, angle in zip((STIFF, strong, OTHER), angles, strict=True)
+            {"material": ply, "thickness": h, "angle": angle}
+            for ply, angle in zip((STIFF, strong, OTHER), angles, strict=True)
         ]
     }
     shell = bent(0.5, (2, 1), ("x0", "x1", "y0", "y1"), stretch=1.001, section=section)
