@@ -292,8 +292,8 @@ class Contact(Part):
         if family(self.b) in with_faces:
             kind = builder.specs[str(self.b)].kind
             raise InputError(
-                f"{name}.b is the {kind} {self.b!r}, which {self.a[0]!r} cannot touch; give the {kind} as {name}.a, and "
-                f"as {name}.b a body with {name}.shape"
+                f"{name}.b is the {kind} {self.b!r}, which {self.a[0]!r} cannot touch; give the {kind} as {name}.a, "
+                f"and as {name}.b a body with {name}.shape"
             )
         other = next((one for one, of in zip(self.a, found, strict=True) if of != "beams" and of not in touching), None)
         if other is not None:
