@@ -218,6 +218,18 @@ def test_what_cannot_be_heated_is_refused(heat: dict[str, Any], shell: dict[str,
     assert words in str(refused.value)
 
 
+def test_what_takes_no_heat_is_refused() -> None:
+    system = panel(WARM)
+    system.add(parts.ThermalLoad(part="held", **WARM), "other")
+    with pytest.raises(InputError, match="'held', which takes no thermal load: it must be a beam, a rod or a shell"):
+        system.assemble()
+
+
+def test_the_adjoint_refuses_heat_by_the_name_of_the_load() -> None:
+    with pytest.raises(InputError, match="'heat' is a thermal load on a shell, which the adjoint does not support"):
+        panel(WARM).sensitivity("panel.largest_displacement.last", "parts.panel.thickness", until=1.0, mode="adjoint")
+
+
 def test_a_case_file_holds_a_heated_shell() -> None:
     system = panel(
         {"temperature": {"table": [["0 s", "0 K"], ["1 min", "40 K"]]}, "gradient_z": {"constant": "2 K/cm"}}

@@ -52,7 +52,8 @@ def test_estimated_normals_of_a_quarter_of_a_cylinder() -> None:
             WALL | {"nodes": [[[0, 0, 0], [0, 1, 0]], [[1, 0, 0], [0.2, 0.2, 0]]], "elements": (1, 1)},
             "element 0 of shell is not convex",
         ),
-        (WALL | {"size": (1.0, 3.0), "radius": 0.5, "elements": (1, 2)}, "normals of element 0 are 172 deg apart"),
+        (WALL | {"size": (1.0, 3.0), "radius": 0.5, "elements": (1, 2)}, "arcs of 171.9 deg; at most 90 deg"),
+        (WALL | {"size": (1.0, 3.0), "radius": 0.25, "elements": (1, 2)}, "arcs of 343.8 deg; at most 90 deg"),
     ],
 )
 def test_refusals(keys: dict[str, Any], message: str) -> None:

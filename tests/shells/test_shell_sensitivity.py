@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from evolvent import System, parts
+from evolvent_base.errors import InputError
 from shells.plates import material
 
 KEYS = {
@@ -44,3 +45,15 @@ def test_derivatives() -> None:
             run = panel(**{name: factor * value}).simulate(**RUN)
             ends.append(float(run["panel"]["largest_displacement"].values[-1]))
         assert found[1][k] == pytest.approx((ends[0] - ends[1]) / (0.002 * value), rel=1e-4)
+
+
+def test_the_largest_of_values_that_are_alike_has_no_adjoint() -> None:
+    """All nodes of a panel that falls move alike; neighbours move all of them together."""
+    system = System(gravity=(0.0, 0.0, -9.81))
+    shell = parts.Shell(size=(0.5, 0.3), elements=(2, 1), thickness=0.01, material=material(5e7), mass_damping=1.0)
+    system.add(shell, "panel")
+    keys: Any = {"until": 0.02, "every": 0.01, "step": 0.01, "method": "energy-momentum", "spectral_radius": 1.0}
+    key = "parts.panel.mass_damping"
+    with pytest.raises(InputError, match=r"'panel.largest_displacement.last' is not supported, which has a kink"):
+        system.sensitivity(VALUE, key, mode="adjoint", check=False, **keys)
+    assert system.sensitivity(VALUE, key, check=False, **keys).dataset.derivative.values < 0.0

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from evolvent import InputError, parts
+from evolvent import InputError, System, parts
 from evolvent.elements import Material
 from evolvent.elements.laminates import Laminate, Ply
 from evolvent.elements.strength import failure_index, ply_stresses
@@ -78,3 +78,26 @@ def test_strip_bent_to_yield() -> None:
     assert run["largest_strain"].values[-1] == pytest.approx(np.full(16, 0.5 * h * curvature), rel=2e-3)
     assert run["curvature_1"].attrs["units"] == "m-1"
     assert "strength_margin" in run.attrs["plots"]
+
+
+@pytest.mark.parametrize("angles", [(0, 90, 90, 0), (0, 90)])
+def test_cooled_plies(angles: tuple[int, ...]) -> None:
+    """Without forces: stress across fibres, of layers that hold one another; curvature of a pair (Timoshenko 1925)."""
+    E1, E2, T, Y, one, h = 100e9, 10e9, -10.0, 40e6, 3e-5, 0.1e-3
+    ply = Material(
+        young_modulus=E1, young_modulus_2=E2, poisson_ratio=0.0, shear=4e9, density=1600.0, thermal_expansion=0.0,
+        thermal_expansion_2=one, tensile_strength=1e15, tensile_strength_2=Y,
+    )  # fmt: skip
+    wall: Any = {"laminate": [{"material": ply, "thickness": h, "angle": f"{a} deg"} for a in angles]}
+    system = System()
+    system.add(parts.Shell(size=(0.04, 0.005), elements=(4, 1), section=wall), "wall")
+    system.add(parts.ThermalLoad(part="wall", temperature={"constant": T}), "cool")
+    system.add(parts.Joint(a=(0.0, 0.0, 0.0), b="wall[0]", type="clamp"), "held")
+    run: Any = system.equilibrium()["wall"]
+    if len(angles) == 4:
+        stress, curvature = E1 * E2 * one * -T / (E1 + E2), 0.0
+        assert run["failure_index"].values[-1] == pytest.approx(np.full(4, stress / Y), rel=1e-3)
+        assert run["largest_strain"].values[-1] == pytest.approx(np.full(4, E2 * one * -T / (E1 + E2)), rel=1e-3)
+    else:
+        curvature = 12.0 * one * T / (h * (14.0 + E1 / E2 + E2 / E1))
+    assert run["curvature_1"].values[-1] == pytest.approx(np.full(4, curvature), rel=1e-2, abs=1e-9)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from evolvent import System, parts
+from evolvent import InputError, System, parts
 from shells.plates import material
 
 METHODS = ("generalized-alpha", "energy-momentum")
@@ -146,3 +146,12 @@ def test_turns_of_a_strip_lie_on_one_another() -> None:
     apart = course(inner + 2.0 * math.pi) - course(inner)
     assert np.abs(apart[6:-6] / thick - 1.0).max() < 0.01
     assert 0.99 < (apart / thick).min() <= (apart / thick).max() < 1.03
+
+
+def test_a_body_on_a_shell_is_refused() -> None:
+    system = System()
+    system.add(parts.Shell(size=(1.0, 1.0), elements=(1, 1), thickness=0.01, material="steel"), "panel")
+    system.add(parts.RigidBody(mass=1.0, inertia=(1.0, 1.0, 1.0), shape={"sphere": 0.1}), "ball")
+    system.add(parts.Contact(a="ball", b="panel", stiffness=1e4), "touch")
+    with pytest.raises(InputError, match=r"touch\.b is the shell 'panel', which 'ball' cannot touch; give the"):
+        system.assemble()

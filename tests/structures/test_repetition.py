@@ -259,6 +259,34 @@ def test_rods_on_a_ring_need_their_normal():
         evolvent.load(content)
 
 
+SHELL = """
+parts:
+  petal:
+    kind: shell
+    repeat: {count: 4, axis: [1, 0, 0]}
+    formula: [0.3*u, 0.2*v, 0.1*v**2]
+    elements: [1, 2]
+    thickness: 2 mm
+    material: cfrp
+    position: [0.3, 0.1, 0 m]
+    direction: [1, 0, 0]
+    normal: [0, 0, 1]
+"""
+
+
+def test_shells_on_a_ring():
+    """Positions and normals of the nodes of each turn by a quarter."""
+    model = load(SHELL).assemble().model.bodies[1:]
+    quarter = Rotation.from_rotvec([0.5 * np.pi, 0.0, 0.0]).as_matrix()
+    for k in range(3):
+        first, second = model[6 * k : 6 * k + 6], model[6 * k + 6 : 6 * k + 12]
+        np.testing.assert_allclose(second["x0"], first["x0"] @ quarter.T, atol=1e-12)
+        np.testing.assert_allclose(second["R0"], quarter @ first["R0"], atol=1e-12)
+    for key, text in (("direction", "    direction: [1, 0, 0]\n"), ("normal", "    normal: [0, 0, 1]\n")):
+        with pytest.raises(InputError, match=rf"parts\.petal\.{key} is missing; on a ring it must be given"):
+            load(SHELL.replace(text, ""))
+
+
 def test_the_size_of_a_case_is_limited():
     """Many repetitions end with a sentence."""
     one = {"kind": "point", "mass": 1, "repeat": {"count": 1000}}

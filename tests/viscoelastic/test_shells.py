@@ -111,9 +111,11 @@ def _hand(angles: Any, plies: Any, h: float) -> Array:
 def test_plies_that_relax_beside_others_that_do_not(book: Book) -> None:
     """Every node held, stretched and bent, at 40 degC: forces and moments of three plies of three laws."""
     angles, plies, h = (0.0, math.pi / 2.0, math.pi / 6.0), (STIFF, CREEPING, OTHER), 0.4e-3
+    strong = CREEPING.replaced(tensile_strength=1e8)
     section: Any = {
         "laminate": [
-            {"material": ply, "thickness": h, "angle": angle} for ply, angle in zip(plies, angles, strict=True)
+            {"material": ply, "thickness": h, "angle": angle}
+            for ply, angle in zip((STIFF, strong, OTHER), angles, strict=True)
         ]
     }
     shell = bent(0.5, (2, 1), ("x0", "x1", "y0", "y1"), stretch=1.001, section=section)
@@ -141,6 +143,10 @@ def test_plies_that_relax_beside_others_that_do_not(book: Book) -> None:
         reference="sum over the plies", source="theory of laminates by hand",
         error=np.max(np.abs(F[-1] / wanted - 1.0)), allowed=1e-9,
     )  # fmt: skip
+    assert run["shell"]["curvature_1"].values[:, 0] == pytest.approx(strain[3], rel=1e-9)
+    index = run["shell"]["failure_index"].values[:, 0]
+    share = left(hold, [(0.3, a * 3600.0), (0.2, a * 30 * 86_400.0)])
+    assert index[-1] / index[0] == pytest.approx(share, rel=1e-9)
     del system.sections["store"]
     kept = kept_strains(store(system.assemble(), hold, T).assembly.model, 0)
     assert kept[:, :6] == pytest.approx(np.tile(np.linalg.solve(whole, lost @ strain), (2, 1)), rel=1e-8, abs=1e-12)

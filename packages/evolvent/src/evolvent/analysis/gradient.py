@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 Array = np.ndarray
 #: Changes of keys, beside their sizes, and of coordinates and rates at samples, beside the sizes of the unknowns.
 CHANGE, MOVE, RATE = 1e-6, 1e-5, 1e-4
+#: Second differences beside the largest first one, and beside values, from which on a kink is looked for, and what of
+#: them is left at half the distance.
+BENT, ROUND_OFF, KINK = 0.2, 1e-10, 0.4
 #: Keys of which each is tried alone, whether a value depends on it.
 FEW = 2
 #: What a solution keeps beside its states and the balance.
@@ -192,19 +195,33 @@ def _seeds(solution: Solution, name: str, value: float, adjoint: Adjoint) -> tup
             f"the adjoint of {name!r} is not supported, which follows from several samples; take mode 'forward'"
         )
     size = np.concatenate([MOVE * adjoint.lead.work.weight[:n_v], RATE * adjoint.lead.work.weight[:n_v]])
-    order = np.concatenate([[0], np.repeat(samples, 4 * n_v)])
-    moved = solution.chosen(order)
-    states, row = moved.y.copy(), 1
-    for _ in samples:
-        for j in range(2 * n_v):
-            for sign in (1.0, -1.0):
-                states[row] = _moved(states[row], j, sign * size[j], adjoint)
-                row += 1
-    values = _series(dataclasses.replace(moved, y=states), variable)[1:].reshape(samples.size, 2 * n_v, 2)
+    values = _beside(solution, variable, samples, size, adjoint)
+    middle, least = series[samples, None], ROUND_OFF * np.abs(series).max(initial=0.0)
+    bend = np.abs(values.sum(axis=2) - 2.0 * middle)
+    bent = bend > np.maximum(BENT * np.abs(values[..., 0] - values[..., 1]).max(axis=1, initial=0.0)[:, None], least)
+    if np.any(bent):  # half of it at half the distance, where the value has a kink, a quarter where it is smooth
+        nearer = np.abs(_beside(solution, variable, samples, 0.5 * size, adjoint).sum(axis=2) - 2.0 * middle)
+        if np.any(nearer[bent] > KINK * bend[bent]):
+            raise InputError(
+                f"the adjoint of {name!r} is not supported, which has a kink there, such as the largest of several "
+                f"values that are alike; take mode 'forward', or a value of one node"
+            )
     by_sample[samples] = weights[samples, None] * (values[..., 0] - values[..., 1]) / (2.0 * size)
     if (samples.size and samples[0] > 0) or samples.size > 1:
         by_sample[0] += _by_start(solution, variable, weights, size, adjoint)
     return by_sample, by_event
+
+
+def _beside(solution: Solution, variable: str, samples: Array, size: Array, adjoint: Adjoint) -> Array:
+    """A variable (samples, n, 2) at samples where each coordinate and rate is larger and smaller by its size."""
+    moved = solution.chosen(np.concatenate([[0], np.repeat(samples, 2 * size.size)]))
+    states, row = moved.y.copy(), 1
+    for _ in samples:
+        for j in range(size.size):
+            for sign in (1.0, -1.0):
+                states[row] = _moved(states[row], j, sign * size[j], adjoint)
+                row += 1
+    return _series(dataclasses.replace(moved, y=states), variable)[1:].reshape(samples.size, size.size, 2)
 
 
 def _moved(y: Array, j: int, d: float, adjoint: Adjoint) -> Array:

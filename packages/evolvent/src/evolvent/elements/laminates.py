@@ -117,7 +117,7 @@ class Laminate(Wall):
                 total[:3, 3:6] += h * middle * plane
                 total[3:6, 3:6] += second * plane
                 total[6:, 6:] += self.shear_factor * h * shear
-            held = plane @ _turned_expansion(ply.material, ply.angle)
+            held = plane @ turned_expansion(ply.material, ply.angle)
             heated[:3] += np.outer(held, [h, h * middle])
             heated[3:6] += np.outer(held, [h * middle, second])
             mass, inertia = mass + h * ply.material.density, inertia + second * ply.material.density
@@ -193,7 +193,7 @@ def _turned_stiffness(material: Material, angle: float) -> tuple[Array, Array]:
     return T.T @ plane_stiffness(material) @ T, R.T @ np.diag([along, across]) @ R
 
 
-def _turned_expansion(material: Material, angle: float) -> Array:
+def turned_expansion(material: Material, angle: float) -> Array:
     """Free strains 11, 22 and twice 12 by temperature, 1/K, of a ply whose fibres are at an angle; 0 if not known."""
     along = material.thermal_expansion or 0.0
     across = along if material.thermal_expansion_2 is None else material.thermal_expansion_2

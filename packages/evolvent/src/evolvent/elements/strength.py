@@ -27,15 +27,17 @@ def faces(plies: Sequence[Ply]) -> Array:
     return np.stack([tops - [ply.thickness for ply in plies], tops], axis=1)
 
 
-def ply_stresses(plies: Sequence[Ply], strains: Array) -> Array:
+def ply_stresses(plies: Sequence[Ply], strains: Array, free: Array | None = None) -> Array:
     """Stresses (.., n, 2, 3), Pa, at bottom and top of each ply along and across its fibres, and of shear.
 
     Parameters
     ----------
     strains : (.., 6) float, membrane strains 11, 22 and twice 12, and changes of curvature alike, 1/m
+    free : (.., n, 6) float, those of each ply without stress: of its thermal expansion, and of its relaxation
     """
     by_strains = np.stack([plane_stiffness(ply.material) @ turned_strains(ply.angle) for ply in plies])
-    at = strains[..., None, None, :3] + faces(plies)[..., None] * strains[..., None, None, 3:]
+    held = strains[..., None, :] if free is None else strains[..., None, :] - free
+    at = held[..., None, :3] + faces(plies)[..., None] * held[..., None, 3:]
     return np.einsum("nij,...nfj->...nfi", by_strains, at)
 
 

@@ -34,6 +34,7 @@ _INERTIAL: dict[str, tuple[str, str, str]] = {
     "point": ("position", "velocity", ""),
     "beam": ("position", "direction normal velocity angular_velocity", ""),
     "rod": ("position", "direction normal velocity angular_velocity", ""),
+    "shell": ("position", "direction normal velocity angular_velocity", ""),
     "joint": ("position", "axis axis_b anchor", ""),
     "joint-spring": ("", "axis zero", ""),
     "spring": ("", "axis", ""),
@@ -45,6 +46,10 @@ _OWN: dict[str, str] = {
     "rod": "curvature",
     "attitude-controller": "axis",
 }
+#: Keys with many places or directions, which do not move along.
+_STANDING: dict[str, str] = {"shell": "normals start start_normals"}
+#: Keys that must be given on a ring, since they turn along.
+_TURNING: dict[str, str] = {"beam": "normal", "rod": "normal", "shell": "direction normal"}
 #: Keys whose defaults are places and directions too.
 _WITH_DEFAULTS = {"position", "orientation", "direction", "axis"}
 
@@ -189,13 +194,15 @@ def _check_keys(part: Part, how: Repeat, key: str) -> None:
         field = type(part).model_fields[name]
         vectors = [one for one in marks(field) if isinstance(one, (units.Vector, units.Tensor))]
         moves = any(one.quantity.unit == "m" or how.axis is not None for one in vectors if getattr(one, "size", 3) == 3)
-        if moves or name in ("nodes", "rates"):
+        standing = _STANDING.get(kind, "").split() + (["file"] if how.axis is not None else [])
+        if moves or name in ("nodes", "rates") or name in standing:
             raise InputError(
                 f"{key}.{name} cannot be repeated {'on a ring' if how.axis is not None else 'in a row'}; give {KEY} a "
                 f"count alone, or write the parts out"
             )
-    if how.axis is not None and kind in ("beam", "rod") and "normal" not in part.model_fields_set:
-        raise InputError(f"{key}.normal is missing; on a ring it must be given, for it turns along")
+    for name in _TURNING.get(kind, "").split() if how.axis is not None else ():
+        if name not in part.model_fields_set:
+            raise InputError(f"{key}.{name} is missing; on a ring it must be given, for it turns along")
 
 
 def _moved(

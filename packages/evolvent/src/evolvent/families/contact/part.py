@@ -289,6 +289,12 @@ class Contact(Part):
                 f"{name}.b is the {kind} {self.b!r}; contact of a {kind} with {one!r} is not implemented: of parts "
                 f"with nodes only shells touch shells, else give a point of a body"
             )
+        if family(self.b) in with_faces:
+            kind = builder.specs[str(self.b)].kind
+            raise InputError(
+                f"{name}.b is the {kind} {self.b!r}, which {self.a[0]!r} cannot touch; give the {kind} as {name}.a, "
+                f"and as {name}.b a body with {name}.shape"
+            )
         other = next((one for one, of in zip(self.a, found, strict=True) if of != "beams" and of not in touching), None)
         if other is not None:
             builder.location(other, f"{name}.a")

@@ -6,6 +6,8 @@ import numpy as np
 
 from evolvent.assembly.families import bodies_of
 from evolvent.elements import strength
+from evolvent.elements.laminates import WallProperties, turned_expansion
+from evolvent.families.shells.shell_strains import STRAINS
 from evolvent.model import RESULTS
 from evolvent.results.observe.variables import Observed, Variable, cross, norm, observer
 from evolvent.results.observe.view import View
@@ -53,8 +55,7 @@ def observe_shell(view: View, name: str) -> Observed:
     ):
         values = _principal(*(found.variables[key].values for key in of))
         found.along(called, "element", values, unit, f"{text}, in the middle of each element")
-    strains = _observe_strains(view, name, found)
-    named = _observe_strength(view, name, strains, found)
+    named = _observe_strength(view, name, *_observe_strains(view, name, found), found)
     found.along("energy_density", "element", fields["stored"][:, own] / rows["area"], "J m-2", "strain energy per area")
     found.results("shells", view.fields["shells"], index)
     for field in _SUMS:
@@ -118,12 +119,19 @@ def _observe_reactions(view: View, name: str, found: Observed) -> None:
     found.coordinate("clamped_edge", "clamped_edge", np.array([*edges]), "1", "edges that are clamped")
 
 
-def _observe_strains(view: View, name: str, found: Observed) -> Array:
-    """Curvatures and the largest strain at the faces, by the resultants; returns strains and curvatures (nt, m, 6)."""
+def _observe_strains(view: View, name: str, found: Observed) -> tuple[Array, Array]:
+    """Curvatures and the largest strain at the faces, by the resultants.
+
+    Returns
+    -------
+    strains : (nt, m, 6) float, membrane strains 11, 22 and twice 12, and changes of curvature alike, 1/m
+    free : (nt, m, n, 6) float, those of each ply without stress
+    """
     wall = view.part(name).wall(name)
     keys = (*_FORCES, *_MOMENTS, "shear_force_1", "shear_force_2")
     resultants = np.stack([found.variables[key].values for key in keys], axis=-1)
-    strains: Array = resultants @ np.linalg.inv(wall.stiffness)[:, :6]
+    whole, free = _strains(view, name, wall, resultants)
+    strains = whole[..., :6]
     where = "in the middle of each element"
     for k, called in enumerate(("curvature_1", "curvature_2", "twist")):
         what = "change of the curvature along axis" if k < 2 else "twice the change of the twist"
@@ -136,16 +144,63 @@ def _observe_strains(view: View, name: str, found: Observed) -> Array:
         largest = np.maximum(largest, np.abs(_principal(one, two, 0.5 * both)))
     at = "at a face" if half > 0.0 else "of the reference surface"
     found.along("largest_strain", "element", largest, "1", f"principal strain of the larger size {at}, {where}")
-    return strains
+    return strains, free
 
 
-def _observe_strength(view: View, name: str, strains: Array, found: Observed) -> list[str]:
+def _strains(view: View, name: str, wall: WallProperties, resultants: Array) -> tuple[Array, Array]:
+    """Strains (nt, m, 8) in the middle of elements by the resultants, and the free strains (nt, m, n, 6) of plies.
+
+    Notes
+    -----
+    A law with the part C_m of the stiffness C, the shares g and the strains w of its branches takes from the stress
+    C_m (G e - sum of g w), G the sum of g, of the strain e. Thermal expansion is not combined with relaxation.
+    """
+    shell, plies = view.model.shells[view.index(name)], view.part(name).plies
+    own = slice(int(shell["first_element"]), int(shell["first_element"] + shell["elements"]))
+    rows, fields = view.model.shell_elements[own], view.fields["shell_elements"]
+    free = np.zeros((*resultants.shape[:2], len(plies), 6))
+    if wall.expansion is not None and np.any(rows["heated"] != 0):
+        warmth, slope = (fields[key][:, own, None] for key in ("warmth", "slope"))
+        for k, ply in enumerate(plies):
+            expansion = turned_expansion(ply.material, ply.angle)
+            free[:, :, k] = np.concatenate([expansion * warmth, expansion * slope], axis=-1)
+        thermal = warmth * wall.expansion[:, 0] + slope * wall.expansion[:, 1]
+        return resultants @ shell["compliance"] + thermal, free
+    stiffness, forces, laws = wall.stiffness.copy(), resultants.copy(), []
+    for p, (law, part) in enumerate(wall.relaxing):
+        kept = _branches(view, rows, p) @ shell["compliance"]
+        share = sum(share for share, _ in law.prony)
+        stiffness -= share * part
+        forces -= kept @ part
+        laws.append((law, share, kept))
+    whole = forces @ np.linalg.inv(stiffness)
+    for law, share, kept in laws:
+        for k, ply in enumerate(plies):
+            if ply.material.viscoelastic == law:
+                free[:, :, k] = (share * whole - kept)[..., :6]
+    return whole, free
+
+
+def _branches(view: View, rows: Array, p: int) -> Array:
+    """Resultants (nt, m, 8) of the sums of g w of the branches of law p, by the whole stiffness of the wall."""
+    terms, branches = view.model.prony_terms, view.model.branch_strains
+    found = np.zeros((len(view.t), len(rows), 8))
+    for k, row in enumerate(rows):
+        law = view.model.shell_relaxations[int(row["relaxation"]) + p]
+        own = terms[int(law["prony"]) : int(law["prony_end"])]
+        accounts = branches["account"][int(law["branch"]) :][: own.size * STRAINS]
+        w = view.y[:, accounts].reshape(len(view.t), own.size, STRAINS)
+        found[:, k] = np.einsum("i,tij->tj", own["share"], w) @ row["resultants"].T
+    return found
+
+
+def _observe_strength(view: View, name: str, strains: Array, free: Array, found: Observed) -> list[str]:
     """How near plies with strengths are to failure; returns names of what is drawn, none without strengths."""
     plies = view.part(name).plies
     known = [k for k, ply in enumerate(plies) if ply.material.tensile_strength is not None]
     if not known:
         return []
-    stress = strength.ply_stresses(plies, strains)
+    stress = strength.ply_stresses(plies, strains, free)
     index = np.stack([strength.failure_index(plies[k].material, stress[..., k, :, :]).max(axis=-1) for k in known], -1)
     largest, ply = index.max(axis=-1), np.array(known)[index.argmax(axis=-1)]
     text = "square root of the criterion of Tsai and Hill, of the ply and face nearest to failure; 1 at failure"

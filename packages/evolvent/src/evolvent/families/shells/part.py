@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -239,6 +240,13 @@ class Shell(Part):
             raise InputError(f"{name}.size is missing; give it, or {name}.nodes, {name}.formula or {name}.file")
         if min(self.size) <= 0.0:
             raise InputError(f"{name}.size is {self.size!r}; both lengths must be above 0")
+        if self.radius is not None:
+            turn = math.degrees(self.size[1] / (self.elements[1] * self.radius))
+            if turn > stiffness.LARGEST_TURN:
+                raise InputError(
+                    f"{name}.radius is {self.radius:g} m: elements along side 2 are arcs of {turn:.4g} deg; at most "
+                    f"{stiffness.LARGEST_TURN:g} deg is allowed, use more elements or a larger radius"
+                )
         return part_of_cylinder(self.size, self.radius, self.elements, place, axes)
 
     def _of_shape(self, name: str, key: str) -> Array:

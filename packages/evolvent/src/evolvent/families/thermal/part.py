@@ -16,7 +16,7 @@ from evolvent.parts.base import Group, Part, Reference, unit
 from evolvent.parts.profile import GradientProfile, TemperatureProfile, write_profile
 from evolvent_base import units
 from evolvent_base.dense import legendre, product
-from evolvent_base.errors import InputError
+from evolvent_base.errors import InputError, nearest
 
 
 def _pairs(value: Any) -> Any:
@@ -84,7 +84,11 @@ class ThermalLoad(Part):
         own, index = builder.names.get(self.part, ("", -1))
         heat = families()[own].parts.heat if own in families() else None
         if index < 0 or heat is None:
-            raise builder.not_found(self.part, "beams")
+            heated = [one for one, (of, _) in builder.names.items() if families()[of].parts.heat is not None]
+            raise InputError(
+                f"{name}.part is {self.part!r}, which takes no thermal load: it must be a beam, a rod or a shell; "
+                f"{nearest(self.part, heated)}"
+            )
         self._check(builder, name)
         places = {}
         for key in ("temperature", "gradient_y", "gradient_z"):

@@ -19,6 +19,7 @@ from numba import config
 from evolvent.algebra.sparse import INNER
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
+from evolvent.assembly.families import owner
 from evolvent.equations.implicit import residual
 from evolvent.kernels.blocks import displace
 from evolvent.model.family import some
@@ -75,7 +76,8 @@ def check(plan: Any) -> None:
         if family.adjoint is not None:
             supported.append((family.adjoint, found))
         elif found.size:
-            raise InputError(f"the adjoint does not support {family.name}, which the system has; take mode 'forward'")
+            who, what = owner(plan.assembly, family.name, 0), family.called(found[:1])
+            raise InputError(f"{who!r} is {what}, which the adjoint does not support; take mode 'forward'")
     for support, found in supported:
         for what, mask in support.refused.items():
             if np.any(mask(found)):
