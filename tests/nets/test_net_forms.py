@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from book import Book
 from evolvent import System, parts
@@ -96,7 +97,7 @@ def test_best_fit() -> None:
     surface, topology, _ = lattice()
     shift, turn, focal = np.array([3e-3, -2e-3, 5e-3]), np.array([1e-3, -2e-3]), 7.83
     x = np.column_stack([topology.plan, (topology.plan**2).sum(axis=1) / (4.0 * focal)])
-    c = error.Rotation.from_rotvec([*turn, 0.0]).as_matrix()
+    c = Rotation.from_rotvec([*turn, 0.0]).as_matrix()
     points, weights = x @ c.T + shift, np.ones(len(x))
     fit = error.best_fit(points, weights, surface)
     assert fit.rms < 1e-10

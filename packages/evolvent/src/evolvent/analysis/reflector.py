@@ -6,7 +6,7 @@ import dataclasses
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse.linalg
+import scipy
 
 from evolvent.analysis import trees
 from evolvent.assembly.assembled import Assembly

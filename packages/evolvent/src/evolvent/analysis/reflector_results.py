@@ -9,8 +9,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import scipy.sparse
-from scipy.stats import binom
+import scipy
 
 from evolvent.analysis.reflector import NetInSystem, State, mean_square_slope
 from evolvent.analysis.reflector_keys import ReflectorKeys
@@ -415,7 +414,7 @@ def _interpolation(facets: Array, count: int) -> scipy.sparse.csr_matrix:
 
 def _rank(count: int) -> int:
     """Index in ascending order of the draw that bounds 95 % of all with 95 % of confidence."""
-    return min(int(np.searchsorted(binom.cdf(np.arange(count), count, 0.95), 0.95)), count - 1)
+    return min(int(np.searchsorted(scipy.stats.binom.cdf(np.arange(count), count, 0.95), 0.95)), count - 1)
 
 
 def _measured(path: str, count: int) -> tuple[Array, Array]:

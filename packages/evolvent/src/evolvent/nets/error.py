@@ -11,8 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import scipy.optimize
-from scipy.spatial.transform import Rotation
+import scipy
 
 from evolvent.nets.surface import Surface
 
@@ -139,7 +138,7 @@ def best_fit(points: Array, weights: Array, surface: Surface) -> Fit:
 
     def left(p: Array) -> Array:
         shifted = points - size * p[:3]
-        own = shifted @ Rotation.from_rotvec([p[3], p[4], 0.0]).as_matrix()
+        own = shifted @ scipy.spatial.transform.Rotation.from_rotvec([p[3], p[4], 0.0]).as_matrix()
         off = own[:, 2] - (1.0 + p[5]) * surface.height(own[:, 0], own[:, 1])
         return np.asarray(share * off * slant(surface, own[:, 0], own[:, 1]) / size)
 

@@ -11,9 +11,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import scipy.optimize
-import scipy.sparse
-import scipy.sparse.linalg
+import scipy
 
 from evolvent.nets.topology import Topology
 from evolvent_base.errors import InputError

@@ -8,8 +8,7 @@ from collections.abc import Sequence
 from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
-import scipy.sparse
-from scipy.sparse import csgraph
+import scipy
 
 from evolvent.nets.surface import Surface
 from evolvent_base import units
@@ -215,7 +214,7 @@ def _checked(name: str, plan: Array, cords: Array, facets: Array, rim: Sequence[
     if (ordered[:, 0] == ordered[:, 1]).any() or counts.max() > 1:
         raise InputError(f"{name}.topology has a cord twice, or from a node to itself")
     graph = scipy.sparse.coo_matrix((np.ones(len(cords)), cords.T), shape=(n, n))
-    labels = csgraph.connected_components(graph, directed=False)[1]
+    labels = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
     loose = ~np.isin(labels, labels[held])
     if loose.any():
         raise InputError(f"{name}.topology: no cords connect node {int(loose.argmax())} with the rim")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from evolvent.assembly.assembled import Assembly, Pose
 from evolvent.assembly.builder import Builder
@@ -46,7 +46,7 @@ def unfolded(builder: Builder, key: str, springs: Sequence[str]) -> list[Pose]:
         bodies = [k for part in _beyond(builder, key, joint, ends) for k in _bodies(builder, part)]
         turn, shift = np.eye(3), np.zeros(3)
         if row["kind"] == axial.ANGLE:
-            turn = Rotation.from_rotvec(-row["angle"] * ends.axis).as_matrix()
+            turn = scipy.spatial.transform.Rotation.from_rotvec(-row["angle"] * ends.axis).as_matrix()
         else:
             shift = -row["angle"] * ends.axis
         moves.append((bodies, ends.location.x, turn, shift))
