@@ -5,9 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import cKDTree
+import scipy
 
 from evolvent.assembly.builder import Builder
 from evolvent.families.contact import face_patch
@@ -121,7 +119,7 @@ def _check_start(
     radii, thick = np.array([one.radius for one in found]), np.array([one.radius for one in own])
     touch = float(radii.max() + thick.max()) + part.clearance
     listed = [set(map(int, excluded)) for excluded in near]
-    hits = cKDTree(x).query_ball_point(middles, size + touch)
+    hits = scipy.spatial.cKDTree(x).query_ball_point(middles, size + touch)
     pairs = np.array([(k, f) for f, nodes in enumerate(hits) for k in nodes if f not in listed[k]]).reshape(-1, 2)
     if not len(pairs):
         return
@@ -180,7 +178,8 @@ def _apart(nodes: list[int], rest: dict[int, Array], found: list[TouchFace], apa
     middles = corners.mean(axis=1)
     size = np.linalg.norm(corners - middles[:, None], axis=2).max()
     near: list[list[int]] = [[] for _ in nodes]
-    for f, hits in enumerate(cKDTree([rest[body] for body in nodes]).query_ball_point(middles, apart + size)):
+    tree = scipy.spatial.cKDTree([rest[body] for body in nodes])
+    for f, hits in enumerate(tree.query_ball_point(middles, apart + size)):
         for k in hits:
             near[k].append(f)
     return near
@@ -192,5 +191,6 @@ def _along(x: Array, quads: Array, nodes: Array, apart: float) -> Array:
     low, high = pairs.min(axis=1), pairs.max(axis=1)
     _, once = np.unique(low * len(x) + high, return_index=True)
     low, high = low[once], high[once]
-    graph = coo_matrix((np.linalg.norm(x[low] - x[high], axis=1), (low, high)), shape=(len(x), len(x))).tocsr()
-    return np.asarray(dijkstra(graph, directed=False, indices=nodes, limit=apart))
+    lengths = np.linalg.norm(x[low] - x[high], axis=1)
+    graph = scipy.sparse.coo_matrix((lengths, (low, high)), shape=(len(x), len(x))).tocsr()
+    return np.asarray(scipy.sparse.csgraph.dijkstra(graph, directed=False, indices=nodes, limit=apart))

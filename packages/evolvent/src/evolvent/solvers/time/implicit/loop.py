@@ -51,8 +51,8 @@ from evolvent.solvers.time.implicit.workspace import (
 )
 
 _I = types.int64
-#: Part of a fixed step down to which generalized-alpha divides it where Newton's method finds no solution, a thread
-#: goes slack or taut, or bodies may pass each other.
+#: Part of a fixed step down to which generalized-alpha divides it where a thread goes slack or taut, bodies may pass
+#: each other, or Newton's method finds no solution although nothing touches: a force that jumps at a touch has none.
 SMALLEST_PART = 1e-4
 #: Steps of one length after which an adaptive step of generalized-alpha may grow, and by how much at most: a change of
 #: length leaves an error in the algorithmic accelerations that decays by (1 - 2 rho)/(2 - rho) a step, 0.7 for the
@@ -221,7 +221,7 @@ def is_tried_again(h, iterations, error, passes, model, work):
     if (
         not divides
         and not adaptive
-        and (not solved or model.info.abrupt > 0 or passes)
+        and (model.info.abrupt > 0 or (passes if solved else loop.contact_set == 0))
         and h > SMALLEST_PART * loop.step
     ):
         loop.rejected += 1
