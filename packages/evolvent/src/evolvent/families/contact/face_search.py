@@ -24,8 +24,6 @@ from evolvent.kernels.surfaces import END, START
 from evolvent.model import MODEL
 
 USED_FOR = "face_contacts"
-#: Of a side: how far beside a face a node still passes it. Nodes over edges, as of equal meshes, are over two faces.
-BORDER = 1e-2
 _I = types.int64
 
 
@@ -297,7 +295,7 @@ def _place_way(faces, f, x0, x1, drift):
 
 @kernel
 def _height(faces, f, R, x, p, V):
-    """Height of node p over face f along its normal, m, by poses of the bodies; 0 beyond `BORDER` beside it."""
+    """Height of node p over face f along its normal, m, by poses of the bodies; 0 where it is beside it."""
     for a in range(4):
         b = faces[f].nodes[a]
         for i in range(3):
@@ -308,15 +306,11 @@ def _height(faces, f, R, x, p, V):
                 R[b], t[2 * a + i, 0], t[2 * a + i, 1], t[2 * a + i, 2]
             )
     xi, eta = face_patch.closest(V, x[p, 0], x[p, 1], x[p, 2], 0.5, 0.5)
+    if not (0.0 < xi < 1.0 and 0.0 < eta < 1.0):
+        return 0.0
     X, u, v = face_patch.tangents_of(V, xi, eta)
-    d = (x[p, 0] - X[0], x[p, 1] - X[1], x[p, 2] - X[2])
-    along, across = d[0] * u[0] + d[1] * u[1] + d[2] * u[2], d[0] * v[0] + d[1] * v[1] + d[2] * v[2]
-    if abs(along) > BORDER * (u[0] ** 2 + u[1] ** 2 + u[2] ** 2):
-        return 0.0
-    if abs(across) > BORDER * (v[0] ** 2 + v[1] ** 2 + v[2] ** 2):
-        return 0.0
     n = cross(u[0], u[1], u[2], v[0], v[1], v[2])
-    return d[0] * n[0] + d[1] * n[1] + d[2] * n[2]
+    return (x[p, 0] - X[0]) * n[0] + (x[p, 1] - X[1]) * n[1] + (x[p, 2] - X[2]) * n[2]
 
 
 @kernel
