@@ -35,7 +35,7 @@ SHORT = {
     "plate-swing": 0.1,
     "rib-antenna": 0.5,
     "rib-held-ten-years": 1.0,
-    "rib-lenticular-shell": 0.001,
+    "rib-lenticular-shell": 1e-5,
     "rib-reflector": 0.5,
     "solar-array-flexible": 2.0,
     "tape-drum": 0.1,

@@ -35,7 +35,7 @@ SHORT = {
     "plate-swing": {"simulate.until": 0.1},
     "rib-antenna": {"simulate.until": 0.5},
     "rib-held-ten-years": {"simulate.until": 1.0},
-    "rib-lenticular-shell": {"simulate.until": 0.001},
+    "rib-lenticular-shell": {"simulate.until": 1e-5},
     "rib-reflector": {"simulate.until": 0.2},
     "solar-array": {"simulate.until": 4.0},
     "solar-array-flexible": {"simulate.until": 1.0},
