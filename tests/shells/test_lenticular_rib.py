@@ -105,3 +105,20 @@ def test_lens_has_the_stiffness_of_its_section(book: Book) -> None:
         "Modes", "Lenticular rib of two shells, clamped: first mode (12 x 8)", reference="beam of the thin section",
         source="closed form", error=abs(found / wanted - 1.0), allowed=0.02,
     )  # fmt: skip
+
+
+def test_walls_that_are_pressed_flat_do_not_pass() -> None:
+    """Nodes of equal meshes come down over edges and corners of the faces opposite, near the seams too."""
+    system = lens((6, 4))
+    for name, sense in zip(WALLS, (-1.0, 1.0), strict=True):
+        press = {"ramp": {"final": 4e3, "duration": 0.02}}
+        system.add(parts.Load(over=name, frame="body", direction=(0.0, 0.0, sense), profile=press), f"press {name}")
+    law = {"stiffness": 1e7, "damping": 1.0, "apart": 1e-3, "initial_overlap": 3.0}
+    system.add(parts.Contact(a=WALLS[0], b=WALLS[1], **law), "layers")
+    run = system.simulate(until=0.03, every=1e-3, method="energy-momentum", step=1e-3, fine=False)
+    outer, inner = (run[name].position.values.reshape(run.sizes["time"], 7, 5, 3)[:, :, 1:4] for name in WALLS)
+    normal = run[WALLS[1]].normal.values.reshape(run.sizes["time"], 7, 5, 3)[:, :, 1:4]
+    height = np.sum((outer - inner) * normal, axis=-1)
+    height = height * np.sign(height[0, 3, 1])
+    assert 0.0 < height.min() < 1.6e-4
+    assert height[-1, 2:].max() < 3e-4

@@ -24,6 +24,9 @@ from evolvent.kernels.surfaces import END, START
 from evolvent.model import MODEL
 
 USED_FOR = "face_contacts"
+#: Cosine of the largest angle between a face's normal and the way from its closest point to a node that is over it:
+#: over an edge or a corner, of two or four faces, a node is over all of them, and beside a shell over none.
+_OVER = 0.9
 _I = types.int64
 
 
@@ -306,11 +309,12 @@ def _height(faces, f, R, x, p, V):
                 R[b], t[2 * a + i, 0], t[2 * a + i, 1], t[2 * a + i, 2]
             )
     xi, eta = face_patch.closest(V, x[p, 0], x[p, 1], x[p, 2], 0.5, 0.5)
-    if not (0.0 < xi < 1.0 and 0.0 < eta < 1.0):
-        return 0.0
     X, u, v = face_patch.tangents_of(V, xi, eta)
     n = cross(u[0], u[1], u[2], v[0], v[1], v[2])
-    return (x[p, 0] - X[0]) * n[0] + (x[p, 1] - X[1]) * n[1] + (x[p, 2] - X[2]) * n[2]
+    dx, dy, dz = x[p, 0] - X[0], x[p, 1] - X[1], x[p, 2] - X[2]
+    size = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+    height = (dx * n[0] + dy * n[1] + dz * n[2]) / size
+    return height if abs(height) >= _OVER * math.sqrt(dx * dx + dy * dy + dz * dz) else 0.0
 
 
 @kernel

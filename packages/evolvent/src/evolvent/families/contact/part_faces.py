@@ -175,14 +175,24 @@ def _apart(nodes: list[int], rest: dict[int, Array], found: list[TouchFace], apa
         away = _along(x, quads, np.array(nodes) - first, apart)
         return [np.flatnonzero(np.isfinite(row[quads]).any(axis=1)) for row in away]
     corners = np.array([one.rest for one in found])
-    middles = corners.mean(axis=1)
+    middles, x = corners.mean(axis=1), np.array([rest[body] for body in nodes])
     size = np.linalg.norm(corners - middles[:, None], axis=2).max()
+    hits = scipy.spatial.cKDTree(x).query_ball_point(middles, apart + size)
     near: list[list[int]] = [[] for _ in nodes]
-    tree = scipy.spatial.cKDTree([rest[body] for body in nodes])
-    for f, hits in enumerate(tree.query_ball_point(middles, apart + size)):
-        for k in hits:
+    pairs = np.array([(k, f) for f, own in enumerate(hits) for k in own]).reshape(-1, 2)
+    if len(pairs):
+        for k, f in pairs[_distances(_flat(corners)[pairs[:, 1]], x[pairs[:, 0]]) <= apart].tolist():
             near[k].append(f)
     return near
+
+
+def _flat(corners: Array) -> Array:
+    """Vectors (n, 12, 3) of faces with straight sides between the corners (n, 4, 3)."""
+    along, across = (
+        corners[:, [1, 1, 2, 2]] - corners[:, [0, 0, 3, 3]],
+        corners[:, [3, 2, 2, 3]] - corners[:, [0, 1, 1, 0]],
+    )
+    return np.stack([corners, along, across], axis=2).reshape(-1, 12, 3)
 
 
 def _along(x: Array, quads: Array, nodes: Array, apart: float) -> Array:
