@@ -43,7 +43,6 @@ RENEW = (
 CHAPTERS = (
     "Statics of beams",
     "Statics of shells",
-    "Nets",
     "Modes",
     "Dynamics",
     "Threads, reels, tethers",

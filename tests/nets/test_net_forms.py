@@ -19,7 +19,7 @@ from evolvent.nets.topology import Gores, Rings, Topology
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
-CHAPTER = "Nets"
+CHAPTER = "Threads, reels, tethers"
 FOCAL, SIDE = 7.8, 1.0
 
 

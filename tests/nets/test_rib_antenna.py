@@ -16,7 +16,7 @@ from evolvent import System, cases
 from evolvent.nets import form
 from evolvent_base.errors import InputError
 
-CHAPTER = "Nets"
+CHAPTER = "Threads, reels, tethers"
 FOLD = math.radians(70.0)
 RIBS = 6
 #: Angle of the root's tangent where the ribs are unfolded.

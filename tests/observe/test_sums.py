@@ -23,7 +23,7 @@ from observe.seeing import Seen, close
 #: Units of all variables.
 UNITS = {
     "1", "s", "m", "m s-1", "m-1", "rad", "rad s-1", "N", "N m", "N s", "N m-1", "J", "J m-1", "J m-2", "W", "kg m s-1",
-    "kg m2 s-1", "K", "K m-1", "A", "Hz",
+    "kg m2 s-1", "K", "K m-1", "A", "Hz", "W m-2",
 }  # fmt: skip
 METHODS = ("rk4", "generalized-alpha")
 #: Families whose case has an event, behind which samples lie within steps and are interpolated; or whose bristles are

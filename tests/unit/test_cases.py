@@ -1,6 +1,7 @@
 """Cases: found, read, overridden, refused and written back."""
 
 import json
+import re
 
 import pytest
 
@@ -88,7 +89,7 @@ def test_yaml_is_in_block_style_and_below_100_letters_wide(name):
     for text in (cases.to_yaml(case), cases.to_yaml(case, content)):
         assert cases.load(cases.parse_yaml(text, "text")) == case
         assert max(map(len, text.splitlines())) < 100
-        assert "{" not in text.replace("{}", ""), "mappings stand in block style"
+        assert "{" not in re.sub(r"\{(n[+-]?\d*)?\}", "", text), "mappings stand in block style"
     shipped = [line for line in cases.text(name).splitlines() if not line.lstrip().startswith("#")]
     assert max(len(line.partition(" #")[0]) for line in shipped) < 100
 

@@ -136,7 +136,7 @@ REFUSED: dict[str, tuple[Any, str]] = {
     ),
     "times of a node": (lambda: parts.Load(at="boom.tip", force=Y, start=2, until=1), "load.until is 1.0 s; .* 2.0 s"),
     "ramp": (lambda: parts.Load(at="hub", force=Y, ramp=-1), "Load.ramp is -1; it must be a time of 0 or above"),
-    "unit": (lambda: parts.Load(at="hub", torque=(0, 0, "1 N")), "Load.torque is .* 'N' is a unit of something"),
+    "unit": (lambda: parts.Load(at="hub", torque=(0, 0, "1 N")), "load.torque has the unit N; it must be in N m"),
     "zero axis": (lambda: parts.Load(at="hub", axis=(0, 0, 0), profile=ROWS), "Load.axis is .* not all zero"),
     "no place": (lambda: parts.Load(force=Y), "load.at is missing; give at, along or over"),
     "two places": (lambda: parts.Load(at="hub", along="boom", force=Y), "load.at and load.along are both given"),

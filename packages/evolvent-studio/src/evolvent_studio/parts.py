@@ -109,7 +109,7 @@ def _followed(content: Any, old: str, new: str, *, numbered: bool = False) -> An
 def _reference(value: Any, old: str, new: str, *, numbered: bool = False) -> Any:
     """A reference as it was typed - 'hub', 'boom.tip', 'boom[5]', [hub, [0, 0, 1]], or a list of them - renamed."""
     if isinstance(value, str):
-        number = r"(?= (?:\d+|\{n(?:[+-]\d+)?\})(?:\s*$|[.\[]))" if numbered else r"(?=\s*$|[.\[])"
+        number = r"(?= (?:\d+|\{n(?:[+-]\d+)?\})(?:\s*$|[.\[])|\s*$)" if numbered else r"(?=\s*$|[.\[])"
         return re.sub(rf"^(\s*){re.escape(old)}{number}", lambda match: match[1] + new, value)
     if isinstance(value, (list, tuple)):
         return [_reference(one, old, new, numbered=numbered) for one in value]

@@ -52,6 +52,14 @@ def samples_of_cords(view: View, index: int) -> dict[str, Array]:
     return {name: values[:, own] for name, values in view.fields["springs"].items()}
 
 
+def samples_of_nodes(view: View, index: int) -> tuple[Array, dict[str, Array]]:
+    """Positions (nt, n, 3), m, of the nodes of a net that move, and what the records of these points hold, by field."""
+    row = view.model.nets[index]
+    own = slice(int(row["first_point"]), int(row["first_point"] + row["points"]))
+    x = np.stack([view.coordinates(int(point["iq"])) for point in view.model.points[own]], axis=1)
+    return x, {name: values[:, own] for name, values in view.fields["points"].items()}
+
+
 class NetCords:
     """Cords and nodes of a net.
 

@@ -35,10 +35,10 @@ def _place(builder: Any, at: Any) -> Any:
 
 
 # nodes: markers from first_marker on, of which some are points of its own, from first_point on; cords: springs from
-# first_spring on, those of the net, of its rear net, and ties; size: m, diameter of the aperture
+# first_spring on, those of the net, of its rear net, and ties; aperture: m, its diameter
 NETS = Family(
     "nets",
-    record("first_marker nodes first_point points first_spring cords", "size"),
+    record("first_marker nodes first_point points first_spring cords", "aperture"),
     order=371,
     kinds=(Kind("a net", symmetric=True),),
     isolated=True,
@@ -48,6 +48,6 @@ NETS = Family(
     of_step=False,
     adjoint=AdjointSupport("its nodes are points, and its cords springs", timed=False),
     parts=Parts(reads_inertia=False, place=_place, contains=_parts),
-    state=State(extents=lambda found: found["size"]),
+    state=State(extents=lambda found: found["aperture"]),
     statics=Statics(uneven=never),
 )

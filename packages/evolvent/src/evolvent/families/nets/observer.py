@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from evolvent.families.nets.cords import own_cords, samples_of_cords
+from evolvent.families.nets.cords import own_cords, samples_of_cords, samples_of_nodes
 from evolvent.results.observe.variables import Observed, Variable, observer
 from evolvent.results.observe.view import View
 
@@ -33,6 +33,11 @@ def observe_net(view: View, name: str) -> Observed:
     found.scalar("largest_tension", tension.max(axis=1), "N", "largest tension of a cord")
     found.scalar("slack_cords", (tension <= 0.0).sum(axis=1), "1", "number of cords without tension")
     found.scalar("energy_elastic", fields["stored"].sum(axis=1), "J", "elastic energy of the cords")
+    places, nodal = samples_of_nodes(view, index)
+    found.scalar("energy_kinetic", nodal["kinetic"].sum(axis=1), "J", "kinetic energy of the nodes")
+    found.vector("momentum", nodal["linear"].sum(axis=1), "kg m s-1", "linear momentum, inertial axes")
+    spin = np.cross(places, nodal["linear"]).sum(axis=1)
+    found.vector("angular_momentum", spin, "kg m2 s-1", "angular momentum about the inertial origin")
     found.drawn = [_CORDS]
     found.plots = ["least_tension", "largest_tension"]
     return found

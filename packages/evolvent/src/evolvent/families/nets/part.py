@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -74,13 +75,10 @@ class RearNet(Ties):
         Between both nets where the height of the wanted surface is zero.
     ratio : float
         Height of the rear net over that of the net.
-    rim : list of str, optional
-        As of the net, for the rear one.
     """
 
     gap: units.Length
     ratio: units.PositiveNumber = 1.0
-    rim: tuple[str, ...] = ("ground",)
 
     def below(self, x: Array) -> Array:
         """Nodes of the rear net (n, 3) that mirror those of the net, m."""
@@ -141,6 +139,8 @@ class Net(Part):
     rim : list of str
         What holds the rim: "ground" and rigid bodies hold each node where it is, the nodes of rods and shells those
         that are nearest to them. "bar" stands for "bar 1", "bar 2" and so on.
+    rear_rim : list of str
+        The same of a rear net.
     stiffness : float, N
         E A of a cord.
     damping : float, s
@@ -169,6 +169,7 @@ class Net(Part):
     applies: ClassVar[Applies] = {
         "force_density": (left_out("tension"),),
         "temperature": (given("thermal_expansion"),),
+        "rear_rim": (given("ties"),),
     }
     kind: Literal["net"] = "net"
     group = Group.BODIES
@@ -178,7 +179,8 @@ class Net(Part):
     tension: units.PositiveForce | None = None
     edge: units.PositiveNumber = 1.0
     ties: AnyTies | None = None
-    rim: tuple[str, ...] = ("ground",)
+    rim: Annotated[tuple[str, ...], Reference(what="parts that hold the rim", several=True)] = ("ground",)
+    rear_rim: Annotated[tuple[str, ...], Reference(what="parts that hold the rear rim", several=True)] = ("ground",)
     stiffness: units.PositiveForce
     damping: units.DurationOrZero = 0.0
     mass_per_length: units.LineDensity | None = None
@@ -186,10 +188,14 @@ class Net(Part):
     thermal_expansion: units.ThermalExpansion | None = None
     temperature: units.Temperature = 0.0
     cut: Annotated[str, FileKey(endings=(".json",))] | None = None
-    unfold: tuple[str, ...] = ()
+    unfold: Annotated[tuple[str, ...], Reference(what="joint springs", several=True)] = ()
     position: units.Position = (0.0, 0.0, 0.0)
     axis: units.Direction = (0.0, 0.0, 1.0)
     direction: units.Direction | None = None
+
+    def references(self) -> Iterator[str]:
+        """Of no part: a name may stand for several, and the net comes after them."""
+        return iter(())
 
     @property
     def axes(self) -> Array:
@@ -280,8 +286,8 @@ class Net(Part):
         held = self._held(builder, f"{name}.rim", self.rim, topology.rim, wanted, poses)
         rim, rear = self.seen(np.array([_place(poses, held[int(k)]) for k in topology.rim])), None
         if isinstance(self.ties, RearNet):
-            key, n = f"{name}.ties.rear.rim", len(topology.plan)
-            behind = self._held(builder, key, self.ties.rim, topology.rim, self.ties.below(wanted), poses)
+            key, n = f"{name}.rear_rim", len(topology.plan)
+            behind = self._held(builder, key, self.rear_rim, topology.rim, self.ties.below(wanted), poses)
             rear = self.seen(np.array([_place(poses, behind[int(k)]) for k in topology.rim]))
             held |= {n + k: one for k, one in behind.items()}
         found = self.form(name, topology, rim, rear=rear)
@@ -393,7 +399,7 @@ class Net(Part):
         index = builder.add(
             "nets", first_marker=first_marker, nodes=n, first_point=first_point,
             points=len(builder.rows["points"]) - first_point, first_spring=first_spring, cords=len(found.cords),
-            size=self.surface.diameter,
+            aperture=self.surface.diameter,
         )  # fmt: skip
         builder.names[name] = ("nets", index)
 

@@ -30,7 +30,7 @@ strains of edges).
 
 from numba import types, void
 
-from evolvent.compiled.jit import indirect, inlined, kernel
+from evolvent.compiled.jit import MATRIX, VECTOR, entry, indirect, inlined, kernel
 from evolvent.compiled.views import matrix_view
 from evolvent.kernels.poses import pose_after
 from evolvent.kernels.rotations import cross
@@ -113,6 +113,7 @@ def surface_slopes(rows, k, a, x, U):
             U[i, c] = total
 
 
+@entry(MATRIX, VECTOR)
 @kernel
 def measure_vectors(V, out):
     """Write products and strains, those without stress included, of an element with the vectors V into out."""

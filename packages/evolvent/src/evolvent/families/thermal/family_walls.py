@@ -64,7 +64,6 @@ HEATED_WALLS = Family(
         "absorbed_top": ("absorbed_top", "W m-2", "sunlight that the face takes to which the normal points"),
         "absorbed_bottom": ("absorbed_bottom", "W m-2", "sunlight that the other face takes"),
     },
-    isolated=True,
     shares=Shares((), unforced=lambda model: {}),
     smooth=True,
     stiff=False,
