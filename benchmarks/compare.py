@@ -80,14 +80,14 @@ def measure(repeat: int, missing: dict[str, str], only: list[str]) -> dict[str, 
                 program = programs[one["program"]]
                 for run in one["runs"]:
                     print(f"{key} {k} {one['label']} {run['step']}", file=sys.stderr, flush=True)
-                    told = program.ask(request(one["way"], run["step"], timed=k > 0))
-                    take(run, told, known[one["reference"]]["places"], counted=k > 0)
+                    answer = program.ask(request(one["way"], run["step"], timed=k > 0))
+                    take(run, answer, known[one["reference"]]["places"], counted=k > 0)
                 program.patience = FIRST if k == 0 else PATIENCE
         for one in rows:
             for step in one["way"]["large"]:
-                told = programs[one["program"]].ask(request(one["way"], step, timed=False))
+                answer = programs[one["program"]].ask(request(one["way"], step, timed=False))
                 run = {"step": step}
-                take(run, told, known[one["reference"]]["places"], counted=False)
+                take(run, answer, known[one["reference"]]["places"], counted=False)
                 one["large"].append(run)
             del one["way"]
         used = dict.fromkeys(one["reference"] for one in rows)
@@ -115,17 +115,17 @@ def measure(repeat: int, missing: dict[str, str], only: list[str]) -> dict[str, 
     }
 
 
-def take(run: dict[str, Any], told: dict[str, Any], reference: list[list[float]], *, counted: bool) -> None:
+def take(run: dict[str, Any], answer: dict[str, Any], reference: list[list[float]], *, counted: bool) -> None:
     """Keep what a run says: seconds a step and in all, error, how it ended."""
     for name in ("raised", "stopped", "warned", "died"):
-        if told.get(name):
-            run[name] = told[name]
-    if "places" not in told:
+        if answer.get(name):
+            run[name] = answer[name]
+    if "places" not in answer:
         return
-    run["error"] = error_of(told["places"], reference)
-    if counted and told["steps"]:
-        run["stepping"] += [x / told["steps"] for x in told["stepping"]]
-        run["all"] += told["all"]
+    run["error"] = error_of(answer["places"], reference)
+    if counted and answer["steps"]:
+        run["stepping"] += [x / answer["steps"] for x in answer["stepping"]]
+        run["all"] += answer["all"]
 
 
 def main() -> int:

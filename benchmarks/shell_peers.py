@@ -89,15 +89,15 @@ def statics(programs: dict[str, Program], repeat: int) -> list[dict[str, Any]]:
                     continue
                 options = {"steps": work[program], "element": works.KRATOS.get(kind)}
                 request = {"work": "static", "spec": spec, "options": options, "step": 0.0, "timed": False}
-                told = best(programs[program], request, repeat)
+                answer = best(programs[program], request, repeat)
                 row = {"work": name, "mesh": mesh, "program": program, "element": kind, "source": work["source"]}
                 label = f"{name:36}{mesh[0]:4} x{mesh[1]:3}  {f'{program} {kind}':24}"
-                if "values" in told:
-                    row |= {"values": told["values"], "errors": errors(told["values"], work), "cpu": told["cpu"]}
+                if "values" in answer:
+                    row |= {"values": answer["values"], "errors": errors(answer["values"], work), "cpu": answer["cpu"]}
                     shown = ", ".join(f"{100.0 * one:.2f}" for one in row["errors"])
-                    print(f"{label}{shown:>16}{told['cpu']:9.2f}", flush=True)
+                    print(f"{label}{shown:>16}{answer['cpu']:9.2f}", flush=True)
                 else:
-                    row["raised"] = told.get("raised", "no answer")
+                    row["raised"] = answer.get("raised", "no answer")
                     print(f"{label}  {row['raised']}", flush=True)
                 rows.append(row)
     return rows
@@ -110,12 +110,12 @@ def plates(programs: dict[str, Program], repeat: int) -> dict[str, Any]:
         for n, step in runs if program in programs else []:
             spec = {**works.plate(n), "samples": works.SAMPLES}
             request = {"work": "dynamic", "spec": spec, "options": options, "step": step, "timed": False}
-            told = best(programs[program], request, repeat)
+            answer = best(programs[program], request, repeat)
             row: dict[str, Any] = {"program": program, "label": label, "elements": n, "step": step}
-            if "places" in told:
-                row |= {"places": told["places"], "ms": 1e3 * told["cpu"] / told["steps"]}
+            if "places" in answer:
+                row |= {"places": answer["places"], "ms": 1e3 * answer["cpu"] / answer["steps"]}
             else:
-                row["raised"] = told.get("raised", "no answer")
+                row["raised"] = answer.get("raised", "no answer")
             rows.append(row)
             print(
                 f"  {program} {label} {n} x {n}: {row.get('ms', math.nan):.2f} ms a step", file=sys.stderr, flush=True

@@ -346,6 +346,31 @@ def test_refusals(keys: dict[str, Any], sentence: str) -> None:
         system(net_of(2, **keys)).assemble()
 
 
+def test_a_rim_on_several_bodies_is_refused() -> None:
+    """The ground beside rods, of which one alone would have been used."""
+    made = wheel(6, 1.0, net=False)
+    made.add(net_of(1, rim=("ground", "bar 1")), "net")
+    with pytest.raises(InputError, match="one rigid body or the ground holds the whole rim"):
+        made.assemble()
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("{nodes: 1", "is no JSON"),
+        ("[1, 2]", "must have the keys nodes, cords and rim"),
+        ('{"nodes": [[0, 0]], "cords": [[0, "a"]], "rim": [0]}', "cords must be a list of rows"),
+        ('{"nodes": [[0, 0], [1, 0]], "cords": [[0, 1]], "rim": "ab"}', "rim must be a list of numbers"),
+        ('{"nodes": [[0, 0], [1, 0]], "cords": [[0, 7]], "rim": [0]}', "none of 0 to 1"),
+    ],
+)
+def test_files_that_are_no_nets_are_refused(text: str, sentence: str, tmp_path: pathlib.Path) -> None:
+    path = tmp_path / "net.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match=sentence):
+        system(net_of(2, topology={"file": {"file": str(path)}})).assemble()
+
+
 def test_refused_reflectors() -> None:
     """A system without a net, and temperatures without expansion."""
     with pytest.raises(InputError, match="no net"):

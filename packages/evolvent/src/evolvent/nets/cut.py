@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -14,15 +14,9 @@ from evolvent_base.errors import InputError
 Array = np.ndarray
 
 
-class Cut(NamedTuple):
-    """Lengths without tension, m, of all cords of a net, in their order."""
-
-    lengths: Array
-
-
 @functools.lru_cache(maxsize=8)
-def read_cut(key: str, path: str, digest: str, count: int) -> Cut:
-    """Lengths from a file with the key `lengths`.
+def read_cut(key: str, path: str, digest: str, count: int) -> Array:
+    """Lengths (m,), m, without tension, of all cords of a net, from a file with the key `lengths`.
 
     Parameters
     ----------
@@ -44,4 +38,4 @@ def read_cut(key: str, path: str, digest: str, count: int) -> Cut:
         raise InputError(
             f"{key} is {path!r}, whose length {int(found.argmin())} is {found.min():g} m; it must be above 0"
         )
-    return Cut(found)
+    return found

@@ -75,11 +75,6 @@ class SurfaceError(NamedTuple):
     facets: Array
     fit: Fit
 
-    def gain_loss(self, frequency: float, *, fitted: bool = True) -> float:
-        """Loss of gain, dB, at a frequency, Hz: 10 log10 exp((4 pi e / lambda)^2), e the rms of the half path error."""
-        error = self.fit.rms if fitted else self.half_path
-        return ruze(error, frequency)
-
 
 def ruze(error: float, frequency: float) -> float:
     """Loss of gain, dB, of the rms half path error, m, at a frequency, Hz (Ruze 1966, eq. 9)."""

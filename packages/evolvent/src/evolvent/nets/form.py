@@ -91,7 +91,8 @@ def find_form(topology: Topology, rim: Array, density: Array) -> Array:
 
 def axial_form(topology: Topology, rim: Array, density: Array, pull: Pull) -> tuple[Array, Array]:
     """Positions (n, 3), m, of the nodes of a net whose ties pull along -z, and their tensions (f,), N."""
-    x, D, free = find_form(topology, rim, density), densities(topology, density), topology.free
+    D, free = densities(topology, density), topology.free
+    x = _solved(topology, rim, D, np.zeros(0), np.zeros((0, 3)))
     if pull.height is not None:
         x[free, 2] = pull.height(x[free, 0], x[free, 1])
         return x, -(D @ x)[free, 2]
@@ -116,6 +117,7 @@ def tied_form(topology: Topology, rim: Array, density: Array, pull: Pull, start:
     """
     D, free, size = densities(topology, density), topology.free, float(np.ptp(rim, axis=0).max())
     x, tension = start[0].copy(), start[1]
+    behind = None if rear is None else densities(topology, rear.density)
     for _ in range(MOST):
         low = base if rear is None else base[free]
         along = x[free] - low
@@ -127,7 +129,7 @@ def tied_form(topology: Topology, rim: Array, density: Array, pull: Pull, start:
         moved = float(np.abs(new - x).max())
         x = new
         if rear is not None:
-            before, base = base, _solved(topology, rear.rim, densities(topology, rear.density), tie, x[free])
+            before, base = base, _solved(topology, rear.rim, behind, tie, x[free])
             moved = max(moved, float(np.abs(base - before).max()))
         if moved <= CHANGE * size:
             return Form(x, density, tie, base)
@@ -184,12 +186,11 @@ def slack_form(x: Array, free: Array, cords: Array, length: Array) -> Array:
     return x
 
 
-def cut_lengths(length: Array, tension: Array, stiffness: Array | float, strain: float = 0.0) -> Array:
+def cut_lengths(length: Array, tension: Array, stiffness: Array | float) -> Array:
     """Lengths without tension to which cords are cut, m.
 
     Parameters
     ----------
     length : float, m, under tension, N; stiffness : float, N, EA
-    strain : float, by which the cords are longer, warmer or colder than when they are cut
     """
-    return length / ((1.0 + tension / stiffness) * (1.0 + strain))
+    return length / (1.0 + tension / stiffness)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import pathlib
 from collections.abc import Sequence
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -11,7 +10,7 @@ import numpy as np
 import scipy
 
 from evolvent.nets.surface import Surface
-from evolvent_base import units
+from evolvent_base import safe_open, units
 from evolvent_base.errors import InputError
 from evolvent_base.file_keys import FileKey
 from evolvent_base.schema import OneOf, Section
@@ -166,14 +165,17 @@ class NetFile(Layout):
         """Nodes, cords and triangles."""
         key = f"{name}.topology.file"
         try:
-            found = json.loads(pathlib.Path(self.file).read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise InputError(f"{key} is {self.file!r}, which cannot be read: {error}") from None
+            found = json.loads(safe_open.content(self.file, most=safe_open.LARGEST_TEXT))
+        except ValueError as error:
+            raise InputError(f"{key} is {self.file!r}, which is no JSON: {error}") from None
         if not isinstance(found, dict) or not {"nodes", "cords", "rim"} <= set(found):
             raise InputError(f"{key} is {self.file!r}; it must have the keys nodes, cords and rim")
         plan = _table(key, found, "nodes", (2, 3), float)[:, :2] * self.length_unit
         cords = _table(key, found, "cords", (2,), int)
-        rim = [int(k) for k in found["rim"]]
+        try:
+            rim = [int(k) for k in found["rim"]]
+        except (TypeError, ValueError):
+            raise InputError(f"{key}: rim must be a list of numbers of nodes") from None
         facets = _table(key, found, "facets", (3,), int) if found.get("facets") else np.zeros((0, 3), dtype=int)
         for word, numbers in (("cords", cords), ("rim", np.array(rim)), ("facets", facets)):
             if numbers.size and not (numbers.min() >= 0 and numbers.max() < len(plan)):

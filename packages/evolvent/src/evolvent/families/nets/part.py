@@ -291,8 +291,9 @@ class Net(Part):
             rear = self.seen(np.array([_place(poses, behind[int(k)]) for k in topology.rim]))
             held |= {n + k: one for k, one in behind.items()}
         found = self.form(name, topology, rim, rear=rear)
-        cut = None if self.cut is None else read_cut(f"{name}.cut", self.cut, digest(self.cut), len(found.cords))
-        lengths = self.natural_lengths(found) if cut is None else cut.lengths
+        lengths = self.natural_lengths(found)
+        if self.cut is not None:
+            lengths = read_cut(f"{name}.cut", self.cut, digest(self.cut), len(found.cords))
         if isinstance(self.ties, Anchors):
             anchor, n = builder.names[self.ties.to][1], len(found.x)
             low = self.in_place(found.x[n - found.anchors :])
@@ -350,6 +351,11 @@ class Net(Part):
                 at += [(one.body, one.place) for one in asked("parts.touches")[family](builder, part)]
             else:
                 raise InputError(f"{key}: {part!r} has no nodes that are bodies; give rods, shells or bodies")
+        if bodies and (at or len(bodies) > 1):
+            raise InputError(
+                f"{key} is {list(rim)}; one rigid body or the ground holds the whole rim, else give rods and shells "
+                f"alone"
+            )
         x, found, taken = self.in_place(wanted), dict[int, Any](), dict[int, int]()
         places = np.array([_place(poses, one) for one in at]).reshape(-1, 3)
         for k in nodes.tolist():

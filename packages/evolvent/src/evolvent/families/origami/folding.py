@@ -211,7 +211,7 @@ class Loops:
             if one.assignment in SIGNS and SIGNS[one.assignment] * angle < _NO_FOLD:
                 raise InputError(
                     f"edge {one.edge} of {self.name!r} is assigned {one.assignment}, but the facets fold it by "
-                    f"{math.degrees(angle):.3g} deg where the others fold as assigned; assign it anew"
+                    f"{math.degrees(angle):.3g} deg where the others fold as assigned; correct its assignment"
                 )
 
     def of_frame(self, title: str, gap: float) -> Folded:
