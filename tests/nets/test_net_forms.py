@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from book import Book
 from evolvent import System, parts
-from evolvent.analysis.reflector import NetInSystem, mean_square_slope
+from evolvent.analysis.reflector import NetInSystem
 from evolvent.nets import error, form
 from evolvent.nets.surface import FormulaSurface, Paraboloid
 from evolvent.nets.topology import Gores, Rings, Topology
@@ -253,7 +253,7 @@ def test_gradient(rim: str, book: Book) -> None:
     made = system(net_of(2)) if rim == "ground" else wheel(6, 30.0, hollow=True)
     own = NetInSystem(made.assemble(), "net")
     state = own.formed()
-    square, slope = mean_square_slope(own, state)
+    square, slope = own.mean_square_slope(state)
     gradient, step, kept = own.response(state).gradient(slope), 1e-5, state.natural
     errors = []
     for k in (0, len(kept) // 2, len(kept) - 1):
@@ -264,7 +264,7 @@ def test_gradient(rim: str, book: Book) -> None:
             changed = kept.copy()
             changed[k] += sign * step
             own.cut(changed)
-            values.append(mean_square_slope(own, own.equilibrium(state.y))[0])
+            values.append(own.mean_square_slope(own.equilibrium(state.y))[0])
         own.cut(kept)
         errors.append(abs(gradient[k] - (values[0] - values[1]) / (2.0 * step)))
     book(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from evolvent import cases
@@ -12,7 +12,7 @@ from evolvent.parts import repetition
 from evolvent.parts.base import Part, Reference
 from evolvent.parts.registry import kinds, not_known
 from evolvent_base.errors import InputError
-from evolvent_base.schema import Section, by_name, marks
+from evolvent_base.schema import Located, Section, by_name, within
 
 #: Parts of a case as they were typed: name -> keys and values.
 Parts = dict[str, Any]
@@ -94,15 +94,31 @@ def _followed(content: Any, old: str, new: str, *, numbered: bool = False) -> An
     kind = kind_of(content)
     if kind is None:
         return content
+
+    def rename(value: Any) -> Any:
+        return _reference(value, old, new, numbered=numbered)
+
+    found = dict(_renamed_within(Located([(kind, ())], "", entry=False), content, rename))
+    if isinstance(variables := content.get("variables"), Mapping):  # of an event: letter -> "hub.rate.z"
+        found["variables"] = {letter: rename(text) for letter, text in variables.items()}
+    return found
+
+
+def _renamed_within(place: Located, content: Mapping[str, Any], rename: Callable[[Any], Any]) -> dict[str, Any]:
+    """A section at a place with its references renamed, and those of the sections in it."""
     found = dict(content)
     for key, value in content.items():
-        field = kind.model_fields.get(key)
-        if field is None:
+        inner = within(place, str(key), content)
+        if inner is None:
             continue
-        if any(isinstance(mark, Reference) for mark in marks(field)):
-            found[key] = _reference(value, old, new, numbered=numbered)
-        elif isinstance(value, Mapping) and key == "variables":  # of an event: letter -> "hub.rate.z"
-            found[key] = {letter: _reference(text, old, new, numbered=numbered) for letter, text in value.items()}
+        if any(isinstance(mark, Reference) for _, marks in inner.types for mark in marks):
+            found[key] = rename(value)
+        elif isinstance(value, Mapping):
+            found[key] = _renamed_within(inner, value, rename)
+        elif isinstance(value, (list, tuple)):
+            entry = within(inner, "0", value)
+            if entry is not None:
+                found[key] = [_renamed_within(entry, one, rename) if isinstance(one, Mapping) else one for one in value]
     return found
 
 

@@ -11,12 +11,13 @@ import pytest
 
 import evolvent
 from evolvent import cases, results
-from evolvent.parts.base import Group, Part
+from evolvent.parts.base import Group, Part, Reference
 from evolvent.parts.registry import kinds
 from evolvent.results import variables
 from evolvent.view import show
 from evolvent_base import schema
 from evolvent_base.errors import InputError
+from evolvent_base.schema import OneOf, marks, sections
 from evolvent_studio import charts, form, kindgroups, parts, preview, reading
 from evolvent_studio.assemblies import HingedPanel
 from evolvent_studio.drafts import Draft, View, view_of
@@ -170,6 +171,33 @@ def test_references_follow_a_name():
     assert found["drum"]["b"] == "bus"
     assert content["clamp"]["a"] == "hub.left", "what was there is not changed"
     assert parts.referring(content, "boom") == ["clamp", "tip", "drum", "crossing"]
+
+
+def _nested(kind, path=()):
+    """Paths of keys to the references in the sections of a class of parts."""
+    for key, field in kind.model_fields.items():
+        if path and any(isinstance(mark, Reference) for mark in marks(field)):
+            yield (*path, key)
+        inside = [((key,), section) for section in sections(field.annotation)]
+        for choice in (one for one in marks(field) if isinstance(one, OneOf)):
+            inside += [((key, word), section) for word, section in choice.kinds.items()]
+        for at, section in inside:
+            yield from _nested(section, (*path, *at))
+
+
+def test_references_within_sections_of_a_part_follow():
+    found = [(name, path) for name, kind in kinds().items() for path in _nested(kind)]
+    assert ("net", ("ties", "anchors", "to")) in found
+    for name, path in found:
+        content = "hub"
+        for key in reversed(path):
+            content = {key: content}
+        content = {"hub": HUB, "one": {"kind": name, **content}}
+        value = parts.renamed(content, "hub", "bus")["one"]
+        assert parts.referring(content, "hub") == ["one"]
+        for key in path:
+            value = value[key]
+        assert value == "bus", path
 
 
 @pytest.mark.slow

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import heapq
 import itertools
+import threading
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
@@ -22,6 +24,10 @@ _NONE = -1
 #: Operations of an elimination by minimum degree, in pairs, from which nested dissection is tried, and the share of
 #: them below which it is taken.
 MANY, FEWER = 2e6, 0.9
+#: Matrices of the last patterns, the latest last, and how many are kept.
+_kept: dict[bytes, SparseBlocks] = {}
+_MOST_KEPT = 4
+_keeping = threading.Lock()
 
 
 class Pattern(NamedTuple):
@@ -67,8 +73,32 @@ class Order(NamedTuple):
 
 
 def matrix_of(pattern: Pattern, *, spare: int = 0, inner: int = 0) -> SparseBlocks:
-    """Zero matrix of a pattern, with room for `spare` deferred pivots and `inner` inner unknowns."""
-    return stored(elimination_order(pattern), spare=spare, inner=inner)
+    """Zero matrix of a pattern, with room for `spare` deferred pivots and `inner` inner unknowns.
+
+    Patterns come again where a model is analysed again, such as with other loads: the last few are kept with their
+    matrices, of whose values nothing is ever written.
+    """
+    key = _digest(pattern, spare, inner)
+    with _keeping:
+        found = _kept.pop(key, None)
+    if found is None:
+        found = stored(elimination_order(pattern), spare=spare, inner=inner)
+    with _keeping:
+        _kept[key] = found
+        if len(_kept) > _MOST_KEPT:
+            del _kept[next(iter(_kept))]
+    return found.copy()
+
+
+def _digest(pattern: Pattern, spare: int, inner: int) -> bytes:
+    """What tells patterns apart."""
+    parts = [np.array([len(block) for block in pattern.blocks]), *pattern.blocks, pattern.multipliers, pattern.pairs]
+    text = repr((spare, inner, sorted(pattern.owner.items()), sorted(pattern.stiff), sorted(pattern.carried.items())))
+    found = hashlib.sha256(text.encode())
+    for part in [*parts, pattern.fixed]:
+        found.update(np.ascontiguousarray(part, dtype=np.int64).tobytes())
+        found.update(b"|")
+    return found.digest()
 
 
 def elimination_order(pattern: Pattern) -> Order:

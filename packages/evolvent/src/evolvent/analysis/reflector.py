@@ -13,7 +13,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.families.nets.cords import NetCords
 from evolvent.families.nets.part import Anchors, RearNet
 from evolvent.families.nets.part_unfold import unfolded_start
-from evolvent.nets.error import POINTS, WEIGHTS, SurfaceError, slant, surface_error
+from evolvent.nets.error import SurfaceError, mean_square_slope, surface_error
 from evolvent.nets.topology import Topology
 from evolvent.solvers.common.solution import Solution
 from evolvent.solvers.static.static import solve_static
@@ -119,8 +119,8 @@ class NetInSystem:
                 self.name, self.topology, rim, base=below if isinstance(net.ties, Anchors) else None,
                 rear=below[self.topology.rim] if isinstance(net.ties, RearNet) else None,
             )  # fmt: skip
-            for k in np.flatnonzero(self.iq >= 0):
-                y[self.iq[k] : self.iq[k] + 3] = net.in_place(whole.x[k])
+            own = self.iq >= 0
+            y[self.iq[own, None] + np.arange(3)] = net.in_place(whole.x)[own]
             moved = np.inf if before.shape != whole.x.shape else float(np.abs(whole.x - before).max())
             if net.cut is not None:
                 return self.equilibrium(y, tolerance)
@@ -150,6 +150,10 @@ class NetInSystem:
         return surface_error(x, self.topology.facets, self.net.surface)
 
     # ------------------------------------------------------------------------------------------- sensitivities
+
+    def mean_square_slope(self, state: State) -> tuple[float, Array]:
+        """Mean square of the half path error, m2, and its derivatives (n, 3) by the places of the nodes of the net."""
+        return mean_square_slope(state.x[: len(self.topology.plan)], self.topology.facets, self.net.surface)
 
     def response(self, state: State) -> Response:
         """How the nodes move when cords are cut longer, about an equilibrium."""
@@ -216,43 +220,3 @@ class Response:
         whole = np.zeros((len(self.of.iq), 3))
         whole[: len(slope)] = slope @ self.of.net.axes.T
         return np.asarray(self._B.T @ (self._P @ self._solve(self._P.T @ whole.ravel(), trans="T")))
-
-
-def mean_square_slope(of: NetInSystem, state: State) -> tuple[float, Array]:
-    """Mean square of the half path error, m2, and its derivatives (n, 3) by the places of the nodes.
-
-    Notes
-    -----
-    On a facet the error is linear in the heights of the corners, and depends on their places in the plane through the
-    points of the rule and its weights. All are differentiated.
-    """
-    surface, facets, x = of.net.surface, of.topology.facets, state.x
-    corners = x[facets]
-    one, two = corners[:, 1, :2] - corners[:, 0, :2], corners[:, 2, :2] - corners[:, 0, :2]
-    signed = 0.5 * (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
-    sense = np.sign(signed)
-    area = np.abs(signed)
-    points = np.einsum("pc,kcd->kpd", POINTS, corners)
-    px, py = points[..., 0], points[..., 1]
-    off = points[..., 2] - surface.height(px, py)
-    cosine = slant(surface, px, py)
-    error = off * cosine
-    sx, sy = surface.slopes(px, py)
-    h = 1e-5 * surface.diameter
-    cx = (slant(surface, px + h, py) - slant(surface, px - h, py)) / (2.0 * h)
-    cy = (slant(surface, px, py + h) - slant(surface, px, py - h)) / (2.0 * h)
-    by_point = np.stack([-sx * cosine + off * cx, -sy * cosine + off * cy, cosine], axis=-1)
-    weights = area[:, None] * WEIGHTS
-    whole = area.sum()
-    mean = float((weights * error**2).sum() / whole)
-    local = np.einsum("kp,pc,kpd->kcd", 2.0 * weights * error / whole, POINTS, by_point)
-    excess = ((WEIGHTS * error**2).sum(axis=1) - mean) / whole * sense
-    # derivatives of the signed areas by the corners
-    e = corners[..., :2]
-    for c in range(3):
-        a, b = e[:, (c + 1) % 3], e[:, (c + 2) % 3]
-        local[:, c, 0] += excess * 0.5 * (a[:, 1] - b[:, 1])
-        local[:, c, 1] += excess * 0.5 * (b[:, 0] - a[:, 0])
-    found = np.zeros((len(of.topology.plan), 3))
-    np.add.at(found, facets, local)
-    return mean, found

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from evolvent.analysis.reflector import NetInSystem, State, mean_square_slope
+from evolvent.analysis.reflector import NetInSystem, State
 from evolvent.analysis.reflector_keys import ReflectorKeys
 from evolvent.assembly.assembled import Assembly
 from evolvent.families.nets.cords import names
@@ -94,7 +94,7 @@ class ReflectorResults(Shown):
         self.length, self.tension = self.state.length, self.state.tension
         self.error: SurfaceError = self._of.error(self.state)
         self._response = response = self._of.response(self.state)
-        square, slope = mean_square_slope(self._of, self.state)
+        square, slope = self._of.mean_square_slope(self.state)
         self.sensitivity = response.gradient(slope) / (2.0 * np.sqrt(square))
         self.tolerance = self._tolerance()
         self.warm = None if keys.temperature is None else self._warm(keys.temperature)
@@ -112,9 +112,10 @@ class ReflectorResults(Shown):
         off = (points[:, 2] - surface.height(points[:, 0], points[:, 1])) * cosine
         draws = np.random.default_rng(_SEED).standard_normal((len(self.tension), DRAWS))
         on_facets = _interpolation(facets, len(self.topology.plan))
-        moved = self._response.moves(draws)
-        dx, dy, dz = (on_facets @ moved[:, k] for k in range(3))
-        S = (dz - one[:, None] * dx - two[:, None] * dy) * cosine[:, None]
+        # what the error at the points changes with the places of the nodes, all x first, then y, z
+        by_place = scipy.sparse.hstack([
+            scipy.sparse.diags(share * cosine * slope) @ on_facets for slope in (-one, -two, np.ones_like(one))
+        ]).tocsr()  # fmt: skip
         # less what the best fit follows: shifts, tilts and the scale of heights
         x, y = points[:, 0], points[:, 1]
         height = surface.height(x, y)
@@ -122,9 +123,13 @@ class ReflectorResults(Shown):
         A = (share * cosine)[:, None] * fits
         sizes = np.linalg.norm(A, axis=0)
         Q = np.linalg.qr(A[:, sizes > 0.0] / sizes[sizes > 0.0])[0]
-        base, T = share * off, share[:, None] * S
-        base, T = base - Q @ (Q.T @ base), T - Q @ (Q.T @ T)
-        c0, linear, square = float(base @ base), 2.0 * base @ T, np.einsum("ij,ij->j", T, T)
+        base = share * off
+        base = base - Q @ (Q.T @ base)
+        # squares of base + sigma T, T = (1 - Q Q^T) by_place u of the displacements u of a draw
+        u = self._response.moves(draws).transpose(1, 0, 2).reshape(-1, DRAWS)
+        followed = (by_place.T @ Q).T @ u
+        square = np.einsum("ij,ij->j", u, (by_place.T @ by_place) @ u) - np.einsum("ij,ij->j", followed, followed)
+        c0, linear, square = float(base @ base), 2.0 * (by_place.T @ base) @ u, np.maximum(square, 0.0)
         rank = _rank(DRAWS)
 
         def bound(sigma: float) -> float:

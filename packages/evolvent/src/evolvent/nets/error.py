@@ -83,11 +83,15 @@ def ruze(error: float, frequency: float) -> float:
 
 def quadrature(x: Array, facets: Array) -> tuple[Array, Array]:
     """Points (12 k, 3), m, on plane facets, and their areas in the plane x, y, m2."""
+    points = np.einsum("pc,kcd->kpd", POINTS, x[facets])
+    return points.reshape(-1, 3), (np.abs(_signed_areas(x, facets))[:, None] * WEIGHTS).ravel()
+
+
+def _signed_areas(x: Array, facets: Array) -> Array:
+    """Areas (k,), m2, of facets in the plane x, y, above zero where their corners are counterclockwise."""
     corners = x[facets]
     one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    areas = 0.5 * np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
-    points = np.einsum("pc,kcd->kpd", POINTS, corners)
-    return points.reshape(-1, 3), (areas[:, None] * WEIGHTS).ravel()
+    return np.asarray(0.5 * (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]))
 
 
 def slant(surface: Surface, x: Array, y: Array) -> Array:
@@ -142,3 +146,38 @@ def best_fit(points: Array, weights: Array, surface: Surface) -> Fit:
     )
     p = found.x
     return Fit(size * p[:3], p[3:5], 1.0 + float(p[5]), size * float(np.linalg.norm(found.fun)))
+
+
+def mean_square_slope(x: Array, facets: Array, surface: Surface) -> tuple[float, Array]:
+    """Mean square of the half path error, m2, and its derivatives (n, 3) by the places of the nodes.
+
+    Parameters
+    ----------
+    x : (n, 3) float, m; facets : (k, 3) int
+
+    Notes
+    -----
+    On a facet the error is linear in the heights of the corners, and depends on their places in the plane through the
+    points of the rule and its weights. All are differentiated.
+    """
+    points, weights = quadrature(x, facets)
+    px, py = points[:, 0], points[:, 1]
+    off, cosine = points[:, 2] - surface.height(px, py), slant(surface, px, py)
+    error, (sx, sy) = off * cosine, surface.slopes(px, py)
+    h = 1e-5 * surface.diameter
+    cx = (slant(surface, px + h, py) - slant(surface, px - h, py)) / (2.0 * h)
+    cy = (slant(surface, px, py + h) - slant(surface, px, py - h)) / (2.0 * h)
+    by_point = np.stack([-sx * cosine + off * cx, -sy * cosine + off * cy, cosine], axis=1)
+    whole = weights.sum()
+    mean = float(weights @ error**2 / whole)
+    share = (2.0 * weights * error / whole)[:, None] * by_point
+    local = np.einsum("pc,kpd->kcd", POINTS, share.reshape(len(facets), len(WEIGHTS), 3))
+    excess = (error.reshape(len(facets), -1) ** 2 @ WEIGHTS - mean) / whole * np.sign(_signed_areas(x, facets))
+    plan = x[facets, :2]
+    for c in range(3):  # derivatives of the signed areas by the corners
+        a, b = plan[:, (c + 1) % 3], plan[:, (c + 2) % 3]
+        local[:, c, 0] += excess * 0.5 * (a[:, 1] - b[:, 1])
+        local[:, c, 1] += excess * 0.5 * (b[:, 0] - a[:, 0])
+    found = np.zeros(x.shape)
+    np.add.at(found, facets, local)
+    return mean, found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import functools
 from typing import Annotated
 
 import numpy as np
@@ -84,7 +84,7 @@ class FormulaSurface(Surface):
     constants: Constants | None = None
 
     def _program(self) -> Array:
-        return _compiled(self.expression, self.constants)
+        return _compiled(self.expression, None if self.constants is None else tuple(self.constants.items()))
 
     def height(self, x: Array, y: Array) -> Array:
         """Height z, m, of the shape of x and y, m."""
@@ -111,9 +111,12 @@ class FormulaSurface(Surface):
         return along(h, 0.0), along(0.0, h)
 
 
-def _compiled(text: str, constants: Mapping[str, float] | None) -> Array:
-    refuse_unused("surface.constants", constants, "surface.expression", (text,))
-    return np.array(expressions.compile_expression(text, ("x", "y"), constants, name="surface.expression").code)
+@functools.lru_cache(maxsize=8)
+def _compiled(text: str, constants: tuple[tuple[str, float], ...] | None) -> Array:
+    """Program of an expression, with the names and values of its constants."""
+    named = None if constants is None else dict(constants)
+    refuse_unused("surface.constants", named, "surface.expression", (text,))
+    return np.array(expressions.compile_expression(text, ("x", "y"), named, name="surface.expression").code)
 
 
 WantedSurface = Annotated[Surface, OneOf({"paraboloid": Paraboloid, "formula": FormulaSurface})]

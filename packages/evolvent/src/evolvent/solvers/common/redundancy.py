@@ -97,11 +97,11 @@ def undetermined(model: mdl.Model, matrix: SparseBlocks, t: float, y: Array, ine
     inertia : c_mass (1/s2) so great that stiffness does not count, and a typical mass (kg)
     """
     c_mass, mass = inertia
-    _write_tangent(model, matrix, t, y, c_mass, c_mass * mass)
+    write_tangent(model, matrix, t, y, c_mass, c_mass * mass)
     return int(sparse_lu.factor(matrix))
 
 
-def _write_tangent(model: mdl.Model, matrix: SparseBlocks, t: float, y: Array, c_mass: float, scale: float) -> None:
+def write_tangent(model: mdl.Model, matrix: SparseBlocks, t: float, y: Array, c_mass: float, scale: float) -> None:
     """Evaluate a model at a state, and write its tangent with masses, without multipliers."""
     n_v, n_j = int(model.info.nv), model.constraints.size
     la = np.zeros(n_j)
@@ -172,11 +172,11 @@ class Ranks:
         rows, info = self.model.constraints, self.model.info
         rows["slack"], info.redundant, info.exact = 0.0, 0, 1
         held, found = is_held(rows, t), None
-        if np.any(held) and undetermined(self._model_apart(), matrix, t, y, inertia) > 0:
+        if np.any(held) and undetermined(self.model_apart(), matrix, t, y, inertia) > 0:
             found = allow(self.assembly, matrix, weight, inertia[1], t, y)
         self.found.append(Rank(t, held, latches, rows["slack"].copy(), found))
 
-    def _model_apart(self) -> mdl.Model:
+    def model_apart(self) -> mdl.Model:
         """A model with the values of the run's at present, which may be evaluated."""
         if self._apart is None:
             self._apart = self.model.copy()
@@ -231,7 +231,7 @@ def allow(assembly: Assembly, matrix: SparseBlocks, weight: Array, mass: float, 
     if np.any(unknowns < n_v):
         raise InputError(redundant(assembly, matrix))
     unresolved = unknowns.size + int(matrix.counts[LOST])
-    _write_tangent(model.copy(), matrix, t, y, _HUGE, 1.0)
+    write_tangent(model.copy(), matrix, t, y, _HUGE, 1.0)
     values, places, columns = ordering.entries(matrix)
     whole = scipy.sparse.coo_matrix((values, (places, columns)), shape=(n_v + model.constraints.size,) * 2).tocsr()
     G, M = whole[n_v:, :n_v], whole[:n_v, :n_v] / _HUGE

@@ -14,6 +14,7 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.equations.implicit import residual, tangent
 from evolvent.model.registry import asked, families as table, motions_of
 from evolvent.solvers.common import balance as eb, redundancy
+from evolvent.solvers.common.closing import closed
 from evolvent.solvers.common.coordinates import evaluate_multipliers
 from evolvent.solvers.common.matrices import check_covered, matrix_of
 from evolvent.solvers.common.sampled import Sampled
@@ -101,10 +102,17 @@ class ImplicitRun(run.MotionRun):
                 return outrun(self.reached)
             self.work.dv1[:] = releases.accelerations(self.reached, self.work.y)
         self.find_rank(self.reached, self.work.y)
+        self._close()
         code = implicit_loop.begin(self.model, self.matrix, self.work)
         if self.has_layers:
             self._couple_layers()
         return "" if code == DONE else reason(code, self)
+
+    def _close(self) -> None:
+        """Bring the start onto its constraints."""
+        if self.ranks.found:
+            model, y = self.ranks.model_apart(), self.work.y
+            y[:] = closed(model, self._rank_matrix(), self.reached, y.copy(), self.inertia)
 
     def find_rank(self, t: float, y: np.ndarray) -> str:
         """Find the rank of the constraints at t again where it may have changed; returns why that failed, or ''.
