@@ -19,7 +19,7 @@ def ring(joint: str, off: float) -> System:
         along = corner[k + 1] - corner[k]
         made.add(
             parts.Rod(
-                length=1.0 + (off if k == 5 else 0.0), elements=1, section={"tube": {"radius": 0.02, "thickness": 1e-3}},
+                length=1.0 + off * (k == 5), elements=1, section={"tube": {"radius": 0.02, "thickness": 1e-3}},
                 material="cfrp", position=tuple(corner[k]), direction=tuple(along), normal=(0.0, 0.0, 1.0),
             ), f"bar {k}",
         )  # fmt: skip

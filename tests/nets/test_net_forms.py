@@ -338,6 +338,11 @@ def test_gores() -> None:
         ({"node_mass": 0.0}, "mass_per_length"),
         ({"surface": {"formula": {"expression": "-0.02*(x**2 + y**2)", "diameter": 10.0}}}, "would have to push"),
         ({"topology": {"gores": {"ribs": 6, "stations": 2, "inner_radius": 6.0}}}, "below the radius"),
+        ({"rim": ()}, "name at least one part that holds the rim"),
+        ({"ties": {"anchors": {"to": "hub", "length": 0.5, "stiffness": 5e3}}}, "to is 'hub'; it must be 'ground' or"),
+        ({"rear_rim": ("hub",)}, "rear_rim is given"),
+        ({"topology": {"gores": {"ribs": 6, "stations": 2, "inner_radius": 1.0}}}, "all nodes are held at the rim"),
+        ({"thermal_expansion": 1e-3, "temperature": -1000.0}, "a strain of -1; it must be above -1"),
     ],
 )
 def test_refusals(keys: dict[str, Any], sentence: str) -> None:
@@ -359,9 +364,16 @@ def test_a_rim_on_several_bodies_is_refused() -> None:
     [
         ("{nodes: 1", "is no JSON"),
         ("[1, 2]", "must have the keys nodes, cords and rim"),
-        ('{"nodes": [[0, 0]], "cords": [[0, "a"]], "rim": [0]}', "cords must be a list of rows"),
+        ('{"nodes": [[0, 0]], "cords": [[0, "a"]], "rim": [0]}', "cords must be a list of rows of 2 whole"),
         ('{"nodes": [[0, 0], [1, 0]], "cords": [[0, 1]], "rim": "ab"}', "rim must be a list of numbers"),
         ('{"nodes": [[0, 0], [1, 0]], "cords": [[0, 7]], "rim": [0]}', "none of 0 to 1"),
+        ('{"nodes": [[0, NaN], [1, 0]], "cords": [[0, 1]], "rim": [0]}', "2 or 3 finite numbers"),
+        ('{"nodes": [[0, 0], [1, 0]], "cords": [[0, 0.5]], "rim": [0]}', "2 whole numbers"),
+        ('{"nodes": [[0, 0], [1000, 0]], "cords": [[0, 1]], "rim": [0]}', "check net.topology.length_unit"),
+        (
+            '{"nodes": [[0, 0], [1, 0], [2, 0]], "cords": [[0, 1]], "rim": [0], "facets": [[0, 1, 2]]}',
+            "facet 0, of the nodes .0, 1, 2., has no area",
+        ),
     ],
 )
 def test_files_that_are_no_nets_are_refused(text: str, sentence: str, tmp_path: pathlib.Path) -> None:

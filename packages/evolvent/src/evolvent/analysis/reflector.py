@@ -64,7 +64,7 @@ class NetInSystem:
         self.cords, self.iq, self.iv = self.own.ends, self.own.iq, self.own.iv
         springs = self.own.records
         self.axial = springs["stiffness"] * springs["length"]
-        self.strain = (self.net.thermal_expansion or 0.0) * self.net.temperature
+        self.strain = self.net.heat(name, "temperature", self.net.temperature)
         self.natural = springs["length"] / (1.0 + self.strain)
 
     def cut(self, natural: Array, strain: float | None = None) -> None:
@@ -180,8 +180,12 @@ class Response:
                 K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True}
             ).solve
         except RuntimeError:
+            slack = int((state.tension <= 0.0).sum())
+            why = f"with {slack} of {len(state.tension)} cords slack " if slack else ""
+            remedy = "cut the cords shorter" if slack else "hold them"
             raise RunFailed(
-                f"the equilibrium of {of.name!r} has free motions, about which no sensitivities are known; hold them",
+                f"{why}the equilibrium of {of.name!r} has free motions, about which no sensitivities are known; "
+                f"{remedy}",
                 state,
             ) from None
         n, m = len(of.iq), len(of.cords)

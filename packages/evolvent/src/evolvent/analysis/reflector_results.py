@@ -30,6 +30,10 @@ Array = np.ndarray
 DRAWS, _SEED = 1000, 20031
 #: Colours of tensions; points of the map across the aperture.
 _COLORS, _POINTS = 10, 240
+#: Factor of heights from which on the best fit is another reflector than the wanted one.
+_OTHER = 1.25
+#: How far a measured node may be from its place, beside the diameter of the aperture.
+_FAR = 0.1
 #: Cords in the table of sensitivities.
 _MOST = 8
 
@@ -97,7 +101,8 @@ class ReflectorResults(Shown):
         square, slope = self._of.mean_square_slope(self.state)
         self.sensitivity = response.gradient(slope) / (2.0 * np.sqrt(square))
         self.tolerance = self._tolerance()
-        self.warm = None if keys.temperature is None else self._warm(keys.temperature)
+        self.warm_state = None if keys.temperature is None else self._warm(keys.temperature)
+        self.warm = None if self.warm_state is None else self._of.error(self.warm_state)
         self.adjusted = None if keys.measured is None else self._adjusted(keys.measured)
 
     # ---------------------------------------------------------------------------------------------- what follows
@@ -147,19 +152,28 @@ class ReflectorResults(Shown):
             allowed = low if bound(0.0) <= limit else 0.0
         return Tolerance(self.keys.length_error, bound(self.keys.length_error), allowed)
 
-    def _warm(self, change: float) -> SurfaceError:
-        """The surface at a change of temperature."""
+    def _warm(self, change: float) -> State:
+        """The net at a change of temperature."""
         if self.net.thermal_expansion is None:
             raise InputError(f"reflector.temperature is given, but {self.name}.thermal_expansion is missing; give it")
-        self._of.cut(self.cut_lengths, self._of.strain + self.net.thermal_expansion * change)
+        together = f"the sum of {self.name}.temperature and reflector.temperature"
+        strain = self.net.heat(self.name, together, self.net.temperature + change)
+        self._of.cut(self.cut_lengths, strain)
         try:
-            return self._of.error(self._of.equilibrium(self.state.y))
+            return self._of.equilibrium(self.state.y)
         finally:
             self._of.cut(self.cut_lengths)
 
     def _adjusted(self, path: str) -> Adjusted:
         """Lengths that bring a measured surface to the wanted one, by least squares."""
         nodes, places = _measured(path, len(self.topology.plan))
+        off = np.linalg.norm(places - self.x[nodes], axis=1)
+        if off.max() > _FAR * self.net.surface.diameter:
+            k = int(off.argmax())
+            raise InputError(
+                f"reflector.measured is {path!r}, whose node {nodes[k]} is {off[k]:.4g} m from its place in the net; "
+                f"it must be within {_FAR * self.net.surface.diameter:.3g} m: give places in m, in the axes of the net"
+            )
         off = places[:, 2] - self.net.surface.height(places[:, 0], places[:, 1])
         cords = self.choice(self.keys.adjust)
         one, two = self.net.surface.slopes(places[:, 0], places[:, 1])
@@ -199,6 +213,17 @@ class ReflectorResults(Shown):
         """What a reflector must not have, one sentence each."""
         slack, limit = int((self.tension <= 0.0).sum()), self.keys.limit
         found = [f"{slack} of {len(self.tension)} cords are slack"] if slack else []
+        if self.warm_state is not None and (slack := int((self.warm_state.tension <= 0.0).sum())):
+            found.append(
+                f"at {self.keys.temperature:+g} K {slack} of {len(self.tension)} cords are slack, and the surface is "
+                f"one of several"
+            )
+        scale = self.error.fit.scale
+        if not 1.0 / _OTHER < scale < _OTHER:
+            found.append(
+                f"the surface that fits best has {scale:.3g} times the heights of the wanted one: neither its rms nor "
+                f"the loss of gain is that of a feed at the wanted focus"
+            )
         if limit is not None and self.tolerance.bound > limit:
             found.append(
                 f"with lengths that are {quantity(self.keys.length_error, 'm')} wrong 95 % of all reflectors keep "
@@ -424,8 +449,10 @@ def _rank(count: int) -> int:
 
 def _measured(path: str, count: int) -> tuple[Array, Array]:
     """Nodes and their places (k, 3), m, of a CSV file."""
-    text = safe_open.content(path, most=safe_open.LARGEST_TEXT).decode("utf-8", "replace")
-    rows = list(csv.DictReader(io.StringIO(text)))
+    text = safe_open.content(path, most=safe_open.LARGEST_TEXT).decode("utf-8-sig", "replace")
+    rows = [{str(k).strip(): v for k, v in row.items()} for row in csv.DictReader(io.StringIO(text))]
+    if not rows:
+        raise InputError(f"reflector.measured is {path!r}, which has no rows below a head node,x,y,z")
     try:
         nodes = np.array([int(row["node"]) for row in rows])
         places = np.array([[float(row[key]) for key in "xyz"] for row in rows])
@@ -433,7 +460,12 @@ def _measured(path: str, count: int) -> tuple[Array, Array]:
         raise InputError(
             f"reflector.measured is {path!r}, which needs columns node, x, y and z of numbers ({error})"
         ) from None
-    if not nodes.size or nodes.min() < 0 or nodes.max() >= count:
+    if not np.isfinite(places).all():
+        k = int((~np.isfinite(places)).any(axis=1).argmax())
+        raise InputError(f"reflector.measured is {path!r}, whose place of node {nodes[k]} is not finite")
+    if len(np.unique(nodes)) < len(nodes):
+        raise InputError(f"reflector.measured is {path!r}, which has a node twice")
+    if nodes.min() < 0 or nodes.max() >= count:
         raise InputError(f"reflector.measured is {path!r}, whose nodes must be of 0 to {count - 1}")
     return nodes, places
 

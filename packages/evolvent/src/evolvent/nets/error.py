@@ -84,13 +84,12 @@ def ruze(error: float, frequency: float) -> float:
 def quadrature(x: Array, facets: Array) -> tuple[Array, Array]:
     """Points (12 k, 3), m, on plane facets, and their areas in the plane x, y, m2."""
     points = np.einsum("pc,kcd->kpd", POINTS, x[facets])
-    return points.reshape(-1, 3), (np.abs(_signed_areas(x, facets))[:, None] * WEIGHTS).ravel()
+    return points.reshape(-1, 3), (np.abs(signed_areas(x, facets))[:, None] * WEIGHTS).ravel()
 
 
-def _signed_areas(x: Array, facets: Array) -> Array:
+def signed_areas(x: Array, facets: Array) -> Array:
     """Areas (k,), m2, of facets in the plane x, y, above zero where their corners are counterclockwise."""
-    corners = x[facets]
-    one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    one, two = x[facets[:, 1]] - x[facets[:, 0]], x[facets[:, 2]] - x[facets[:, 0]]
     return np.asarray(0.5 * (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]))
 
 
@@ -172,7 +171,7 @@ def mean_square_slope(x: Array, facets: Array, surface: Surface) -> tuple[float,
     mean = float(weights @ error**2 / whole)
     share = (2.0 * weights * error / whole)[:, None] * by_point
     local = np.einsum("pc,kpd->kcd", POINTS, share.reshape(len(facets), len(WEIGHTS), 3))
-    excess = (error.reshape(len(facets), -1) ** 2 @ WEIGHTS - mean) / whole * np.sign(_signed_areas(x, facets))
+    excess = (error.reshape(len(facets), -1) ** 2 @ WEIGHTS - mean) / whole * np.sign(signed_areas(x, facets))
     plan = x[facets, :2]
     for c in range(3):  # derivatives of the signed areas by the corners
         a, b = plan[:, (c + 1) % 3], plan[:, (c + 2) % 3]

@@ -8,14 +8,14 @@ from typing import Annotated
 import numpy as np
 
 from evolvent.assembly import expressions
-from evolvent.kernels.expression import evaluate
-from evolvent.parts.expression import Constants, refuse_unused
+from evolvent.kernels.expression_rows import evaluate_rows
+from evolvent.parts.expression import VARIABLES, Constants, HeightExpression, refuse_unused
 from evolvent_base import units
 from evolvent_base.errors import InputError
 from evolvent_base.schema import OneOf, Section
 
 Array = np.ndarray
-#: Step of differences of a formula, over the radius of the aperture.
+#: Step of differences of a formula, beside the diameter of the aperture.
 _STEP = 1e-4
 
 __all__ = ["FormulaSurface", "Paraboloid"]
@@ -80,7 +80,7 @@ class FormulaSurface(Surface):
         Of the aperture's centre, along x.
     """
 
-    expression: str
+    expression: HeightExpression
     constants: Constants | None = None
 
     def _program(self) -> Array:
@@ -88,16 +88,15 @@ class FormulaSurface(Surface):
 
     def height(self, x: Array, y: Array) -> Array:
         """Height z, m, of the shape of x and y, m."""
-        program = self._program()
-        found = [evaluate(program, 0, np.array([a, b])) for a, b in zip(np.ravel(x), np.ravel(y), strict=True)]
-        z = np.array(found).reshape(np.shape(x))
+        z = np.empty(np.size(x))
+        evaluate_rows(self._program(), np.stack([np.ravel(x), np.ravel(y)], axis=1), z)
         if not np.isfinite(z).all():
             k = int((~np.isfinite(z)).argmax())
             raise InputError(
                 f"surface.expression is not finite at x = {np.ravel(x)[k]:g} m, y = {np.ravel(y)[k]:g} m; it must be, "
                 f"in the whole aperture"
             )
-        return z
+        return z.reshape(np.shape(x))
 
     def slopes(self, x: Array, y: Array) -> tuple[Array, Array]:
         """Derivatives of the height by x and y."""
@@ -116,7 +115,7 @@ def _compiled(text: str, constants: tuple[tuple[str, float], ...] | None) -> Arr
     """Program of an expression, with the names and values of its constants."""
     named = None if constants is None else dict(constants)
     refuse_unused("surface.constants", named, "surface.expression", (text,))
-    return np.array(expressions.compile_expression(text, ("x", "y"), named, name="surface.expression").code)
+    return np.array(expressions.compile_expression(text, VARIABLES["height"], named, name="surface.expression").code)
 
 
 WantedSurface = Annotated[Surface, OneOf({"paraboloid": Paraboloid, "formula": FormulaSurface})]

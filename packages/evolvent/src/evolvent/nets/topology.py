@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 import scipy
 
+from evolvent.nets.error import signed_areas
 from evolvent.nets.surface import Surface
 from evolvent_base import safe_open, units
 from evolvent_base.errors import InputError
@@ -16,6 +17,10 @@ from evolvent_base.file_keys import FileKey
 from evolvent_base.schema import OneOf, Section
 
 Array = np.ndarray
+#: How far the nodes of a file reach at least and at most, beside the radius of the aperture.
+_LEAST_REACH, _MOST_REACH = 0.02, 1.5
+#: Area of a triangle in plan, beside the square of the diameter, that is none.
+_FLAT = 1e-12
 Count = Annotated[int, units.Whole(least=1, most=200)]
 
 __all__ = ["Gores", "NetFile", "Rings"]
@@ -172,14 +177,23 @@ class NetFile(Layout):
             raise InputError(f"{key} is {self.file!r}; it must have the keys nodes, cords and rim")
         plan = _table(key, found, "nodes", (2, 3), float)[:, :2] * self.length_unit
         cords = _table(key, found, "cords", (2,), int)
-        try:
-            rim = [int(k) for k in found["rim"]]
-        except (TypeError, ValueError):
-            raise InputError(f"{key}: rim must be a list of numbers of nodes") from None
+        rim = found["rim"]
+        if not isinstance(rim, list) or not all(type(k) is int for k in rim):
+            raise InputError(f"{key}: rim must be a list of numbers of nodes")
         facets = _table(key, found, "facets", (3,), int) if found.get("facets") else np.zeros((0, 3), dtype=int)
         for word, numbers in (("cords", cords), ("rim", np.array(rim)), ("facets", facets)):
             if numbers.size and not (numbers.min() >= 0 and numbers.max() < len(plan)):
                 raise InputError(f"{key}: {word} has a node that is none of 0 to {len(plan) - 1}")
+        radius, reach = 0.5 * surface.diameter, float(np.hypot(plan[:, 0] - surface.offset, plan[:, 1]).max())
+        if not _LEAST_REACH * radius <= reach <= _MOST_REACH * radius:
+            raise InputError(
+                f"{key}: nodes reach {reach:.4g} m from the centre of the aperture, whose radius is {radius:.4g} m; "
+                f"check {name}.topology.length_unit, which is {self.length_unit:g} m"
+            )
+        empty = np.abs(signed_areas(plan, facets)) <= _FLAT * surface.diameter**2
+        if empty.any():
+            k = int(empty.argmax())
+            raise InputError(f"{key}: facet {k}, of the nodes {facets[k].tolist()}, has no area in the plane x, y")
         return _checked(name, plan, cords, facets, rim)
 
 
@@ -189,13 +203,15 @@ AnyLayout = Annotated[Layout, OneOf({"rings": Rings, "gores": Gores, "file": Net
 def _table(key: str, found: dict[str, Any], word: str, widths: Sequence[int], kind: type) -> Array:
     """Rows of a file, all of one of the widths."""
     try:
-        rows: Array = np.array(found[word], dtype=kind)
+        rows: Array = np.array(found[word], dtype=float)
     except (TypeError, ValueError):
         rows = np.zeros(0)
-    if rows.ndim != 2 or rows.shape[1] not in widths:
+    whole = kind is not int or (rows == np.rint(rows)).all()
+    if rows.ndim != 2 or not np.isfinite(rows).all() or not whole or rows.shape[1] not in widths:
         wanted = " or ".join(str(width) for width in widths)
-        raise InputError(f"{key}: {word} must be a list of rows of {wanted} numbers")
-    return rows
+        what = "whole numbers" if kind is int else "finite numbers"
+        raise InputError(f"{key}: {word} must be a list of rows of {wanted} {what}")
+    return rows.astype(kind)
 
 
 def _of_facets(

@@ -28,12 +28,13 @@ VARIABLES = {
     "motor": ("x", "v", "t"),
     "feedback": ("t", "x", "v"),
     "surface": ("u", "v"),
+    "height": ("x", "y"),
 }  # fmt: skip
 #: Kinds with three numbers.
 _VECTORS = ("force", "torque", "surface")
 _EXAMPLES = {"spring": "k*x + k3*x**3", "force": "[-c*vx, -c*vy, -c*vz]", "drive": "a*(1 - cos(w*t))", "event": "t - 2",
              "motor": "-k*x - c*v", "feedback": "r - k*lag_rate", "torque": "[-c*vx, -c*vy, m*r11]",
-             "surface": "[2*u, v, 0.1*u**2]"}  # fmt: skip
+             "surface": "[2*u, v, 0.1*u**2]", "height": "0.05*(x**2 + y**2)"}  # fmt: skip
 _RUN = {
     "spring": kernels.spring_expression,
     "force": kernels.force_expression,
@@ -54,7 +55,7 @@ class Law(Annotation):
 
     Parameters
     ----------
-    kind : {"spring", "force", "torque", "drive", "event", "motor", "feedback", "surface"}
+    kind : {"spring", "force", "torque", "drive", "event", "motor", "feedback", "surface", "height"}
     python : bool, whether a Python law is allowed
     """
 
@@ -158,6 +159,8 @@ EventLaw = Annotated[Any, Law("event")]
 MotorLaw = Annotated[Any, Law("motor")]
 #: x, y and z of u and v.
 SurfaceExpressions = Annotated[tuple[str, ...], Law("surface", python=False)]
+#: z of x and y.
+HeightExpression = Annotated[str, Law("height", python=False)]
 FeedbackLaw = Annotated[str, Law("feedback", python=False)]
 #: An expression of t.
 TimeExpression = Annotated[str, Law("drive", python=False)]

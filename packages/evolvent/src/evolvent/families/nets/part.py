@@ -276,7 +276,10 @@ class Net(Part):
     def write(self, builder: Builder, name: str) -> None:
         """Write the nodes into the family `points`, the cords into `springs`."""
         refuse_unfit(name, self)
+        self._check(builder, name)
         topology = self.layout(name)
+        if self.ties is not None and not topology.free.size:
+            raise InputError(f"{name}.ties: all nodes are held at the rim, so that they pull none; leave the ties out")
         if self.mass_per_length is None and self.node_mass == 0.0:
             raise InputError(f"{name}.mass_per_length and {name}.node_mass are missing; give one of them")
         wanted = np.zeros((len(topology.plan), 3))
@@ -304,6 +307,27 @@ class Net(Part):
         if self.unfold:
             x = self._slack(builder, name, x, found, held, lengths)
         self._write(builder, name, found, held, lengths, x)
+
+    def _check(self, builder: Builder, name: str) -> None:
+        """Refuse what ties cannot be fixed to, a rear rim of no rear net, and cords that heat makes no length."""
+        if isinstance(self.ties, Anchors) and builder.names.get(self.ties.to, ("", 0))[0] != "bodies":
+            raise InputError(
+                f"{name}.ties.anchors.to is {self.ties.to!r}; it must be 'ground' or a rigid body that is named before "
+                f"the net"
+            )
+        if self.rear_rim != type(self).model_fields["rear_rim"].default and not isinstance(self.ties, RearNet):
+            raise InputError(f"{name}.rear_rim is given, but {name}.ties are not of the kind 'rear'")
+        self.heat(name, "temperature", self.temperature)
+
+    def heat(self, name: str, key: str, change: float) -> float:
+        """Strain of the cords by a change of temperature, K, that a key gives."""
+        strain = (self.thermal_expansion or 0.0) * change
+        if strain <= -1.0:
+            raise InputError(
+                f"{key if '.' in key else f'{name}.{key}'} is {change:g} K, which with {name}.thermal_expansion of "
+                f"{self.thermal_expansion:g} 1/K is a strain of {strain:g}; it must be above -1"
+            )
+        return strain
 
     def poses(self, builder: Builder, name: str) -> list[Pose]:
         """Poses of the bodies that were written where the net has its form."""
@@ -356,6 +380,8 @@ class Net(Part):
                 f"{key} is {list(rim)}; one rigid body or the ground holds the whole rim, else give rods and shells "
                 f"alone"
             )
+        if not bodies and not at:
+            raise InputError(f"{key} is {list(rim)}; name at least one part that holds the rim, or 'ground'")
         x, found, taken = self.in_place(wanted), dict[int, Any](), dict[int, int]()
         places = np.array([_place(poses, one) for one in at]).reshape(-1, 3)
         for k in nodes.tolist():
@@ -394,7 +420,7 @@ class Net(Part):
             q, v = builder.coordinates(x[k].tolist(), (0.0, 0.0, 0.0))
             point = builder.add("points", iq=q, iv=v, mass=masses[k], compliance=1.0 / masses[k])
             builder.add("markers", kind=markers.ON_POINT, index=point, local=np.zeros(3))
-        natural = lengths * (1.0 + (self.thermal_expansion or 0.0) * self.temperature)
+        natural = lengths * (1.0 + self.heat(name, "temperature", self.temperature))
         first_spring = len(builder.rows["springs"])
         for (a, b), length, stiffness in zip(found.cords.tolist(), natural.tolist(), found.stiffness, strict=True):
             builder.add(
