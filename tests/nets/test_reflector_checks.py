@@ -59,12 +59,18 @@ def test_measured_surfaces_as_programs_write_them(tmp_path: pathlib.Path) -> Non
     assert found.before == pytest.approx(1e-3)
 
 
-def test_surfaces_that_are_no_reflector_are_named() -> None:
-    """A net whose cords have gone slack by heat, and a flat one, which a paraboloid of no depth fits."""
+def test_surfaces_that_are_no_reflector_are_named(tmp_path: pathlib.Path) -> None:
+    """A net whose cords have gone slack by heat, a flat one, which a paraboloid of no depth fits, a folded one."""
     warm = system(thermal_expansion=1e-3).reflector(temperature=200.0)
     assert any("at +200 K" in one and "cords are slack" in one for one in warm.fails)
     flat = system(ties=None).reflector()
     assert any("times the heights of the wanted one" in one for one in flat.fails)
+    path = tmp_path / "net.json"
+    facets = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]]
+    nodes, rim = [[0, 0], [3, 0], [0, 3], [-3, 0], [0, -3]], [1, 2, 3, 4]
+    path.write_text(json.dumps({"nodes": nodes, "cords": [[0, 1], [0, 2]], "rim": rim, "facets": facets}))
+    folded = system(topology={"file": {"file": str(path)}}, ties=None)
+    assert any("1 of 4 facets are turned over" in one for one in folded.reflector().fails)
     with pytest.raises(InputError, match="a strain of -2; it must be above -1"):
         system(thermal_expansion=1e-3).reflector(temperature=-2000.0)
 

@@ -16,7 +16,7 @@ from evolvent.analysis.reflector_keys import ReflectorKeys
 from evolvent.assembly.assembled import Assembly
 from evolvent.families.nets.cords import names
 from evolvent.families.nets.part import RearNet
-from evolvent.nets.error import POINTS, SurfaceError, quadrature, ruze, slant
+from evolvent.nets.error import POINTS, SurfaceError, quadrature, ruze, signed_areas, slant
 from evolvent.results import made_with
 from evolvent.results.motion import quantity
 from evolvent_base import answer as an, safe_open
@@ -32,6 +32,8 @@ DRAWS, _SEED = 1000, 20031
 _COLORS, _POINTS = 10, 240
 #: Factor of heights from which on the best fit is another reflector than the wanted one.
 _OTHER = 1.25
+#: Area of a facet in the plane x, y, beside that in the topology, that is none.
+_TURNED = 1e-6
 #: How far a measured node may be from its place, beside the diameter of the aperture.
 _FAR = 0.1
 #: Cords in the table of sensitivities.
@@ -209,6 +211,11 @@ class ReflectorResults(Shown):
         return self._of.error_of(self.net.seen(x))
 
     @property
+    def nodes(self) -> int:
+        """Number of nodes of the net and of its rear net, without anchors."""
+        return len(self.topology.plan) * (2 if isinstance(self.net.ties, RearNet) else 1)
+
+    @property
     def fails(self) -> list[str]:
         """What a reflector must not have, one sentence each."""
         slack, limit = int((self.tension <= 0.0).sum()), self.keys.limit
@@ -218,6 +225,9 @@ class ReflectorResults(Shown):
                 f"at {self.keys.temperature:+g} K {slack} of {len(self.tension)} cords are slack, and the surface is "
                 f"one of several"
             )
+        plan = signed_areas(self.topology.plan, self.topology.facets)
+        if over := int((signed_areas(self.x, self.topology.facets) * plan <= _TURNED * plan**2).sum()):
+            found.append(f"{over} of {len(plan)} facets are turned over, or have no area, beside those of the topology")
         scale = self.error.fit.scale
         if not 1.0 / _OTHER < scale < _OTHER:
             found.append(
@@ -246,7 +256,7 @@ class ReflectorResults(Shown):
         """Facts, tables, figures, files."""
         least = int(self.tension.argmin())
         facts = [
-            ("nodes, cords, facets", f"{len(self.x)}, {len(self.tension)}, {len(self.topology.facets)}"),
+            ("nodes, cords, facets", f"{self.nodes}, {len(self.tension)}, {len(self.topology.facets)}"),
             ("least tension", f"{quantity(float(self.tension[least]), 'N')} ({self.called(least)})"),
             ("rms of the best fit", quantity(self.error.fit.rms, "m")),
         ]
