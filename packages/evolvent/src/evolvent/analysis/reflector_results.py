@@ -211,7 +211,7 @@ class ReflectorResults(Shown):
         return self._of.error_of(self.net.seen(x))
 
     @property
-    def nodes(self) -> int:
+    def node_count(self) -> int:
         """Number of nodes of the net and of its rear net, without anchors."""
         return len(self.topology.plan) * (2 if isinstance(self.net.ties, RearNet) else 1)
 
@@ -256,7 +256,7 @@ class ReflectorResults(Shown):
         """Facts, tables, figures, files."""
         least = int(self.tension.argmin())
         facts = [
-            ("nodes, cords, facets", f"{self.nodes}, {len(self.tension)}, {len(self.topology.facets)}"),
+            ("nodes, cords, facets", f"{self.node_count}, {len(self.tension)}, {len(self.topology.facets)}"),
             ("least tension", f"{quantity(float(self.tension[least]), 'N')} ({self.called(least)})"),
             ("rms of the best fit", quantity(self.error.fit.rms, "m")),
         ]
