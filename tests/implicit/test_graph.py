@@ -471,3 +471,24 @@ def test_order_is_the_same_each_time() -> None:
     for pattern in (star(6), four_bars(6), frame(5)):
         one, other = ordering.elimination_order(pattern), ordering.elimination_order(pattern)
         assert [b.tolist() for b in one.blocks] == [b.tolist() for b in other.blocks]
+
+
+def test_an_order_is_found_once_for_a_pattern(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pattern that comes again has a matrix of its own with the same order; any difference makes another order."""
+    found: list[Pattern] = []
+    order = ordering.elimination_order
+    monkeypatch.setattr(ordering, "elimination_order", lambda pattern: (found.append(pattern), order(pattern))[1])
+    monkeypatch.setattr(ordering, "_kept", {})
+    first = ordering.matrix_of(pattern_of([3, 2, 4], [(0, 1), (1, 2)]))
+    first.values[:] = 7.0
+    again = ordering.matrix_of(pattern_of([3, 2, 4], [(0, 1), (1, 2)]))
+    assert len(found) == 1
+    assert not again.values.any()
+    assert_allclose(again.unknown, first.unknown)
+    others = [pattern_of([2, 3, 4], [(0, 1), (1, 2)]), pattern_of([3, 2, 4], [(0, 1), (0, 2)])]
+    for pattern in others:
+        ordering.matrix_of(pattern)
+    ordering.matrix_of(others[0], spare=2)
+    carried = others[0]._replace(stiff=frozenset({0}))
+    assert ordering.matrix_of(carried).unknown.size == first.unknown.size
+    assert len(found) == 5

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from book import Book
 from evolvent import System, parts
 from evolvent.analysis.reflector import NetInSystem
-from evolvent.nets import error, form
+from evolvent.nets import error, form, surface as surfaces
 from evolvent.nets.surface import FormulaSurface, Paraboloid
 from evolvent.nets.topology import Gores, Rings, Topology
 from evolvent_base.errors import InputError
@@ -141,7 +141,10 @@ def test_formula_is_the_paraboloid() -> None:
     two = FormulaSurface(expression="(x**2 + y**2)/(4*F)", constants={"F": 2.5}, diameter=4.0, offset=1.0)
     x, y = np.array([0.3, 1.7, 2.9]), np.array([-1.0, 0.2, 0.4])
     np.testing.assert_allclose(two.height(x, y), one.height(x, y), rtol=1e-14)
+    compiled = surfaces._compiled
+    compiled.cache_clear()
     np.testing.assert_allclose(two.slopes(x, y), one.slopes(x, y), rtol=1e-9)
+    assert compiled.cache_info().misses == 1
 
 
 @pytest.mark.parametrize(

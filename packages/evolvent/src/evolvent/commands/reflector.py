@@ -18,7 +18,11 @@ showing = lazy.load("evolvent_base.showing", suppress_warning=True)
 @click.command()
 @click.argument("case", metavar="CASE|FILE")
 @shared.assignments
-@click.option("--check", is_flag=True, help="Exit with code 1 where a cord is slack, the limit is exceeded, or another surface fits.")
+@click.option(
+    "--check",
+    is_flag=True,
+    help="Exit with code 1 where a cord is slack, the limit is exceeded, or another surface fits.",
+)
 @shared.output("REFLECTOR.JSON|CSV", "Keep nodes, cut lengths, tensions and errors as a file.")
 @shared.single("--figure", metavar="REFLECTOR.PNG", text="Draw the net and its tensions.")
 @shared.single("--report", metavar="REFLECTOR.HTML", text="Write everything on one page.")
