@@ -387,7 +387,7 @@ def test_a_taper_can_be_cut():
             lambda: Material(young_modulus=-1.0, poisson_ratio=0.3, density=1.0),
             "Material.young_modulus is -1.0; it must be a modulus above 0",
         ),
-        (lambda: Material(young_modulus=1.0, poisson_ratio=0.5, density=1.0), "Material.poisson_ratio is 0.5"),
+        (lambda: Material(young_modulus=1.0, poisson_ratio=0.51, density=1.0), "Material.poisson_ratio is 0.51"),
         (lambda: Material(young_modulus=1.0, poisson_ratio=0.3, density=float("nan")), "Material.density is nan"),
         (lambda: Rectangle(thickness=0.0, width=1.0), "Rectangle.thickness is 0.0"),
         (lambda: General(area=1.0, Iy=1.0, Iz=1.0, J=-1.0), "General.J is -1.0"),
@@ -408,3 +408,15 @@ def test_a_taper_can_be_cut():
 def test_what_cannot_be_is_refused(make, message):
     with pytest.raises(InputError, match=re.escape(message)):
         make()
+
+
+def test_a_material_that_keeps_its_volume() -> None:
+    """Beams and rods take a Poisson ratio of 0.5; a continuum is refused."""
+    rubber = Material(young_modulus=1e6, poisson_ratio=0.5, density=1100.0)
+    assert rubber.shear_modulus == pytest.approx(1e6 / 3.0)
+    for formulation in FORMULATIONS:
+        if formulation in ("full", "nu_split"):
+            with pytest.raises(InputError, match=f"poisson_ratio is 0.5; formulation '{formulation}' .* below 0.5"):
+                beam_form(formulation, LENGTH, BAR, rubber)
+        else:
+            assert np.all(np.isfinite(beam_form(formulation, LENGTH, BAR, rubber).H))

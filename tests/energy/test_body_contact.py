@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from book import Book
-from evolvent import Stepper, System, parts
+from evolvent import KAPTON, Circle, InputError, Stepper, System, parts
 from evolvent.solvers.modal.modes import modes
 from families.contacts import pressed
 
@@ -44,6 +44,44 @@ def kept(run: xr.DataTree) -> None:
     for name in ("momentum", "angular_momentum"):
         values = run[name].values
         assert np.abs(values - values[0]).max() <= 1e-9 * max(np.abs(values).max(), 0.1)
+
+
+@pytest.mark.parametrize(
+    ("e", "exponent", "law", "method"),
+    [(0.12, 1.5, "hunt-crossley", ALPHA), (0.5, 1.0, "conservative", ENERGY), (0.9, 1.5, "hunt-crossley", "rk4")],
+)
+def test_a_coefficient_of_restitution_is_met_at_its_speed(e: float, exponent: float, law: Any, method: str) -> None:
+    system = System()
+    ball(system, "ball", (0.0, 0.0, RADIUS + 1e-4), velocity=(0.0, 0.0, -2.0))
+    own: Any = {"stiffness": 1e6, "exponent": exponent, "law": law, "restitution": {"coefficient": e, "speed": 2.0}}
+    system.add(parts.Contact(a="ball", b=(0.0, 0.0, 0.0), shape=FLOOR, **own), "floor")
+    run = system.simulate(until=0.02, every=0.01, method=method, step=2e-5)
+    assert run["ball"].velocity.values[-1, 2] == pytest.approx(2.0 * e, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"restitution": {"coefficient": 0.0, "speed": 1.0}}, "coefficient is 0.*above 0 and up to 1"),
+        ({"restitution": {"coefficient": 0.5}}, "speed is missing"),
+    ],
+)
+def test_restitutions_that_are_none_are_refused(given: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        parts.Contact(a="ball", b=(0.0, 0.0, 0.0), shape=FLOOR, **given)
+
+
+def test_the_law_of_the_paper_takes_no_restitution() -> None:
+    system = System()
+    beam = parts.Beam(
+        length=1.0, section=Circle(radius=1e-3), material=KAPTON, position=(0.0, 0.0, 1.0), elements=2,
+        formulation="cable",
+    )  # fmt: skip
+    system.add(beam, "beam")
+    own: Any = {"restitution": {"coefficient": 0.5, "speed": 1.0}, "law": "paper"}
+    system.add(parts.Contact(a="beam", b=(0.0, 0.0, 0.0), shape=FLOOR, **own), "floor")
+    with pytest.raises(InputError, match=r"floor.restitution is given, but floor.law is 'paper'"):
+        system.assemble()
 
 
 @pytest.mark.slow

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import re
 
 import numpy as np
@@ -125,3 +127,13 @@ def test_modes_name_the_load_that_acts_on_what_nothing_holds():
     assert "'thruster'" in solve_static(free().assemble(), time=6.0).message
     np.testing.assert_allclose(modes(free().assemble(), time=2.0).frequency, 0.0, atol=1e-9)
     np.testing.assert_allclose(modes(free(start=1.0, stop=2.0).assemble()).frequency, 0.0, atol=1e-9)
+
+
+def test_a_notebook_shows_the_sentence_alone() -> None:
+    """IPython asks an error for what it shows in place of a traceback."""
+    shell = pytest.importorskip("IPython.core.interactiveshell").InteractiveShell()
+    with contextlib.redirect_stdout(io.StringIO()) as shown, contextlib.redirect_stderr(shown):
+        shell.run_cell("import evolvent\nevolvent.parts.Point(mass=-1)")
+    lines = [line for line in re.sub(r"\x1b\[[\d;]*m", "", shown.getvalue()).splitlines() if line]
+    assert len(lines) == 1, lines
+    assert lines[0].startswith("InputError: Point.mass is -1; it must be a mass above 0"), lines

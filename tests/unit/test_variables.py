@@ -36,6 +36,7 @@ def test_ends_of_beams_and_threads(run):
             "boom.tip.position": boom[:, -1],
             "boom.tip.position.y": boom[:, -1, 1],
             "boom[2].position.z": boom[:, 2, 2],
+            "boom[2].position.magnitude": np.sqrt((boom[:, 2] ** 2).sum("axis")),
             "blade.tip.position": blade[:, 0],
         }.items():
             np.testing.assert_array_equal(variables.get(tree, name).values, wanted.values, err_msg=name)

@@ -33,6 +33,10 @@ class EvolventError(Exception):
     def __init__(self, message: str = "") -> None:
         super().__init__(visible(abbreviated(message)))
 
+    def _render_traceback_(self) -> list[str]:
+        """What IPython shows in place of a traceback: the sentence."""
+        return [f"{type(self).__name__}: {self}"]
+
 
 class InputError(EvolventError):
     """Something that the user wrote cannot be used; the message names it, its value and what is allowed."""

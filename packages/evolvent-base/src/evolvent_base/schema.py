@@ -431,7 +431,7 @@ def _unlocated(kind: type[Section], key: str, path: Sequence[str], name: str, pl
 
 def _nearest_key(kind: type[Section], location: tuple[Any, ...], start: str) -> str:
     """A closing half sentence for an unknown key: the nearest beside it, or one of that name elsewhere."""
-    *path, last = (str(part) for part in location if not isinstance(part, int))
+    *path, last = (part for part in dotted(location).split(".") if not part.isdigit())
     before = start + (".".join(path) + "." if path else "")
     every = keys(kind, start)
     beside = {k for k in every if k.startswith(before) and "." not in k[len(before) :]}

@@ -141,7 +141,7 @@ def test_a_length_of_time_is_found():
         ),
         ("wind", {"damping.elements": [0]}, ["damping.elements.0 is 0", "whole number from 1"]),
         ("wind", {"rib.elements": 7, "contact.points": 1}, ["contact.points is 1", "1.714 m apart", "2 or more"]),
-        ("wind", {"rib.poisson": 0.5}, ["rib.poisson is 0.5", "below 0.5"]),
+        ("wind", {"rib.poisson": 0.51}, ["rib.poisson is 0.51", "up to 0.5"]),
         ("wind", {"rib.poisson": -1}, ["rib.poisson is -1", "above -1"]),
         ("wind", {"rib.formulation": "cabel"}, ["rib.formulation is 'cabel'", "did you mean 'cable'?"]),
         ("wind", {"rib.start_angle": "120 deg"}, ["rib.start_angle is 120 deg", "inside the hub"]),

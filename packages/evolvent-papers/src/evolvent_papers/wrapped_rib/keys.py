@@ -108,7 +108,7 @@ class Rib(Section):
     tip_thickness: units.Length | None = key(None, "at the tip, of a linear taper; left out: the same")
     density: units.Density = key(1600.0, "mass per volume")
     young_modulus: units.Modulus = key(5e6, "E")
-    poisson: units.PoissonRatio = key(0.3, "nu, above -1 and below 0.5; a cable does not use it")
+    poisson: units.PoissonRatio = key(0.3, "nu, above -1 and up to 0.5; a cable does not use it")
     count: Points = key(1, "ribs, evenly spaced round the hub")
     root: Literal["hinge", "clamp"] = key("hinge", "hinge: turns about the hub's axis; clamp: keeps its direction")
     root_stiffness: units.RotationalStiffnessOrZero = key(0.0, "of a spring in the hinge")

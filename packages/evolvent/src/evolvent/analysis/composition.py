@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from evolvent import cases
 from evolvent.analysis.settings import seconds, settings_of
+from evolvent.analysis.start_motion import StartMotion, started
 from evolvent.analysis.storage import Aged, storage_of, stored
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.builder import Builder
@@ -37,7 +38,7 @@ class Composition:
 
     Parameters
     ----------
-    gravity, title, settings, sections : as of `evolvent.System`
+    gravity, title, settings, sections, spin, velocity : as of `evolvent.System`
     """
 
     def __init__(
@@ -46,7 +47,9 @@ class Composition:
         *,
         title: str = "",
         settings: Mapping[str, Any] | None = None,
-        sections: Mapping[str, Mapping[str, Any]] | None = None,
+        sections: Mapping[str, Any] | None = None,
+        spin: Any = None,
+        velocity: Any = None,
     ) -> None:
         try:
             self._gravity = np.array(_GRAVITY.read(gravity))
@@ -54,7 +57,12 @@ class Composition:
             raise InputError(f"gravity is {gravity!r}; {error.message()}") from None
         self._parts: dict[str, Part] = {}
         self.settings = dict(settings or {})
-        self.sections = {name: dict(content) for name, content in (sections or {}).items()}
+        self.sections = {
+            name: dict(content) if isinstance(content, Mapping) else content
+            for name, content in (sections or {}).items()
+        }
+        moves = {key: value for key, value in (("spin", spin), ("velocity", velocity)) if value is not None}
+        self.sections |= StartMotion.of(moves).written() if moves else {}
         self._variants: Variants | None = None
         self._found: set[str] = set()
         self._aged: Aged | None = None
@@ -159,11 +167,11 @@ class Composition:
             start breaks a constraint; where storage comes to no equilibrium.
         """
         found, section = self._unstored(variants), storage_of(self.sections)
-        if section is None:
-            return found
-        if self._aged is None or not self._aged.is_of(section, found):
-            self._aged = Aged(section, found, stored(found, section).assembly)
-        return self._aged.again(found)
+        if section is not None:
+            if self._aged is None or not self._aged.is_of(section, found):
+                self._aged = Aged(section, found, stored(found, section).assembly)
+            found = self._aged.again(found)
+        return started(found, self.sections)
 
     def _unstored(self, variants: Variants | None = None) -> Assembly:
         """The assembly as its parts are written, before any storage."""

@@ -15,7 +15,7 @@ import lazy_loader as lazy
 import numpy as np
 
 from evolvent import cases
-from evolvent.analysis import accuracy, gradient, runs, simulation, trees, variation
+from evolvent.analysis import accuracy, gradient, runs, simulation, start_motion, trees, variation
 from evolvent.analysis.closure import warning_of
 from evolvent.analysis.composition import Composition
 from evolvent.analysis.methods import choose_method
@@ -97,6 +97,9 @@ def key_of(system: Composition, name: str) -> Key:
         values: Any = {"parts": {part: system.parts[part].model_dump()}}
     elif part == "gravity":
         place, content, values = name, {}, {"gravity": system._gravity.tolist()}
+    elif part in system.sections and part in start_motion.KEYS:
+        motion = start_motion.StartMotion.of(system.sections)
+        place, content, values = name, {part: system.sections[part]}, motion.model_dump()
     elif part == "store" and "store" not in system.sections:
         raise InputError(f"there is no key {name!r}: the system is not stored; give store: {{time: ...}} first")
     elif part == "store" and (section := storage_of(system.sections)) is not None:

@@ -26,11 +26,13 @@ class ResultAddress(NamedTuple):
     ----------
     part, variable : str
     at : int, or array of them, the numbers of its entries in the variable at one time
+    magnitude : bool, whether the result is the length of these vectors, the last dimension of `at`
     """
 
     part: str
     variable: str
     at: int | np.ndarray
+    magnitude: bool = False
 
 
 class StepResults:
@@ -57,7 +59,8 @@ class StepResults:
         variable = self._part(address.part).variables[address.variable]
         now = variable.values[-1] if variable.dims[:1] == ("time",) else variable.values
         found = np.asarray(now).reshape(-1)[address.at]
-        return float(found) if np.ndim(address.at) == 0 else found
+        found = np.linalg.norm(found, axis=-1) if address.magnitude else found
+        return float(found) if np.ndim(found) == 0 else found
 
     def names(self) -> dict[str, tuple[tuple[str, ...], str]]:
         """Names of all that `result` gives, without components and entries: name -> (dimensions, unit)."""
@@ -106,14 +109,17 @@ class StepResults:
             {key: (dims, v.values.shape) for key, (dims, v) in numbered.items()},
             {f"{part}.{key}": c.long_name for key, c in self._part(part).coordinates.items()},
         )
-        found = variables.get(dataset, name)
+        vectors = name.removesuffix(f".{variables.MAGNITUDE}")
+        found = variables.get(dataset, vectors)
+        if vectors != name:
+            variables.get(dataset, name)  # which refuses it of what has no components
         own = str(found.name).partition(".")[2]
         if self._adds_up(part, own):
             raise InputError(
                 f"{name!r} adds up over all samples of a run, of which a stepper keeps the first and the last"
             )
         at = found.values[0] if "time" in found.dims else found.values
-        return ResultAddress(part, own, int(at) if np.ndim(at) == 0 else np.asarray(at))
+        return ResultAddress(part, own, int(at) if np.ndim(at) == 0 else np.asarray(at), vectors != name)
 
     def _part(self, part: str) -> Observed:
         """Results of a part at the start and now."""

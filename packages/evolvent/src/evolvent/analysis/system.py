@@ -43,6 +43,10 @@ class System(Composition, Answered):
     settings : mapping, optional, arguments that `simulate` takes where they are left out
     sections : mapping, optional, other sections of the case, as in a file: `store` is the storage before every
         analysis, such as ``{"store": {"time": "10 years", "temperature": "20 degC"}}``; `margin` holds keys of `margin`
+    spin : mapping or list of them, optional, rigid rotation of all that moves at the start, ``{"axis": (0, 0, 1),
+        "rate": "5 deg/s"}``, with `about` a point on the axis in place of the centre of mass, and with `parts` of these
+        alone; beside the velocities that parts have themselves
+    velocity : (3,) float, m/s, optional, of all that moves at the start, inertial axes, likewise
 
     Examples
     --------

@@ -14,8 +14,6 @@ from evolvent.parts.registry import read_parts
 from evolvent_base.errors import InputError, counted, nearest
 
 Composed = TypeVar("Composed", bound=Composition)
-#: Keys of a case that a system has beside its parts.
-_OTHERS = ("title", "gravity", "store", "simulate", "equilibrium", "modes", "margin")
 
 
 def with_values(system: Composed, values: Mapping[str, Any]) -> Composed:
@@ -24,6 +22,7 @@ def with_values(system: Composed, values: Mapping[str, Any]) -> Composed:
         raise InputError(f"the values are {values!r}; they must be a mapping of keys, such as 'hinge.stiffness': 2.0")
     of_parts: dict[str, dict[str, Any]] = {}
     others: dict[str, Any] = {}
+    others_known = cases.system("structure").Case.model_fields.keys() - {"system", "parts"}
     for key, value in values.items():
         words = str(key).removeprefix("parts.")
         name, _, rest = words.partition(".")
@@ -31,7 +30,7 @@ def with_values(system: Composed, values: Mapping[str, Any]) -> Composed:
         if named:
             for one in named:
                 of_parts.setdefault(one, {})[rest] = value
-        elif words == key and name in _OTHERS:
+        elif words == key and name in others_known:
             others[key] = value
         else:
             raise InputError(f"cannot set {key!r}: no part is called {name!r}; {nearest(name, system.parts)}")

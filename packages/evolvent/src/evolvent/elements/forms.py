@@ -269,6 +269,11 @@ def beam_parts(
             raise InputError(
                 f"formulation of a beam is {formulation!r}, which needs a material without the key `shear`"
             )
+        if nu == 0.5:
+            raise InputError(
+                f"poisson_ratio is 0.5; formulation {formulation!r} of a beam, a continuum, needs one below 0.5; use "
+                f"assumed_strain"
+            )
         D = elasticity(material)
         if formulation == "full":
             H = _volume(length, section, lambda s: D, nu)

@@ -17,7 +17,7 @@ class Material(Section):
     young_modulus : float, Pa
         Young's modulus, along the beam, or along the fibres of a ply (direction 1).
     poisson_ratio : float
-        Poisson's ratio, above -1 and below 0.5; of a ply that of strains across by a stress along the fibres.
+        Poisson's ratio, above -1 and up to 0.5; of a ply that of strains across by a stress along the fibres.
     density : float, kg/m^3
         Mass per volume.
     shear : float, Pa, optional

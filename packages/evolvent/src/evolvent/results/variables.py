@@ -16,7 +16,7 @@ from evolvent_base.errors import InputError, nearest
 
 _NAME = re.compile(
     r"(?P<part>[^.\[\]]+)(?:\[(?P<node>\d+)\]|\.(?P<end>root|tip)(?=\.))?"
-    r"(?:\.(?P<variable>\w+))?(?:\.(?P<axis>[A-Za-z]))?"
+    r"(?:\.(?P<variable>\w+))?(?:\.(?P<axis>[A-Za-z]|magnitude))?"
 )
 _NUMBERED = re.compile(r"(?P<variable>\w+)\[(?P<number>\d+)\]")
 #: Dimensions that mean the same in every group.
@@ -24,6 +24,8 @@ SHARED = ("time", "axis", "quaternion")
 #: Values with dimensions: of a data set, alone, or of a part.
 Values = TypeVar("Values", xr.DataArray, xr.Variable, Variable)
 _AXES = {"axis": "xyz", "quaternion": "wxyz"}
+#: What stands in place of a component for the length of a vector.
+MAGNITUDE = "magnitude"
 
 
 def names(run: xr.DataTree | xr.Dataset, *, over_time: bool = True) -> list[str]:
@@ -57,7 +59,8 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
     Parameters
     ----------
     name : str
-        'hub.rate' of a part, 'energy' of the root, 'hub.rate.z' a component, 'boom[5].position' at a node,
+        'hub.rate' of a part, 'energy' of the root, 'hub.rate.z' a component, 'hub.rate.magnitude' the length of a
+        vector, 'boom[5].position' at a node,
         'boom.tip.velocity' at the tip of a beam or thread, 'boom.root.slope' at the root of a beam; of the root
         'sensor_displacement[2]' that of the sensor 2 (of a dimension without coordinates the index, from 0).
 
@@ -79,7 +82,7 @@ def get(run: xr.DataTree | xr.Dataset, name: str) -> xr.DataArray:
     full = f"{part}.{variable}"
     if full in root.variables:  # of `flat`
         return entry(root[full], match, name, _texts(root[full]))
-    if part in root.variables and variable in ("x", "y", "z", "w") and match["axis"] is None:  # a component of the root
+    if part in root.variables and variable in (*"xyzw", MAGNITUDE) and match["axis"] is None:  # a component of the root
         return _component(root[part], name, variable)
     if part not in parts(run):
         raise InputError(f"no variable is called {name!r}; {nearest(name, names(run, over_time=False))}")
@@ -151,10 +154,13 @@ def _end(found: Values, match: re.Match[str], texts: Mapping[Hashable, str]) -> 
 
 
 def _component(found: Values, name: str, axis: str) -> Values:
+    if axis == MAGNITUDE and "axis" in found.dims:
+        return found.reduce(np.linalg.norm, "axis", keep_attrs=True)
     for dimension, letters in _AXES.items():
         if dimension in found.dims and axis in letters:
             return found.isel({dimension: letters.index(axis)})
     known = [letter for dimension, letters in _AXES.items() if dimension in found.dims for letter in letters]
+    known += [MAGNITUDE] if "axis" in found.dims else []
     allowed = f"known: {', '.join(known)}" if known else "it has no components"
     raise InputError(f"{name!r}: the variable has no component {axis!r}; {allowed}")
 

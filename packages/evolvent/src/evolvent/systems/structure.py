@@ -11,6 +11,7 @@ from evolvent import cases
 from evolvent.analysis.definition import SystemDefinition
 from evolvent.analysis.margins.keys import Margin
 from evolvent.analysis.reflector_keys import ReflectorKeys
+from evolvent.analysis.start_motion import Spins, StartMotion
 from evolvent.analysis.storage import Store, storage_of
 from evolvent.analysis.system import System
 from evolvent.parts.registry import PartsByName
@@ -77,6 +78,8 @@ class StructureCase(Section):
     system: Literal["structure"] = "structure"
     title: str = Field("", description="title of figures")
     gravity: units.Acceleration = Field((0.0, 0.0, 0.0), description="acts on every mass, inertial axes")
+    spin: Spins = Field((), description="rotation of the whole, or of parts, at the start, beside their own velocities")
+    velocity: units.Velocity = Field((0.0, 0.0, 0.0), description="of the whole at the start, inertial axes")
     parts: PartsByName
     store: Store | None = None
     simulate: Simulate | None = None
@@ -93,8 +96,9 @@ class Structure(SystemDefinition):
 
     def build(self, case: StructureCase, *, laws: Mapping[str, Any] | None = None) -> System:
         """The parts of a case."""
-        store = {} if case.store is None else {"store": case.store.model_dump(exclude_defaults=True)}
-        system = System(gravity=case.gravity, title=case.title, sections=store)
+        sections = {} if case.store is None else {"store": case.store.model_dump(exclude_defaults=True)}
+        sections |= StartMotion(spin=case.spin, velocity=case.velocity).written()
+        system = System(gravity=case.gravity, title=case.title, sections=sections)
         for name, part in case.parts.items():
             system.add(part, name)
         return system
@@ -106,7 +110,9 @@ class Structure(SystemDefinition):
     def sections(self, case: StructureCase) -> dict[str, Any]:
         """The sections of analyses of a case, where it says something of them."""
         given = case.model_dump(mode="json", exclude_defaults=True)
-        return {name: given[name] for name in ("store", "equilibrium", "modes", "margin", "reflector") if name in given}
+        kept = ("store", "equilibrium", "modes", "margin", "reflector")
+        moves = StartMotion(spin=case.spin, velocity=case.velocity).written()
+        return {name: given[name] for name in kept if name in given} | moves
 
     def numbers(self, run: Any) -> list[Number]:
         """Rows of the table on the screen, and the storage that the run follows."""

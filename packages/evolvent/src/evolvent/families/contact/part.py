@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
+import scipy
 from pydantic import ValidationError, field_serializer, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
@@ -22,6 +24,7 @@ from evolvent.parts.base import Group, Part, PointReference, Reference
 from evolvent.parts.shapes import ContactShape, SolidContactShape
 from evolvent_base import units
 from evolvent_base.errors import InputError
+from evolvent_base.schema import Section
 
 LAWS = {
     "paper": contact_laws.PAPER,
@@ -59,6 +62,40 @@ def _wrong_unit(key: str, values: Mapping[str, Any], message: str) -> Validation
     """An error of one key of a section, for a validator of all of them."""
     error = PydanticCustomError("contact", "{message}", {"message": message})
     return ValidationError.from_exception_data("Contact", [InitErrorDetails(type=error, loc=(key,), input=values[key])])
+
+
+class Restitution(Section):
+    """Damping of a contact point by the part of the speed that an impact leaves, at one speed before it.
+
+    Parameters
+    ----------
+    coefficient : float
+        Speed after the impact over that before, above 0 and up to 1.
+    speed : float, m/s
+        Speed before the impact at which it holds. Slower impacts lose a smaller part of it.
+    """
+
+    coefficient: units.PositiveFraction
+    speed: units.PositiveSpeed
+
+    @property
+    def damping(self) -> float:
+        """The damping d of Hunt & Crossley's law, s/m.
+
+        Of a point whose motion nothing else changes, v dv = -(K/m) delta^n (1 + d v) d delta, integrated from the speed
+        v to -e v at the same depth, gives k (1 + e) = ln((1 + k)/(1 - e k)) with k = d v, for any exponent.
+        """
+        e = self.coefficient
+        near = 1.5 * (1.0 - e) / (1.0 - e + e * e)  # k as e tends to 1
+        if e > 1.0 - 1e-6:
+            return near / self.speed
+
+        def of(s: float) -> float:  # s = -ln(1 - e k) keeps its digits where e k is near 1
+            k = -math.expm1(-s) / e
+            return k * (1.0 + e) - math.log1p(k) - s
+
+        s = scipy.optimize.brentq(of, 0.5 * e * near, (1.0 + e) / e, xtol=1e-14)
+        return float(-math.expm1(-s) / (e * self.speed))
 
 
 class Contact(Part):
@@ -111,6 +148,9 @@ class Contact(Part):
         Power n of the depth.
     damping : float, s/m (N s/m of the law paper)
         Of the normal force.
+    restitution : mapping, optional
+        In place of `damping`: {coefficient, speed}, the speed after an impact of a contact point over that before, and
+        the speed at which it holds.
     friction : float
         Coefficient of friction.
     bristle_stiffness, bristle_damping : float, N/m and N s/m
@@ -151,6 +191,7 @@ class Contact(Part):
     """
 
     applies: ClassVar[Applies] = {
+        "damping": (left_out("restitution"),),
         "bristle_stiffness": (given("friction"),),
         "bristle_damping": (given("friction"),),
         "shape": (left_out("around"),),
@@ -175,6 +216,7 @@ class Contact(Part):
     stiffness: units.ContactStiffness = 1e4
     exponent: units.Exponent = 1.0
     damping: units.ContactDampingOrZero = 0.0
+    restitution: Restitution | None = None
     friction: units.NumberOrZero = 0.0
     bristle_stiffness: units.StiffnessOrZero = 1e3
     bristle_damping: units.DampingOrZero = 0.0
@@ -240,7 +282,8 @@ class Contact(Part):
         return {
             "law": LAWS[self.law],
             **shared,
-            **{key: getattr(self, key) for key in ("exponent", "damping", "friction")},
+            **{key: getattr(self, key) for key in ("exponent", "friction")},
+            "damping": self.damping if self.restitution is None else self.restitution.damping,
         }
 
     def viscosity(self, mass: float) -> float:
@@ -254,6 +297,11 @@ class Contact(Part):
             known = " or ".join(map(repr, touch.laws))
             raise InputError(
                 f"{name}.law is {self.law!r}, which a contact of {touch.what} does not support; use {known}"
+            )
+        if self.restitution is not None and self.law == "paper":
+            raise InputError(
+                f"{name}.restitution is given, but {name}.law is 'paper', whose damping it does not follow; use "
+                f"'hunt-crossley' or 'conservative', or give {name}.damping"
             )
         of_others = (_BEAMS.keys | _BODIES.keys | _FACES.keys | _TURNS.keys) - touch.keys
         for key in sorted(self.model_fields_set & of_others):

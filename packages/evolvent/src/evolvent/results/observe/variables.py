@@ -46,6 +46,12 @@ class Variable(NamedTuple):
             found = found._replace(dims=dims, values=found.values[(slice(None),) * axis + (index,)])
         return found
 
+    def reduce(self, function: Callable[..., Array], dim: Any, *, keep_attrs: bool = True) -> Variable:
+        """A function of the values along a dimension, which is gone then: as of xarray's variables."""
+        axis = self.dims.index(dim)
+        dims = self.dims[:axis] + self.dims[axis + 1 :]
+        return self._replace(dims=dims, values=function(self.values, axis=axis))
+
 
 @dataclasses.dataclass
 class Observed:
