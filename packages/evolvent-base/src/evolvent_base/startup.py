@@ -26,6 +26,15 @@ def prepare_process() -> None:
     gc.set_threshold(_ALLOCATIONS, *gc.get_threshold()[1:])
 
 
+def prepare_end() -> None:
+    """Leave what is loaded out of the collections of garbage at the end of a process of our own.
+
+    They look through some million objects again and again: 0.4 s of processor time after a run. Files are closed and
+    what is registered for the end is called all the same.
+    """
+    gc.freeze()
+
+
 @contextlib.contextmanager
 def hidden(*names: str) -> Iterator[None]:
     """Libraries that other libraries do not find in here, as if they were not installed; those loaded stay."""
