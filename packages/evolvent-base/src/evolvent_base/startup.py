@@ -12,6 +12,8 @@ from typing import Any
 
 #: What the linear algebra is limited to: its matrices are small, and threads only get into each other's way.
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+#: Variable by which pydantic leaves out plug-ins, for which it reads the files of all packages that are installed.
+_PLUGINS = "PYDANTIC_DISABLE_PLUGINS"
 #: Allocations between two collections: loading libraries allocates some 500 000 objects that stay, and looking through
 #: them again and again takes a tenth of the time.
 _ALLOCATIONS = 1_000_000
@@ -23,6 +25,7 @@ def prepare_process() -> None:
     """Limit threads and collections of garbage; for a process of our own that has loaded no library yet."""
     for name in _THREADS:
         os.environ.setdefault(name, "1")
+    os.environ.setdefault(_PLUGINS, "__all__")
     gc.set_threshold(_ALLOCATIONS, *gc.get_threshold()[1:])
 
 
