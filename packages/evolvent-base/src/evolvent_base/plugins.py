@@ -34,7 +34,7 @@ def entry_points(group: str) -> list[importlib.metadata.EntryPoint]:
     asked = os.environ.get(VARIABLE) or "all"
     if asked not in ("none", "all"):
         raise InputError(f"the environment variable {VARIABLE} is {asked[:40]!r}; it must be 'none' or 'all'")
-    found = _every(tuple(sys.path)).select(group=group)
+    found: list[importlib.metadata.EntryPoint] = list(_every(tuple(sys.path)).select(group=group))
     own = [entry for entry in found if packages.is_own(entry.module)]
     names = {entry.name for entry in own}
     added = [entry for entry in found if not packages.is_own(entry.module) and entry.name not in names]
@@ -42,7 +42,7 @@ def entry_points(group: str) -> list[importlib.metadata.EntryPoint]:
 
 
 @functools.lru_cache(maxsize=1)
-def _every(path: tuple[str, ...]) -> importlib.metadata.EntryPoints:
+def _every(path: tuple[str, ...]) -> Any:
     """Entry points of all packages on a path: reading the files of all of them takes 10 ms and more."""
     return importlib.metadata.entry_points()
 

@@ -433,9 +433,10 @@ class System(Composition, Answered):
             If there is no equilibrium.
         """
         given: Any = {"damped": damped, "time": time, "rotating": rotating, "centre": centre, "relaxed": relaxed}
-        found = modal.ModalResults.of(vibrations.modes(self.assemble(), count=count, **given))
+        find = vibrations.modes
+        found = modal.ModalResults.of(find(self.assemble(), count=count, **given))
         if mesh_error:
-            finer = vibrations.modes(mesh.refined(self).assemble(), count=count + mesh.MORE, **given)
+            finer = find(mesh.refined(self).assemble(), count=count + mesh.MORE, **given)
             found = dataclasses.replace(found, mesh=mesh.of_modes(found, finer, self.parts))
         return found
 

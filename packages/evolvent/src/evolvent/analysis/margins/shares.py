@@ -58,7 +58,7 @@ class Share:
     @functools.cached_property
     def _mask(self) -> Array:
         """Bytes of a record that it keeps: (itemsize,) uint8, 0 in fields that the family's rules name for others."""
-        record: np.dtype = families()[self.family].record
+        record: Any = families()[self.family].record
         found = np.full(record.itemsize, 255, dtype=np.uint8)
         for kind, start in (record.fields[field][:2] for field in self.evaluated.fields if field not in self.fields):
             found[start : start + kind.itemsize] = 0
