@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-import lazy_loader as lazy
 import numpy as np
 
+from evolvent.analysis import closed_loops
 from evolvent.analysis.closure import check_energy_gain
 from evolvent.analysis.methods import choose_method
 from evolvent.analysis.settings import check_run, sample_times
@@ -21,11 +21,7 @@ from evolvent_base.errors import InputError, RunFailed
 if TYPE_CHECKING:
     import xarray as xr
 
-    from evolvent.analysis import closed_loops
     from evolvent.solvers.common.solution import Solution
-else:  # implicit methods have none
-    closed_loops = lazy.load("evolvent.analysis.closed_loops", suppress_warning=True)
-
 #: Default spectral radius of implicit methods: vibrations that the steps resolve keep their energy.
 SPECTRAL_RADIUS = 0.9
 

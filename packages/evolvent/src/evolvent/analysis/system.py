@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, Self, overload
 import lazy_loader as lazy
 import numpy as np
 
-from evolvent.analysis import runs, trees
+from evolvent.analysis import runs, sensitivity, simulation, trees, variation
 from evolvent.analysis.composition import Composition
+from evolvent.analysis.margins import evaluation
 from evolvent.analysis.storage import Aged, storage_of, stored
 from evolvent_base.answer import Answer, Section, Table
 from evolvent_base.errors import InputError, RunFailed
@@ -27,28 +28,20 @@ if TYPE_CHECKING:
         modal,
         reflector_keys,
         reflector_results,
-        sensitivity,
-        simulation,
         storage_results,
-        variation,
     )
-    from evolvent.analysis.margins import evaluation
     from evolvent.analysis.sensitivity_results import Sensitivities
     from evolvent.results.kept import Kept
     from evolvent.solvers.modal import linear as linearized, modes as vibrations
     from evolvent.solvers.static import static
-else:  # a run does without
+else:  # runs do without; what these may ask for on threads is loaded at once
     linear = lazy.load("evolvent.analysis.linear", suppress_warning=True)
     loops = lazy.load("evolvent.analysis.loop_modes", suppress_warning=True)
     mesh = lazy.load("evolvent.analysis.mesh_error", suppress_warning=True)
     modal = lazy.load("evolvent.analysis.modal", suppress_warning=True)
     reflector_keys = lazy.load("evolvent.analysis.reflector_keys", suppress_warning=True)
     reflector_results = lazy.load("evolvent.analysis.reflector_results", suppress_warning=True)
-    sensitivity = lazy.load("evolvent.analysis.sensitivity", suppress_warning=True)
-    simulation = lazy.load("evolvent.analysis.simulation", suppress_warning=True)
     storage_results = lazy.load("evolvent.analysis.storage_results", suppress_warning=True)
-    variation = lazy.load("evolvent.analysis.variation", suppress_warning=True)
-    evaluation = lazy.load("evolvent.analysis.margins.evaluation", suppress_warning=True)
     linearized = lazy.load("evolvent.solvers.modal.linear", suppress_warning=True)
     vibrations = lazy.load("evolvent.solvers.modal.modes", suppress_warning=True)
     static = lazy.load("evolvent.solvers.static.static", suppress_warning=True)

@@ -10,21 +10,18 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import lazy_loader as lazy
 import numpy as np
 import xarray as xr
 
+from evolvent.analysis.margins import evaluation
+from evolvent.analysis.margins.results import least_of
 from evolvent.results.kept import Kept, split
 from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
-    from evolvent.analysis.margins import evaluation, results as found_margins
     from evolvent.analysis.margins.evaluation import AtRest
     from evolvent.assembly.assembled import Assembly
     from evolvent.solvers.common.solution import Solution
-else:  # a run keeps none
-    evaluation = lazy.load("evolvent.analysis.margins.evaluation", suppress_warning=True)
-    found_margins = lazy.load("evolvent.analysis.margins.results", suppress_warning=True)
 
 AT_REST, IN_RUN = "margin", "margin_in_run"
 #: Words of each of them.
@@ -113,7 +110,7 @@ class KeptMargins:
                 table = results.at_rest(coordinate) if variable == AT_REST else results.motion(coordinate)
             except InputError as error:
                 raise InputError(f"keep holds {wanted!r}; {error}") from None
-            value = np.nan if table is None else found_margins.least_of(table)[2]
+            value = np.nan if table is None else least_of(table)[2]
             found[wanted] = xr.Variable((), value, {"units": "1", "long_name": f"{wanted}: {_WHAT[variable]}"})
         return found
 
