@@ -31,7 +31,7 @@ try:
 finally:
     if "matplotlib" in sys.modules:
         from matplotlib import artist, lines
-        print("tables:", "antialiased" in lines.Line2D.set.__doc__, "antialiased" in artist.kwdoc(lines.Line2D))
+        print("tables:", "antialiased" in (lines.Line2D.set.__doc__ or ""), "antialiased" in artist.kwdoc(lines.Line2D))
     print("loaded:", loaded())
 """
 #: What no command here needs.

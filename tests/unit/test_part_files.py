@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.metadata
 import json
 import math
 from typing import Any, Literal
@@ -18,7 +17,7 @@ from evolvent.analysis.system import System
 from evolvent.parts import registry
 from evolvent.parts.base import Part
 from evolvent.parts.registry import PartsByName, kinds, read_parts
-from evolvent_base import schema
+from evolvent_base import plugins, schema
 from evolvent_base.errors import InputError
 from evolvent_base.schema import Section, descriptions
 
@@ -426,11 +425,9 @@ class Entry:
 )
 def test_a_package_adds_a_kind(value: Any, words: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("EVOLVENT_PLUGINS", "all")
-    others = importlib.metadata.entry_points
+    others = plugins.entry_points
     monkeypatch.setattr(
-        importlib.metadata,
-        "entry_points",
-        lambda group: [Entry(value)] if group == registry.GROUP else others(group=group),
+        plugins, "entry_points", lambda group: [Entry(value)] if group == registry.GROUP else others(group)
     )
     registry._kinds_and_failures.cache_clear()
     try:

@@ -28,7 +28,8 @@ _WITH_DASK = ("sweep", "disperse", "studio")
 
 def main() -> NoReturn:
     """Run the command line; every error is one line on stderr."""
-    if "numpy" not in sys.modules:
+    is_own = "numpy" not in sys.modules
+    if is_own:
         startup.prepare_process()
     try:
         code = commands.main(standalone_mode=False)
@@ -48,6 +49,8 @@ def main() -> NoReturn:
         about = f" {error.filename!r}" if error.filename else " the output"
         echo(f"evolvent: cannot write{about}: {reason_of(error)}", err=True)
         code = FAILED
+    if is_own:
+        startup.prepare_end()
     sys.exit(code if isinstance(code, int) else 0)
 
 

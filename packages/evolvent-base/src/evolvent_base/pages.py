@@ -9,13 +9,15 @@ import pathlib
 import re
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import jinja2
+import lazy_loader as lazy
 from markupsafe import Markup
 
 from evolvent_base.errors import visible
 
 if TYPE_CHECKING:
     import jinja2
+else:
+    jinja2 = lazy.load("jinja2")
 
 #: What a hidden character becomes in JSON.
 _ESCAPE = re.compile(r"\\u(00[0189]|007f|202|206|d[89a-f]|fff)|\\[bf]")

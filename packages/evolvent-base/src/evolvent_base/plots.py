@@ -165,7 +165,8 @@ def _points(drawn: Any) -> tuple[np.ndarray, float]:
 def _png_file(points: np.ndarray, dpi: float) -> bytes:
     """Points as the content of a PNG file."""
     file = io.BytesIO()
-    sheets.Image.fromarray(points).save(file, format="png", dpi=(dpi, dpi), compress_level=4)
+    runs_of_equal_points: Any = {"compress_type": 3, "compress_level": 4}  # half the time, a tenth more bytes
+    sheets.Image.fromarray(points).save(file, format="png", dpi=(dpi, dpi), **runs_of_equal_points)
     return file.getvalue()
 
 

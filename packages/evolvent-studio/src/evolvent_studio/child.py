@@ -13,9 +13,27 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
-from typing import Any
+from typing import IO, Any, Protocol
 
 from evolvent_base import startup
+
+
+class Process(Protocol):
+    """What a process can be asked, of `subprocess.Popen` with texts."""
+
+    stdin: IO[str] | None
+    stdout: IO[str] | None
+    stderr: IO[str] | None
+    returncode: Any
+
+    def poll(self) -> int | None:
+        """Exit code; None while it runs."""
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Exit code, when it has ended."""
+
+    def kill(self) -> None:
+        """End it at once."""
 
 
 def command(module: str, *arguments: str | os.PathLike[str]) -> list[str | os.PathLike[str]]:
@@ -40,7 +58,7 @@ def start(
     )
 
 
-def close(process: subprocess.Popen[str]) -> None:
+def close(process: Process) -> None:
     """Close the pipes of a process that has ended."""
     for pipe in (process.stdin, process.stdout, process.stderr):
         with contextlib.suppress(OSError):

@@ -14,7 +14,7 @@ import threading
 
 from evolvent.exports import moving
 from evolvent_base.errors import InputError
-from evolvent_studio import child
+from evolvent_studio import child, warm
 from evolvent_studio.exporter import KINDS
 
 #: Downloads whose files are kept until the studio ends; those before are removed.
@@ -45,7 +45,7 @@ class Export:
     share: float = 0.0
     error: str = ""
     ready: bool = False
-    process: subprocess.Popen[str] | None = dataclasses.field(default=None, repr=False)
+    process: child.Process | None = dataclasses.field(default=None, repr=False)
 
 
 class Exports:
@@ -83,7 +83,7 @@ class Exports:
             self._exports[key] = export
             for old in list(self._exports)[:-_KEPT]:
                 self._remove(old)
-            export.process = child.start("exporter", kind, run, export.path, folder=place, stderr=subprocess.PIPE)
+            export.process = warm.start("exporter", kind, run, export.path, folder=place, stderr=subprocess.PIPE)
         threading.Thread(target=_follow, args=(export, export.process), daemon=True).start()
         return export
 
@@ -128,7 +128,7 @@ def missing(kind: str) -> str:
     return ""
 
 
-def _follow(export: Export, process: subprocess.Popen[str]) -> None:
+def _follow(export: Export, process: child.Process) -> None:
     """Read the progress of a process until it ends."""
     assert process.stdout is not None
     assert process.stderr is not None

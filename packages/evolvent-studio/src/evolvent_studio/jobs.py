@@ -22,7 +22,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from evolvent_base.errors import InputError
-from evolvent_studio import child, signing
+from evolvent_studio import child, signing, warm
 from evolvent_studio.folder import OWN, Folder
 from evolvent_studio.job import FOREIGN, KEPT, Job, kept_job
 from evolvent_studio.jobkinds import CASE
@@ -54,7 +54,7 @@ class Jobs:
         self.folder = folder
         self._lock = threading.RLock()
         self._wake = threading.Condition(self._lock)
-        self._process: subprocess.Popen[str] | None = None
+        self._process: child.Process | None = None
         self._stopped = False
         self._held = contextlib.ExitStack()
         self._held.enter_context(folder.locked())
@@ -259,7 +259,7 @@ class Jobs:
             self.folder.create(OWN, job.key, _LOG) as log,
             tempfile.TemporaryDirectory(prefix="evolvent-job-") as empty,
         ):
-            process = child.start("worker", place, folder=empty, stderr=log)
+            process = warm.start("worker", place, folder=empty, stderr=log)
             assert process.stdin is not None
             with contextlib.suppress(OSError):  # it died at once; what it printed says why
                 process.stdin.write(json.dumps(asked) + "\n")
@@ -353,7 +353,7 @@ class Jobs:
         return f"its process died: {lines[-1]}" if lines else "its process died"
 
 
-def _stop(process: subprocess.Popen[str]) -> None:
+def _stop(process: child.Process) -> None:
     """Ask a process to end, and see to it that it does."""
     with contextlib.suppress(OSError, ValueError):
         assert process.stdin is not None
@@ -362,7 +362,7 @@ def _stop(process: subprocess.Popen[str]) -> None:
     threading.Thread(target=_end, args=(process,), daemon=True).start()
 
 
-def _end(process: subprocess.Popen[str]) -> None:
+def _end(process: child.Process) -> None:
     """Give a process time to keep what it computed, then end it."""
     try:
         process.wait(timeout=GRACE)

@@ -12,7 +12,7 @@ from nicegui import app, background_tasks, ui
 
 from evolvent_base import safe_open
 from evolvent_base.console import echo
-from evolvent_studio import gate, page, routes
+from evolvent_studio import gate, page, routes, warm
 from evolvent_studio.folder import Folder
 from evolvent_studio.state import Studio
 
@@ -36,11 +36,13 @@ def serve(root: str, *, host: str, port: int, token: str | None, browser: bool) 
     os.environ[safe_open.ONLY_BELOW] = str(studio.folder.root)
     if studio.jobs.note:
         echo(f"evolvent studio: {studio.jobs.note}", err=True)
+    warm.server().begin()
     routes.install(app, studio)
     page.install(studio)
     once = secrets.token_urlsafe(24) if token is not None and browser else ""
     app.add_middleware(gate.Gate, host=host, token=token, once=once)
     app.on_shutdown(studio.jobs.stop)
+    app.on_shutdown(warm.server().end)
     shown = f"[{host}]" if ":" in host else host
     query = f"?token={urllib.parse.quote(token, safe='')}" if token is not None else ""
     address = f"http://{shown}:{port}/{query}"

@@ -7,23 +7,30 @@ from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+import lazy_loader as lazy
 import numpy as np
 import xarray as xr
 
 from evolvent import cases, results
-from evolvent.analysis.clearance import clearances
-from evolvent.analysis.clearance_results import Clearances
 from evolvent.results import WELL, display, happened, statistics_of, unfinished, variables
-from evolvent.view import animation, show
-from evolvent_base import answer as an, plots
+from evolvent.view import show
+from evolvent_base import answer as an
 from evolvent_base.errors import InputError, counted
 from evolvent_base.figures import Figure, Line, Number, spectrum
 from evolvent_base.showing import Answered, Page, Sheets
 from evolvent_base.units import unit_text
 
 if TYPE_CHECKING:
+    from evolvent.analysis import clearance as clear
+    from evolvent.analysis.clearance_results import Clearances
     from evolvent.analysis.sensitivity_results import Sensitivities
     from evolvent.results.motion import Motion
+    from evolvent.view import animation
+    from evolvent_base import plots
+else:  # most runs are not asked for it
+    clear = lazy.load("evolvent.analysis.clearance", suppress_warning=True)
+    animation = lazy.load("evolvent.view.animation", suppress_warning=True)
+    plots = lazy.load("evolvent_base.plots", suppress_warning=True)
 
 #: Names of parts that a notebook shows, at most.
 _SHOWN = 12
@@ -157,7 +164,7 @@ class RunAccessor(Answered):
 
         Parameters, results and errors are those of `evolvent.analysis.clearance.clearances`. Needs the package coal.
         """
-        return clearances(self._run, pairs)
+        return clear.clearances(self._run, pairs)
 
     def animate(
         self, path: str | os.PathLike[str] | None = None, *, clearance: Clearances | None = None

@@ -6,21 +6,13 @@ import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Self, overload
 
+import lazy_loader as lazy
 import numpy as np
 
-from evolvent.analysis import mesh_error as mesh, runs, sensitivity, simulation, trees, variation
+from evolvent.analysis import runs, sensitivity, simulation, trees, variation
 from evolvent.analysis.composition import Composition
-from evolvent.analysis.linear import LinearModel
-from evolvent.analysis.loop_modes import loop_modes
 from evolvent.analysis.margins import evaluation
-from evolvent.analysis.modal import ModalResults
-from evolvent.analysis.reflector_keys import keys_of
-from evolvent.analysis.reflector_results import ReflectorResults
 from evolvent.analysis.storage import Aged, storage_of, stored
-from evolvent.analysis.storage_results import StorageResults
-from evolvent.solvers.modal.linear import linearize
-from evolvent.solvers.modal.modes import modes
-from evolvent.solvers.static.static import solve_static
 from evolvent_base.answer import Answer, Section, Table
 from evolvent_base.errors import InputError, RunFailed
 from evolvent_base.progress import on_stderr
@@ -29,8 +21,30 @@ from evolvent_base.showing import Answered
 if TYPE_CHECKING:
     import xarray as xr
 
+    from evolvent.analysis import (
+        linear,
+        loop_modes as loops,
+        mesh_error as mesh,
+        modal,
+        reflector_keys,
+        reflector_results,
+        storage_results,
+    )
     from evolvent.analysis.sensitivity_results import Sensitivities
     from evolvent.results.kept import Kept
+    from evolvent.solvers.modal import linear as linearized, modes as vibrations
+    from evolvent.solvers.static import static
+else:  # runs do without; what these may ask for on threads is loaded at once
+    linear = lazy.load("evolvent.analysis.linear", suppress_warning=True)
+    loops = lazy.load("evolvent.analysis.loop_modes", suppress_warning=True)
+    mesh = lazy.load("evolvent.analysis.mesh_error", suppress_warning=True)
+    modal = lazy.load("evolvent.analysis.modal", suppress_warning=True)
+    reflector_keys = lazy.load("evolvent.analysis.reflector_keys", suppress_warning=True)
+    reflector_results = lazy.load("evolvent.analysis.reflector_results", suppress_warning=True)
+    storage_results = lazy.load("evolvent.analysis.storage_results", suppress_warning=True)
+    linearized = lazy.load("evolvent.solvers.modal.linear", suppress_warning=True)
+    vibrations = lazy.load("evolvent.solvers.modal.modes", suppress_warning=True)
+    static = lazy.load("evolvent.solvers.static.static", suppress_warning=True)
 
 
 class System(Composition, Answered):
@@ -259,7 +273,9 @@ class System(Composition, Answered):
             margins.remarks.insert(0, f"after storage for {section.shown}; `evolvent storage` has the margins before")
         return margins
 
-    def storage(self, *, motion: bool | None = None, progress: Callable[[float], None] | None = None) -> StorageResults:
+    def storage(
+        self, *, motion: bool | None = None, progress: Callable[[float], None] | None = None
+    ) -> storage_results.StorageResults:
         """What storage in the stowed position leaves: forces and shapes, margins and deployment, before and after.
 
         Every other analysis of a system with the section `store` begins after the storage; this one shows both sides.
@@ -300,12 +316,12 @@ class System(Composition, Answered):
         case = self._case(self.settings)
         deployments = [trees.tree(run, case=case, why="", title=self.title) for run in solutions if run is not None]
         over = trees.tree(done.solution, case=case, why="equilibria over storage", title=self.title)
-        return StorageResults(
+        return storage_results.StorageResults(
             section, done, trees.over(over, done.times, "time since the start of storage"), margins=margins,
             runs=deployments, title=self.title, case=case,
         )  # fmt: skip
 
-    def reflector(self, **keys: Any) -> ReflectorResults:
+    def reflector(self, **keys: Any) -> reflector_results.ReflectorResults:
         """What the net of the system is as a reflector, in equilibrium with what holds its rim.
 
         Parameters
@@ -326,8 +342,10 @@ class System(Composition, Answered):
         RunFailed
             If there is no equilibrium.
         """
-        asked = keys_of(self.sections.get("reflector", {}), keys)
-        return ReflectorResults(self.assemble(), asked, title=self.title, case=self._case(self.settings))
+        asked = reflector_keys.keys_of(self.sections.get("reflector", {}), keys)
+        return reflector_results.ReflectorResults(
+            self.assemble(), asked, title=self.title, case=self._case(self.settings)
+        )
 
     def _solved(self, assembly: Any, progress: Callable[[float], None] | None) -> Any:
         """The motion of an assembly by the system's settings, as a `Solution`."""
@@ -366,7 +384,7 @@ class System(Composition, Answered):
         RunFailed
             If there is no equilibrium; ``.run`` holds the last state that was reached.
         """
-        found = solve_static(
+        found = static.solve_static(
             self.assemble(), load_steps=load_steps, arc_length=arc_length, time=time, rotating=rotating, centre=centre,
             relaxed=relaxed, tolerance=tolerance, progress=progress,
         )  # fmt: skip
@@ -412,9 +430,10 @@ class System(Composition, Answered):
             If there is no equilibrium.
         """
         given: Any = {"damped": damped, "time": time, "rotating": rotating, "centre": centre, "relaxed": relaxed}
-        found = ModalResults.of(modes(self.assemble(), count=count, **given))
+        find = vibrations.modes
+        found = modal.ModalResults.of(find(self.assemble(), count=count, **given))
         if mesh_error:
-            finer = modes(mesh.refined(self).assemble(), count=count + mesh.MORE, **given)
+            finer = find(mesh.refined(self).assemble(), count=count + mesh.MORE, **given)
             found = dataclasses.replace(found, mesh=mesh.of_modes(found, finer, self.parts))
         return found
 
@@ -436,7 +455,7 @@ class System(Composition, Answered):
         InputError
             If no spool reacts, or the start is no steady turn.
         """
-        return loop_modes(self.assemble(), time=time, values=values, count=count)
+        return loops.loop_modes(self.assemble(), time=time, values=values, count=count)
 
     def linearize(
         self, inputs: Sequence[str], outputs: Sequence[str], *, modes: int | None = None, method: str = "modal",
@@ -464,8 +483,8 @@ class System(Composition, Answered):
         InputError, RunFailed
             As of `modes`.
         """
-        found = linearize(
+        found = linearized.linearize(
             self.assemble(), inputs, outputs, modes=modes, method=method, damped=damped, time=time, rotating=rotating,
             centre=centre, boundary=boundary, static_correction=static_correction,
         )  # fmt: skip
-        return LinearModel.of(found)
+        return linear.LinearModel.of(found)

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from evolvent.results.motion import Motion
     from evolvent_base.figures import Figure
 
+#: File of the animation in the folder.
+ANIMATION = "animation.html"
+
 
 def write(
     run: Any, figures: Sequence[Figure], motion: Motion | None, folder: str | os.PathLike[str], *, kind: str = "png"
@@ -35,5 +38,5 @@ def write(
     """
     paths = plots.draw(figures, folder, kind=kind, label=unfinished(run))
     if motion is not None:
-        paths.append(animation.write(motion, os.path.join(folder, "animation.html")))
+        paths.append(animation.write(motion, os.path.join(folder, ANIMATION)))
     return paths

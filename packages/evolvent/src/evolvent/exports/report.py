@@ -20,6 +20,7 @@ from evolvent.analysis.clearance_results import Clearances
 from evolvent.analysis.margins import evaluation, factors, latches
 from evolvent.analysis.margins.results import MarginResults
 from evolvent.analysis.system import System
+from evolvent.exports import drawings
 from evolvent.exports.pictures import pictures
 from evolvent.results import WELL, made_with, statistics_of, unfinished
 from evolvent.results.tree import solution_of
@@ -51,7 +52,7 @@ def write(
     path : str
     date : the moment that it states; now unless given
     clearance : bool, whether it has clearances between bodies, which need the package coal
-    written : files of the run's figures, which it shows; figures that have no file are drawn
+    written : files of the run's figures and animation, which it shows; what has no file is drawn
 
     Raises
     ------
@@ -70,7 +71,7 @@ def _page(run: Any, date: datetime.datetime, found: Clearances | None, written: 
     again = an.Remark("Saved as a file, this case can be run again: evolvent run case.yaml.")
     parts: dict[str, Sequence[an.Block]] = {
         "Results": [an.Table(heads=(), rows=results, words=2, kind="results")],
-        "Animation": _animation(run, found),
+        "Animation": _animation(run, found, written),
         "Figures": _pictures(module.figures(run), written),
         "Storage": stored.blocks,
         "Margins": _margins(run, stored),
@@ -238,8 +239,11 @@ def _pictures(figures: Sequence[Figure], written: Sequence[str] = ()) -> list[pa
     return found
 
 
-def _animation(run: Any, found: Clearances | None) -> list[an.Block]:
-    """The page of the animation, and stills for paper; empty if the run holds no motion."""
+def _animation(run: Any, found: Clearances | None, written: Sequence[str]) -> list[an.Block]:
+    """The page of the animation, and stills for paper; empty if the run holds no motion.
+
+    Without clearances, which it would show, the page is the file that is `written`.
+    """
     motion = animation.of_run(run)
     if motion is None:
         return []
@@ -249,11 +253,14 @@ def _animation(run: Any, found: Clearances | None) -> list[an.Block]:
     times = np.linspace(motion.time[0], motion.time[-1], _STILLS + 1)[1:]
     for picture in pictures(plain, times, size=(360, 270), inertial=True):
         content = io.BytesIO()
-        Image.fromarray(picture[..., :3]).quantize(64, dither=Image.Dither.NONE).save(
-            content, format="PNG", optimize=True
-        )
+        Image.fromarray(picture[..., :3]).quantize(64, dither=Image.Dither.NONE).save(content, format="PNG")
         stills.append(pages.picture(content.getvalue(), "png", motion.title))
-    return [an.Frame(motion.title, animation.page(motion, playing=False)[0].decode(), stills)]
+    file = next((path for path in written if os.path.basename(path) == drawings.ANIMATION), None)
+    if file is None or found is not None:
+        page = animation.page(motion, playing=False)[0]
+    else:
+        page = pathlib.Path(file).read_bytes()
+    return [an.Frame(motion.title, page.decode(), stills)]
 
 
 def _balances(run: Any) -> list[an.Block]:

@@ -421,11 +421,12 @@ def save(dataset: Any, path: str | os.PathLike[str]) -> None:
 
 def image(dataset: Any) -> memoryview:
     """A run or data set as the bytes of a NetCDF file, with its digest."""
-    dataset = _listed(dataset)
-    dataset = dataset.copy()
-    dataset.attrs = netcdf.CONVENTIONS | dataset.attrs
-    dataset.attrs = dataset.attrs | {DIGEST: digest(dataset)}
-    return netcdf.image(dataset)
+    stated = _listed(dataset)
+    if stated is dataset:
+        stated = dataset.copy()
+    stated.attrs = netcdf.CONVENTIONS | stated.attrs
+    stated.attrs = stated.attrs | {DIGEST: digest(stated)}
+    return netcdf.image(stated)
 
 
 def digest(run: Any) -> str:

@@ -77,8 +77,10 @@ def image(run: xr.DataTree | xr.Dataset) -> memoryview:
     with a fault as it tries again.
     """
     file = io.BytesIO()
-    stated = run.copy()
-    stated.attrs = CONVENTIONS | run.attrs
+    stated = run
+    if CONVENTIONS.items() - run.attrs.items():
+        stated = run.copy()
+        stated.attrs = CONVENTIONS | run.attrs
     if is_plain(stated):
         write(stated, file)
     elif isinstance(stated, xr.DataTree):

@@ -28,6 +28,7 @@ from evolvent.analysis.margins.shares import (
     GRAVITY,
     SPIN,
     Share,
+    bytes_of,
     has_elastic_parts,
 )
 from evolvent.assembly.assembled import Assembly
@@ -79,17 +80,14 @@ class Mechanism(MechanismModels):
 
         It is made once, later its records are overwritten.
         """
-        records, own = getattr(self.whole, share.family)[list(share.rows)], share.evaluated
-        for field in own.fields:
-            if field not in share.fields:
-                records[field] = 0
+        records, own = share.taken(getattr(self.whole, share.family)), share.evaluated
         if own.prepare is not None:
             own.prepare(self, share, at, direction, records)
         model = self._models.get(share.label)
         if model is None:
             model = self._models[share.label] = self.bare._replace(**{share.family: records})
         else:
-            getattr(model, share.family)[:] = records
+            bytes_of(getattr(model, share.family))[:] = bytes_of(records)
         return model
 
     def of_run(self, solution: Solution, n: int) -> Position:

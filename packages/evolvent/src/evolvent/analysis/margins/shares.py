@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from typing import Any
 
 import numpy as np
@@ -49,10 +50,28 @@ class Share:
     rates: bool | None = None
     stores: bool = False
 
-    @property
+    @functools.cached_property
     def evaluated(self) -> Shares:
         """How the shares of its family are evaluated."""
         return of_family(self.family)
+
+    @functools.cached_property
+    def _mask(self) -> Array:
+        """Bytes of a record that it keeps: (itemsize,) uint8, 0 in fields that the family's rules name for others."""
+        record: Any = families()[self.family].record
+        found = np.full(record.itemsize, 255, dtype=np.uint8)
+        for kind, start in (record.fields[field][:2] for field in self.evaluated.fields if field not in self.fields):
+            found[start : start + kind.itemsize] = 0
+        return found
+
+    def taken(self, records: Array) -> Array:
+        """Copies of its records among those of the family, with 0 in the fields of other shares."""
+        return (bytes_of(records)[list(self.rows)] & self._mask).view(records.dtype)[:, 0]
+
+
+def bytes_of(records: Array) -> Array:
+    """Records as bytes, (n, itemsize) uint8: copied at once, where numpy goes through all fields of each."""
+    return records.view(np.uint8).reshape(records.size, records.itemsize)
 
 
 def of_family(name: str) -> Shares:
