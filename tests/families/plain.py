@@ -30,7 +30,6 @@ from families.rows import FAMILIES
 from helpers import derivative
 from implicit.rigs import Equations
 
-
 #: Coordinates from which on plain Python takes one step, not two: a step of a shell takes it a second.
 LARGE = 40
 

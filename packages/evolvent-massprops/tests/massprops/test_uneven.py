@@ -220,7 +220,7 @@ def test_deviations_cover_the_truth_in_95_per_cent(kind: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("share", [pytest.param(0.01, marks=pytest.mark.release), 0.05, 0.2])
+@pytest.mark.parametrize("share", [*(pytest.param(one, marks=pytest.mark.release) for one in (0.01, 0.05)), 0.2])
 def test_scatter_of_the_stamps_alone(share: float) -> None:
     """Samples taken evenly, whose stamps scatter: seen by the likelihood, and the rate's uncertainty is taken along."""
     inside = np.abs(scores(lambda rng: EVEN, 200, stamps=scattered(share))) < 2.0
