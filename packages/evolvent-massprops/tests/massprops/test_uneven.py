@@ -199,7 +199,7 @@ def scores(times: Times, trials: int, *, stamps: Times | None = None) -> Array:
 
 
 #: Kinds of times of which 200 records are checked in the longer tests alone: 40 of each always are.
-LONGER = set(KINDS) - {"gaps and a scatter of 5 %", "scatter of 30 %"}
+LONGER = set(KINDS) - {"scatter of 30 %"}
 
 
 @pytest.mark.parametrize("kind", KINDS)
