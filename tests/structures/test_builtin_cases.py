@@ -30,7 +30,7 @@ SHORT = {
     "boom-on-drum-stored": 0.01,
     "flexible-array-shell": 0.02,
     "heliogyro-strip-payout": 1.0,
-    "miura-sheet": 0.01,
+    "miura-sheet": 0.002,
     "net-reflector": 0.005,
     "plate-swing": 0.02,
     "rib-antenna": 0.1,
@@ -40,7 +40,7 @@ SHORT = {
     "solar-array-flexible": 0.5,
     "tape-drum": 0.02,
     "tape-hinge": 0.02,
-    "tape-hinge-shell": 0.002,
+    "tape-hinge-shell": 0.0005,
     "tape-rods-stored": 0.02,
     "z-fold": 1.0,
 }
