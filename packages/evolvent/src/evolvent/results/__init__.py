@@ -348,10 +348,10 @@ def variables_of(dataset: Any) -> str:
 
 
 def _listed(run: Any) -> Any:
-    """A run whose lists of variables are those that it has now: a caller may have selected some of it."""
-    if _VARIABLES not in run.attrs:
-        return run
+    """A copy of a run whose lists of variables are those that it has now: a caller may have selected some of it."""
     found = run.copy()
+    if _VARIABLES not in run.attrs:
+        return found
     for group in (found, *getattr(found, "children", {}).values()):
         group.attrs = group.attrs | {_VARIABLES: variables_of(group)}
     if hasattr(found, "children"):
@@ -422,7 +422,6 @@ def save(dataset: Any, path: str | os.PathLike[str]) -> None:
 def image(dataset: Any) -> memoryview:
     """A run or data set as the bytes of a NetCDF file, with its digest."""
     dataset = _listed(dataset)
-    dataset = dataset.copy()
     dataset.attrs = netcdf.CONVENTIONS | dataset.attrs
     dataset.attrs = dataset.attrs | {DIGEST: digest(dataset)}
     return netcdf.image(dataset)

@@ -77,11 +77,13 @@ def image(run: xr.DataTree | xr.Dataset) -> memoryview:
     with a fault as it tries again.
     """
     file = io.BytesIO()
+    attributes = CONVENTIONS | run.attrs
+    if is_plain(run):
+        write(run, file, attributes)
+        return file.getbuffer()
     stated = run.copy()
-    stated.attrs = CONVENTIONS | run.attrs
-    if is_plain(stated):
-        write(stated, file)
-    elif isinstance(stated, xr.DataTree):
+    stated.attrs = attributes
+    if isinstance(stated, xr.DataTree):
         groups = {node.path: _unfilled(node.to_dataset(inherit=False)) for node in stated.subtree}
         stated.to_netcdf(file, engine="h5netcdf", encoding=groups)
     else:
@@ -106,13 +108,20 @@ def _unfilled(dataset: xr.Dataset) -> dict[str, dict[str, None]]:
     return {name: {"_FillValue": None} for name in _complete(dataset)}
 
 
-def write(run: xr.DataTree | xr.Dataset, file: BinaryIO) -> None:
-    """Write a run that `is_plain`."""
+def write(run: xr.DataTree | xr.Dataset, file: BinaryIO, attributes: dict[str, Any] | None = None) -> None:
+    """Write a run that `is_plain`, with the `attributes` in place of those of its root.
+
+    So that no caller copies the run to change them: a tree of some hundred parts takes a second to copy.
+    """
     with h5py.File(file, "w", track_order=True) as opened:
         scales: dict[str, Any] = {}
         count = 0
         for name, dataset in datasets(run).items():
-            group = opened.create_group(name, track_order=True) if name else opened
+            if name:
+                group = opened.create_group(name, track_order=True)
+            else:
+                group, dataset = opened, dataset.copy()
+                dataset.attrs = dataset.attrs if attributes is None else attributes
             count = _write(group, dataset, scales, first=count)
         made_with = f"version=2,h5py={h5py.__version__},hdf5={h5py.version.hdf5_version}".encode("ascii")
         opened.attrs["_NCProperties"] = np.array(made_with, dtype=h5py.string_dtype("ascii", len(made_with)))
