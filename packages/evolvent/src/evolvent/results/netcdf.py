@@ -77,7 +77,7 @@ def image(run: xr.DataTree | xr.Dataset) -> memoryview:
     with a fault as it tries again.
     """
     file = io.BytesIO()
-    attributes = CONVENTIONS | run.attrs
+    attributes: dict[Any, Any] = CONVENTIONS | run.attrs
     if is_plain(run):
         write(run, file, attributes)
         return file.getbuffer()
@@ -108,7 +108,7 @@ def _unfilled(dataset: xr.Dataset) -> dict[str, dict[str, None]]:
     return {name: {"_FillValue": None} for name in _complete(dataset)}
 
 
-def write(run: xr.DataTree | xr.Dataset, file: BinaryIO, attributes: dict[str, Any] | None = None) -> None:
+def write(run: xr.DataTree | xr.Dataset, file: BinaryIO, attributes: dict[Any, Any] | None = None) -> None:
     """Write a run that `is_plain`, with the `attributes` in place of those of its root.
 
     So that no caller copies the run to change them: a tree of some hundred parts takes a second to copy.
