@@ -124,8 +124,8 @@ def test_springs_at_1e7_are_inextensible_from_the_start() -> None:
 @pytest.mark.slow
 def test_springs_at_1e7_are_inextensible_farther_out() -> None:
     """As above from 3 m out, through a release: rate to 1e-5, lag to 0.01 deg (issue 2)."""
-    t = np.arange(0.0, 7.0, 0.05)
-    given = {"out": 3.1, "rate": 1.0}
+    t = np.arange(0.0, 4.0, 0.05)
+    given = {"out": 3.2, "rate": 1.0}
     rigid = run(heliogyro(**given), t, rtol=1e-10, atol=1e-12)
     springs = run(heliogyro(segments="springs", stiffness=1e7, **given), t, "rk4")
     assert rigid.solution.s[-1, 0] == rigid.solution.s[0, 0] + 1

@@ -52,11 +52,11 @@ def test_straight_blade_stays_straight(segments: str, method: str, out: float, b
     With springs it holds up to what their stretch makes swing, which goes with 1 / c: c = 1e7, the paper's, 2e-6 at
     1e6. From a part of a segment, and from whole segments.
     """
-    t = np.linspace(0.0, 12.0 if segments == "springs" else 60.0, 401)
+    t = np.linspace(0.0, 8.0 if segments == "springs" else 60.0, 401)
     options = {"rtol": 1e-10, "atol": 1e-12} if method == "dopri5" else {}
     seen = run(straight(segments, out, 3.5, stiffness=1e7, damping=1e-2), t, method, **options)
     releases = seen.solution.event_times.size
-    assert releases >= (2 if segments == "springs" else 8)
+    assert releases >= (1 if segments == "springs" else 8)
     largest = 0.0
     for node in range(20):
         here = seen.solution.s[:, 0] > node

@@ -45,9 +45,9 @@ def test_prints_and_writes(call):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("coal")
+@pytest.mark.usefixtures("coal", "sketched")
 def test_a_results_file_and_its_report(call):
-    run = evolvent.load("solar-array").simulate(until=2.0)
+    run = evolvent.load("solar-array").simulate(until=2.0, every=0.05, fine=False)
     evolvent.save(run, "run.nc")
     code, out, _ = call("clearance", "run.nc")
     assert code == 0
@@ -113,8 +113,9 @@ def test_films_show_bodies_that_interfere_in_red(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("coal")
-def test_films_of_the_commands(call):
-    run = evolvent.load("solar-array").simulate(until=2.0)
+def test_films_of_the_commands(call, monkeypatch):
+    monkeypatch.setattr(moving, "_GIF", moving._GIF._replace(rate=2.0))  # few frames
+    run = evolvent.load("solar-array").simulate(until=2.0, every=0.5, fine=False)
     evolvent.save(run, "run.nc")
     code, out, _ = call("export", "run.nc", "-o", "struck.gif", "--frames", "5", "--clearance")
     assert (code, out.startswith("gif: struck.gif")) == (0, True)

@@ -209,8 +209,6 @@ def test_a_change_changes_what_it_goes_into_alone(tmp_path):
 
     messages = tmp_path / "evolvent" / "solvers" / "time" / "messages.py"
     messages.write_text(messages.read_text().replace("the ", "the very ").replace("# ", "## "))
-    assert digests(tmp_path) == before
-
     assert digests(tmp_path, "-OO") == before
 
     springs = tmp_path / "evolvent" / "families" / "springs" / "springs.py"

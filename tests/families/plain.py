@@ -30,6 +30,9 @@ from families.rows import FAMILIES
 from helpers import derivative
 from implicit.rigs import Equations
 
+#: Coordinates from which on plain Python takes one step, not two: a step of a shell takes it a second.
+LARGE = 40
+
 
 def disturbed(assembly: Assembly) -> Array:
     """The start, a little off it everywhere."""
@@ -44,11 +47,13 @@ def one_product(product: Callable[[Array], Array], n: int) -> tuple[float, Array
 
 
 def numbers(name: str) -> dict[str, list[float]]:
-    """Rates, residual and energies of a case's disturbed start, and where two steps lead from its start."""
+    """Rates, residual and energies of a case's disturbed start, and where a step or two lead from its start."""
     case = CASES[name]()
     row = next(family for family in FAMILIES if family.name == name)
     assembly, found = case.system().assemble(), {}
-    y, model, samples = disturbed(assembly), assembly.model, np.array([0.0, 2.0 * case.step])
+    y, model = disturbed(assembly), assembly.model
+    steps = 2.0 if int(model.info.nv) < LARGE else 1.0
+    samples = np.array([0.0, steps * case.step])
     if EXPLICIT in row.solvers:
         sums = np.zeros(mdl.N_INVENTORY)
         inventory.inventory(0.0, y, assembly.s, model, sums)

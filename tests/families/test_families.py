@@ -183,7 +183,7 @@ def test_what_no_row_covers_is_refused(row: Row, monkeypatch: pytest.MonkeyPatch
 @pytest.mark.slow
 @pytest.mark.skipif(bool(config.DISABLE_JIT), reason="nothing is compiled under NUMBA_DISABLE_JIT")
 def test_without_compilation() -> None:
-    """Rates, residuals, energies and a few steps of every case are the same in plain Python."""
+    """Rates, residuals, energies and a step or two of every case are the same in plain Python."""
     paths = [pathlib.Path(evolvent.__file__).parents[1], pathlib.Path(__file__).parents[1]]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(map(str, paths)), "NUMBA_DISABLE_JIT": "1"}
     script = f"from {print_numbers.__module__} import print_numbers; print_numbers()"

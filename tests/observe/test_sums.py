@@ -18,6 +18,7 @@ from evolvent.model.family import EXPLICIT, IMPLICIT
 from evolvent.results import netcdf
 from evolvent_base.errors import InputError
 from families.case import CASES
+from families.rows import FAMILIES
 from observe.seeing import Seen, close
 
 #: Units of all variables.
@@ -26,6 +27,8 @@ UNITS = {
     "kg m2 s-1", "K", "K m-1", "A", "Hz", "W m-2",
 }  # fmt: skip
 METHODS = ("rk4", "generalized-alpha")
+#: Solvers of each family.
+SOLVERS = {row.name: row.solvers for row in FAMILIES}
 #: Families whose case has an event, behind which samples lie within steps and are interpolated; or whose bristles are
 #: damped by the step.
 WITHIN_STEPS = ("an adhesion", "a motor's drivetrain")
@@ -77,6 +80,8 @@ def test_parts_add_up(family: str, method: str, monkeypatch: pytest.MonkeyPatch)
             if name != "axis":
                 assert variable.attrs["units"] in UNITS, name
                 assert variable.attrs["long_name"], name
+    if method == "rk4" and IMPLICIT in SOLVERS[family]:  # files are the same, and reading them takes the longest
+        return
     image = netcdf.image(found.tree)
     assert cf.faults(io.BytesIO(image), needs=()) == []
     xr.testing.assert_identical(netcdf.read(io.BytesIO(image)), found.tree)

@@ -1,6 +1,7 @@
 """Imports of the packages: no circle of files, and few imports inside functions, each with its reason."""
 
 import ast
+import functools
 import pathlib
 from collections.abc import Iterator
 
@@ -26,17 +27,28 @@ def imported(node: ast.AST) -> list[str]:
         return [one.name for one in node.names]
     if isinstance(node, ast.ImportFrom):
         return [f"{node.module}.{one.name}" for one in node.names]
-    if isinstance(node, ast.Call) and ast.unparse(node.func) == "lazy.load":
+    if (
+        isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Attribute)
+        and (node.func.attr, ast.unparse(node.func.value)) == ("load", "lazy")
+    ):
         return [ast.literal_eval(node.args[0])]
     return []
 
 
-def graph(files: dict[str, pathlib.Path]) -> dict[str, set[str]]:
-    """Which files import which."""
-    found: dict[str, set[str]] = {}
+@functools.cache
+def tree_of(path: pathlib.Path) -> ast.Module:
+    """A file as its statements."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@functools.cache
+def graph(package: pathlib.Path) -> dict[str, set[str]]:
+    """Which files of a package import which."""
+    files, found = modules(package), dict[str, set[str]]()
     for name, path in files.items():
         found[name] = set()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in ast.walk(tree_of(path)):
             for target in imported(node):
                 while target and target not in files:
                     target = target.rpartition(".")[0]
@@ -64,7 +76,7 @@ def circle(of: dict[str, set[str]]) -> list[str]:
 
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package.name)
 def test_no_files_import_one_another_in_a_circle(package):
-    found = circle(graph(modules(package)))
+    found = circle(graph(package))
     assert not found, " -> ".join(found)
 
 
@@ -81,7 +93,7 @@ def topics(of: dict[str, set[str]], package: str) -> dict[str, set[str]]:
 
 def test_no_topics_of_families_import_one_another_in_a_circle():
     (package,) = (one for one in PACKAGES if one.name == "evolvent")
-    found = topics(graph(modules(package)), "evolvent.families")
+    found = topics(graph(package), "evolvent.families")
     assert len(found) > 10
     assert not circle(found), " -> ".join(circle(found))
 
@@ -94,6 +106,8 @@ def test_a_circle_is_found():
 def in_functions(tree: ast.AST, within: bool = False) -> Iterator[list[ast.stmt]]:
     """Groups of import statements that follow one another inside functions."""
     for child in ast.iter_child_nodes(tree):
+        if isinstance(child, ast.expr):  # no statement is in it
+            continue
         yield from in_functions(child, within or isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef))
     for name in ("body", "orelse", "finalbody") if within else ():
         group: list[ast.stmt] = []
@@ -110,9 +124,8 @@ def test_imports_inside_functions_are_few_and_say_why():
     count, silent = 0, []
     for package in PACKAGES:
         for path in package.rglob("*.py"):
-            text = path.read_text(encoding="utf-8")
-            lines = text.splitlines()
-            for group in in_functions(ast.parse(text)):
+            lines = path.read_text(encoding="utf-8").splitlines()
+            for group in in_functions(tree_of(path)):
                 count += len(group)
                 if not any("#" in lines[one.end_lineno - 1] for one in group):
                     silent.append(f"{path.relative_to(package.parent)}:{group[0].lineno}")

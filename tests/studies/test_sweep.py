@@ -53,9 +53,9 @@ def children():
 
 @pytest.fixture
 def long_study(study):
-    """A study of 16 cases, one a task, in each of which some time goes by."""
+    """A study of 12 cases, one a task, in each of which some time goes by."""
     study["set"]["output.every"] = "0.2 ms"
-    study["over"] = {"spool.rate": {"from": 3, "to": 4, "points": 8}, "blade.nodes": [3, 5]}
+    study["over"] = {"spool.rate": {"from": 3, "to": 4, "points": 6}, "blade.nodes": [3, 5]}
     study["batch"] = 1
     return study
 
@@ -289,14 +289,14 @@ def test_kill_9_loses_nothing_computes_nothing_twice_and_leaves_no_worker(long_s
     process.communicate(timeout=30)
     wait_for(lambda: not any(p.is_running() and p.status() != psutil.STATUS_ZOMBIE for p in family), 20.0)
     first = recorded(tmp_path / "out")
-    assert 3 <= len(first) < 16
+    assert 3 <= len(first) < 12
     seen = []
     again = studies.sweep(long_study, output=tmp_path / "out", progress=lambda *n: seen.append(n))
-    assert seen[0] == (len(first), 16)
-    assert len(seen) == 1 + 16 - len(first)
+    assert seen[0] == (len(first), 12)
+    assert len(seen) == 1 + 12 - len(first)
     every = recorded(tmp_path / "out")
     assert every[: len(first)] == first
-    assert sorted(case for cases in every for case in cases) == list(range(16))
+    assert sorted(case for cases in every for case in cases) == list(range(12))
     same(again, reference)
 
 
@@ -311,10 +311,10 @@ def test_ctrl_c_stops_and_says_how_to_go_on(long_study, tmp_path, workers):
     assert process.returncode == 130, err
     *estimate, last = err.splitlines()  # a slow machine shows an estimate of the time first
     assert last.startswith("evolvent: stopped; ")
-    assert "of 16 cases are kept in out, and the same command continues from there" in err
+    assert "of 12 cases are kept in out, and the same command continues from there" in err
     assert all(" cases of about " in line or line.startswith("evolvent: running cases: ") for line in estimate), err
     done = len(recorded(tmp_path / "out"))
-    assert f"; {done} of 16" in err
+    assert f"; {done} of 12" in err
     assert out == ""
 
 
@@ -331,7 +331,7 @@ def test_a_worker_that_dies_is_replaced(long_study, tmp_path):
             workers[0].kill()
 
     long_study["set"]["output.every"] = "0.1 ms"
-    long_study["over"]["spool.rate"]["points"] = 5
+    long_study["over"]["spool.rate"]["points"] = 4
     found = studies.sweep(long_study, output=tmp_path / "s", workers=2, progress=progress, report=reports.append)
     assert victims
     assert (found.status == "success").all()

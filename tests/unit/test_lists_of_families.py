@@ -22,8 +22,9 @@ MODULES = {"json", "dataclasses"}
 
 def named(node: ast.AST, names: set[str]) -> set[str]:
     """Families that are named in some code, as attributes or words."""
-    attributes = {one.attr for one in ast.walk(node) if isinstance(one, ast.Attribute)}
-    words = {one.value for one in ast.walk(node) if isinstance(one, ast.Constant) and isinstance(one.value, str)}
+    inside = list(ast.walk(node))
+    attributes = {one.attr for one in inside if isinstance(one, ast.Attribute)}
+    words = {one.value for one in inside if isinstance(one, ast.Constant) and isinstance(one.value, str)}
     return (attributes | words) & names
 
 

@@ -225,12 +225,12 @@ def test_a_drift_and_a_late_release_are_named(tmp_path: pathlib.Path) -> None:
     t, x = rig.knock()
     drifting = rig.write_csv(tmp_path / "a.csv", t, x + 0.01 * t[:, None])
     refused("no mode is above the noise; .*; sensor 1 drifts by .*: set identification.detrend=linear", drifting)
-    mass_properties(drifting, EXAMPLE, {**rig.SET, "identification.detrend": "linear"})
+    mass_properties(drifting, EXAMPLE, {**rig.THREE, "identification.detrend": "linear"})
     quiet = 1e-4 * np.random.default_rng(5).standard_normal((60, 4))
     late = rig.write_csv(tmp_path / "b.csv", np.arange(672) / rig.RATE, np.concatenate([quiet, x]))
     said = r"the samples are quiet until 1.2 s, where the swing seems to begin; set signals.start to it"
     refused(f"; {said}$", late)
-    assert not mass_properties(late, EXAMPLE, {**rig.SET, "signals.start": "1.2 s"}).warnings[1:]
+    assert not mass_properties(late, EXAMPLE, {**rig.THREE, "signals.start": "1.2 s"}).warnings[1:]
 
 
 def test_too_few_modes_are_counted(tmp_path: pathlib.Path) -> None:

@@ -92,7 +92,7 @@ def test_a_weak_fourth_mode_is_found(length: int) -> None:
     t = DURATION / length * np.arange(length)
     weak = 0.02 * np.outer(np.exp(-0.06 * t) * np.cos(15.0 * t + 1.0), [1.0, -1.0, -1.0, 1.0])
     rng = np.random.default_rng(78)
-    for _ in range(20):
+    for _ in range(10):
         data = setup.samples(length, rng) + weak
         modes = identify(data, rate=length / DURATION)
         assert modes.order == 4
