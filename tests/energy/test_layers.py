@@ -184,13 +184,13 @@ def test_hold_in_steps_of_half_a_second() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("friction", "until", "touching"), [(0.0, 70.0, 20.0), (0.2, 60.0, 5.0)])
-def test_winding_never_gains_energy(friction: float, until: float, touching: float) -> None:
-    """With friction up to the second turn, after which steps are short."""
+@pytest.mark.parametrize(("friction", "elements", "touching"), [(0.0, 40, 20.0), (0.2, 20, 5.0)])
+def test_winding_never_gains_energy(friction: float, elements: int, touching: float) -> None:
     case, _ = rib("wrapped-rib", True)
-    case = case.model_copy(update={"contact": case.contact.model_copy(update={"friction": friction})})
+    own = {"contact": case.contact.model_copy(update={"friction": friction})}
+    case = case.model_copy(update=own | {"rib": case.rib.model_copy(update={"elements": elements})})
     assembly = cases.system("wrapped-rib").build(case).assemble()
-    found = solve_energy(assembly, samples=np.arange(0.0, until + 0.1, 0.1), step=0.05, newton=1e-9)
+    found = solve_energy(assembly, samples=np.arange(0.0, 70.1, 0.1), step=0.05, newton=1e-9)
     assert found.success, found.message
     largest = max(np.abs(found.energy).max(), np.abs(found.balance.loads).max())
     assert found.forces["contact_surfaces"]["touching"][-1, 1] > touching
