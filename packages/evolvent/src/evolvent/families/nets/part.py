@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -137,8 +137,9 @@ class Net(Part):
     ties : {anchors: {to, length, stiffness}} or {rear: {gap, stiffness}}, optional
         What pulls the nodes onto the surface; without ties a net is as flat as its rim lets it be.
     rim : list of str
-        What holds the rim: "ground" and rigid bodies hold each node where it is, the nodes of rods and shells those
-        that are nearest to them. "bar" stands for "bar 1", "bar 2" and so on.
+        What holds the rim: the ground or one rigid body holds each node where it is. The nodes of rods and shells, and
+        the points of several rigid bodies (their centres if they have none), hold the nodes of the net that are
+        nearest to them. "bar" stands for "bar 1", "bar 2" and so on.
     rear_rim : list of str
         The same of a rear net.
     stiffness : float, N
@@ -307,11 +308,11 @@ class Net(Part):
 
     def poses(self, builder: Builder, name: str) -> list[Pose]:
         """Poses of the bodies that were written where the net has its form."""
-        return unfolded(builder, f"{name}.unfold", self.springs(builder))
+        return unfolded(builder, f"{name}.unfold", self.springs(builder.names))
 
-    def springs(self, builder: Builder) -> list[str]:
-        """Names of the joint springs that unfold."""
-        return [own for one in self.unfold for own in _numbered(one, builder)]
+    def springs(self, parts: Collection[str]) -> list[str]:
+        """Names of the joint springs that unfold, of the names of parts before the net."""
+        return [own for one in self.unfold for own in _numbered(one, parts)]
 
     def _slack(
         self, builder: Builder, name: str, x: Array, found: Whole, held: dict[int, Any], lengths: Array
@@ -339,27 +340,29 @@ class Net(Part):
     def _held(self, builder: Builder, key: str, rim: tuple[str, ...], nodes: Array, wanted: Array,
               poses: list[Pose]) -> dict[int, Any]:  # fmt: skip
         """What holds each of some nodes at wanted places, in the axes of the net: a body, and a place of it."""
-        bodies: list[int] = []
+        parts = [own for one in rim for own in _numbered(one, builder.names)]
         at: list[tuple[int, Array]] = []
-        for part in [own for one in rim for own in _numbered(one, builder)]:
+        for part in parts:
             if part not in builder.names:
                 raise InputError(f"{key}: no part is called {part!r}; name the parts that hold the rim before the net")
             family, index = builder.names[part]
             if family == "bodies":
-                bodies.append(index)
+                own = list(builder.body_points.get(part, {}).values()) or [(0.0, 0.0, 0.0)]
+                at += [(index, np.array(one)) for one in own]
             elif family in asked("parts.touches"):
                 at += [(one.body, one.place) for one in asked("parts.touches")[family](builder, part)]
             else:
                 raise InputError(f"{key}: {part!r} has no nodes that are bodies; give rods, shells or bodies")
-        if bodies and (at or len(bodies) > 1):
+        bodies = [builder.names[part][1] for part in parts if builder.names[part][0] == "bodies"]
+        if bodies and (len(bodies) < len(parts) or (len(bodies) > 1 and 0 in bodies)):
             raise InputError(
-                f"{key} is {list(rim)}; one rigid body or the ground holds the whole rim, else give rods and shells "
-                f"alone"
+                f"{key} is {list(rim)}; one rigid body or the ground holds the whole rim, several rigid bodies, or "
+                f"rods and shells, hold the nodes that are nearest to theirs"
             )
         x, found, taken = self.in_place(wanted), dict[int, Any](), dict[int, int]()
         places = np.array([_place(poses, one) for one in at]).reshape(-1, 3)
         for k in nodes.tolist():
-            if bodies:
+            if len(bodies) == 1:
                 pose = poses[bodies[0]]
                 found[k] = (bodies[0], pose.R.T @ (x[k] - pose.x))
                 continue
@@ -410,10 +413,10 @@ class Net(Part):
         builder.names[name] = ("nets", index)
 
 
-def _numbered(name: str, builder: Builder) -> list[str]:
+def _numbered(name: str, parts: Collection[str]) -> list[str]:
     """A part, or all that are repeated of it."""
-    found = [one for one in builder.names if re.fullmatch(rf"{re.escape(name)} \d+", one)]
-    return found if found and name not in builder.names else [name]
+    found = [one for one in parts if re.fullmatch(rf"{re.escape(name)} \d+", one)]
+    return found if found and name not in parts else [name]
 
 
 def _place(poses: list[Pose], held: tuple[int, Array]) -> Array:
