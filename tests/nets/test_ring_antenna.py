@@ -1,4 +1,4 @@
-"""A net on a ring of pantographs that opens: kinematics, form on the ring, deployment; the case `ring-antenna` small."""
+"""A net on a ring of pantographs that opens: kinematics, form, deployment; the case `ring-antenna` in small."""
 
 from __future__ import annotations
 

@@ -37,6 +37,7 @@ SHORT = {
     "rib-held-ten-years": 1.0,
     "rib-lenticular-shell": 1e-5,
     "rib-reflector": 0.5,
+    "ring-antenna": 0.01,
     "solar-array-flexible": 2.0,
     "tape-drum": 0.1,
     "tape-hinge": 0.1,
