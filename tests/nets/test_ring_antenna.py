@@ -127,7 +127,7 @@ def test_deployment(opened: tuple[Any, Any], book: Book) -> None:
 
 def test_symmetric_opening(opened: tuple[Any, Any]) -> None:
     """All pivots open alike, and nodes on both sides of the plane through the boom mirror one another."""
-    found, run = opened
+    _, run = opened
     angles = np.array([run[f"spring {k + 1}"].angle.values for k in range(5)])
     assert np.ptp(angles, axis=0).max() < 5e-3  # the joints at the hubs yield
     x = run["net"].position.values
