@@ -60,6 +60,7 @@ FRAMES = {
     "rib-held-ten-years": Frame(0.1),
     "rib-lenticular-shell": Frame(0.2),
     "rib-reflector": Frame(0.12),
+    "ring-antenna": Frame(1.0, {"simulate.until": 2.5}),
     "solar-array": Frame(0.12),
     "solar-array-flexible": Frame(0.12),
     "spinning-tether": Frame(0.5),

@@ -125,6 +125,37 @@ def deployed_rim() -> Any:
     return np.array(rows)
 
 
+def test_rear_net_hung_between_the_ribs(book: Book) -> None:
+    """Its ties pull the nodes of the gores onto the surface, and all nodes between ribs are in equilibrium."""
+    ties = {"hung": {"drop": 3.0, "stiffness": 5e3}}
+    found, plain = ev.load(content(ties=ties)).reflector(), folded()
+    n, topology = len(found.topology.plan), found.topology
+    free, x = topology.free, found.x
+    off = x[free, 2] - found.net.surface.height(*x[free, :2].T)
+    assert np.abs(plain.x[free, 2] - plain.net.surface.height(*plain.x[free, :2].T)).max() > 0.3
+    assert np.abs(off).max() < 1e-6
+    assert found.tension.min() > 0.0
+    assert found.error.fit.rms < 0.5 * plain.error.fit.rms
+    a, b = np.array(found.to_dict()["cords"]).T
+    pull = (found.tension / found.length)[:, None] * (x[b] - x[a])
+    force = np.zeros((len(x), 3))
+    np.add.at(force, a, pull)
+    np.add.at(force, b, -pull)
+    book(
+        CHAPTER, "Nodes of a net and of a rear net hung between ribs, sum of the tensions", reference="0",
+        source="equilibrium", error=float(np.abs(force[np.concatenate([free, free + n])]).max() / found.tension.max()),
+        allowed=1e-8,
+    )  # fmt: skip
+
+
+def test_a_rear_net_above_the_net() -> None:
+    """Standoffs that are too short are refused, and a rim of its own."""
+    with pytest.raises(InputError, match="the rear net comes above the net at node"):
+        ev.load(content(ties={"hung": {"drop": 0.3, "stiffness": 5e3}})).assemble()
+    with pytest.raises(InputError, match=r"rear_rim is given, but the rim of a net that is hung is held by net\.rim"):
+        ev.load(content(ties={"hung": {"drop": 3.0, "stiffness": 5e3}}, rear_rim=["rib"])).assemble()
+
+
 def test_slack_nodes() -> None:
     """A chain that is longer than the distance of its ends has nodes between them, with slack cords."""
     x = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
@@ -154,7 +185,7 @@ def test_a_closed_loop_does_not_unfold() -> None:
     found = content()
     net = found["parts"].pop("net")
     found["parts"] |= {"bar": {"kind": "joint", "type": "clamp", "a": "rib 1.tip", "b": "hub"}, "net": net}
-    with pytest.raises(InputError, match="joined with 'hub' by other joints"):
+    with pytest.raises(InputError, match="cannot all be at 0: other joints stop them after 0 %"):
         ev.load(found).assemble()
 
 

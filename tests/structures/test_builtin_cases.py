@@ -37,6 +37,7 @@ SHORT = {
     "rib-held-ten-years": 0.1,
     "rib-lenticular-shell": 2e-6,
     "rib-reflector": 0.1,
+    "ring-antenna": 0.01,
     "solar-array-flexible": 0.5,
     "tape-drum": 0.02,
     "tape-hinge": 0.02,

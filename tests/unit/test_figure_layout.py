@@ -37,6 +37,7 @@ SHORT = {
     "rib-held-ten-years": {"simulate.until": 1.0},
     "rib-lenticular-shell": {"simulate.until": 2e-6},
     "rib-reflector": {"simulate.until": 0.2},
+    "ring-antenna": {"simulate.until": 0.01},
     "solar-array": {"simulate.until": 4.0},
     "solar-array-flexible": {"simulate.until": 1.0},
     "spinning-tether": {"simulate.until": 5.0},

@@ -11,7 +11,7 @@ import scipy
 from evolvent.analysis import trees
 from evolvent.assembly.assembled import Assembly
 from evolvent.families.nets.cords import NetCords
-from evolvent.families.nets.part import Anchors, RearNet
+from evolvent.families.nets.part_ties import Anchors, Behind
 from evolvent.families.nets.part_unfold import unfolded_start
 from evolvent.nets.error import SurfaceError, mean_square_slope, surface_error
 from evolvent.nets.topology import Topology
@@ -117,7 +117,7 @@ class NetInSystem:
             below, rim = places[n:], places[self.topology.rim]
             whole = net.form(
                 self.name, self.topology, rim, base=below if isinstance(net.ties, Anchors) else None,
-                rear=below[self.topology.rim] if isinstance(net.ties, RearNet) else None,
+                rear=below[self.topology.rim] if isinstance(net.ties, Behind) else None,
             )  # fmt: skip
             own = self.iq >= 0
             y[self.iq[own, None] + np.arange(3)] = net.in_place(whole.x)[own]

@@ -15,7 +15,7 @@ from evolvent.analysis.reflector import NetInSystem, State
 from evolvent.analysis.reflector_keys import ReflectorKeys
 from evolvent.assembly.assembled import Assembly
 from evolvent.families.nets.cords import names
-from evolvent.families.nets.part import RearNet
+from evolvent.families.nets.part_ties import Behind
 from evolvent.nets.error import POINTS, SurfaceError, quadrature, ruze, signed_areas, slant
 from evolvent.results import made_with
 from evolvent.results.motion import quantity
@@ -188,7 +188,7 @@ class ReflectorResults(Shown):
     def choice(self, which: str) -> Array:
         """Numbers of the ties, of the cords of the nets, or of all."""
         count, m = len(self.topology.cords), len(self.tension)
-        nets = count * (2 if isinstance(self.net.ties, RearNet) else 1)
+        nets = count * (2 if isinstance(self.net.ties, Behind) else 1)
         if which == "ties" and nets == m:
             raise InputError(f"reflector.adjust is 'ties', but {self.name!r} has none; give 'cords'")
         return {"ties": np.arange(nets, m), "cords": np.arange(nets), "all": np.arange(m)}[which]
@@ -244,7 +244,7 @@ class ReflectorResults(Shown):
     def called(self, k: int) -> str:
         """Name of a cord in tables: what it is, and the nodes that it joins."""
         count, n = len(self.topology.cords), len(self.topology.plan)
-        rear = isinstance(self.net.ties, RearNet)
+        rear = isinstance(self.net.ties, Behind)
         a, b = self._of.cords[k].tolist()
         if k < count:
             return f"cord {a}-{b}"
@@ -308,7 +308,7 @@ class ReflectorResults(Shown):
 
     def cord_rows(self) -> list[list[str]]:
         """Tensions and lengths of each kind of cords."""
-        count, rear = len(self.topology.cords), isinstance(self.net.ties, RearNet)
+        count, rear = len(self.topology.cords), isinstance(self.net.ties, Behind)
         kinds = [("cords", slice(0, count))] + ([("rear cords", slice(count, 2 * count))] if rear else [])
         if (last := (2 if rear else 1) * count) < len(self.tension):
             kinds.append(("ties", slice(last, None)))

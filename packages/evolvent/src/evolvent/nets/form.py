@@ -121,6 +121,11 @@ def tied_form(topology: Topology, rim: Array, density: Array, pull: Pull, start:
     for _ in range(MOST):
         low = base if rear is None else base[free]
         along = x[free] - low
+        if pull.height is not None and along[:, 2].min(initial=1.0) <= 0.0:
+            raise InputError(
+                f"the rear net comes above the net at node {free[int(along[:, 2].argmin())]}; give a greater distance "
+                f"of both"
+            )
         tie = tension / (along[:, 2] if pull.height is not None else np.linalg.norm(along, axis=1))
         new = _solved(topology, rim, D, tie, low)
         if pull.height is not None:

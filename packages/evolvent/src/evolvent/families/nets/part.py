@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from evolvent.assembly.assembled import Pose
 from evolvent.assembly.builder import Builder
 from evolvent.families.beams.part import _across
+from evolvent.families.nets.part_ties import Anchors, AnyTies, Behind, HungNet, RearNet
 from evolvent.families.nets.part_unfold import unfolded
 from evolvent.kernels import markers
 from evolvent.model.registry import asked
@@ -23,7 +24,6 @@ from evolvent.parts.base import Group, Part, Reference, unit
 from evolvent_base import units
 from evolvent_base.errors import InputError
 from evolvent_base.file_keys import FileKey, digest
-from evolvent_base.schema import OneOf, Section
 
 Array = np.ndarray
 #: How far a rim node may be from the node that holds it, beside the diameter of the aperture.
@@ -31,61 +31,7 @@ _NEAR = 0.05
 #: Iterations of force densities towards wanted tensions, and the change of length by which they end.
 _ITERATIONS, _CHANGE = 200, 1e-13
 
-__all__ = ["Anchors", "RearNet"]
-
-
-class Ties(Section):
-    """What pulls the nodes of a net onto the wanted surface, along its axis.
-
-    Parameters
-    ----------
-    tension : float, N, optional
-        Of each tie; if left out, those by which the nodes are on the wanted surface.
-    stiffness : float, N
-        E A of a tie.
-    """
-
-    tension: units.PositiveForce | None = None
-    stiffness: units.PositiveForce
-
-
-class Anchors(Ties):
-    """Ties to points of a body below the nodes.
-
-    Parameters
-    ----------
-    to : str
-        A body, or the ground.
-    length : float, m
-        Of all ties, under tension.
-    """
-
-    to: Annotated[str, Reference(what="a body")] = "ground"
-    length: units.Length
-
-
-class RearNet(Ties):
-    """Ties to a rear net, which mirrors the net.
-
-    Its heights are those of the net times `ratio`, the other way, and its tensions hold the ties.
-
-    Parameters
-    ----------
-    gap : float, m
-        Between both nets where the height of the wanted surface is zero.
-    ratio : float
-        Height of the rear net over that of the net.
-    """
-
-    gap: units.Length
-    ratio: units.PositiveNumber = 1.0
-
-    def below(self, x: Array) -> Array:
-        """Nodes of the rear net (n, 3) that mirror those of the net, m."""
-        return np.asarray(x * [1.0, 1.0, -self.ratio] - [0.0, 0.0, self.gap])
-
-
-AnyTies = Annotated[Ties, OneOf({"anchors": Anchors, "rear": RearNet})]
+__all__ = ["Anchors", "HungNet", "RearNet"]
 
 
 class Whole(NamedTuple):
@@ -134,13 +80,14 @@ class Net(Part):
         Of all cords, in place of force densities.
     edge : float
         Factor of the force density or tension of cords at the edge.
-    ties : {anchors: {to, length, stiffness}} or {rear: {gap, stiffness}}, optional
+    ties : {anchors: {to, length, stiffness}}, {rear: {gap, stiffness}} or {hung: {drop, stiffness}}, optional
         What pulls the nodes onto the surface; without ties a net is as flat as its rim lets it be.
     rim : list of str
-        What holds the rim: "ground" and rigid bodies hold each node where it is, the nodes of rods and shells those
-        that are nearest to them. "bar" stands for "bar 1", "bar 2" and so on.
+        What holds the rim: the ground or one rigid body holds each node where it is. The nodes of rods and shells, and
+        the points of several rigid bodies (their centres if they have none), hold the nodes of the net that are
+        nearest to them. "bar" stands for "bar 1", "bar 2" and so on.
     rear_rim : list of str
-        The same of a rear net.
+        The same of a rear net that mirrors the net.
     stiffness : float, N
         E A of a cord.
     damping : float, s
@@ -260,7 +207,7 @@ class Net(Part):
                 f"{name}.ties: the tie of node {free[k]} would have to push, with {-start[1][k]:.3g} N; the surface "
                 f"must be hollow along {name}.axis, and the node lower than the cords around it are without ties"
             )
-        if isinstance(ties, RearNet):
+        if isinstance(ties, Behind):
             below = ties.below(start[0])
             behind = form.Rear(density / ties.ratio, below[topology.rim] if rear is None else rear)
             found = form.tied_form(topology, rim, density, pull, start, below, behind)
@@ -288,9 +235,9 @@ class Net(Part):
         poses = self.poses(builder, name)
         held = self._held(builder, f"{name}.rim", self.rim, topology.rim, wanted, poses)
         rim, rear = self.seen(np.array([_place(poses, held[int(k)]) for k in topology.rim])), None
-        if isinstance(self.ties, RearNet):
-            key, n = f"{name}.rear_rim", len(topology.plan)
-            behind = self._held(builder, key, self.rear_rim, topology.rim, self.ties.below(wanted), poses)
+        if isinstance(self.ties, Behind):
+            n = len(topology.plan)
+            behind = self._held_behind(builder, f"{name}.rear_rim", topology.rim, wanted, held, poses)
             rear = self.seen(np.array([_place(poses, behind[int(k)]) for k in topology.rim]))
             held |= {n + k: one for k, one in behind.items()}
         found = self.form(name, topology, rim, rear=rear)
@@ -331,11 +278,11 @@ class Net(Part):
 
     def poses(self, builder: Builder, name: str) -> list[Pose]:
         """Poses of the bodies that were written where the net has its form."""
-        return unfolded(builder, f"{name}.unfold", self.springs(builder))
+        return unfolded(builder, f"{name}.unfold", self.springs(builder.names))
 
-    def springs(self, builder: Builder) -> list[str]:
-        """Names of the joint springs that unfold."""
-        return [own for one in self.unfold for own in _numbered(one, builder)]
+    def springs(self, parts: Collection[str]) -> list[str]:
+        """Names of the joint springs that unfold, of the names of parts before the net."""
+        return [own for one in self.unfold for own in _numbered(one, parts)]
 
     def _slack(
         self, builder: Builder, name: str, x: Array, found: Whole, held: dict[int, Any], lengths: Array
@@ -360,32 +307,45 @@ class Net(Part):
         """Lengths without tension, at the temperature of the form, m."""
         return form.cut_lengths(found.length, found.tension, found.stiffness)
 
+    def _held_behind(self, builder: Builder, key: str, nodes: Array, wanted: Array, held: dict[int, Any],
+                     poses: list[Pose]) -> dict[int, Any]:  # fmt: skip
+        """What holds the rim of a rear net: parts of its own, or standoffs of those that hold the rim of the net."""
+        assert isinstance(self.ties, Behind)
+        if not isinstance(self.ties, HungNet):
+            return self._held(builder, key, self.rear_rim, nodes, self.ties.below(wanted), poses)
+        if "rear_rim" in self.model_fields_set:
+            raise InputError(f"{key} is given, but the rim of a net that is hung is held by {key.replace('rear_', '')}")
+        down = self.in_place(self.ties.below(np.zeros((1, 3))))[0] - self.in_place(np.zeros((1, 3)))[0]
+        return {k: (body, at + poses[body].R.T @ down) for k, (body, at) in held.items()}
+
     def _held(self, builder: Builder, key: str, rim: tuple[str, ...], nodes: Array, wanted: Array,
               poses: list[Pose]) -> dict[int, Any]:  # fmt: skip
         """What holds each of some nodes at wanted places, in the axes of the net: a body, and a place of it."""
-        bodies: list[int] = []
+        parts = [own for one in rim for own in _numbered(one, builder.names)]
         at: list[tuple[int, Array]] = []
-        for part in [own for one in rim for own in _numbered(one, builder)]:
+        for part in parts:
             if part not in builder.names:
                 raise InputError(f"{key}: no part is called {part!r}; name the parts that hold the rim before the net")
             family, index = builder.names[part]
             if family == "bodies":
-                bodies.append(index)
+                own = list(builder.body_points.get(part, {}).values()) or [(0.0, 0.0, 0.0)]
+                at += [(index, np.array(one)) for one in own]
             elif family in asked("parts.touches"):
                 at += [(one.body, one.place) for one in asked("parts.touches")[family](builder, part)]
             else:
                 raise InputError(f"{key}: {part!r} has no nodes that are bodies; give rods, shells or bodies")
-        if bodies and (at or len(bodies) > 1):
+        bodies = [builder.names[part][1] for part in parts if builder.names[part][0] == "bodies"]
+        if bodies and (len(bodies) < len(parts) or (len(bodies) > 1 and 0 in bodies)):
             raise InputError(
-                f"{key} is {list(rim)}; one rigid body or the ground holds the whole rim, else give rods and shells "
-                f"alone"
+                f"{key} is {list(rim)}; one rigid body or the ground holds the whole rim, several rigid bodies, or "
+                f"rods and shells, hold the nodes that are nearest to theirs"
             )
         if not bodies and not at:
             raise InputError(f"{key} is {list(rim)}; name at least one part that holds the rim, or 'ground'")
         x, found, taken = self.in_place(wanted), dict[int, Any](), dict[int, int]()
         places = np.array([_place(poses, one) for one in at]).reshape(-1, 3)
         for k in nodes.tolist():
-            if bodies:
+            if len(bodies) == 1:
                 pose = poses[bodies[0]]
                 found[k] = (bodies[0], pose.R.T @ (x[k] - pose.x))
                 continue
@@ -436,10 +396,10 @@ class Net(Part):
         builder.names[name] = ("nets", index)
 
 
-def _numbered(name: str, builder: Builder) -> list[str]:
+def _numbered(name: str, parts: Collection[str]) -> list[str]:
     """A part, or all that are repeated of it."""
-    found = [one for one in builder.names if re.fullmatch(rf"{re.escape(name)} \d+", one)]
-    return found if found and name not in builder.names else [name]
+    found = [one for one in parts if re.fullmatch(rf"{re.escape(name)} \d+", one)]
+    return found if found and name not in parts else [name]
 
 
 def _place(poses: list[Pose], held: tuple[int, Array]) -> Array:

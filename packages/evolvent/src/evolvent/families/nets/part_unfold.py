@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import scipy
 
 from evolvent.assembly.assembled import Assembly, Pose
 from evolvent.assembly.builder import Builder
-from evolvent.elements.rods import quaternion
-from evolvent.families.joints.part_coordinate import owner_of
+from evolvent.families.coordinates.part_poses import Linkage
 from evolvent.kernels import axial, rigid
+from evolvent.kernels.sides import ON_BODY
 from evolvent.model.registry import asked
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
+#: Keys by which a joint is a penalty, in place of a constraint.
+_PENALTY = ("stiffness", "rotational_stiffness", "damping", "viscoelastic")
+#: Keys by which a joint is released, as a hold-down is before anything unfolds.
+_RELEASE = ("until", "released_by")
 
 
 def unfolded(builder: Builder, key: str, springs: Sequence[str]) -> list[Pose]:
@@ -27,35 +30,14 @@ def unfolded(builder: Builder, key: str, springs: Sequence[str]) -> list[Pose]:
     ----------
     key : str, that names the springs, for messages
     springs : names of joint springs
-
-    Notes
-    -----
-    What is beyond a joint moves with its second end: the parts that other joints connect with it. A joint that is
-    beyond another one moves first, about its axis at the start.
     """
-    moves: list[tuple[list[int], Array, Array, Array]] = []
-    for name in springs:
-        family, index = builder.names.get(name, ("", -1))
-        joint = getattr(builder.specs.get(name), "joint", None)
-        if family != "coordinates" or joint is None:
-            raise InputError(
-                f"{key} names {name!r}; it must be a joint spring with the key `joint` that is named before the net"
-            )
-        row, spec = builder.rows["coordinates"][index], builder.specs[name]
-        ends = spec.ends(builder, name, row["kind"])
-        bodies = [k for part in _beyond(builder, key, joint, ends) for k in _bodies(builder, part)]
-        turn, shift = np.eye(3), np.zeros(3)
-        if row["kind"] == axial.ANGLE:
-            turn = scipy.spatial.transform.Rotation.from_rotvec(-row["angle"] * ends.axis).as_matrix()
-        else:
-            shift = -row["angle"] * ends.axis
-        moves.append((bodies, ends.location.x, turn, shift))
-    poses = list(builder.poses)
-    for bodies, pivot, turn, shift in sorted(moves, key=lambda one: len(one[0])):
-        for k in bodies:
-            x = pivot + turn @ (poses[k].x - pivot) + shift
-            poses[k] = poses[k]._replace(x=x, R=turn @ poses[k].R)
-    return poses
+    if not springs:
+        return builder.poses
+    before = {name: spec for name, spec in builder.specs.items() if name != builder.part}
+    bodies = _moved(before, builder.gravity, key, springs).model.bodies
+    return [
+        pose._replace(x=row["x"].copy(), R=row["R"].copy()) for pose, row in zip(builder.poses, bodies, strict=True)
+    ]
 
 
 def unfolded_start(assembly: Assembly, name: str) -> Assembly:
@@ -63,47 +45,51 @@ def unfolded_start(assembly: Assembly, name: str) -> Assembly:
     net, y, s = assembly.parts[name], assembly.y.copy(), assembly.s.copy()
     if not net.unfold:
         return assembly
-    builder = Builder(assembly.model.info.gravity)
-    for part, spec in assembly.parts.items():
-        if part == name:
-            break
-        builder.write(part, spec)
-    for row, pose in zip(builder.rows["bodies"], net.poses(builder, name), strict=True):
-        if row["motion"] == rigid.FREE:
-            y[row["iq"] : row["iq"] + 7] = [*pose.x, *quaternion(pose.R)]
-    for spring in net.springs(builder):
-        row = assembly.model.coordinates[builder.names[spring][1]]
-        quarters, latched = int(row["switch"]), int(row["switch"]) + 1
-        s[quarters], s[latched] = 0, int(row["latch"] == 0.0)
+    before = dict(list(assembly.parts.items())[: list(assembly.parts).index(name)])
+    springs = net.springs(before)
+    own = _moved(before, assembly.model.info.gravity, f"{name}.unfold", springs)
+    for row in own.model.bodies:  # whose coordinates come first, in the order of the parts
+        size = {rigid.FREE: 7, rigid.SPIN: 1}.get(row["motion"], 0)
+        y[row["iq"] : row["iq"] + size] = own.y[row["iq"] : row["iq"] + size]
+    for k, row in enumerate(own.model.coordinates):
+        whole = assembly.model.coordinates[k]
+        if row["kind"] == axial.ANGLE and row["on"] == ON_BODY:
+            s[whole["switch"]] = np.round(row["angle"] / axial.QUARTER)
+    for spring in springs:
+        row = assembly.model.coordinates[own.names[spring][1]]
+        s[int(row["switch"]) + 1] = int(row["latch"] == 0.0)
     return dataclasses.replace(assembly, y=y, s=s)
 
 
-def _beyond(builder: Builder, key: str, joint: str, ends: Any) -> list[str]:
-    """Parts beyond the second end of a joint."""
-    near: dict[str, set[str]] = {}
-    for name, spec in builder.specs.items():
-        if getattr(spec, "kind", "") == "joint" and name != joint and spec.a is not None and spec.b is not None:
-            a, b = owner_of(spec.a), owner_of(spec.b)
-            near.setdefault(a, set()).add(b)
-            near.setdefault(b, set()).add(a)
-    found, waiting = list[str](), [owner_of(ends.b)]
-    while waiting:
-        part = waiting.pop()
-        if part in ("ground", ends.a):
+def _moved(specs: Mapping[str, Any], gravity: Array, key: str, springs: Sequence[str]) -> Assembly:
+    """An assembly of the parts before a net whose state has moved, with all joints that stay as constraints."""
+    builder = Builder(gravity)
+    for name, spec in specs.items():
+        if getattr(spec, "kind", "") == "joint":
+            if any(getattr(spec, word) is not None for word in _RELEASE):
+                continue
+            kept = {word: getattr(spec, word) for word in spec.model_fields_set if word not in _PENALTY}
+            spec = type(spec)(**kept)
+        builder.write(name, spec)
+    wanted = dict[int, float]()
+    for name in springs:
+        family, index = builder.names.get(name, ("", -1))
+        if family != "coordinates" or builder.rows[family][index]["on"] != ON_BODY:
             raise InputError(
-                f"{key}: what is beyond the joint {joint!r} is joined with {part!r} by other joints too, so that it "
-                f"cannot turn alone; give springs of joints that no others close"
+                f"{key} names {name!r}; it must be a joint spring between bodies or rods that is named before the net"
             )
-        if part not in found:
-            found.append(part)
-            waiting += sorted(near.get(part, ()))
-    return found
+        wanted[index] = 0.0
+    found, consists = builder.build(), asked("parts.consists")
+    groups = [
+        consists[family](builder.rows[family][index], index)
+        for family, index in builder.names.values() if family in consists
+    ]  # fmt: skip
+    linkage = Linkage(found, groups)
+    why = linkage.move(wanted)
+    if why:
+        raise InputError(f"{key}: the joint springs {_listed(springs)} cannot all be at 0: {why}")
+    return dataclasses.replace(found, y=linkage.y)
 
 
-def _bodies(builder: Builder, part: str) -> range:
-    """Bodies of a part."""
-    family, index = builder.names[part]
-    if family == "bodies":
-        return range(index, index + 1)
-    consists = asked("parts.consists").get(family)
-    return range(0) if consists is None else consists(builder.rows[family][index], index)
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(repr(name) for name in names[:3]) + (" and so on" if len(names) > 3 else "")
