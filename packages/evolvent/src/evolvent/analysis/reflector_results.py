@@ -213,7 +213,7 @@ class ReflectorResults(Shown):
     @property
     def node_count(self) -> int:
         """Number of nodes of the net and of its rear net, without anchors."""
-        return len(self.topology.plan) * (2 if isinstance(self.net.ties, RearNet) else 1)
+        return len(self.topology.plan) * (2 if isinstance(self.net.ties, Behind) else 1)
 
     @property
     def fails(self) -> list[str]:

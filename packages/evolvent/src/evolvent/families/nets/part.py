@@ -313,8 +313,6 @@ class Net(Part):
         assert isinstance(self.ties, Behind)
         if not isinstance(self.ties, HungNet):
             return self._held(builder, key, self.rear_rim, nodes, self.ties.below(wanted), poses)
-        if "rear_rim" in self.model_fields_set:
-            raise InputError(f"{key} is given, but the rim of a net that is hung is held by {key.replace('rear_', '')}")
         down = self.in_place(self.ties.below(np.zeros((1, 3))))[0] - self.in_place(np.zeros((1, 3)))[0]
         return {k: (body, at + poses[body].R.T @ down) for k, (body, at) in held.items()}
 
