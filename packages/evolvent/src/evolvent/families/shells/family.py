@@ -284,6 +284,7 @@ SHELLS = Family(
     of_step=False,
     adjoint=AdjointSupport(
         "its strains follow from the state, with all derivatives", filtered="strains of shells", timed=False,
+        rates=lambda model: bool(np.any(model.shells["alpha"]) or np.any(model.shell_elements["beta"])),
     ),
     parts=Parts(
         consists=lambda row, _: _nodes(row), place=_place, near=_near, touches=_touches, faces=_faces, heat=_heat,

@@ -20,11 +20,12 @@ from evolvent.algebra.sparse import INNER
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import owner
+from evolvent.compiled import lookups
 from evolvent.equations.implicit import residual
 from evolvent.kernels.blocks import displace
 from evolvent.model.family import some
 from evolvent.model.questions import AdjointSupport
-from evolvent.model.registry import asked, cubic, whole
+from evolvent.model.registry import asked, cubic, families, whole
 from evolvent.solvers.common.matrices import matrix_for
 from evolvent.solvers.sensitivity import recorded_energy_steps, recorded_steps
 from evolvent.solvers.sensitivity.adjoint_events import Jump, Jumps, Parameter, carried, difference, state_of
@@ -38,10 +39,17 @@ from evolvent.solvers.sensitivity.recorded_steps import (
     SHIFTED,
     STEPS,
     TIMED,
-    Linear,
     RecordedSteps,
 )
 from evolvent.solvers.sensitivity.steps_beside import TOGETHER, step_beside, take_step
+from evolvent.solvers.sensitivity.transposed import (
+    FACTOR,
+    N_PACE,
+    Linear,
+    entries_of,
+    turned_of,
+    work_of_factors,
+)
 from evolvent.solvers.time import run as runs
 from evolvent.solvers.time.implicit import loop as implicit_loop
 from evolvent.solvers.time.implicit.messages import reason
@@ -98,6 +106,22 @@ def check(plan: Any) -> None:
 def depends_on_time(model: Any) -> bool:
     """Whether forces or constraints are functions of time, of the families that are supported."""
     return any(some(family.adjoint.timed, family.records(model)) for family in whole() if family.adjoint is not None)
+
+
+def by_rates(model: Any) -> tuple[list[int], list[int]]:
+    """Slots of the tangents of a model without and with derivatives by rates; masses alone are in neither."""
+    steady: dict[int, None] = {}
+    rated: dict[int, None] = {}
+    for family in families().values():
+        support = families()[family.of].adjoint if family.of else family.adjoint
+        if not getattr(model, family.name).size or support is None:
+            continue
+        moves = support.rates(model) if callable(support.rates) else support.rates
+        if family.tangent and lookups.slot(family.tangent) in model.tangent_calls:
+            (rated if moves else steady)[lookups.slot(family.tangent)] = None
+        if moves and family.inertia.tangent and lookups.slot(family.inertia.tangent) in model.inertia_tangent_calls:
+            rated[lookups.slot(family.inertia.tangent)] = None
+    return [slot for slot in steady if slot not in rated], [*rated]
 
 
 def _stops(base: Assembly, patch: Patch, times: Array) -> Array:
@@ -424,17 +448,24 @@ class Adjoint:
 
     def _linear(self, values: int) -> Linear:
         """Room for a step as a linear map, with the mass matrix, and derivatives of values."""
-        size, sides = self.room.values.size, self._sides()
+        size, sides, model = self.room.values.size, self._sides(), self.lead.model
+        steady, rated = by_rates(model)
         found = Linear(
-            K=np.zeros(size), M=np.zeros(size), rows=np.zeros((sides.size + 1, self.n_u)),
-            changes=np.zeros((sides.size, self.n_u), dtype=np.int64), sides=sides, r=np.zeros(self.n_u),
-            right=np.zeros(self.n_u), W=np.zeros((values, self.n_u)), parts=np.zeros((5, self.n_u)),
+            A=np.zeros(size), K=np.zeros(size), M=np.zeros(0), places=np.zeros((0, 3), dtype=np.int64),
+            turned=np.zeros((0, 5), dtype=np.int64) if self.lead.midpoint else turned_of(model, self.room),
+            steady=np.array(steady, dtype=np.int64), rated=np.array(rated, dtype=np.int64),
+            rows=np.zeros((sides.size + 1, self.n_u)), changes=np.zeros((sides.size, self.n_u), dtype=np.int64),
+            sides=sides, r=np.zeros(self.n_u), right=np.zeros(self.n_u), W=np.zeros((values, self.n_u)),
+            parts=np.zeros((5, self.n_u)), pace=np.zeros(N_PACE),
         )  # fmt: skip
+        found.pace[FACTOR] = work_of_factors(self.room)
         first = next((part for part in self.parts if not isinstance(part, Jump)), None)
         if first is not None:
             recorded_steps.find_mass(0, first[2], self.lead.work, first[0], self.room, found)
             if self.room.counts[INNER]:
                 raise InputError("torques spread over a beam are not supported by the adjoint; take mode 'forward'")
+            M, places = entries_of(self.room.values, self.room)
+            found = Linear(**(found._asdict() | {"M": M, "places": places}))
         return found
 
     def _pull(self, first: int, last: int, part: Any, models: Any, linear: Linear, now: Array, rows: Array) -> None:

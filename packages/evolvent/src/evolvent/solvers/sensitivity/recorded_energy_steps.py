@@ -39,15 +39,13 @@ from evolvent.solvers.sensitivity.recorded_steps import (
     CHI,
     CHI_V,
     LENGTH,
-    LINEAR,
     RATIO,
     RECORDED_STEPS,
     SHIFT,
     TIME,
     TIMED,
-    multiply,
-    transpose,
 )
+from evolvent.solvers.sensitivity.transposed import LINEAR, multiply_mass, transpose
 from evolvent.solvers.time.implicit import methods as method
 from evolvent.solvers.time.implicit.workspace import WORKSPACE
 
@@ -264,11 +262,11 @@ def pull_back(first, last, recorded, room, matrix, model, models, work, linear, 
                     found[q * groups + g, i] += W[i] * rows[g, i]
             for i in range(W.size):
                 derivatives[q, 3 * n_v] -= W[i] * rows[groups, i]
-            multiply(linear.M, matrix, W, parts[1])
+            multiply_mass(linear, W, parts[1])
             _turn(work.dq, 2, model, W, parts[2])
             for i in range(n_v, W.size):
                 parts[2, i] = W[i]
-            multiply(linear.M, matrix, parts[2], parts[3])
+            multiply_mass(linear, parts[2], parts[3])
             for i in range(n_v):
                 b = y[i] + w[i]
                 y[i] += ((c - 1.0) * parts[3, i] + parts[1, i]) / h - c * b
