@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -126,6 +127,13 @@ def constraint_families(families: dict[str, Array], masses: Array, n_q: int) -> 
         couplings["a"][i], couplings["b"][i] = new[a], new[b]
         couplings["mass"][i] = inverse.of(*found[a][1:3], found[a][3], found[b][3])
     return {"rows": rows, "row_sides": own, "row_pairs": couplings}
+
+
+def note_masses(model: Any) -> None:
+    """Take over masses of points that have changed into the sides of rows, and pairs of them, that act on points."""
+    sides, pairs, masses = model.row_sides, model.row_pairs, model.points["mass"]
+    for rows, of in ((sides, sides["point"]), (pairs, sides["point"][pairs["a"]])):
+        rows["mass"][of >= 0] = masses[of[of >= 0]]
 
 
 #: Families that a side belongs to, and its fields.

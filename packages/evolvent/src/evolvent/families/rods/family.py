@@ -341,6 +341,7 @@ RODS = Family(
     parts=Parts(
         consists=lambda row, _: _nodes(row), place=_place, touches=_touches, heat=_heat,
         totals={"slender": lambda found: found.size}, scratch=lambda *_: {"rod": np.zeros(rod_strains.WORK)},
+        changes="", reads_inertia=False,
     ),
     state=State(
         unknowns=(Coordinates(_transverse, 80, lambda found: 0),), sizes=_sizes, points=_points,
@@ -410,5 +411,6 @@ ROD_ELEMENTS = Family(
     },
     of="rods",
     ends=_of_rod_element,
+    parts=Parts(changes="stiffness section fibres"),
     step=Step(note=note_step),
 )  # fmt: skip

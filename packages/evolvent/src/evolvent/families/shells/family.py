@@ -288,7 +288,7 @@ SHELLS = Family(
     ),
     parts=Parts(
         consists=lambda row, _: _nodes(row), place=_place, near=_near, touches=_touches, faces=_faces, heat=_heat,
-        totals={"slender": lambda found: found.size},
+        totals={"slender": lambda found: found.size}, changes="compliance", reads_inertia=False,
     ),
     state=State(points=_points),
     stability=Stability(waves=lambda _: 1.0),
@@ -335,6 +335,7 @@ SHELL_ELEMENTS = Family(
     },
     of="shells",
     ends=_of_element,
+    parts=Parts(changes="membrane drilling stiffness resultants expansion"),
     step=Step(note=note_step),
 )  # fmt: skip
 

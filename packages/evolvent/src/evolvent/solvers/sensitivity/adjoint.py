@@ -65,9 +65,11 @@ STEPS_OF_TAPE, MOST_BYTES = 256, 4e9
 #: Correction at which an iteration has converged, at most: forces along stiff directions, which turn with
 #: them, are then those of the step.
 NEWTON = 1e-12
-#: States that are tried for the equations that a parameter changes; difference of the changes to both sides beside
-#: them, and round-off of the equations, below which they are as large: one side is then evaluated alone.
+#: States that are tried for the equations that a parameter changes; error, beside what both sides change, of what half
+#: the difference of both sides' numbers changes, and round-off of the equations, below which that is evaluated alone.
 TRIALS, EVEN, ROUND_OFF = 3, 1e-8, 1e-15
+#: Change of numbers in which the equations are linear, beside that of both sides: round-off of the equations is less.
+WIDER = 256.0
 
 
 def check(plan: Any) -> None:
@@ -296,6 +298,9 @@ class Adjoint:
         """Parameters that change different equations in one group, by states about the start at times of the run."""
         rng, work, model, scratch = np.random.default_rng(0), self.lead.work, self.lead.model.copy(), self.middle.work
         n_q, n_v, h = int(model.info.nq), self.n_v, float(self.lead.work.loop.step)
+        for one in self.parameters:
+            one.patches, one.change_of_rows = (Patch.along(*one.sides.patches, 0.5 * WIDER),), WIDER * one.change
+        along = [one.patches for one in self.parameters]
         for t in np.linspace(float(self.lead.reached), float(work.samples[-1]), TRIALS).tolist():
             y, size = work.y.copy(), 1e-2 * work.weight[:n_v]
             displace(work.y, size * rng.uniform(-1, 1, n_v), False, self.lead.model, y)
@@ -303,27 +308,27 @@ class Adjoint:
             scratch.y0[:], scratch.dq[:] = y, size * rng.uniform(-1, 1, n_v)
             a, la = rng.uniform(-1, 1, n_v), rng.uniform(-1, 1, work.la.size)
             middle = self._residual(t, h, y, a, la, model)
-            for one in self.parameters:
+            for one, wide in zip(self.parameters, along, strict=True):
                 sides = []
-                for patch in one.sides.patches:
+                for patch in (*one.sides.patches, *wide):
                     patch.write(model)
                     sides.append(self._residual(t, h, y, a, la, model))
                     patch.undo(model)
-                up, down = sides[0] - middle, middle - sides[1]
+                both, alone, size = 0.5 * (sides[0] - sides[1]), (sides[2] - middle) / WIDER, np.abs(middle)
                 one.rows |= sides[0] != sides[1]
                 for own in (slice(0, n_v), slice(n_v, None)):  # forces and constraints have other sizes
-                    same = EVEN * np.abs(up[own]).max(initial=0.0) + ROUND_OFF * np.abs(middle[own]).max(initial=0.0)
-                    one.is_linear &= bool(np.all(np.abs(up[own] - down[own]) <= same))
-        taken: list[tuple[bool, Array]] = []
+                    same = EVEN * np.abs(both[own]).max(initial=0.0) + ROUND_OFF * size[own].max(initial=0.0)
+                    if np.any(np.abs(both[own] - alone[own]) > same):
+                        one.patches, one.change_of_rows = one.sides.patches, one.change
+        taken: list[tuple[int, Array]] = []
         for one in self.parameters:
             if not np.any(one.rows):
-                one.rows[:], one.is_linear = True, False
-            alike = (
-                k for k, (linear, rows) in enumerate(taken) if linear == one.is_linear and not any(rows & one.rows)
-            )
+                one.rows[:], one.patches, one.change_of_rows = True, one.sides.patches, one.change
+            sides_of = len(one.patches)
+            alike = (k for k, (count, rows) in enumerate(taken) if count == sides_of and not np.any(rows & one.rows))
             one.group = next(alike, len(taken))
             if one.group == len(taken):
-                taken.append((one.is_linear, np.zeros(self.n_u, dtype=bool)))
+                taken.append((sides_of, np.zeros(self.n_u, dtype=bool)))
             taken[one.group][1][:] |= one.rows
         groups = [one.group for one in self.parameters]
         for one in self.parameters:
@@ -350,7 +355,7 @@ class Adjoint:
         groups = 1 + max((one.group for one in self.parameters), default=-1)
         models = [model.copy() for _ in range(2 * groups)]
         for one in self.parameters:
-            for side, patch in enumerate(one.sides.patches):
+            for side, patch in enumerate(one.patches):
                 patch.write(models[2 * one.group + side])
         if config.DISABLE_JIT:
             return models, models
@@ -430,7 +435,7 @@ class Adjoint:
             self._pull(0, last, part, changed[2], linear, now, rows)
             by_group = rows.reshape(n, -1, self.n_u)
             for k, one in enumerate(self.parameters):
-                found[:, k] -= np.sum(by_group[:, one.group] * one.rows, axis=1) / one.change
+                found[:, k] -= np.sum(by_group[:, one.group] * one.rows, axis=1) / one.change_of_rows
         for one in self.parameters:
             own_rows = [other.rows for other in self.parameters if other.group == one.group]
             if len(own_rows) > 1 and np.any((linear.changes[one.group] != 0) & ~np.any(own_rows, axis=0)):
@@ -442,8 +447,7 @@ class Adjoint:
         """Neighbours that are evaluated of each group, (groups,) int."""
         found = np.full(1 + max((one.group for one in self.parameters), default=-1), 2, dtype=np.int64)
         for one in self.parameters:
-            if one.is_linear:
-                found[one.group] = 1
+            found[one.group] = len(one.patches)
         return found
 
     def _linear(self, values: int) -> Linear:
