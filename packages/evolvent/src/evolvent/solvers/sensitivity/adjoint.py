@@ -68,6 +68,9 @@ NEWTON = 1e-12
 #: States that are tried for the equations that a parameter changes; error, beside what both sides change, of what half
 #: the difference of both sides' numbers changes, and round-off of the equations, below which that is evaluated alone.
 TRIALS, EVEN, ROUND_OFF = 3, 1e-8, 1e-15
+#: Estimated times beside that of a run, of `cost`; and evaluations of the equations in the time of a step of
+#: energy-momentum.
+BACK, BY_VALUE, BY_KEY, EVALUATIONS = 4.0, 0.5, 0.1, 16.0
 #: Change of numbers in which the equations are linear, beside that of both sides: round-off of the equations is less.
 WIDER = 256.0
 
@@ -103,6 +106,27 @@ def check(plan: Any) -> None:
             raise InputError(
                 f"the adjoint does not support {what} of {plan.method}; take `spectral_radius` 1, or mode 'forward'"
             )
+
+
+def cost(plan: Any, values: int, keys: int) -> float:
+    """Estimated time of derivatives by the adjoint, beside that of the run.
+
+    A step back by generalized-alpha takes `BACK` runs, and `BY_VALUE` for each value more; by energy-momentum each
+    evaluation of the equations, of the colours of its differences, takes a part of a step. `BY_KEY` is for the systems
+    with the key changed. All are rounded up from what `benchmarks/gradients.py` has measured.
+
+    Raises
+    ------
+    InputError
+        Where there is no adjoint.
+    """
+    check(plan)
+    found = BACK + BY_VALUE * (values - 1) + BY_KEY * keys
+    if plan.options.midpoint:
+        colours = recorded_energy_steps.colours_of(plan.assembly.model, matrix_for(plan.assembly))
+        every = int(colours.coordinates[0]) + (colours.starts.size - 1) * int(colours.inexact[0])
+        found += every * len(colours.stencil) / EVALUATIONS
+    return float(found)
 
 
 def depends_on_time(model: Any) -> bool:
