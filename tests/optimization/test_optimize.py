@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -105,9 +106,9 @@ def test_derivatives_of_keys_that_vary_together_are_summed() -> None:
     assert values[0, 0] == pytest.approx(differences[0, 0], rel=1e-3)
 
 
-def hanging(method: str = "generalized-alpha") -> ev.System:
+def hanging(**settings: Any) -> ev.System:
     """Three masses on springs, which swing."""
-    found = ev.System(gravity=(0.0, 0.0, -9.81), settings={"until": 0.5, "step": 5e-3, "method": method})
+    found = ev.System(gravity=(0.0, 0.0, -9.81), settings={"until": 0.5, **settings})
     for k in range(3):
         at, rate = (0.0, 0.0, -0.5 * (k + 1)), (0.2 * k, 0.0, 0.0)
         found.add(parts.Point(mass=0.3, position=at, velocity=rate), f"m{k}")
@@ -130,12 +131,13 @@ def slopes_of(system: ev.System, ways: tuple[str, ...], keys: list[str]) -> list
 
 
 def test_many_keys_take_the_adjoint_and_few_differences() -> None:
+    system = hanging(method="generalized-alpha", step=5e-3)
     keys = [name for k in range(3) for name in (f"parts.m{k}.mass", f"parts.s{k}.stiffness")]
-    (own, how, runs), (differences, _, more) = slopes_of(hanging(), ("auto", "differences"), keys)
+    (own, how, runs), (differences, _, more) = slopes_of(system, ("auto", "differences"), keys)
     np.testing.assert_allclose(own, differences, rtol=0.0, atol=1e-4 * np.abs(differences).max())
     assert how == "those of the discrete solution, by the adjoint: the time of some 5 runs, where differences take 12"
     assert (runs, more) == (1, 13)
-    (few, how, _), (adjoint, forced, _) = slopes_of(hanging(), ("auto", "adjoint"), keys[:1])
+    (few, how, _), (adjoint, forced, _) = slopes_of(system, ("auto", "adjoint"), keys[:1])
     assert how == "central differences (they take 2 runs, the adjoint some 5)"
     assert forced == "those of the discrete solution, by the adjoint"
     np.testing.assert_allclose(adjoint, few, rtol=1e-4)
@@ -143,7 +145,7 @@ def test_many_keys_take_the_adjoint_and_few_differences() -> None:
 
 def test_where_there_is_no_adjoint_differences_are_taken_and_the_screen_says_why() -> None:
     keys = [f"parts.s{k}.stiffness" for k in range(3)]
-    ((_, how, runs),) = slopes_of(hanging("dopri5"), ("auto",), keys)
+    ((_, how, runs),) = slopes_of(hanging(method="dopri5"), ("auto",), keys)
     assert how.startswith("central differences (sensitivities are of the steps of ")
     assert runs == 7
 
