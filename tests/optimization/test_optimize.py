@@ -135,10 +135,10 @@ def test_many_keys_take_the_adjoint_and_few_differences() -> None:
     keys = [name for k in range(3) for name in (f"parts.m{k}.mass", f"parts.s{k}.stiffness")]
     (own, how, runs), (differences, _, more) = slopes_of(system, ("auto", "differences"), keys)
     np.testing.assert_allclose(own, differences, rtol=0.0, atol=1e-4 * np.abs(differences).max())
-    assert how == "those of the discrete solution, by the adjoint: the time of some 5 runs, where differences take 12"
+    assert how == "those of the discrete solution, by the adjoint: the time of some 7 runs, where differences take 12"
     assert (runs, more) == (1, 13)
     (few, how, _), (adjoint, forced, _) = slopes_of(system, ("auto", "adjoint"), keys[:1])
-    assert how == "central differences (they take 2 runs, the adjoint some 5)"
+    assert how == "central differences (they take 2 runs, the adjoint some 6)"
     assert forced == "those of the discrete solution, by the adjoint"
     np.testing.assert_allclose(adjoint, few, rtol=1e-4)
 

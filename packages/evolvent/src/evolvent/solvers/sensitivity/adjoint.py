@@ -70,7 +70,7 @@ NEWTON = 1e-12
 TRIALS, EVEN, ROUND_OFF = 3, 1e-8, 1e-15
 #: Estimated times beside that of a run, of `cost`; and evaluations of the equations in the time of a step of
 #: energy-momentum.
-BACK, BY_VALUE, BY_KEY, EVALUATIONS = 4.0, 0.5, 0.1, 16.0
+BACK, BY_VALUE, BY_KEY, EVALUATIONS = 6.0, 0.5, 0.1, 16.0
 #: Change of numbers in which the equations are linear, beside that of both sides: round-off of the equations is less.
 WIDER = 256.0
 
@@ -111,9 +111,9 @@ def check(plan: Any) -> None:
 def cost(plan: Any, values: int, keys: int) -> float:
     """Estimated time of derivatives by the adjoint, beside that of the run.
 
-    A step back by generalized-alpha takes `BACK` runs, and `BY_VALUE` for each value more; by energy-momentum each
-    evaluation of the equations, of the colours of its differences, takes a part of a step. `BY_KEY` is for the systems
-    with the key changed. All are rounded up from what `benchmarks/gradients.py` has measured.
+    Run and way back take `BACK` runs, `BY_VALUE` more for each further value and `BY_KEY` for the systems in which a key
+    is changed; by energy-momentum also a part of a step for each evaluation of the equations, of the colours of its
+    differences. All are rounded up from what `benchmarks/gradients.py` has measured.
 
     Raises
     ------
