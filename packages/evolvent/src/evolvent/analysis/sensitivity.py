@@ -31,7 +31,7 @@ from evolvent.results.kept import Kept, is_local, kept_of, refusal
 from evolvent.results.tree import root_of
 from evolvent.results.variables import names
 from evolvent.solvers.common.laws import law_failure
-from evolvent.solvers.sensitivity import adjoint
+from evolvent.solvers.sensitivity import adjoint_support
 from evolvent.solvers.sensitivity.neighbours import Neighbours, TooFar
 from evolvent.solvers.time.implicit import plan as implicit
 from evolvent_base import schema, units
@@ -271,7 +271,7 @@ def adjoint_cost(system: Composition, values: Sequence[str], keys: Sequence[str]
     of = [key_of(system, name) for name in _names("keys", keys)]
     assembly, settings = _checked(system, of, settings, "adjoint")
     samples = sample_times(until, every, values=assembly.y.size)
-    return adjoint.cost(runs.plan(assembly, samples, **settings)[0], len(values), len(of))
+    return adjoint_support.cost(runs.plan(assembly, samples, **settings)[0], len(values), len(of))
 
 
 def jacobian(
