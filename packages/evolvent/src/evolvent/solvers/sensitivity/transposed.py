@@ -23,9 +23,11 @@ MOST, CONVERGED, ROUNDED = 16, 1e-12, 1e-9
 #: `Linear.pace`: work of a factorisation, in corrections; those that fresh factors take, of one value; those of the
 #: steps since, beyond these; steps since, 0 where there are no factors; and steps for which each is factored.
 FACTOR, FRESH, BEYOND, SINCE, EACH, N_PACE = 0, 1, 2, 3, 4, 5
-#: Flops of a factorisation, done in long sums, in the time of one of a solution; and steps that are each factored
-#: before corrections are tried again.
-FASTER, TRIED_AGAIN = 1.5, 64.0
+#: Flops of a factorisation, done in long sums, in the time of one of a solution; time of one block beside its flops, in
+#: these: of a factorisation by the square of its size, and of a correction.
+FASTER, BY_SQUARE, BY_BLOCK = 1.5, 55.0, 130.0
+#: Steps that are each factored before corrections are tried again.
+TRIED_AGAIN = 64.0
 
 
 class Linear(Struct):
@@ -70,8 +72,8 @@ LINEAR = Linear._numba_type_
 def work_of_factors(matrix):
     """Work of a factorisation beside that of a correction, of a solution and a product."""
     m, w = (matrix.table[:, column].astype(float) for column in (SIZE, WIDTH))
-    factors = np.sum(2.0 / 3.0 * m**3 + 2.0 * m * m * w + 2.0 * m * w * w) / FASTER
-    return float(factors / np.sum(4.0 * (m * m + 2.0 * m * w)))
+    factors = np.sum((2.0 / 3.0 * m**3 + 2.0 * m * m * w + 2.0 * m * w * w) / FASTER + BY_SQUARE * m * m)
+    return float(factors / np.sum(4.0 * (m * m + 2.0 * m * w) + BY_BLOCK))
 
 
 def entries_of(values, matrix):
