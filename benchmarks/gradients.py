@@ -108,7 +108,7 @@ def measure(case: Case, repeat: int) -> dict[str, Any]:
     """CPU times of a case, beside that of its run."""
     spent: dict[str, float] = {}
     parted: dict[str, float] = {}
-    own = {"run": Adjoint.run, "gradients": Adjoint.gradients}
+    own: dict[str, Any] = {"run": Adjoint.run, "gradients": Adjoint.gradients}
 
     def timed(name: str, call: Callable[..., Any]) -> Callable[..., Any]:
         def inside(*given: Any) -> Any:

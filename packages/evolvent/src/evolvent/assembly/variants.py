@@ -263,7 +263,7 @@ def _changes(name: str) -> frozenset[str] | None:
 def _is_read(name: str) -> bool:
     """Whether heat and contacts of other parts read what a part of a family has written."""
     own = families().get(name)
-    return own is not None and not (own.parts.heat is own.parts.touches is own.parts.faces is None)
+    return own is not None and any(one is not None for one in (own.parts.heat, own.parts.touches, own.parts.faces))
 
 
 def _reads_inertia(family: Family) -> bool:
@@ -339,10 +339,12 @@ def _changed(
     for index, value in values.items():
         model.parameters[index] = value
     if inert:
-        touched |= {"blocks", "row_sides", "row_pairs"}
+        touched.add("blocks")
         for name in {change.family for change in changes}:
             note_inertia(name, {change.row for change in changes if change.family == name}, model)
-        note_masses(model)
+        if np.any(model.row_sides["point"] >= 0):
+            touched |= {"row_sides", "row_pairs"}
+            note_masses(model)
     falls = not np.array_equal(gravity, base.gravity)
     if falls:
         touched.add("info")
