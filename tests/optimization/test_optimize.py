@@ -138,7 +138,7 @@ def test_many_keys_take_the_adjoint_and_few_differences() -> None:
     assert how == "those of the discrete solution, by the adjoint: the time of some 7 runs, where differences take 12"
     assert (runs, more) == (1, 13)
     (few, how, _), (adjoint, forced, _) = slopes_of(system, ("auto", "adjoint"), keys[:1])
-    assert how == "central differences (they take 2 runs, the adjoint some 6)"
+    assert how == "central differences (they take 2 runs, the adjoint some 7)"
     assert forced == "those of the discrete solution, by the adjoint"
     np.testing.assert_allclose(adjoint, few, rtol=1e-4)
 

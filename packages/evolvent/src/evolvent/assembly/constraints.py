@@ -130,10 +130,12 @@ def constraint_families(families: dict[str, Array], masses: Array, n_q: int) -> 
 
 
 def note_masses(model: Any) -> None:
-    """Take over masses of points that have changed into the sides of rows, and pairs of them, that act on points."""
-    sides, pairs, masses = model.row_sides, model.row_pairs, model.points["mass"]
-    for rows, of in ((sides, sides["point"]), (pairs, sides["point"][pairs["a"]])):
-        rows["mass"][of >= 0] = masses[of[of >= 0]]
+    """Take over masses of points, as blocks have them, into the sides of rows on points, and pairs of them."""
+    sides, pairs, blocks, masses = model.row_sides, model.row_pairs, model.blocks, np.zeros(int(model.info.nv))
+    masses[blocks["iv"] - int(model.info.nq)] = blocks["inertia"][:, 0]
+    for rows, of in ((sides, sides), (pairs, sides[pairs["a"]])):
+        own = of["point"] >= 0
+        rows["mass"][own] = masses[of["at"][own]]
 
 
 #: Families that a side belongs to, and its fields.

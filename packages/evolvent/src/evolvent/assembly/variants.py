@@ -263,7 +263,7 @@ def _changes(name: str) -> frozenset[str] | None:
 def _is_read(name: str) -> bool:
     """Whether heat and contacts of other parts read what a part of a family has written."""
     own = families().get(name)
-    return own is not None and any(one is not None for one in (own.parts.heat, own.parts.touches, own.parts.faces))
+    return own is not None and not (own.parts.heat is None and own.parts.touches is None)
 
 
 def _reads_inertia(family: Family) -> bool:
