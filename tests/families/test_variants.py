@@ -116,6 +116,28 @@ def test_what_is_assembled_from_the_model_that_is_there(name: str, key: str, cou
     assert (variants.fast, variants.whole) == counts
 
 
+@pytest.mark.parametrize(
+    "values",
+    [{"arm.material.young_modulus": 8e10}, {"arm.section.tube.radius": 0.021}, {"tip.mass": 0.3}, {"gravity.2": -9.7}],
+    ids=str,
+)
+def test_a_rod_a_point_on_it_and_the_gravity_vary_in_the_model_that_is_there(values: dict[str, float]) -> None:
+    """To the last bit, with the masses of rows of constraint that explicit methods solve for."""
+    system = System(gravity=(0.0, 0.0, -9.81))
+    tube = {"tube": {"radius": 0.02, "thickness": 0.001}}
+    metal = {"young_modulus": 7e10, "poisson_ratio": 0.3, "density": 1600.0}
+    system.add(parts.Rod(length=1.0, section=tube, material=metal, elements=3), "arm")
+    system.add(parts.Point(mass=0.2, at="arm.tip"), "tip")
+    first = system.with_values({})
+    first.assemble()
+    varied = system.with_values(values)
+    found, whole = (dict(arrays(one.assemble())) for one in (varied, rebuilt(varied)))
+    assert first._variants is not None
+    assert (first._variants.fast, first._variants.whole) == (1, 1)
+    for name, value in whole.items():
+        assert found[name].tobytes() == value.tobytes(), name
+
+
 def test_a_point_mass_varies_in_the_model_that_is_there() -> None:
     system = System(gravity=(0.0, 0.0, -9.81))
     system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0)), "stone")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -103,6 +104,50 @@ def test_derivatives_of_keys_that_vary_together_are_summed() -> None:
     by_stiffness = -0.5 * math.acos(u) * math.sqrt(MASS / k) / k
     assert objective[0] == pytest.approx(by_rest * 1.5 * REST + by_stiffness * 1.5 * 0.9, rel=1e-5)
     assert values[0, 0] == pytest.approx(differences[0, 0], rel=1e-3)
+
+
+def hanging(**settings: Any) -> ev.System:
+    """Three masses on springs, which swing."""
+    found = ev.System(gravity=(0.0, 0.0, -9.81), settings={"until": 0.5, **settings})
+    for k in range(3):
+        at, rate = (0.0, 0.0, -0.5 * (k + 1)), (0.2 * k, 0.0, 0.0)
+        found.add(parts.Point(mass=0.3, position=at, velocity=rate), f"m{k}")
+        ends = {"a": f"m{k - 1}" if k else (0.0, 0.0, 0.0), "b": f"m{k}"}
+        found.add(parts.Spring(**ends, stiffness=80.0 + k, damping=0.5, length=0.5), f"s{k}")
+    return found
+
+
+def slopes_of(system: ev.System, ways: tuple[str, ...], keys: list[str]) -> list[tuple[np.ndarray, str, int]]:
+    """Derivatives of a height and a rate by keys, how they were found, and the runs that were counted."""
+    asked = {"minimize": ["m2.position.z.last"], "subject_to": ["m2.velocity.x.last <= 5 m/s"]}
+    problem = read(cases.parse_yaml(system.to_yaml(), "chain"), vary=dict.fromkeys(keys), **asked)  # type: ignore[arg-type]
+    found = []
+    for way in ways:
+        with Designs(problem, 1, 200, None) as runs:
+            slopes = Slopes(runs, way)
+            objective, values = slopes.at(np.full(len(keys), 0.4), ())
+            found.append((np.vstack([objective, values]), slopes.found_by, runs.count))
+    return found
+
+
+def test_many_keys_take_the_adjoint_and_few_differences() -> None:
+    system = hanging(method="generalized-alpha", step=5e-3)
+    keys = [name for k in range(3) for name in (f"parts.m{k}.mass", f"parts.s{k}.stiffness")]
+    (own, how, runs), (differences, _, more) = slopes_of(system, ("auto", "differences"), keys)
+    np.testing.assert_allclose(own, differences, rtol=0.0, atol=1e-4 * np.abs(differences).max())
+    assert how == "those of the discrete solution, by the adjoint: the time of some 7 runs, where differences take 12"
+    assert (runs, more) == (1, 13)
+    (few, how, _), (adjoint, forced, _) = slopes_of(system, ("auto", "adjoint"), keys[:1])
+    assert how == "central differences (they take 2 runs, the adjoint some 7)"
+    assert forced == "those of the discrete solution, by the adjoint"
+    np.testing.assert_allclose(adjoint, few, rtol=1e-4)
+
+
+def test_where_there_is_no_adjoint_differences_are_taken_and_the_screen_says_why() -> None:
+    keys = [f"parts.s{k}.stiffness" for k in range(3)]
+    ((_, how, runs),) = slopes_of(hanging(method="dopri5"), ("auto",), keys)
+    assert how.startswith("central differences (sensitivities are of the steps of ")
+    assert runs == 7
 
 
 @pytest.mark.slow
@@ -246,7 +291,7 @@ def test_quantiles_are_order_statistics() -> None:
         ({"disperse": {STIFFNESS: "5%"}, "quantile": 0.2}, "quantile is 0.2; it must be from 0.5"),
         ({"disperse": {STIFFNESS: "5"}}, "disperse.parts.slide.stiffness is '5'"),
         ({"optimizer": "newton"}, "optimizer is 'newton'; it must be one of slsqp, cobyqa"),
-        ({"derivatives": "exact"}, "derivatives is 'exact'; it must be one of discrete, differences"),
+        ({"derivatives": "exact"}, "derivatives is 'exact'; it must be one of auto, adjoint, discrete, differences"),
         ({"starts": 0}, "starts is 0; it must be a whole number from 1"),
     ],
 )  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -28,6 +29,8 @@ CHANGE, MOVE, RATE = 1e-6, 1e-5, 1e-4
 BENT, ROUND_OFF, KINK = 0.2, 1e-10, 0.4
 #: Keys of which each is tried alone, whether a value depends on it.
 FEW = 2
+#: Coordinates and rates of which each is tried, whether a value is a function of it.
+FEW_COORDINATES = 50
 #: What a solution keeps beside its states and the balance.
 LOST = ("acceleration", "la", "forces", "points", "momenta")
 
@@ -195,44 +198,70 @@ def _seeds(solution: Solution, name: str, value: float, adjoint: Adjoint) -> tup
             f"the adjoint of {name!r} is not supported, which follows from several samples; take mode 'forward'"
         )
     size = np.concatenate([MOVE * adjoint.lead.work.weight[:n_v], RATE * adjoint.lead.work.weight[:n_v]])
-    values = _beside(solution, variable, samples, size, adjoint)
+    of = _acting(solution, variable, samples, size, adjoint)
+    values = _beside(solution, variable, samples, size, of, adjoint)
     middle, least = series[samples, None], ROUND_OFF * np.abs(series).max(initial=0.0)
     bend = np.abs(values.sum(axis=2) - 2.0 * middle)
     bent = bend > np.maximum(BENT * np.abs(values[..., 0] - values[..., 1]).max(axis=1, initial=0.0)[:, None], least)
     if np.any(bent):  # half of it at half the distance, where the value has a kink, a quarter where it is smooth
-        nearer = np.abs(_beside(solution, variable, samples, 0.5 * size, adjoint).sum(axis=2) - 2.0 * middle)
+        nearer = np.abs(_beside(solution, variable, samples, 0.5 * size, of, adjoint).sum(axis=2) - 2.0 * middle)
         if np.any(nearer[bent] > KINK * bend[bent]):
             raise InputError(
                 f"the adjoint of {name!r} is not supported, which has a kink there, such as the largest of several "
                 f"values that are alike; take mode 'forward', or a value of one node"
             )
-    by_sample[samples] = weights[samples, None] * (values[..., 0] - values[..., 1]) / (2.0 * size)
+    by_sample[np.ix_(samples, of)] = weights[samples, None] * (values[..., 0] - values[..., 1]) / (2.0 * size[of])
     if (samples.size and samples[0] > 0) or samples.size > 1:
         by_sample[0] += _by_start(solution, variable, weights, size, adjoint)
     return by_sample, by_event
 
 
-def _beside(solution: Solution, variable: str, samples: Array, size: Array, adjoint: Adjoint) -> Array:
-    """A variable (samples, n, 2) at samples where each coordinate and rate is larger and smaller by its size."""
-    moved = solution.chosen(np.concatenate([[0], np.repeat(samples, 2 * size.size)]))
+def _acting(solution: Solution, variable: str, samples: Array, size: Array, adjoint: Adjoint) -> Array:
+    """Coordinates and rates of which a variable at samples is a function, (n,) int: many are tried at once."""
+    many = max(1, int(math.sqrt(size.size)))
+    if size.size < FEW_COORDINATES:
+        return np.arange(size.size)
+    parts, shares = np.array_split(np.arange(size.size), many), np.random.default_rng(0).uniform(0.5, 1.0, size.size)
+    moves = np.zeros((many, size.size))
+    for k, own in enumerate(parts):
+        moves[k, own] = shares[own] * size[own]
+    states = solution.chosen(np.concatenate([[0], np.repeat(samples, 1 + many)]))
+    y = states.y.copy()
+    for k in range(samples.size):
+        for i, move in enumerate(moves):
+            row = 2 + k * (1 + many) + i
+            y[row] = _moved(y[row], move, adjoint)
+    values = _series(dataclasses.replace(states, y=y), variable)[1:].reshape(samples.size, 1 + many)
+    acts = np.any(values[:, 1:] != values[:, :1], axis=0)
+    return np.concatenate([own for own, one in zip(parts, acts, strict=True) if one] or [np.zeros(0, dtype=np.int64)])
+
+
+def _beside(solution: Solution, variable: str, samples: Array, size: Array, of: Array, adjoint: Adjoint) -> Array:
+    """A variable (samples, n, 2) at samples where n coordinates and rates are larger and smaller by their sizes."""
+    moved = solution.chosen(np.concatenate([[0], np.repeat(samples, 2 * of.size)]))
     states, row = moved.y.copy(), 1
     for _ in samples:
-        for j in range(size.size):
+        for j in of.tolist():
             for sign in (1.0, -1.0):
-                states[row] = _moved(states[row], j, sign * size[j], adjoint)
+                states[row] = _moved(states[row], _single(j, sign * size[j], size.size), adjoint)
                 row += 1
-    return _series(dataclasses.replace(moved, y=states), variable)[1:].reshape(samples.size, size.size, 2)
+    return _series(dataclasses.replace(moved, y=states), variable)[1:].reshape(samples.size, of.size, 2)
 
 
-def _moved(y: Array, j: int, d: float, adjoint: Adjoint) -> Array:
-    """A state with coordinate j, or of those behind the coordinates a rate, changed by d."""
+def _single(j: int, d: float, n: int) -> Array:
+    """A change (n,) of one coordinate or rate."""
+    found = np.zeros(n)
+    found[j] = d
+    return found
+
+
+def _moved(y: Array, change: Array, adjoint: Adjoint) -> Array:
+    """A state with its coordinates and, behind them in `change`, its rates changed."""
     model, n_v, found = adjoint.lead.model, adjoint.n_v, y.copy()
-    if j < n_v:
-        move = np.zeros(n_v)
-        move[j] = d
-        displace(y, move, False, model, found)
-    else:
-        found[int(model.info.nq) + j - n_v] += d
+    if np.any(change[:n_v]):
+        displace(y, np.ascontiguousarray(change[:n_v]), False, model, found)
+    n_q = int(model.info.nq)
+    found[n_q : n_q + n_v] += change[n_v:]
     return found
 
 
@@ -244,13 +273,11 @@ def _by_start(solution: Solution, name: str, weights: Array, size: Array, adjoin
 
     def others(j: int, d: float) -> float:
         y = chosen.y.copy()
-        y[0] = _moved(y[0], j, d, adjoint)
+        y[0] = _moved(y[0], _single(j, d, size.size), adjoint)
         return float(weights[samples[1:]] @ _series(dataclasses.replace(chosen, y=y), name)[1:])
 
-    rng = np.random.default_rng(0)
     y = chosen.y.copy()
-    for j in range(size.size):
-        y[0] = _moved(y[0], j, size[j] * rng.uniform(0.5, 1.0), adjoint)
+    y[0] = _moved(y[0], size * np.random.default_rng(0).uniform(0.5, 1.0, size.size), adjoint)
     changed = _series(dataclasses.replace(chosen, y=y), name)[1:]
     if np.array_equal(changed, _series(chosen, name)[1:]):
         return np.zeros(size.size)

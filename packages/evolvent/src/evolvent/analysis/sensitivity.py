@@ -31,6 +31,7 @@ from evolvent.results.kept import Kept, is_local, kept_of, refusal
 from evolvent.results.tree import root_of
 from evolvent.results.variables import names
 from evolvent.solvers.common.laws import law_failure
+from evolvent.solvers.sensitivity import adjoint_support
 from evolvent.solvers.sensitivity.neighbours import Neighbours, TooFar
 from evolvent.solvers.time.implicit import plan as implicit
 from evolvent_base import schema, units
@@ -258,6 +259,22 @@ def _by_adjoint(
     )
     attrs = {"change": change, "mode": "adjoint"}
     return _table(found.kept, values, of, found.values, found.derivative, found.plan, attrs, warning_of(found.solution))
+
+
+def adjoint_cost(system: Composition, values: Sequence[str], keys: Sequence[str]) -> float:
+    """Estimated time of the derivatives of values of a run by keys by the adjoint, beside that of the run.
+
+    Raises
+    ------
+    InputError
+        For methods, parts and keys that have no adjoint; not all of them.
+    """
+    settings = system._run_settings({})
+    until, every, _ = (settings.pop(name, None) for name in ("until", "every", "fine"))
+    of = [key_of(system, name) for name in _names("keys", keys)]
+    assembly, settings = _checked(system, of, settings, "adjoint")
+    samples = sample_times(until, every, values=assembly.y.size)
+    return adjoint_support.cost(runs.plan(assembly, samples, **settings)[0], len(values), len(of))
 
 
 def jacobian(

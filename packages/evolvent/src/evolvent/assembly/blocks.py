@@ -61,17 +61,17 @@ def blocks_of(found: Mapping[str, Array], pools: Mapping[str, Any]) -> Array:
     return table
 
 
-def note_inertia(family: str, row: int, model: mdl.Model) -> None:
-    """Take over the inertia of a record that has changed into the blocks of its coordinates."""
+def note_inertia(family: str, rows: set[int], model: mdl.Model) -> None:
+    """Take over the inertia of records that have changed into the blocks of their coordinates."""
     if family not in owners():
         return
     pools, blocks = {"M": model.M}, model.blocks
-    own = np.flatnonzero(is_of(blocks, family) & (blocks["owner"] == row))
+    own = np.flatnonzero(is_of(blocks, family) & np.isin(blocks["owner"], list(rows)))
     fresh = [
         block
         for coordinates in families()[family].state.unknowns
         for block in coordinates.blocks(lambda name: getattr(model, name), pools)
-        if block.owner == row
+        if block.owner in rows
     ]
     for k, block in zip(own, fresh, strict=True):
         blocks["inertia"][k, : _SIZES[block.kind]] = block.inertia

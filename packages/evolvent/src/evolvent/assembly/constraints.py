@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -126,6 +127,15 @@ def constraint_families(families: dict[str, Array], masses: Array, n_q: int) -> 
         couplings["a"][i], couplings["b"][i] = new[a], new[b]
         couplings["mass"][i] = inverse.of(*found[a][1:3], found[a][3], found[b][3])
     return {"rows": rows, "row_sides": own, "row_pairs": couplings}
+
+
+def note_masses(model: Any) -> None:
+    """Take over masses of points, as blocks have them, into the sides of rows on points, and pairs of them."""
+    sides, pairs, blocks, masses = model.row_sides, model.row_pairs, model.blocks, np.zeros(int(model.info.nv))
+    masses[blocks["iv"] - int(model.info.nq)] = blocks["inertia"][:, 0]
+    for rows, of in ((sides, sides), (pairs, sides[pairs["a"]])):
+        own = of["point"] >= 0
+        rows["mass"][own] = masses[of["at"][own]]
 
 
 #: Families that a side belongs to, and its fields.

@@ -19,6 +19,7 @@ from evolvent.assembly import needs
 from evolvent.assembly.assembled import Array, Assembly
 from evolvent.assembly.blocks import is_of, note_inertia, owners
 from evolvent.assembly.builder import Builder
+from evolvent.assembly.constraints import note_masses
 from evolvent.assembly.order import in_order
 from evolvent.equations.implicit import add_weight
 from evolvent.model.family import Family
@@ -26,6 +27,8 @@ from evolvent.model.records import OWN_RECORDS
 from evolvent.model.registry import constraining, families
 from evolvent_base.errors import InputError
 
+#: Entries of a matrix beside its largest one that are round-off.
+ROUND_OFF = 1e-14
 #: Lists of a builder that parts append to, beside its rows.
 _LISTS = ("q", "v", "released", "values", "velocity_parameters", "poses", "row_parts", "at_end")
 #: Mappings and sets that parts add to.
@@ -98,6 +101,15 @@ class _Base:
         """All rows that were written, by family."""
         return {family: [_Sealed(row) for row in rows] for family, rows in self.builder.rows.items()}
 
+    @functools.cached_property
+    def beside(self) -> dict[str, set[str]]:
+        """Families of the records that parts have written which refer to a part, by its name."""
+        found: dict[str, set[str]] = {}
+        for name, part in self.assembly.parts.items():
+            for other in part.references():
+                found.setdefault(other, set()).update(self.written[name].rows if name in self.written else ("",))
+        return found
+
 
 class Variants:
     """Assemblies of systems that share most of their parts.
@@ -118,7 +130,7 @@ class Variants:
     def assembled(self, gravity: Array, parts: Mapping[str, Any]) -> Assembly | None:
         """The assembly of parts by name, from that of the first system; None where they must be assembled whole."""
         base = self._base
-        if base is None or list(parts) != base.listed or not np.array_equal(gravity, base.gravity):
+        if base is None or list(parts) != base.listed or not _alike(gravity, base.gravity):
             return None
         changes: list[Change] = []
         values: dict[int, float] = {}
@@ -128,7 +140,7 @@ class Variants:
                 continue
             if not _refer_alike(part, old) or not _add_changes(base, name, part, changes, values):
                 return None
-        found = _changed(base, changes, values, {**base.assembly.parts, **parts})
+        found = _changed(base, changes, values, gravity, {**base.assembly.parts, **parts})
         self.fast += found is not None
         return found
 
@@ -208,6 +220,8 @@ def _add_changes(base: _Base, name: str, part: Any, changes: list[Change], value
     own_fields = {one: _changes(one) for one in (family, *old.rows)}
     if any(fields is None for fields in own_fields.values()):
         return False
+    if _is_read(family) and any(_changes(one) is None for one in base.beside.get(name, ())):
+        return False
     try:
         new = _written_again(base, name, part)
     except InputError:  # which the whole assembly states
@@ -246,6 +260,12 @@ def _changes(name: str) -> frozenset[str] | None:
     return None if family.parts.changes is None else frozenset(family.parts.changes.split())
 
 
+def _is_read(name: str) -> bool:
+    """Whether heat and contacts of other parts read what a part of a family has written."""
+    own = families().get(name)
+    return own is not None and not (own.parts.heat is None and own.parts.touches is None)
+
+
 def _reads_inertia(family: Family) -> bool:
     """Whether parts or checks of a family read the inertia of others."""
     if family.parts.reads_inertia is None:
@@ -276,10 +296,16 @@ def _equal(a: Any, b: Any) -> bool:
 
 
 def _alike(new: Any, old: Any) -> bool:
-    """Whether values are zero, infinite and of a sign where others are."""
+    """Whether values are zero, infinite and of a sign where others are; of a matrix but for round-off."""
     if new is None or old is None or np.shape(new) != np.shape(old):
         return False
-    return bool(np.array_equal(np.sign(new), np.sign(old)) and np.array_equal(np.isfinite(new), np.isfinite(old)))
+    if not np.array_equal(np.isfinite(new), np.isfinite(old)):
+        return False
+    if np.ndim(new) < 2:
+        return bool(np.array_equal(np.sign(new), np.sign(old)))
+    least = ROUND_OFF * max(np.abs(new).max(initial=0.0), np.abs(old).max(initial=0.0))
+    differ = np.sign(new) != np.sign(old)
+    return bool(np.all(np.abs(new)[differ] <= least) and np.all(np.abs(old)[differ] <= least))
 
 
 def _equal_lists(name: str, new: list[Any], old: list[Any]) -> bool:
@@ -291,15 +317,15 @@ def _equal_lists(name: str, new: list[Any], old: list[Any]) -> bool:
     return bool(new == old)
 
 
-def _changed(base: _Base, changes: list[Change], values: Mapping[int, float], parts: dict[str, Any]) -> Assembly | None:
+def _changed(
+    base: _Base, changes: list[Change], values: Mapping[int, float], gravity: Array, parts: dict[str, Any]
+) -> Assembly | None:
     """The base with changes; None where other parts or tables of the model follow from them."""
     old = base.assembly
     inert = any(_has_inertia(change, old.model.blocks) for change in changes)
     if inert and any(family.records(old.model).size and _reads_inertia(family) for family in families().values()):
         return None
     if inert and any(family == "reels" for family, _ in old.names.values()):  # which have no records of their own
-        return None
-    if inert and np.any(old.model.row_sides["point"] >= 0):
         return None
     if any(change.family in constraining() for change in changes):  # from which rows of constraint follow
         return None
@@ -314,13 +340,20 @@ def _changed(base: _Base, changes: list[Change], values: Mapping[int, float], pa
         model.parameters[index] = value
     if inert:
         touched.add("blocks")
-        for change in changes:
-            note_inertia(change.family, change.row, model)
-        if np.any(base.gravity):
-            touched.add("G")
-            model.G[:] = 0.0
-            needs.load(model, add_weight)
-            add_weight(base.gravity, int(model.info.nq), model, model.G)
+        for name in {change.family for change in changes}:
+            note_inertia(name, {change.row for change in changes if change.family == name}, model)
+        if np.any(model.row_sides["point"] >= 0):
+            touched |= {"row_sides", "row_pairs"}
+            note_masses(model)
+    falls = not np.array_equal(gravity, base.gravity)
+    if falls:
+        touched.add("info")
+        model.info.gravity[:] = gravity
+    if (inert or falls) and np.any(gravity):
+        touched.add("G")
+        model.G[:] = 0.0
+        needs.load(model, add_weight)
+        add_weight(gravity, int(model.info.nq), model, model.G)
     return dataclasses.replace(
         old, model=model, y=old.y.copy(), s=old.s.copy(), names=dict(old.names), laws=dict(old.laws), parts=parts,
         expressions=dict(old.expressions), touched=frozenset(touched),

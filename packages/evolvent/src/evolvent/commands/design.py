@@ -37,8 +37,9 @@ showing = lazy.load("evolvent_base.showing", suppress_warning=True)
               "every combination of choices.")  # fmt: skip
 @click.option("--optimizer", type=str, default="slsqp", show_default=True, metavar="NAME", help="slsqp, or cobyqa "
               "(without derivatives).")  # fmt: skip
-@click.option("--derivatives", type=str, default="differences", show_default=True, metavar="NAME", help="differences, "
-              "or discrete: those of the discrete solution where a run has them.")  # fmt: skip
+@click.option("--derivatives", type=str, default="auto", show_default=True, metavar="NAME", help="differences; adjoint "
+              "or discrete: those of the discrete solution where a run has them; auto: the cheaper of the adjoint and "
+              "differences.")  # fmt: skip
 @click.option("--runs", type=click.IntRange(min=1), default=5000, show_default=True, metavar="N", help="Runs at most.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, metavar="N", help="Of the starts and "
               "the dispersion.")  # fmt: skip

@@ -14,6 +14,7 @@ import xarray as xr
 from evolvent import cases
 from evolvent.analysis import simulation
 from evolvent.analysis.margins.kept_margins import others_of
+from evolvent.analysis.sensitivity import adjoint_cost
 from evolvent.assembly.variants import Variants
 from evolvent.design.evaluator import record
 from evolvent.design.evaluator.task import Check, EvaluationTask, Point, Runs
@@ -116,11 +117,20 @@ class CaseRuns(Runs):
         found = self._batch(task) or [self._run(point, task.level, check) for point in task.points]
         return [record.outcome(k, run, self.keep) for k, run in zip(task.numbers, found, strict=True)]
 
-    def derivatives(self, point: Point, keys: Sequence[str], level: float = 0.0) -> np.ndarray:
+    def adjoint_cost(self, point: Point, keys: Sequence[str]) -> float:
+        """Estimated time of the derivatives of what needs a run by the adjoint, beside that of the run."""
+        case = cases.load(self.content, point)
+        return adjoint_cost(cases.system(case.system).system(case), others_of(self.keep), keys)
+
+    def derivatives(
+        self, point: Point, keys: Sequence[str], level: float = 0.0, mode: str = "forward"
+    ) -> np.ndarray:  # fmt: skip
         """Derivatives of what needs a run by keys of the case, those of the discrete solution: (names, keys)."""
         case = cases.load(self.content, point)
         system = cases.system(case.system).finer(level).system(case)
-        found = system.sensitivity(others_of(self.keep), keys, fine=False, check=False, progress=lambda t: None)
+        found = system.sensitivity(
+            others_of(self.keep), keys, fine=False, check=False, mode=mode, progress=lambda t: None
+        )  # fmt: skip
         return np.stack([found.dataset.derivative.sel(key=key).values for key in keys], axis=1)
 
     def _batch(self, task: EvaluationTask) -> Sequence[Run]:

@@ -15,7 +15,7 @@ from evolvent.analysis.system import System
 from evolvent.design.optimization.answer import Design, Found
 from evolvent.design.optimization.problem import Progress, read
 from evolvent.design.optimization.runs import Designs, OutOfRuns, short
-from evolvent.design.optimization.slopes import DIFFERENCES, WAYS, Slopes
+from evolvent.design.optimization.slopes import AUTO, WAYS, Slopes
 from evolvent.design.optimization.trade import trade
 from evolvent_base.errors import InputError, RunFailed
 
@@ -44,7 +44,7 @@ def optimize(
     tolerances: Mapping[str, Any] | None = None,
     starts: int = 1,
     optimizer: str = "slsqp",
-    derivatives: str = DIFFERENCES,
+    derivatives: str = AUTO,
     most_runs: int = 5000,
     seed: int = 0,
     workers: int | None = 1,
@@ -69,8 +69,9 @@ def optimize(
     starts : int, searches for every combination of choices: from the case, then from points of a Sobol sequence
     optimizer : "slsqp" (sequential quadratic programming, by derivatives) or "cobyqa" (trust region without
         derivatives, for results that jump or have kinks)
-    derivatives : "differences" (central ones) or "discrete" (those of the discrete solution, as of
-        `evolvent.System.sensitivity`, where a run has them, else differences)
+    derivatives : "adjoint" or "discrete" (those of the discrete solution where a run has them, by the adjoint or by
+        neighbours as of `evolvent.System.sensitivity`, else differences), "differences" (central ones), or "auto"
+        ("adjoint" where it is estimated to take less time than "differences")
     most_runs : int, runs at most; those beside a run, of its derivatives, count as well
     seed : int, of the starts and the dispersion
     workers : int or None, processes; None takes all cores where the work is worth their start

@@ -16,15 +16,19 @@ Array = np.ndarray
 #: Share of the way between the bounds by which a key changes for a difference: results of adaptive steps have errors
 #: of some 1e-6 that vary from run to run.
 STEP = 1e-3
-#: How derivatives are found: of the discrete solution where it has them, or by differences alone.
-DISCRETE, DIFFERENCES = "discrete", "differences"
-WAYS = (DISCRETE, DIFFERENCES)
+#: How derivatives are found: by the adjoint where it is estimated to take less time than differences, else by these; of
+#: the discrete solution where it has them, by the adjoint or by neighbours; or by differences alone.
+AUTO, ADJOINT, DISCRETE, DIFFERENCES = "auto", "adjoint", "discrete", "differences"
+WAYS = (AUTO, ADJOINT, DISCRETE, DIFFERENCES)
 #: Designs one after another without derivatives of the discrete solution from which on only differences are taken.
 _GIVEN_UP = 3
 
 
 class Slopes:
     """Derivatives of the discrete solution (`evolvent.System.sensitivity`), or central differences.
+
+    Of the discrete solution by the adjoint, or by neighbours. `AUTO` takes the adjoint where it is estimated to take
+    less time than differences; where a run turns out to have none, differences from then on.
 
     Differences are one-sided at a bound and where one of the two designs has no result. Margins at rest, which need no
     run, are always differences.
@@ -41,6 +45,8 @@ class Slopes:
         self._margins = tuple(name for name in runs.problem.keep if not others_of([name]))
         self._at_rest = Evaluator(dataclasses.replace(runs.runs, keep=self._margins))
         self._counts = {DISCRETE: 0, DIFFERENCES: 0}
+        self._mode = "forward" if way == DISCRETE else "adjoint"
+        self._most, self._chosen = _GIVEN_UP, ""
         self._why, self._failed = "", 0
         if way == DIFFERENCES:
             self._failed = _GIVEN_UP
@@ -50,6 +56,26 @@ class Slopes:
             self._give_up("results are quantiles")
         elif any(name.rpartition(".")[2] != AT_REST for name in self._margins):
             self._give_up("margins along the run have none")
+        elif way == AUTO and others_of(runs.problem.keep):
+            self._most = 1  # until one is found
+            self._choose()
+
+    def _choose(self) -> None:
+        """Give the adjoint up where there is none, or differences are estimated to take less time."""
+        problem = self._problem
+        place, chosen = np.array([one.start for one in problem.continuous]), (0,) * len(problem.discrete)
+        keys, most = [key.key for one in problem.continuous for key in one.keys], 2 * place.size
+        if not keys:
+            return
+        try:
+            cost = self._runs.runs.adjoint_cost(problem.overrides(place, chosen), keys)
+        except EvolventError as error:
+            self._give_up(_short(error))
+            return
+        if cost >= most:
+            self._give_up(f"they take {most} runs, the adjoint some {cost:.0f}")
+        else:
+            self._chosen = f", by the adjoint: the time of some {cost:.0f} runs, where differences take {most}"
 
     def _give_up(self, why: str) -> None:
         self._why, self._failed = why, _GIVEN_UP
@@ -58,7 +84,8 @@ class Slopes:
     def found_by(self) -> str:
         """How derivatives were found; '' where none were."""
         discrete, differences = self._counts[DISCRETE], self._counts[DIFFERENCES]
-        exact = "those of the discrete solution" + (", of margins central differences" if self._margins else "")
+        by = self._chosen or (", by the adjoint" if self._mode == "adjoint" else "")
+        exact = f"those of the discrete solution{by}" + (", of margins central differences" if self._margins else "")
         central = f"central differences{f' ({self._why})' if self._why else ''}"
         if not discrete or not differences:
             return (exact if discrete else central) if discrete or differences else ""
@@ -88,9 +115,11 @@ class Slopes:
         try:
             found = self._of_run(place, chosen) | self._of_margins(place, chosen)
         except EvolventError as error:
-            self._why, self._failed = " ".join(str(error).split()), self._failed + 1
+            self._why, self._failed = _short(error), self._failed + 1
+            if self._failed >= self._most:
+                self._failed = _GIVEN_UP
             return None
-        self._failed = 0
+        self._failed, self._most = 0, _GIVEN_UP
         self._counts[DISCRETE] += 1
         rows = np.array([found[one.keep] for one in self._problem.requirements]).reshape(-1, place.size)
         return np.sum([found[name] for name in self._problem.objective_keep], axis=0), rows
@@ -101,8 +130,8 @@ class Slopes:
         if not names:
             return {}
         keys = [key.key for one in variables for key in one.keys]
-        self._runs.take(1 + 2 * len(keys))
-        by_key = self._runs.runs.derivatives(self._problem.overrides(place, chosen), keys)
+        self._runs.take(1 if self._mode == "adjoint" else 1 + 2 * len(keys))
+        by_key = self._runs.runs.derivatives(self._problem.overrides(place, chosen), keys, mode=self._mode)
         ways = [(k, key.high - key.low) for k, one in enumerate(variables) for key in one.keys]
         found = np.zeros((len(names), place.size))
         for own, (k, way) in zip(by_key.T, ways, strict=True):
@@ -132,3 +161,8 @@ class Slopes:
         found = np.nan_to_num(central(values, place, STEP, 0.0, 1.0))
         self._counts[DIFFERENCES] += 1
         return found[0], found[1:]
+
+
+def _short(error: EvolventError) -> str:
+    """Why there are no derivatives, in one line, without the advice to take another mode."""
+    return " ".join(str(error).split()).partition("; take mode")[0]

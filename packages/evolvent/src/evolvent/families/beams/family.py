@@ -348,7 +348,7 @@ BEAM_NODES = Family(
         "curvature": ("curvature", "m-1", "{curvature} at the nodes"),
     },
     of="beams",
-    parts=Parts(scratch=lambda records, _: {"angles": np.zeros(records("beam_nodes").size)}),
+    parts=Parts(scratch=lambda records, _: {"angles": np.zeros(records("beam_nodes").size)}, changes=""),
 )  # fmt: skip
 
 

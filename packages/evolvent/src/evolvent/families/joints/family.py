@@ -206,7 +206,7 @@ JOINTS = Family(
     stiff=lambda found: found["stiffness"] > 0.0,
     adjoint=AdjointSupport(
         "its gap follows from the state and time, with all derivatives",
-        timed=lambda found: (found["path"] != 0) | (found["law"] != 0),
+        timed=lambda found: (found["path"] != 0) | (found["law"] != 0), rates=lambda model: model.info.penalties > 0,
     ),
     parts=Parts(changes="", reads_inertia=False),
     statics=Statics(uneven=_uneven, sets=_sets),

@@ -281,6 +281,12 @@ def _sets_along(model: Any, index: int) -> Iterator[tuple[str, Array, Array, str
     return _set(model, index).along()
 
 
+def _by_rates(model: Any) -> bool:
+    """Whether forces of rods follow from rates, beside the inertia of their nodes."""
+    rods = model.rods
+    return bool(np.any(rods["alpha"]) or np.any(rods["payout"]) or np.any(model.rod_elements["beta"]))
+
+
 # geometrically exact rods: their nodes are the bodies from first_body on; alpha: damping by mass; relaxes: 1 of a
 # viscoelastic one; tape: 1 + tape of which the section flattens, or 0; payout: 1 where the length that is out follows a
 # drive (`rod_payout`): density and gyration, mass and inertia per length; out, rate, acceleration: of the
@@ -329,12 +335,13 @@ RODS = Family(
     of_step=False,
     adjoint=AdjointSupport(
         "its strains follow from the state, with all derivatives", filtered="strains of rods",
-        timed=lambda found: found["payout"] != 0,
+        timed=lambda found: found["payout"] != 0, rates=_by_rates,
         refused={"rods have a section that is a tape": lambda found: found["tape"] > 0},
     ),
     parts=Parts(
         consists=lambda row, _: _nodes(row), place=_place, touches=_touches, heat=_heat,
         totals={"slender": lambda found: found.size}, scratch=lambda *_: {"rod": np.zeros(rod_strains.WORK)},
+        changes="", reads_inertia=False,
     ),
     state=State(
         unknowns=(Coordinates(_transverse, 80, lambda found: 0),), sizes=_sizes, points=_points,
@@ -404,5 +411,6 @@ ROD_ELEMENTS = Family(
     },
     of="rods",
     ends=_of_rod_element,
+    parts=Parts(changes="stiffness section fibres"),
     step=Step(note=note_step),
 )  # fmt: skip

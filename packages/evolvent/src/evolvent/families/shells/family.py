@@ -284,10 +284,11 @@ SHELLS = Family(
     of_step=False,
     adjoint=AdjointSupport(
         "its strains follow from the state, with all derivatives", filtered="strains of shells", timed=False,
+        rates=lambda model: bool(np.any(model.shells["alpha"]) or np.any(model.shell_elements["beta"])),
     ),
     parts=Parts(
         consists=lambda row, _: _nodes(row), place=_place, near=_near, touches=_touches, faces=_faces, heat=_heat,
-        totals={"slender": lambda found: found.size},
+        totals={"slender": lambda found: found.size}, changes="compliance", reads_inertia=False,
     ),
     state=State(points=_points),
     stability=Stability(waves=lambda _: 1.0),
@@ -334,6 +335,7 @@ SHELL_ELEMENTS = Family(
     },
     of="shells",
     ends=_of_element,
+    parts=Parts(changes="membrane drilling stiffness resultants expansion"),
     step=Step(note=note_step),
 )  # fmt: skip
 

@@ -177,7 +177,10 @@ SPRINGS = Family(
     ),
     smooth=True,
     of_step=False,
-    adjoint=AdjointSupport("its force follows from the state, with all derivatives", timed=calls_law),
+    adjoint=AdjointSupport(
+        "its force follows from the state, with all derivatives", timed=calls_law,
+        rates=lambda model: any(np.any(model.springs[name]) for name in ("law", "damping", "lateral_damping")),
+    ),
     parts=Parts(changes="stiffness damping length lateral_stiffness lateral_damping", reads_inertia=False),
     explicit=Explicit(note_stage=springs.note_lines),
     stability=Stability(by_rates=False, bound=_bound),

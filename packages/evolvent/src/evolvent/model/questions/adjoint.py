@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping
+from typing import Any
 
 from evolvent.model.questions.base import Array
 
@@ -17,6 +18,8 @@ class AdjointSupport:
     reason : str, why that is so
     timed : whether its forces or constraints are functions of time: for all of its records, or a mask of them
     filtered : str, what energy-momentum filters over two steps, which has no adjoint; "" for nothing
+    rates : whether its forces follow from rates: for all of its records, or a function of the model that says so; where
+        they do not, the adjoint assembles its tangent once a step
     refused : half sentences on records that are not supported, to a function of the records to a mask of these
     cubic : whether its forces are cubic in its coordinates, so that wide differences of the fourth order are exact,
         beside which nothing may happen at once
@@ -27,3 +30,4 @@ class AdjointSupport:
     filtered: str = ""
     refused: Mapping[str, Callable[[Array], Array]] = dataclasses.field(default_factory=dict)
     cubic: bool = False
+    rates: bool | Callable[[Any], bool] = True

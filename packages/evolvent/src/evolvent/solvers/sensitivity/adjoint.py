@@ -19,15 +19,13 @@ from numba import config
 from evolvent.algebra.sparse import INNER
 from evolvent.assembly import needs
 from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.families import owner
 from evolvent.equations.implicit import residual
 from evolvent.kernels.blocks import displace
-from evolvent.model.family import some
-from evolvent.model.questions import AdjointSupport
-from evolvent.model.registry import asked, cubic, whole
+from evolvent.model.registry import asked, cubic
 from evolvent.solvers.common.matrices import matrix_for
 from evolvent.solvers.sensitivity import recorded_energy_steps, recorded_steps
 from evolvent.solvers.sensitivity.adjoint_events import Jump, Jumps, Parameter, carried, difference, state_of
+from evolvent.solvers.sensitivity.adjoint_support import by_rates, check, depends_on_time
 from evolvent.solvers.sensitivity.patches import Patch, Sides
 from evolvent.solvers.sensitivity.recorded_steps import (
     FULL,
@@ -38,10 +36,17 @@ from evolvent.solvers.sensitivity.recorded_steps import (
     SHIFTED,
     STEPS,
     TIMED,
-    Linear,
     RecordedSteps,
 )
 from evolvent.solvers.sensitivity.steps_beside import TOGETHER, step_beside, take_step
+from evolvent.solvers.sensitivity.transposed import (
+    FACTOR,
+    N_PACE,
+    Linear,
+    entries_of,
+    turned_of,
+    work_of_factors,
+)
 from evolvent.solvers.time import run as runs
 from evolvent.solvers.time.implicit import loop as implicit_loop
 from evolvent.solvers.time.implicit.messages import reason
@@ -57,47 +62,11 @@ STEPS_OF_TAPE, MOST_BYTES = 256, 4e9
 #: Correction at which an iteration has converged, at most: forces along stiff directions, which turn with
 #: them, are then those of the step.
 NEWTON = 1e-12
-#: States that are tried for the equations that a parameter changes; difference of the changes to both sides beside
-#: them, and round-off of the equations, below which they are as large: one side is then evaluated alone.
+#: States that are tried for the equations that a parameter changes; error, beside what both sides change, of what half
+#: the difference of both sides' numbers changes, and round-off of the equations, below which that is evaluated alone.
 TRIALS, EVEN, ROUND_OFF = 3, 1e-8, 1e-15
-
-
-def check(plan: Any) -> None:
-    """Refuse what has no adjoint, by name.
-
-    Raises
-    ------
-    InputError
-    """
-    model, options = plan.assembly.model, plan.options
-    supported: list[tuple[AdjointSupport, Array]] = []
-    for family in whole():
-        found = family.records(model)
-        if family.adjoint is not None:
-            supported.append((family.adjoint, found))
-        elif found.size:
-            who, what = owner(plan.assembly, family.name, 0), family.called(found[:1])
-            raise InputError(f"{who!r} is {what}, which the adjoint does not support; take mode 'forward'")
-    for support, found in supported:
-        for what, mask in support.refused.items():
-            if np.any(mask(found)):
-                raise InputError(f"{what}, which the adjoint does not support; take mode 'forward'")
-    if options.midpoint and cubic(model) and model.body_contacts.size:
-        raise InputError(
-            f"the adjoint does not support {cubic(model)} beside body_contacts under {plan.method}; take mode 'forward'"
-        )
-    if options.midpoint and options.chi > 0.0:
-        filtered = next((support.filtered for support, found in supported if support.filtered and found.size), "")
-        if filtered or options.tolerance > 0.0:
-            what = f"the filtered {filtered}" if filtered else "adaptive steps"
-            raise InputError(
-                f"the adjoint does not support {what} of {plan.method}; take `spectral_radius` 1, or mode 'forward'"
-            )
-
-
-def depends_on_time(model: Any) -> bool:
-    """Whether forces or constraints are functions of time, of the families that are supported."""
-    return any(some(family.adjoint.timed, family.records(model)) for family in whole() if family.adjoint is not None)
+#: Change of numbers in which the equations are linear, beside that of both sides: round-off of the equations is less.
+WIDER = 256.0
 
 
 def _stops(base: Assembly, patch: Patch, times: Array) -> Array:
@@ -272,6 +241,9 @@ class Adjoint:
         """Parameters that change different equations in one group, by states about the start at times of the run."""
         rng, work, model, scratch = np.random.default_rng(0), self.lead.work, self.lead.model.copy(), self.middle.work
         n_q, n_v, h = int(model.info.nq), self.n_v, float(self.lead.work.loop.step)
+        for one in self.parameters:
+            one.patches, one.change_of_rows = (Patch.along(*one.sides.patches, 0.5 * WIDER),), WIDER * one.change
+        along = [one.patches for one in self.parameters]
         for t in np.linspace(float(self.lead.reached), float(work.samples[-1]), TRIALS).tolist():
             y, size = work.y.copy(), 1e-2 * work.weight[:n_v]
             displace(work.y, size * rng.uniform(-1, 1, n_v), False, self.lead.model, y)
@@ -279,27 +251,27 @@ class Adjoint:
             scratch.y0[:], scratch.dq[:] = y, size * rng.uniform(-1, 1, n_v)
             a, la = rng.uniform(-1, 1, n_v), rng.uniform(-1, 1, work.la.size)
             middle = self._residual(t, h, y, a, la, model)
-            for one in self.parameters:
+            for one, wide in zip(self.parameters, along, strict=True):
                 sides = []
-                for patch in one.sides.patches:
+                for patch in (*one.sides.patches, *wide):
                     patch.write(model)
                     sides.append(self._residual(t, h, y, a, la, model))
                     patch.undo(model)
-                up, down = sides[0] - middle, middle - sides[1]
+                both, alone, size = 0.5 * (sides[0] - sides[1]), (sides[2] - middle) / WIDER, np.abs(middle)
                 one.rows |= sides[0] != sides[1]
                 for own in (slice(0, n_v), slice(n_v, None)):  # forces and constraints have other sizes
-                    same = EVEN * np.abs(up[own]).max(initial=0.0) + ROUND_OFF * np.abs(middle[own]).max(initial=0.0)
-                    one.is_linear &= bool(np.all(np.abs(up[own] - down[own]) <= same))
-        taken: list[tuple[bool, Array]] = []
+                    same = EVEN * np.abs(both[own]).max(initial=0.0) + ROUND_OFF * size[own].max(initial=0.0)
+                    if np.any(np.abs(both[own] - alone[own]) > same):
+                        one.patches, one.change_of_rows = one.sides.patches, one.change
+        taken: list[tuple[int, Array]] = []
         for one in self.parameters:
             if not np.any(one.rows):
-                one.rows[:], one.is_linear = True, False
-            alike = (
-                k for k, (linear, rows) in enumerate(taken) if linear == one.is_linear and not any(rows & one.rows)
-            )
+                one.rows[:], one.patches, one.change_of_rows = True, one.sides.patches, one.change
+            sides_of = len(one.patches)
+            alike = (k for k, (count, rows) in enumerate(taken) if count == sides_of and not np.any(rows & one.rows))
             one.group = next(alike, len(taken))
             if one.group == len(taken):
-                taken.append((one.is_linear, np.zeros(self.n_u, dtype=bool)))
+                taken.append((sides_of, np.zeros(self.n_u, dtype=bool)))
             taken[one.group][1][:] |= one.rows
         groups = [one.group for one in self.parameters]
         for one in self.parameters:
@@ -326,7 +298,7 @@ class Adjoint:
         groups = 1 + max((one.group for one in self.parameters), default=-1)
         models = [model.copy() for _ in range(2 * groups)]
         for one in self.parameters:
-            for side, patch in enumerate(one.sides.patches):
+            for side, patch in enumerate(one.patches):
                 patch.write(models[2 * one.group + side])
         if config.DISABLE_JIT:
             return models, models
@@ -406,7 +378,7 @@ class Adjoint:
             self._pull(0, last, part, changed[2], linear, now, rows)
             by_group = rows.reshape(n, -1, self.n_u)
             for k, one in enumerate(self.parameters):
-                found[:, k] -= np.sum(by_group[:, one.group] * one.rows, axis=1) / one.change
+                found[:, k] -= np.sum(by_group[:, one.group] * one.rows, axis=1) / one.change_of_rows
         for one in self.parameters:
             own_rows = [other.rows for other in self.parameters if other.group == one.group]
             if len(own_rows) > 1 and np.any((linear.changes[one.group] != 0) & ~np.any(own_rows, axis=0)):
@@ -418,23 +390,29 @@ class Adjoint:
         """Neighbours that are evaluated of each group, (groups,) int."""
         found = np.full(1 + max((one.group for one in self.parameters), default=-1), 2, dtype=np.int64)
         for one in self.parameters:
-            if one.is_linear:
-                found[one.group] = 1
+            found[one.group] = len(one.patches)
         return found
 
     def _linear(self, values: int) -> Linear:
         """Room for a step as a linear map, with the mass matrix, and derivatives of values."""
-        size, sides = self.room.values.size, self._sides()
+        size, sides, model = self.room.values.size, self._sides(), self.lead.model
+        steady, rated = by_rates(model)
         found = Linear(
-            K=np.zeros(size), M=np.zeros(size), rows=np.zeros((sides.size + 1, self.n_u)),
-            changes=np.zeros((sides.size, self.n_u), dtype=np.int64), sides=sides, r=np.zeros(self.n_u),
-            right=np.zeros(self.n_u), W=np.zeros((values, self.n_u)), parts=np.zeros((5, self.n_u)),
+            A=np.zeros(size), K=np.zeros(size), M=np.zeros(0), places=np.zeros((0, 3), dtype=np.int64),
+            turned=np.zeros((0, 5), dtype=np.int64) if self.lead.midpoint else turned_of(model, self.room),
+            steady=np.array(steady, dtype=np.int64), rated=np.array(rated, dtype=np.int64),
+            rows=np.zeros((sides.size + 1, self.n_u)), changes=np.zeros((sides.size, self.n_u), dtype=np.int64),
+            sides=sides, r=np.zeros(self.n_u), right=np.zeros(self.n_u), W=np.zeros((values, self.n_u)),
+            parts=np.zeros((5, self.n_u)), pace=np.zeros(N_PACE),
         )  # fmt: skip
+        found.pace[FACTOR] = work_of_factors(self.room)
         first = next((part for part in self.parts if not isinstance(part, Jump)), None)
         if first is not None:
             recorded_steps.find_mass(0, first[2], self.lead.work, first[0], self.room, found)
             if self.room.counts[INNER]:
                 raise InputError("torques spread over a beam are not supported by the adjoint; take mode 'forward'")
+            M, places = entries_of(self.room.values, self.room)
+            found = Linear(**(found._asdict() | {"M": M, "places": places}))
         return found
 
     def _pull(self, first: int, last: int, part: Any, models: Any, linear: Linear, now: Array, rows: Array) -> None:

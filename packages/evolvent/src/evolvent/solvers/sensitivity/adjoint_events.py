@@ -18,7 +18,7 @@ import numpy as np
 from evolvent.equations.implicit import residual
 from evolvent.kernels.blocks import displace
 from evolvent.solvers.sensitivity import recorded_steps
-from evolvent.solvers.sensitivity.patches import Sides
+from evolvent.solvers.sensitivity.patches import Patch, Sides
 from evolvent.solvers.sensitivity.steps_beside import (
     EVENT,
     HASTY,
@@ -56,7 +56,8 @@ class Parameter:
     name : str; change : float, of the parameter to both sides
     sides : Sides, what it changes; stops : times on which the steps of both neighbours land
     rows : (nv + nj,) bool, equations that it changes; group : int, of parameters that change others
-    is_linear : bool, whether they change as much to both sides
+    patches : what is changed in the equations of steps: one patch where they are linear in what it changes, else both
+    change_of_rows : float, of the parameter by them
     """
 
     name: str
@@ -65,7 +66,8 @@ class Parameter:
     stops: tuple[Array, Array]
     rows: Array
     group: int = -1
-    is_linear: bool = True
+    patches: tuple[Patch, ...] = ()
+    change_of_rows: float = 1.0
 
 
 @dataclasses.dataclass(frozen=True)

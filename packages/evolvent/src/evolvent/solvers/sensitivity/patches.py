@@ -91,6 +91,24 @@ class Patch:
             found.append((key, at, before[at].copy(), after[at].view(np.float64).copy()))
         return cls(tuple(found))
 
+    @classmethod
+    def along(cls, up: Patch, down: Patch, factor: float) -> Patch:
+        """What two patches of a model differ by, times a factor, added to the model."""
+        found = []
+        sides = [{key: row for key, *row in one.changes} for one in (up, down)]
+        for key in {**sides[0], **sides[1]}:
+            own = [one[key] for one in sides if key in one]
+            at, first = np.unique(np.concatenate([row[0] for row in own]), return_index=True)
+            before = np.concatenate([row[1] for row in own])[first]
+            ends = []
+            for one in sides:
+                ends.append(before.copy().view(np.float64))
+                if key in one:
+                    ends[-1][np.searchsorted(at, one[key][0])] = one[key][2]
+            after = before.view(np.float64) + factor * (ends[0] - ends[1])
+            found.append((key, at, before, after))
+        return cls(tuple(found))
+
     def write(self, model: Struct) -> None:
         """Change a model in place, where it still has the numbers of the first one."""
         for key, at, before, after in self.changes:

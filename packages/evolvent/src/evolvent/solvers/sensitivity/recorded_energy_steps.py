@@ -39,15 +39,13 @@ from evolvent.solvers.sensitivity.recorded_steps import (
     CHI,
     CHI_V,
     LENGTH,
-    LINEAR,
     RATIO,
     RECORDED_STEPS,
     SHIFT,
     TIME,
     TIMED,
-    multiply,
-    transpose,
 )
+from evolvent.solvers.sensitivity.transposed import LINEAR, multiply_mass, transpose
 from evolvent.solvers.time.implicit import methods as method
 from evolvent.solvers.time.implicit.workspace import WORKSPACE
 
@@ -70,7 +68,7 @@ class Colours(Struct):
     ----------
     starts : (colours + 1,) int; columns : (nv + nj,) int, unknowns of each colour
     first : (nv + nj + 1,) int; rows : (n,) int, equations of each unknown
-    inexact : (1,) int, 1 where the tangent is not exact; coordinates : (1,) int, colours of coordinates
+    inexact : (1,) int, 1 where the tangent is not exact; moving : (1,) int, colours of coordinates
     stencil : (n, 2) float, changes of a coordinate, beside its size, and factors of the residuals in its derivative
     base : (ny,) float, and move : (nv,) float, scratch
     """
@@ -80,7 +78,7 @@ class Colours(Struct):
     first: np.ndarray = array(1, np.int64)
     rows: np.ndarray = array(1, np.int64)
     inexact: np.ndarray = array(1, np.int64)
-    coordinates: np.ndarray = array(1, np.int64)
+    moving: np.ndarray = array(1, np.int64)
     stencil: np.ndarray = array(2)
     base: np.ndarray = array(1)
     move: np.ndarray = array(1)
@@ -264,11 +262,11 @@ def pull_back(first, last, recorded, room, matrix, model, models, work, linear, 
                     found[q * groups + g, i] += W[i] * rows[g, i]
             for i in range(W.size):
                 derivatives[q, 3 * n_v] -= W[i] * rows[groups, i]
-            multiply(linear.M, matrix, W, parts[1])
+            multiply_mass(linear, W, parts[1])
             _turn(work.dq, 2, model, W, parts[2])
             for i in range(n_v, W.size):
                 parts[2, i] = W[i]
-            multiply(linear.M, matrix, parts[2], parts[3])
+            multiply_mass(linear, parts[2], parts[3])
             for i in range(n_v):
                 b = y[i] + w[i]
                 y[i] += ((c - 1.0) * parts[3, i] + parts[1, i]) / h - c * b
@@ -286,7 +284,7 @@ def _pull_back_coordinates(t, h, n, recorded, model, work, linear, colours, deri
     out = linear.parts[0]
     for i in range(work.y0.size):
         colours.base[i] = work.y0[i] = recorded.y0[n, i]
-    for k in range(colours.coordinates[0]):
+    for k in range(colours.moving[0]):
         _difference(k, True, t, h, recorded, n, model, work, colours, out)
         for p in range(colours.starts[k], colours.starts[k + 1]):
             j = colours.columns[p]
@@ -332,7 +330,7 @@ def colours_of(model, matrix):
         first=np.cumsum(first),
         rows=np.concatenate([*rows, none]).astype(np.int64),
         inexact=np.array([0 if exact else 1]),
-        coordinates=np.array([coordinates if n_u > n_v else len(taken)]),
+        moving=np.array([coordinates if n_u > n_v else len(taken)]),
         stencil=np.array(STENCILS[1 if cubic(model) else 0]),
         base=np.zeros(int(model.info.ny)),
         move=np.zeros(n_v),

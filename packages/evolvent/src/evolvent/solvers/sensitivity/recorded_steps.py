@@ -25,16 +25,28 @@ import math
 import numpy as np
 from numba import types, void
 
-from evolvent.algebra import sparse, sparse_lu
-from evolvent.algebra.sparse import AT, BLOCK, COLUMN, COUNT, FIRST, SIZE, SPARSE, START, WIDTH
+from evolvent.algebra import sparse
+from evolvent.algebra.sparse import SPARSE
 from evolvent.compiled.jit import INTEGERS, MATRIX, REAL, VECTOR, indirect, inlined
 from evolvent.compiled.pointer import Struct, array, at_address
 from evolvent.equations.between_steps import note_state
 from evolvent.equations.implicit import residual, tangent
 from evolvent.kernels import watches
 from evolvent.kernels.blocks import RATE, ROTATION, displace
+from evolvent.kernels.calls import tangent_at
 from evolvent.model import MODEL
+from evolvent.model.interval import state_interval
 from evolvent.solvers.sensitivity.steps_beside import NONE, TOGETHER, TRIED, take_step
+from evolvent.solvers.sensitivity.transposed import (
+    LINEAR,
+    MOST,
+    add_mass_and_turns,
+    factor_again,
+    note_corrections,
+    prepare,
+    solve_transposed,
+    turn_transposed,
+)
 from evolvent.solvers.time.dense import interpolate
 from evolvent.solvers.time.implicit import alpha, loop as implicit_loop, methods as method
 from evolvent.solvers.time.implicit.workspace import BUDGET, WORKSPACE
@@ -51,8 +63,6 @@ STEPS, SHIFTED, TIMED, KIND, LATCH, N_COUNTS = range(6)
 FULL, LANDS, SEARCHES = 11, 12, 13
 #: Change of time by which forces are derived, of a step; and sizes of changes by which samples are.
 SHIFT, CHANGE = 1e-4, 1e-6
-#: Corrections of a solution at most, and where they have converged.
-MOST, CONVERGED = 12, 1e-11
 _model_at = at_address(MODEL)
 
 
@@ -78,31 +88,7 @@ class RecordedSteps(Struct):
     switches: np.ndarray = array(2, np.int64)
 
 
-class Linear(Struct):
-    """A step as a linear map, and scratch memory.
-
-    Attributes
-    ----------
-    K, M : (nz,) float, values of the matrices, constraints times their scale
-    rows : (groups + 1, nv + nj) float, the residual of neighbours of each group of parameters less that of the run, or
-        half the difference of both sides; and the derivative by the time last
-    changes : (groups, nv + nj) int, 1 where rows have been other than 0
-    sides : (groups,) int, how many neighbours are evaluated
-    r, right : (nv + nj,) float; W : (values, nv + nj) float, solutions; parts : (5, nv + nj) float
-    """
-
-    K: np.ndarray = array(1)
-    M: np.ndarray = array(1)
-    rows: np.ndarray = array(2)
-    changes: np.ndarray = array(2, np.int64)
-    sides: np.ndarray = array(1, np.int64)
-    r: np.ndarray = array(1)
-    right: np.ndarray = array(1)
-    W: np.ndarray = array(2)
-    parts: np.ndarray = array(2)
-
-
-RECORDED_STEPS, LINEAR = RecordedSteps._numba_type_, Linear._numba_type_
+RECORDED_STEPS = RecordedSteps._numba_type_
 
 
 # ------------------------------------------------------------------------------------------------ forwards
@@ -188,7 +174,7 @@ def _evaluate(t, n, model, work, recorded, linear):
 
 @inlined
 def _differentiate(n, model, models, work, recorded, room, linear):
-    """The equations of step n of a record as a linear map: `Linear.rows`, K, and the matrix of the step in `room`."""
+    """The equations of step n of a record as a linear map: `Linear.rows`, K and A."""
     n_v, h, scale = model.info.nv, recorded.numbers[n, LENGTH], recorded.numbers[n, SCALE]
     t, y, la, size = recorded.numbers[n, TIME] + h, recorded.y1[n], recorded.la[n], linear.r.size
     c_mass, c_rate = alpha.rates(h, work.options)
@@ -219,15 +205,42 @@ def _differentiate(n, model, models, work, recorded, room, linear):
                 linear.changes[g, i] = 1
             if i >= n_v:
                 rows[g, i] *= scale
-    tangent(t, y, la, 0.0, 0.0, scale, model, room)
-    for i in range(linear.K.size):
-        linear.K[i] = room.values[i]
-    tangent(t, y, la, c_mass, c_rate, scale, model, room)
+    _assemble(t, y, la, c_rate, scale, model, room, linear)
+    add_mass_and_turns(recorded.dq[n], c_mass, linear)
+
+
+@inlined
+def _assemble(t, y, la, c_rate, scale, model, room, linear):
+    """Derivatives by coordinates in K, and in A with c_rate times those by rates; after `residual` only.
+
+    What has none by rates is assembled once.
+    """
+    at, A, K, values = model.interval, linear.A, linear.K, room.values
+    sparse.clear(room)
+    at.t, at.tm, at.h, at.c_mass, at.c_rate, at.scale = t, t, 0.0, 0.0, 0.0, scale
+    at.span, at.chi, at.chi_v, at.ratio, at.soft = 0.0, 0.0, 0.0, 0.0, 1.0
+    interval = state_interval(at, y, y, la, la, la, model.switches, y)
+    for k in range(linear.steady.size):
+        tangent_at(model, linear.steady[k])(interval, model, room)
+    for i in range(values.size):
+        A[i] = values[i]
+    for k in range(linear.rated.size):
+        tangent_at(model, linear.rated[k])(interval, model, room)
+    for i in range(values.size):
+        K[i] = values[i]
+    if linear.rated.size > 0:
+        for i in range(values.size):
+            values[i] = A[i]
+        at.c_rate = c_rate
+        for k in range(linear.rated.size):
+            tangent_at(model, linear.rated[k])(interval, model, room)
+        for i in range(values.size):
+            A[i] = values[i]
 
 
 @indirect(void(_I, MODEL, WORKSPACE, RECORDED_STEPS, SPARSE, LINEAR))
 def find_mass(n, model, work, recorded, room, linear):
-    """The mass matrix, which is constant, from step n of a record."""
+    """The mass matrix, which is constant, from step n of a record, into `room`."""
     h, scale = recorded.numbers[n, LENGTH], recorded.numbers[n, SCALE]
     t, y, la = recorded.numbers[n, TIME] + h, recorded.y1[n], recorded.la[n]
     c_mass = 1.0 / (h * h)
@@ -237,124 +250,7 @@ def find_mass(n, model, work, recorded, room, linear):
         linear.K[i] = room.values[i]
     tangent(t, y, la, c_mass, 0.0, scale, model, room)
     for i in range(linear.K.size):
-        linear.M[i] = (room.values[i] - linear.K[i]) / c_mass
-
-
-@inlined
-def transpose(S, matrix):
-    """The transpose of a matrix, by its values, into a matrix."""
-    sparse.clear(matrix)
-    table, values = matrix.table, matrix.values
-    for b in range(table.shape[0]):
-        m, w, at = table[b, SIZE], table[b, WIDTH], table[b, AT]
-        for r in range(m):
-            for c in range(m):
-                values[at + r * m + c] = S[at + c * m + r]
-        upper, lower = at + m * m, at + m * m + m * w
-        for i in range(m * w):
-            values[upper + i], values[lower + i] = S[lower + i], S[upper + i]
-
-
-@inlined
-def multiply(S, matrix, x, out):
-    """Out = product of the transpose of a matrix, by its values, with x, by unknowns."""
-    table, later, unknown = matrix.table, matrix.later, matrix.unknown
-    for i in range(x.size):
-        out[i] = 0.0
-    for b in range(table.shape[0]):
-        m, w, at, start = table[b, SIZE], table[b, WIDTH], table[b, AT], table[b, START]
-        for c in range(m):
-            total = 0.0
-            for r in range(m):
-                total += S[at + r * m + c] * x[unknown[start + r]]
-            out[unknown[start + c]] += total
-        for p in range(table[b, FIRST], table[b, FIRST] + table[b, COUNT]):
-            first, column = table[later[p, BLOCK], START], later[p, COLUMN]
-            for r in range(m):
-                i = unknown[start + r]
-                xi, total, entry = x[i], 0.0, at + m * m + r * w + column
-                for c in range(table[later[p, BLOCK], SIZE]):
-                    j = unknown[first + c]
-                    out[j] += S[entry] * xi
-                    total += S[entry + m * w] * x[j]
-                    entry += 1
-                out[i] += total
-
-
-@inlined
-def _turn_factors(x, y, z):
-    """Factors a, b, c of [d]x and [d]x^2 in Jr(d) = 1 - a [d]x + b [d]x^2 and of both in exp(-d): 1 - c [d]x + a ..."""
-    square = x * x + y * y + z * z
-    if square < 1e-4:
-        return (
-            0.5 - square / 24.0 + square * square / 720.0, 1.0 / 6.0 - square / 120.0 + square * square / 5040.0,
-            1.0 - square / 6.0 + square * square / 120.0,
-        )  # fmt: skip
-    angle = math.sqrt(square)
-    return (
-        (1.0 - math.cos(angle)) / square, (angle - math.sin(angle)) / (square * angle), math.sin(angle) / angle,
-    )  # fmt: skip
-
-
-@inlined
-def _turn_transposed(dq, moves, model, x, out):
-    """Out = T^T x, or E^T x if `moves`: of turns by dq, the same for all other coordinates."""
-    blocks, n_q = model.blocks, model.info.nq
-    for i in range(dq.size):
-        out[i] = x[i]
-    for k in range(blocks.size):
-        if blocks[k].kind == ROTATION:
-            at = blocks[k].iv - n_q
-            a, b, c = dq[at], dq[at + 1], dq[at + 2]
-            by_turn, by_square, by_sine = _turn_factors(a, b, c)
-            first, second = (by_sine, by_turn) if moves else (by_turn, by_square)
-            px, py, pz = x[at], x[at + 1], x[at + 2]  # [d]x^T = -[d]x
-            ux, uy, uz = b * pz - c * py, c * px - a * pz, a * py - b * px
-            wx, wy, wz = b * uz - c * uy, c * ux - a * uz, a * uy - b * ux
-            out[at] += first * ux + second * wx
-            out[at + 1] += first * uy + second * wy
-            out[at + 2] += first * uz + second * wz
-
-
-@inlined
-def _turns(dq, model):
-    """Whether a body turns freely in a step."""
-    blocks, n_q, found = model.blocks, model.info.nq, False
-    for k in range(blocks.size):
-        at = blocks[k].iv - n_q
-        found = found or (blocks[k].kind == ROTATION and (dq[at] != 0.0 or dq[at + 1] != 0.0 or dq[at + 2] != 0.0))
-    return found
-
-
-@inlined
-def _solve_transposed(dq, c_mass, W, linear, matrix, model):
-    """Solve (K T + C + c_mass M)^T W = right with the factors of the same without T; whether that converges.
-
-    Then `parts` are K^T W, C^T W and M^T W, C times its rate.
-    """
-    right, parts = linear.right, linear.parts
-    n_v, size, turns = model.info.nv, right.size, _turns(dq, model)
-    r, turned = parts[3], parts[4]
-    for i in range(size):
-        W[i] = turned[i] = 0.0
-        parts[0, i] = 0.0
-    change = largest = 0.0
-    for _ in range(MOST):
-        for i in range(size):
-            r[i] = right[i] - (turned[i] - parts[0, i] if i < n_v else 0.0)
-        sparse_lu.solve(matrix, r)
-        change = largest = 0.0
-        for i in range(size):
-            change, largest = max(change, abs(r[i] - W[i])), max(largest, abs(r[i]))
-            W[i] = r[i]
-        multiply(linear.K, matrix, W, parts[0])
-        _turn_transposed(dq, False, model, parts[0], turned)
-        if not turns or not change > CONVERGED * largest:
-            break
-    multiply(linear.M, matrix, W, parts[2])
-    for i in range(n_v):
-        parts[1, i] = right[i] - turned[i] - c_mass * parts[2, i]
-    return not turns or change <= 1e-9 * largest
+        room.values[i] = (room.values[i] - linear.K[i]) / c_mass
 
 
 @indirect(_I(_I, _I, RECORDED_STEPS, SPARSE, SPARSE, MODEL, INTEGERS, WORKSPACE, LINEAR, MATRIX, MATRIX))
@@ -383,17 +279,21 @@ def pull_back(first, last, recorded, room, matrix, model, models, work, linear, 
         c_mass, c_rate = alpha.rates(h, options)
         c_step = 1.0 / (beta * h * h)
         _differentiate(n, model, models, work, recorded, room, linear)
-        transpose(room.values, matrix)
-        if sparse_lu.factor(matrix) != 0:
+        if not prepare(linear, matrix):
             return n + 1
+        corrections = 0
         for q in range(derivatives.shape[0]):
             W, x, y = linear.W[q], derivatives[q, :n_v], derivatives[q, n_v : 2 * n_v]
             z, w = derivatives[q, 2 * n_v : 3 * n_v], derivatives[q, 3 * n_v : 4 * n_v]
-            _turn_transposed(dq, False, model, x, parts[4])
+            turn_transposed(dq, False, model, x, parts[4])
             for i in range(right.size):
                 right[i] = parts[4, i] + c_rate * y[i] + c_step * z[i] + c_mass * w[i] if i < n_v else 0.0
-            if not _solve_transposed(dq, c_mass, W, linear, matrix, model):
-                return n + 1
+            count = solve_transposed(dq, c_mass, W, linear, matrix, model)
+            if count == 0:  # the factors are those of too different a step
+                if not factor_again(linear, matrix):
+                    return n + 1
+                count = MOST + solve_transposed(dq, c_mass, W, linear, matrix, model)
+            corrections += count
             for g in range(groups):
                 for i in range(right.size):
                     found[q * groups + g, i] += W[i] * rows[g, i]
@@ -403,7 +303,7 @@ def pull_back(first, last, recorded, room, matrix, model, models, work, linear, 
                 x[i] -= parts[0, i]
                 y[i] -= parts[1, i] / c_rate
                 w[i] -= parts[2, i]
-            _turn_transposed(dq, True, model, x, parts[4])
+            turn_transposed(dq, True, model, x, parts[4])
             for i in range(n_v):
                 x[i] = parts[4, i]
                 yi, zi, wi = y[i], z[i], w[i]
@@ -411,6 +311,7 @@ def pull_back(first, last, recorded, room, matrix, model, models, work, linear, 
                 a = h * (1.0 - gamma - gamma * half) * yi - half * zi + (am / (1.0 - af) - k * half) * wi
                 z[i] = part * a
                 w[i] = (1.0 - part) * a - af / (1.0 - af) * wi
+        note_corrections(corrections, derivatives.shape[0], linear)
     return -1
 
 
