@@ -34,6 +34,7 @@ SHORT = {
     "net-reflector": 0.05,
     "plate-swing": 0.1,
     "rib-antenna": 0.5,
+    "rib-antenna-wound": 0.5,
     "rib-held-ten-years": 1.0,
     "rib-lenticular-shell": 1e-5,
     "rib-reflector": 0.5,
