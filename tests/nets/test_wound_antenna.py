@@ -143,3 +143,18 @@ def test_after_is_refused(run: Any, tmp_path: pathlib.Path) -> None:
     ev.save(ev.run("boom-slew", {"simulate.until": 0.1}), path)
     with pytest.raises(InputError, match="a run without positions of the net 'net'"):
         ev.load(content()).reflector(after=str(path))
+
+
+def test_margin_of_the_hinge() -> None:
+    """A rib that has left the hub is opened by its spring against friction alone: least where it latches."""
+    found = content()
+    parts = found["parts"]
+    for part in parts.values():
+        if "repeat" in part:
+            part["repeat"] = {"count": 1}
+    parts["rib"]["elements"] = 2
+    del parts["net"]
+    zero = ["hysteresis", "harness", "motor losses", "adhesion", "load", "acceleration"]
+    margins = ev.load(found).margin(motion=False, zero=zero, stations=5)
+    spring, friction = 0.006 * math.radians(120.0), 5e-4
+    assert margins.least == pytest.approx(0.8 * spring / (2.0 * 3.0 * friction) - 1.0, rel=1e-6)
