@@ -1,6 +1,6 @@
 """Stages of the case rib-antenna-wound: `python docs/images/wound_antenna.py [RUN.nc]` writes wound-antenna.png here.
 
-The run takes some minutes; the file of one may be given.
+The run takes some minutes; the file of one may be given, such as that of an antenna with fewer ribs.
 """
 
 import pathlib
