@@ -57,6 +57,7 @@ FRAMES = {
     "orbit-tether": Frame(0.9),
     "plate-swing": Frame(0.59),
     "rib-antenna": Frame(0.2),
+    "rib-antenna-wound": Frame(1.0, {"simulate.until": 18.0}),
     "rib-held-ten-years": Frame(0.1),
     "rib-lenticular-shell": Frame(0.2),
     "rib-reflector": Frame(0.12),

@@ -34,6 +34,7 @@ SHORT = {
     "net-reflector": 0.005,
     "plate-swing": 0.02,
     "rib-antenna": 0.1,
+    "rib-antenna-wound": 0.1,
     "rib-held-ten-years": 0.1,
     "rib-lenticular-shell": 2e-6,
     "rib-reflector": 0.1,

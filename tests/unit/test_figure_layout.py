@@ -34,6 +34,7 @@ SHORT = {
     "orbit-tether": {"simulate.until": 20.0},
     "plate-swing": {"simulate.until": 0.1},
     "rib-antenna": {"simulate.until": 0.5},
+    "rib-antenna-wound": {"simulate.until": 0.5},
     "rib-held-ten-years": {"simulate.until": 1.0},
     "rib-lenticular-shell": {"simulate.until": 2e-6},
     "rib-reflector": {"simulate.until": 0.2},

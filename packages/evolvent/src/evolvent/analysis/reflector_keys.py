@@ -33,6 +33,9 @@ class ReflectorKeys(Section):
         A CSV file with the columns node, x, y, z (m, axes of the net) of a surface that was measured, or simulated.
     adjust : {"ties", "cords", "all"}
         Which lengths are changed to cancel what was measured.
+    after : str, optional
+        A file of a run of the same system, whose surface at the end is stated beside that in equilibrium: that of the
+        mean places of the nodes over the last swing.
     """
 
     net: str | None = None
@@ -42,6 +45,7 @@ class ReflectorKeys(Section):
     temperature: units.Temperature | None = None
     measured: Annotated[str, FileKey(endings=(".csv",))] | None = None
     adjust: Literal["ties", "cords", "all"] = "ties"
+    after: Annotated[str, FileKey(endings=(".nc",))] | None = None
 
 
 def keys_of(section: Mapping[str, Any], given: Mapping[str, Any]) -> ReflectorKeys:

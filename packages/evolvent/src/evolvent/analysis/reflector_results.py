@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 
 from evolvent.analysis.reflector import NetInSystem, State
+from evolvent.analysis.reflector_after import AfterRun, surface_after
 from evolvent.analysis.reflector_keys import ReflectorKeys
 from evolvent.assembly.assembled import Assembly
 from evolvent.families.nets.cords import names
@@ -86,6 +87,7 @@ class ReflectorResults(Shown):
     tolerance : Tolerance
     warm : SurfaceError at the change of temperature; None without
     adjusted : Adjusted; None without a measured surface
+    after : AfterRun; None without a run
     """
 
     named, endings = "results of a reflector", (".json", ".csv")
@@ -106,6 +108,7 @@ class ReflectorResults(Shown):
         self.warm_state = None if keys.temperature is None else self._warm(keys.temperature)
         self.warm = None if self.warm_state is None else self._of.error(self.warm_state)
         self.adjusted = None if keys.measured is None else self._adjusted(keys.measured)
+        self.after: AfterRun | None = None if keys.after is None else surface_after(keys.after, self._of, self.x)
 
     # ---------------------------------------------------------------------------------------------- what follows
 
@@ -266,6 +269,8 @@ class ReflectorResults(Shown):
             an.Section(title="Errors of lengths", blocks=[an.Table.of(self.tolerance_rows())]),
             an.Section(title="Most sensitive cords", blocks=[an.Table.of(self.sensitivity_rows())], level=an.DETAIL),
         ]
+        if self.after is not None:
+            sections.insert(1, an.Section(title="Surface after the run", blocks=[an.Table.of(self.after_rows())]))
         if self.adjusted is not None:
             sections.append(an.Section(title="Adjustment", blocks=[an.Table.of(self.adjustment_rows(), most=12)]))
         sections += [an.Section(title=one.title, blocks=[one], level=an.PAGE) for one in self.figures()]
@@ -280,14 +285,8 @@ class ReflectorResults(Shown):
 
     def surface_rows(self) -> list[list[str]]:
         """Errors of the surface: a head, then a row each."""
-        error, fit = self.error, self.error.fit
-        rows = [["error", "value"]]
-        named = {
-            "rms of the nodes, along the axis": error.at_nodes, "rms of the facets, along the axis": error.axial,
-            "rms of the facets, normal": error.normal, "rms of half the path": error.half_path,
-            "mean along the axis": error.mean, "rms of half the path about the best fit": fit.rms,
-        }  # fmt: skip
-        rows += [[name, quantity(value, "m")] for name, value in named.items()]
+        fit = self.error.fit
+        rows = [["error", "value"], *([name, quantity(value, "m")] for name, value in _named(self.error).items())]
         rows.append(["shift of the best fit x, y, z", ", ".join(quantity(float(one), "m") for one in fit.shift)])
         rows.append(["tilt of the best fit about x, y", ", ".join(f"{1e3 * one:.3g} mrad" for one in fit.turn)])
         focal = getattr(self.net.surface, "focal_length", None)
@@ -304,6 +303,24 @@ class ReflectorResults(Shown):
             if focal is not None:
                 changed = focal / warm.fit.scale - focal / fit.scale
                 rows.append([f"change of the focal length at {by}", quantity(changed, "m")])
+        return rows
+
+    def after_rows(self) -> list[list[str]]:
+        """The same errors after the run, beside those in equilibrium."""
+        found = self.after
+        assert found is not None
+        rows = [["error", "in equilibrium", "after the run"]]
+        now = _named(found.error)
+        rows += [[name, quantity(value, "m"), quantity(now[name], "m")] for name, value in _named(self.error).items()]
+        focal = getattr(self.net.surface, "focal_length", None)
+        if focal is not None:
+            fits = [f"{focal / one.fit.scale:.6g} m" for one in (self.error, found.error)]
+            rows.append(["focal length of the best fit", *fits])
+        if self.keys.frequency is not None:
+            losses = [f"{ruze(one.fit.rms, self.keys.frequency):.3g} dB" for one in (self.error, found.error)]
+            rows.append([f"loss of gain at {self.keys.frequency / 1e9:g} GHz (Ruze)", *losses])
+        rows.append(["largest distance of a node from equilibrium", "", quantity(found.moved, "m")])
+        rows.append(["slack cords in the last sample", "", str(found.slack)])
         return rows
 
     def cord_rows(self) -> list[list[str]]:
@@ -353,6 +370,13 @@ class ReflectorResults(Shown):
             f"bounds of errors of lengths follow from {DRAWS} surfaces of the linear response, with independent normal "
             f"errors of all lengths"
         )
+        if self.after is not None:
+            when = (
+                f"the means over the last swing, from {self.after.since:g} to {self.after.until:g} s"
+                if self.after.since < self.after.until
+                else f"those at {self.after.until:g} s"
+            )
+            yield f"places of the nodes after the run are {when}"
         if self.adjusted is not None:
             found = self.adjusted
             yield (
@@ -417,6 +441,12 @@ class ReflectorResults(Shown):
         }  # fmt: skip
         if self.warm is not None:
             found["warm"] = {"half_path": self.warm.half_path, "best_fit": self.warm.fit._asdict()}
+        if self.after is not None:
+            found["after"] = {
+                "since": self.after.since, "until": self.after.until, "positions": self.after.x,
+                "moved": self.after.moved, "slack": self.after.slack, "half_path": self.after.error.half_path,
+                "best_fit": self.after.error.fit._asdict(),
+            }  # fmt: skip
         if self.adjusted is not None:
             found["adjustment"] = dataclasses.asdict(self.adjusted)
         return found
@@ -430,6 +460,15 @@ class ReflectorResults(Shown):
             for k in range(len(self.tension))
         ]  # fmt: skip
         return an.as_csv([heads, *rows])
+
+
+def _named(error: SurfaceError) -> dict[str, float]:
+    """Errors of a surface, m, by what they are called in tables."""
+    return {
+        "rms of the nodes, along the axis": error.at_nodes, "rms of the facets, along the axis": error.axial,
+        "rms of the facets, normal": error.normal, "rms of half the path": error.half_path,
+        "mean along the axis": error.mean, "rms of half the path about the best fit": error.fit.rms,
+    }  # fmt: skip
 
 
 def _net_of(assembly: Assembly, name: str | None) -> str:

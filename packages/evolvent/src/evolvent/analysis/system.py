@@ -327,7 +327,7 @@ class System(Composition, Answered):
         Parameters
         ----------
         keys : keys of the section `reflector` of a case, in place of those of the case that the system was read from:
-            net, frequency, length_error, limit, temperature, measured, adjust
+            net, frequency, length_error, limit, temperature, measured, adjust, after
 
         Returns
         -------

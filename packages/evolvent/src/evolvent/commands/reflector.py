@@ -18,6 +18,7 @@ showing = lazy.load("evolvent_base.showing", suppress_warning=True)
 @click.command()
 @click.argument("case", metavar="CASE|FILE")
 @shared.assignments
+@shared.single("--after", metavar="RUN.NC", text="State the surface at the end of a run of the case beside it.")
 @click.option(
     "--check",
     is_flag=True,
@@ -28,8 +29,8 @@ showing = lazy.load("evolvent_base.showing", suppress_warning=True)
 @shared.single("--report", metavar="REFLECTOR.HTML", text="Write everything on one page.")
 @shared.quiet("Print no tables and no progress.")
 def reflector(
-    case: str, assignments: tuple[str, ...], check: bool, output: str | None, figure: str | None, report: str | None,
-    quiet: bool,
+    case: str, assignments: tuple[str, ...], after: str | None, check: bool, output: str | None, figure: str | None,
+    report: str | None, quiet: bool,
 ) -> None:  # fmt: skip
     """Show what the net of a CASE is as a reflector: lengths to cut, tensions, errors of its surface, tolerances.
 
@@ -39,6 +40,7 @@ def reflector(
     \b
     evolvent reflector rib-antenna --figure net.png
     evolvent reflector rib-antenna --set reflector.frequency="12 GHz" -o cut.json
+    evolvent reflector rib-antenna --after run.nc
     """  # noqa: D301
     if output is not None:
         results.ReflectorResults.check_ending(output)
@@ -49,7 +51,7 @@ def reflector(
             f"the system {loaded.system!r} has no key `reflector`; the command is for cases with system: structure"
         )
     with showing_progress(quiet=quiet):
-        found = cases.system(loaded.system).system(loaded).reflector()
+        found = cases.system(loaded.system).system(loaded).reflector(**({} if after is None else {"after": after}))
     shown = found.answer()
     if not quiet:
         showing.show(shown, level=answer.EVERYWHERE)

@@ -56,7 +56,8 @@ def samples_of_nodes(view: View, index: int) -> tuple[Array, dict[str, Array]]:
     """Positions (nt, n, 3), m, of the nodes of a net that move, and what the records of these points hold, by field."""
     row = view.model.nets[index]
     own = slice(int(row["first_point"]), int(row["first_point"] + row["points"]))
-    x = np.stack([view.coordinates(int(point["iq"])) for point in view.model.points[own]], axis=1)
+    places = [view.coordinates(int(point["iq"])) for point in view.model.points[own]]
+    x = np.stack(places, axis=1) if places else np.zeros((len(view.t), 0, 3))
     return x, {name: values[:, own] for name, values in view.fields["points"].items()}
 
 

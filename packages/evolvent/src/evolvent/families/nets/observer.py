@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from evolvent.families.nets.cords import own_cords, samples_of_cords, samples_of_nodes
+from evolvent.nets.surface import Surface
 from evolvent.results.observe.variables import Observed, Variable, observer
 from evolvent.results.observe.view import View
+from evolvent_base.errors import InputError
 
 #: How cords are drawn: as lines in colours by their tensions.
 _CORDS = {"line": {"points": "position", "pieces": "cord_nodes", "values": ["tension"]}}
@@ -32,6 +34,10 @@ def observe_net(view: View, name: str) -> Observed:
     found.scalar("least_tension", tension.min(axis=1), "N", "least tension of a cord")
     found.scalar("largest_tension", tension.max(axis=1), "N", "largest tension of a cord")
     found.scalar("slack_cords", (tension <= 0.0).sum(axis=1), "1", "number of cords without tension")
+    net = view.assembly.parts[name]
+    front = net.seen(x[:, : len(net.layout(name).plan)])
+    error = np.array([_error(one, net.surface) for one in front])
+    found.scalar("surface_error", error, "m", "rms distance of the nodes from the wanted surface, along its axis")
     found.scalar("energy_elastic", fields["stored"].sum(axis=1), "J", "elastic energy of the cords")
     places, nodal = samples_of_nodes(view, index)
     found.scalar("energy_kinetic", nodal["kinetic"].sum(axis=1), "J", "kinetic energy of the nodes")
@@ -41,3 +47,12 @@ def observe_net(view: View, name: str) -> Observed:
     found.drawn = [_CORDS]
     found.plots = ["least_tension", "largest_tension"]
     return found
+
+
+def _error(x: np.ndarray, surface: Surface) -> float:
+    """Rms distance, m, of nodes (n, 3) from a surface along z; nan where they are beyond what its formula is for."""
+    try:
+        off = x[:, 2] - surface.height(x[:, 0], x[:, 1])
+    except InputError:
+        return float("nan")
+    return float(np.sqrt(np.mean(off**2)))
