@@ -1,0 +1,169 @@
+"""Results of the copies of a batch, in one array a name."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from evolvent.analysis.step_results import ResultAddress, StepResults
+from evolvent.assembly.variants import Changes
+from evolvent.results.kept import is_local
+from evolvent.results.observe import View, observe_part
+from evolvent.solvers.common import balance as eb
+from evolvent.solvers.common.sampled import Sampled
+from evolvent.solvers.common.solution import Solution
+from evolvent.solvers.time.implicit.copies import Copies
+from evolvent.solvers.time.implicit.releases import write_accounts
+
+Array = np.ndarray
+
+
+class BatchResults:
+    """Results that are bound: evaluated of all copies at once where they depend on their states alone.
+
+    Parameters
+    ----------
+    copies : Copies
+    touched : returns what copies have of their own
+
+    Notes
+    -----
+    Copies are then the samples of one solution. Whether a result depends on what copies have of their own is found by
+    evaluating it with NaN in the place of that.
+    """
+
+    def __init__(self, copies: Copies, touched: Callable[[], Sequence[Changes]]) -> None:
+        self._copies, self._touched = copies, touched
+        self._first: tuple[Array, list[Any]] | None = None
+        self._addresses: dict[str, ResultAddress] = {}
+        self._bound: dict[str, Array] = {}
+        self._together: dict[str, bool] = {}
+
+    def bind(self, name: str) -> Array:
+        """A result of every copy: see `evolvent.analysis.batch.Batch.bind`."""
+        if name not in self._bound:
+            self._addresses[name] = address = StepResults(self._copies.run.assembly, self._start).address(name)
+            self._bound[name] = np.zeros((self._copies.count, *np.shape(address.at)))
+            self._write([name], np.arange(self._copies.count))
+        return self._bound[name]
+
+    def parameters_changed(self) -> None:
+        """Forget which results depend on what copies have of their own."""
+        self._together = {}
+
+    def refresh(self, which: Array) -> None:
+        """Evaluate what is bound of some of the copies."""
+        if self._bound and which.size:
+            self._write([*self._bound], which)
+
+    def _write(self, names: Sequence[str], which: Array) -> None:
+        """Evaluate results of some of the copies."""
+        solution = self._solution(which)
+        for name in names:
+            if name not in self._together:
+                self._together[name] = self._is_of_states(self._addresses[name], solution)
+        views: dict[str, Any] = {}
+        view = View(solution)
+        for name in names:
+            if self._together[name]:
+                self._bound[name][which] = _values(view, self._addresses[name], views)[1:]
+        apart = [name for name in names if not self._together[name]]
+        for k in which.tolist() if apart else ():
+            own = View(self._solution(np.array([k]), self._copies.of(k).model.copy()))
+            seen: dict[str, Any] = {}
+            for name in apart:
+                self._bound[name][k] = _values(own, self._addresses[name], seen)[-1]
+
+    def _start(self) -> Solution:
+        """The start as a run of two samples."""
+        return self._solution(np.zeros(1, dtype=np.int64))
+
+    def _is_of_states(self, address: ResultAddress, solution: Solution) -> bool:
+        """Whether a result of all copies can be evaluated with one model."""
+        if not is_local(solution.assembly, [f"{address.part}.{address.variable}"]):
+            return False
+        touched = self._touched()
+        if not touched:
+            return True
+        try:
+            found = _values(View(solution), address, {})
+            without = _values(View(_replaced(solution, _poisoned(solution.assembly.model, touched))), address, {})
+        except Exception:  # noqa: BLE001  (whatever a number that is none makes of an evaluation)
+            return False
+        return bool(found.tobytes() == without.tobytes())
+
+    def _solution(self, which: Array, model: Any = None) -> Solution:
+        """States of copies now, as samples of one solution, after that of the start."""
+        copies, run = self._copies, self._copies.run
+        memory, blocks = copies.memory, copies.blocks
+        model = run.model if model is None else model
+
+        def now(name: str) -> Array:
+            """What the loop has kept at the last sample of each copy."""
+            path = ("work", name)
+            nominal: Array = getattr(run.work, name)
+            if path not in memory.places:
+                return np.zeros((which.size, *nominal.shape[1:]), dtype=nominal.dtype)
+            last = np.maximum(copies.loop["sample"][which] - 1, 0)
+            return np.asarray(memory.values(blocks, *path)[which, last])
+
+        y, balance = now("out_y"), now("out_balance").view(eb.BALANCE)[:, 0].view(np.recarray)
+        write_accounts(model, y, balance)
+        kept = [now("out_a"), now("out_la"), balance, now("out_forces")]
+        first = self._of_start(y[:1], kept)
+        both: list[Any] = [np.concatenate([a[:1], b]) for a, b in zip(first[1], kept, strict=True)]
+        both[2] = both[2].view(np.recarray)
+        start = float(run.plan.times[0])
+        return Solution(
+            assembly=dataclasses.replace(run.assembly, model=model, shared=None),
+            method=run.plan.method,
+            t=np.concatenate([[start], copies.time[which]]),
+            y=np.concatenate([first[0], y]),
+            s=np.concatenate([run.assembly.s[None], now("out_s")]),
+            status="success",
+            message="",
+            statistics={},
+            event_times=np.zeros(0),
+            event_kinds=np.zeros(0, dtype=np.int64),
+            wall_time=0.0,
+            compile_time=0.0,
+            kept=Sampled(*both),
+        )
+
+    def _of_start(self, y: Array, kept: list[Any]) -> tuple[Array, list[Any]]:
+        """State at the start, and what the loop keeps of it: that of the first time that it is asked for."""
+        if self._first is None:
+            self._first = (y.copy(), [one[:1].copy() for one in kept])
+        return self._first
+
+
+def _values(view: View, address: ResultAddress, seen: dict[str, Any]) -> Array:
+    """A result at all samples of a view: (nt, ...)."""
+    if address.part not in seen:
+        seen[address.part] = observe_part(view, address.part)
+    variable = seen[address.part].variables[address.variable]
+    values, count = np.asarray(variable.values, dtype=float), view.t.size
+    if variable.dims[:1] != ("time",):
+        values = np.broadcast_to(values, (count, *values.shape))
+    return np.ascontiguousarray(values.reshape(count, -1)[:, address.at])
+
+
+def _replaced(solution: Solution, model: Any) -> Solution:
+    return dataclasses.replace(solution, assembly=dataclasses.replace(solution.assembly, model=model))
+
+
+def _poisoned(model: Any, touched: Sequence[Changes]) -> Any:
+    """A copy of a model with NaN in all that copies have of their own."""
+    found = model.copy()
+    for changes in touched:
+        for one in changes.records:
+            own = getattr(found, one.family)[one.field]
+            own[one.row] = np.nan if np.issubdtype(own.dtype, np.floating) else own[one.row] + 1
+        for index in changes.parameters:
+            found.parameters[index] = np.nan
+    if any(changes.records for changes in touched):  # from which these follow
+        found.blocks["inertia"], found.G[:] = np.nan, np.nan
+    return found
