@@ -78,7 +78,7 @@ class Batch:
         assembly = self._system.assemble(self._variants)
         if families.reacts(assembly.model):
             raise InputError("a batch cannot have parts with feedback; step single systems by evolvent.Stepper")
-        self.method = _method(assembly, settings.pop("method", "auto"))
+        self.method = _method(assembly, settings.pop("method", "auto"), holds=bool(self.inputs))
         self.every = settings.get("step") if every is None else seconds("every", every)
         times = np.array([0.0, self.until])
         check_run(assembly, times, settings.get("step"))
@@ -86,11 +86,6 @@ class Batch:
         plan, _ = runs.plan(dataclasses.replace(assembly, shared=None), times, **self._settings)
         run = prepared(ImplicitRun(plan))
         run.work = run.work._replace(out_momenta=np.zeros((0, 6)))  # samples are ends of steps
-        if self.inputs and run.midpoint:
-            raise InputError(
-                f"inputs are {list(self.inputs)}, but the method is {self.method}, whose forces are means of steps; use "
-                f"method={NAME!r}"
-            )
         self._copies = _copies(run, self.count, self.threads)
         self.assembly = run.assembly
         self._parameters = BatchParameters(self._system, self._variants, run, self._copies, times, self._settings)
@@ -140,9 +135,8 @@ class Batch:
     def _place(self, which: Array) -> None:
         """Put copies at the start, with what is their own; inputs are zero."""
         self._copies.place(which, self._parameters.write)
-        for body, held in self._held.items():
-            self._input(body)[which] = 0.0
-            held[which] = 0.0
+        for held in self._held.values():
+            held[:, which] = 0.0
         self._results.refresh(which)
 
     def _chosen(self, which: Any) -> Array:
@@ -162,10 +156,13 @@ class Batch:
 
     # ------------------------------------------------------------------------------------------------ inputs
 
-    def wrench(self, body: str) -> Array:
-        """Force (N) at a body's origin and torque (N m) on each copy, inertial axes, to be written to: (count, 6).
+    def wrench(self, body: str) -> tuple[Array, Array]:
+        """Force (N) at a body's origin and torque (N m) on each copy, inertial axes, to be written to.
 
-        What stands in it acts from the next step on.
+        Returns
+        -------
+        (count, 3) float each
+            In the memory of the copies. What stands there acts from the next step on; `reset` makes it zero.
 
         Raises
         ------
@@ -174,23 +171,24 @@ class Batch:
         """
         if body not in self.inputs:
             raise InputError(f"{body!r} is not among the inputs; {nearest(str(body), self.inputs)}")
+        found = self._input(body)
         if body not in self._held:
-            self._held[body] = np.zeros((self.count, 6))
-        return self._input(body)
+            self._held[body] = np.zeros((2, self.count, 3))
+        return found
 
-    def _input(self, body: str) -> Array:
+    def _input(self, body: str) -> tuple[Array, Array]:
         """The forces and torques on a body, in the memory of the copies."""
-        first, second = load_slices(self.assembly, body)
-        assert second.start == first.stop
-        return self._copies.memory.values(self._copies.blocks, "model", "parameters")[:, first.start : second.stop]
+        values = self._copies.memory.values(self._copies.blocks, "model", "parameters")
+        force, torque = load_slices(self.assembly, body)
+        return values[:, force], values[:, torque]
 
     def _jumped(self, which: Array) -> Array:
         """Which of the copies have other inputs than in the step before, (k,) bool."""
         found = np.zeros(which.size, dtype=bool)
         for body, held in self._held.items():
-            now = self._input(body)[which]
-            found |= np.any(now != held[which], axis=1)
-            held[which] = now
+            for now, before in zip(self._input(body), held, strict=True):
+                found |= np.any(now[which] != before[which], axis=1)
+                before[which] = now[which]
         return found
 
     # ------------------------------------------------------------------------------------------------ time
@@ -291,19 +289,21 @@ class Batch:
         self._copies.close()
 
 
-def _method(assembly: Any, asked: str) -> str:
-    """The implicit method of a batch.
+def _method(assembly: Any, asked: str, *, holds: bool) -> str:
+    """The implicit method of a batch; it `holds` inputs over steps.
 
     Raises
     ------
     InputError
-        For an explicit one.
+        For an explicit one, and for inputs under a method whose forces are means of steps.
     """
     method, _ = choose_method(assembly, asked)
-    if method in METHODS:
+    known = [name for name, of in METHODS.items() if not (holds and of.flags["midpoint"])]
+    if method in known:
         return method
     if asked != "auto":
-        raise InputError(f"method is {asked!r}; a batch takes implicit methods: {', '.join(METHODS)}")
+        what = "with inputs takes those" if holds and method in METHODS else "takes implicit methods"
+        raise InputError(f"method is {asked!r}; a batch {what}: {', '.join(known)}")
     return NAME
 
 
