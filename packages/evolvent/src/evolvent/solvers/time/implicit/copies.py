@@ -376,4 +376,3 @@ def prepared(run: ImplicitRun) -> ImplicitRun:
         raise InputError(f"a batch cannot have layers that come to lie on one another{what}")
     run.find_rank(run.reached, run.work.y)
     return run
-
