@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from evolvent.analysis import runs
-from evolvent.analysis.batch_parameters import BatchParameters
+from evolvent.analysis.batch_parameters import BatchParameters, VariedRun
 from evolvent.analysis.batch_results import BatchResults
 from evolvent.analysis.methods import choose_method
 from evolvent.analysis.settings import check_run, seconds, settings_of
@@ -74,22 +74,23 @@ class Batch:
         settings = settings_of({"until": END} | system.settings, {"until": until, **given})
         settings = {name: value for name, value in settings.items() if name not in ("every", "fine")}
         self.until, self.threads = float(settings.pop("until")), cases
-        self._system, self._variants = composed(system, self.inputs), Variants()
-        assembly = self._system.assemble(self._variants)
+        own, variants = composed(system, self.inputs), Variants()
+        assembly = own.assemble(variants)
         if families.reacts(assembly.model):
             raise InputError("a batch cannot have parts with feedback; step single systems by evolvent.Stepper")
         self.method = _method(assembly, settings.pop("method", "auto"), holds=bool(self.inputs))
         self.every = settings.get("step") if every is None else seconds("every", every)
         times = np.array([0.0, self.until])
         check_run(assembly, times, settings.get("step"))
-        self._settings = {"method": self.method, **settings}
-        plan, _ = runs.plan(dataclasses.replace(assembly, shared=None), times, **self._settings)
+        options = {"method": self.method, **settings}
+        plan, _ = runs.plan(dataclasses.replace(assembly, shared=None), times, **options)
         run = prepared(ImplicitRun(plan))
         run.work = run.work._replace(out_momenta=np.zeros((0, 6)))  # samples are ends of steps
         self._copies = _copies(run, self.count, self.threads)
         self.assembly = run.assembly
-        self._parameters = BatchParameters(self._system, self._variants, run, self._copies, times, self._settings)
-        self._results = BatchResults(self._copies, lambda: self._parameters.touched)
+        varied = VariedRun(own, variants, run, times, options)
+        self._parameters = BatchParameters(varied, self._copies)
+        self._results = BatchResults(self._copies, varied, self._parameters)
         self._held = dict[str, Array]()
         self._place(np.arange(self.count))
 
@@ -151,7 +152,8 @@ class Batch:
             if not found.size or (found[0] >= 0 and found[-1] < self.count):
                 return found
         raise InputError(
-            f"copies are chosen by {_short(which)}; give {self.count} truth values, or numbers from 0 to {self.count - 1}"
+            f"copies are chosen by {_short(which)}; give {self.count} truth values, or numbers from 0 to "
+            f"{self.count - 1}"
         )
 
     # ------------------------------------------------------------------------------------------------ inputs
@@ -322,7 +324,7 @@ def _copies(run: ImplicitRun, count: int, threads: int) -> Copies:
     needed, free = found.blocks.nbytes, free_memory()
     if needed > SHARE * free:
         raise InputError(
-            f"n is {count}; so many copies need {needed / 1e9:.3g} GB of memory, of which {free / 1e9:.3g} GB are free; "
+            f"n is {count}; so many copies need {needed / 1e9:.3g} GB of memory, {free / 1e9:.3g} GB are free; "
             f"use at most {int(SHARE * free / found.memory.size)}"
         )
     return found

@@ -1,76 +1,271 @@
-"""Parameters of the copies of a batch: what of the model and of the plan each has of its own."""
+"""Parameters of the copies of a run: what of the model and of the plan each has of its own."""
 
 from __future__ import annotations
 
 import dataclasses
+import threading
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from evolvent.analysis import runs, variation
 from evolvent.analysis.storage import storage_of
-from evolvent.assembly.variants import Changes, Variants
+from evolvent.assembly.variants import Change, Changes, Variants
 from evolvent.solvers.time.implicit.copies import Copies
 from evolvent.solvers.time.implicit.run import ImplicitRun
 from evolvent.solvers.time.implicit.setup import error_sizes, shares, stops_of
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
-#: Copies by which it is found what follows from a key: those with the least and the largest value, and others.
-PROBES = 5
 #: Fields of the workspace that a plan has made.
 _PLANNED = ("options", "weight", "error_weight", "shares", "stops")
+#: Array of the model, field of its records ("" of an array of numbers), and row.
+Place = tuple[str, str, int]
 
 
-class BatchParameters:
-    """What copies have of their own.
+class _Key(NamedTuple):
+    """What follows from a key whose values lie from `low` to `high`.
 
     Attributes
     ----------
-    touched : list of Changes, by which copies differ from the batch's system
+    places : of the fields that hold the very number that is given, where these are all that it changes; else empty
+    plans : bool, whether the plan of a run follows from it
+    """
+
+    low: float
+    high: float
+    places: tuple[Place, ...]
+    plans: bool
+
+
+class VariedRun:
+    """A prepared run of a system, and what follows from keys of the system.
+
+    What follows from a key is found by its least and largest value, and one between them: the numbers of the model that
+    it changes, and whether the plan of the run is another one.
+
+    Parameters
+    ----------
+    system, variants : System and the Variants by which it was assembled first
+    run : ImplicitRun, prepared; times : (nt,) float, s, its samples; settings : of its plan
+
+    Attributes
+    ----------
+    changed : mapping, place -> Change, of all that was changed
+    parts : list of mappings, parts of systems with changed keys, by which it is found what follows from these
+    plans : bool, whether plans of copies follow from their keys
     """
 
     def __init__(
-        self, system: Any, variants: Variants, run: ImplicitRun, copies: Copies, times: Array,
-        settings: Mapping[str, Any],
+        self, system: Any, variants: Variants, run: ImplicitRun, times: Array, settings: Mapping[str, Any]
     ) -> None:  # fmt: skip
-        self._system, self._variants, self._run, self._copies = system, variants, run, copies
+        self.system, self._variants, self.run = system, variants, run
         self._times, self._settings = times, dict(settings)
-        self._values: list[dict[str, Any]] = [{} for _ in range(copies.count)]
-        self._own: dict[tuple[str, ...], Array] = {}
-        self._fields: dict[tuple[str, str, int], Array] = {}
-        self._in_fields: set[str] = set()
-        self._plans = False
+        self._keys: dict[str, _Key] = {}
+        self._lock = threading.Lock()
         self._scratch = run.model.copy()
-        self.touched: list[Changes] = []
+        self.changed: dict[Place, Change] = {}
+        self.parts: list[Mapping[str, Any]] = []
+        self.plans = storage_of(system.sections) is not None  # which is refused where a key is looked at
+
+    def places(self, key: str, values: Sequence[Any]) -> tuple[Place, ...]:
+        """Fields that hold the numbers of a key as they are given, and are all that follows; empty where there are none.
+
+        Raises
+        ------
+        InputError
+            As of `changes`.
+        """
+        if not all(type(value) in (int, float) for value in values):
+            self.plans = True
+            return ()
+        with self._lock:
+            low, high = float(min(values)), float(max(values))
+            known = self._keys.get(key)
+            if known is None or low < known.low or high > known.high:
+                probes = {low, high} if known is not None else {low, high, float(values[len(values) // 2])}
+                self._keys[key] = known = self._joined(known, [self._probed(key, one) for one in sorted(probes)])
+                self.plans |= known.plans
+            return known.places
+
+    def _joined(self, known: _Key | None, found: Sequence[_Key | None]) -> _Key:
+        """What is known of a key by several values of it."""
+        own = [one for one in (known, *found) if one is not None]
+        if not own:  # all values are those of the system
+            return _Key(np.inf, -np.inf, (), plans=False)
+        places = own[0].places if all(one.places == own[0].places for one in own) else ()
+        return _Key(
+            min(one.low for one in own), max(one.high for one in own), places, plans=any(one.plans for one in own)
+        )
+
+    def _probed(self, key: str, value: float) -> _Key | None:
+        """What follows from a value of a key; None from that of the system."""
+        changes, parts = self.changes({key: value})
+        if not changes.records and not changes.parameters:
+            return None
+        self.parts.append(parts)
+        touched = self.written(changes, self._scratch)
+        plans = self._changes_plan(self.plan(self._scratch))
+        own = {("parameters", "", k): one for k, one in changes.parameters.items()}
+        own |= {(one.family, one.field, one.row): one.value for one in changes.records}
+        same = all(not np.ndim(one) and float(one) == value for one in own.values())
+        nominal = {float(self.nominal(place)) for place in own} if same else set()
+        of_part = self._is_of_part(key, value, parts)
+        simple = same and len(nominal) == 1 and of_part and not plans and touched == {place[0] for place in own}
+        return _Key(value, value, tuple(sorted(own)) if simple else (), plans)
+
+    def _is_of_part(self, key: str, value: float, parts: Mapping[str, Any]) -> bool:
+        """Whether a part holds a value as it is given under a key of its own (`with_number`)."""
+        name, _, field = key.removeprefix("parts.").partition(".")
+        return name in parts and "." not in field and getattr(parts[name], field, None) == value
+
+    def with_numbers(self, values: Mapping[str, float]) -> dict[str, Any]:
+        """Parts of the system with numbers under keys that have `places`."""
+        found = dict(self.system.parts)
+        for key, value in values.items():
+            name, _, field = key.removeprefix("parts.").partition(".")
+            found[name] = found[name].model_copy(update={field: value})
+        return found
+
+    def nominal(self, place: Place) -> Any:
+        """The number at a place where nothing has changed it."""
+        array, field, row = place
+        found = getattr(self.run.model, array)
+        return (found[field] if field else found)[row]
+
+    def changes(self, values: Mapping[str, Any]) -> tuple[Changes, Mapping[str, Any]]:
+        """What a system with other values changes, and its parts.
+
+        Raises
+        ------
+        InputError
+            For keys and values that a case would refuse, and where more follows than records of the model.
+        """
+        if storage_of(self.system.sections) is not None:
+            raise InputError("copies of a system with `store` cannot have their own values; use evolvent.simulate_many")
+        own = variation.with_values(self.system, values)
+        found = self._variants.changes(own._gravity, own.parts) if own.sections == self.system.sections else None
+        if found is None:
+            own.assemble()  # whose sentence says what is wrong with the values
+            raise InputError(
+                f"{', '.join(map(repr, values))} cannot be varied here to {', '.join(map(repr, values.values()))}: more "
+                f"follows from it than records of the model; use evolvent.simulate_many"
+            )
+        return found, own.parts
+
+    def written(self, changes: Changes, scratch: Any) -> frozenset[str]:
+        """Write changes into a copy of the run's model; returns the arrays in which it may differ then."""
+        scratch.take(self.run.model)
+        for one in changes.records:
+            self.changed.setdefault((one.family, one.field, one.row), one)
+        for index in changes.parameters:
+            self.changed.setdefault(("parameters", "", index), Change("parameters", index, "", 0.0))
+        return self._variants.write(changes, scratch)
+
+    def plan(self, scratch: Any) -> dict[str, Any]:
+        """What the plan of a run of another model has.
+
+        Raises
+        ------
+        InputError
+            As of `runs.plan`.
+        """
+        assembly = dataclasses.replace(self.run.assembly, model=scratch.copy(), shared=None, touched=None)
+        plan, _ = runs.plan(assembly, self._times, own=True, **self._settings)
+        conserves, model, weight = bool(plan.options.midpoint), plan.assembly.model, plan.weight
+        stops = stops_of(plan.assembly, self._times)
+        if stops.shape != self.run.work.stops.shape:
+            raise InputError(
+                "other values change the number of times at which loads change; use evolvent.simulate_many"
+            )
+        found = {
+            "options": plan.options, "weight": weight, "stops": stops,
+            "error_weight": error_sizes(model, weight, conserves=conserves),
+            "shares": shares(model, weight, conserves=conserves),
+        }  # fmt: skip
+        return {name: found[name] for name in _PLANNED}
+
+    def _changes_plan(self, found: Mapping[str, Any]) -> bool:
+        """Whether a plan is another one than that of the run."""
+        work = self.run.work
+        return any(np.asarray(found[name]).tobytes() != np.asarray(getattr(work, name)).tobytes() for name in _PLANNED)
+
+
+class BatchParameters:
+    """What copies of a varied run have of their own.
+
+    Attributes
+    ----------
+    values : list of mappings, key -> value, of each copy
+    """
+
+    def __init__(self, varied: VariedRun, copies: Copies) -> None:
+        self._varied, self._copies = varied, copies
+        self._scratch = varied.run.model.copy()
+        self.values: list[dict[str, Any]] = [{} for _ in range(copies.count)]
+        self._own: dict[tuple[str, str], Array] = {}
+        self._fields: dict[Place, Array] = {}
+        self._parts: dict[int, Mapping[str, Any]] = {}
 
     def expand(self, key: str, values: Any, which: Array) -> None:
         """Give copies their own value of a key: see `evolvent.analysis.batch.Batch.expand`."""
-        if storage_of(self._system.sections) is not None:
-            raise InputError(f"a batch cannot vary {key!r} of a system with `store`; use evolvent.simulate_many")
         given = _listed(values, which.size)
-        probes = _probes(given)
-        found = {i: self._changes(int(which[i]), self._values[which[i]] | {key: given[i]}) for i in probes}
-        self.touched += found.values()
-        alone = {i: self._changes(int(which[i]), {key: given[i]}) for i in probes}
-        if not self._plans and any(self._changes_plan(int(which[i]), alone[i]) for i in probes):
-            self._plans = True
-            for k in np.flatnonzero([bool(own) for own in self._values]).tolist():  # those of other keys
-                self._take(k, self._changes(k, self._values[k]))
-        fields = self._fields_of(key, given, alone, which)
-        for k, value in zip(which.tolist(), given, strict=True):
-            self._values[k] = self._values[k] | {key: value}
-        if fields:
-            self._in_fields.add(key)
-            for place in fields:
-                own = self._fields.setdefault(place, self._nominal(place))
-                own[which] = given
-            return
-        if key in self._in_fields:
-            raise InputError(f"{key!r} was given other kinds of values before; give a new batch those")
-        for i, k in enumerate(which.tolist()):
-            self._take(k, found[i] if i in found else self._changes(k, self._values[k]))
+        new = {k: self.values[k] | {key: value} for k, value in zip(which.tolist(), given, strict=True)}
+        planned, places = self._varied.plans, self._places(key, given, which)
+        others = [k for k in range(self._copies.count) if k not in new] if self._varied.plans and not planned else []
+        found = {k: self._changes(k, self.values[k]) for k in others if self.values[k]}
+        if not places:
+            found |= {k: self._changes(k, own) for k, own in new.items()}
+        for k, own in new.items():
+            self.values[k] = own
+            self._parts.pop(k, None)
+        for place in places:
+            own_field = self._fields.setdefault(place, np.full(self._copies.count, self._varied.nominal(place)))
+            own_field[which] = given
+        for k, changes in found.items():
+            self._take(k, changes)
+
+    def assign(self, points: Sequence[Mapping[str, Any]]) -> dict[int, InputError]:
+        """Give the first copies all of their own values; returns why some have none.
+
+        Copies have nothing else of their own afterwards.
+        """
+        self._own, self._fields, self._parts, refused = {}, {}, {}, dict[int, InputError]()
+        self.values[: len(points)] = [dict(point) for point in points]
+        keys = dict.fromkeys(key for point in points for key in point)
+        places: dict[str, tuple[Place, ...]] = {}
+        for key in keys:
+            try:
+                given = [point[key] for point in points if key in point]
+                places[key] = self._varied.places(key, given) if len(given) == len(points) else ()
+            except InputError:
+                places[key] = ()
+        if all(places.values()) and not self._varied.plans:
+            for key, own in places.items():
+                for place in own:
+                    field = self._fields.setdefault(place, np.full(self._copies.count, self._varied.nominal(place)))
+                    field[: len(points)] = [point[key] for point in points]
+            return refused
+        for k, point in enumerate(points):
+            try:
+                self._take(k, self._changes(k, point, named=False))
+            except InputError as error:
+                refused[k] = error
+        return refused
+
+    def parts(self, k: int) -> Mapping[str, Any]:
+        """Parts of the system of a copy."""
+        if k not in self._parts:
+            try:
+                self._parts[k] = self._varied.with_numbers(self.values[k]) if self._fields and not self._own else {}
+            except (KeyError, TypeError, ValueError):
+                self._parts[k] = {}
+            if not self._parts[k]:
+                self._parts[k] = (
+                    self._varied.changes(self.values[k])[1] if self.values[k] else self._varied.system.parts
+                )
+        return self._parts[k]
 
     def write(self, which: Array) -> None:
         """Write what is their own into the blocks of copies."""
@@ -81,117 +276,52 @@ class BatchParameters:
             found = memory.values(blocks, "model", array)
             (found[field] if field else found)[which, row] = own[which]
 
-    # ------------------------------------------------------------------------------------------------ one copy
-
-    def _changes(self, k: int, values: Mapping[str, Any]) -> Changes:
-        """What a copy with other values has of its own."""
+    def _places(self, key: str, given: Sequence[Any], which: Array) -> tuple[Place, ...]:
+        """Where a key stands (`VariedRun.places`), with the number of the copy in what is refused."""
         try:
-            own = variation.with_values(self._system, values)
-            found = self._variants.changes(own._gravity, own.parts)
-            if found is None:
-                own.assemble()  # whose sentence says what is wrong with the values
+            found = self._varied.places(key, given)
         except InputError as error:
-            raise InputError(f"copy {k}: {error}") from None
-        if found is None:
-            raise InputError(
-                f"a batch cannot vary {', '.join(map(repr, values))} to "
-                f"{', '.join(map(repr, values.values()))} (copy {k}): more follows from it than records of the model; "
-                f"use evolvent.simulate_many"
-            )
-        return found
+            for k, value in zip(which.tolist(), given, strict=True):  # which of them is to blame
+                self._changes(k, {key: value})
+            raise error from None
+        taken = {path[1] for path in self._own if path[0] == "model"}
+        return () if self._varied.plans or any(place[0] in taken for place in found) else found
 
-    def _written(self, changes: Changes) -> frozenset[str]:
-        """The scratch model with changes; returns the arrays in which it may differ from the run's."""
-        self._scratch.take(self._run.model)
-        return self._variants.write(changes, self._scratch)
+    def _changes(self, k: int, values: Mapping[str, Any], *, named: bool = True) -> Changes:
+        """What a copy with values has of its own."""
+        try:
+            found, self._parts[k] = self._varied.changes(values)
+        except InputError as error:
+            raise InputError(f"copy {k}: {error}" if named else str(error)) from None
+        return found
 
     def _take(self, k: int, changes: Changes) -> None:
         """Take over what a copy has of its own."""
-        for name in self._written(changes):
-            self._set(("model", name), k, getattr(self._scratch, name))
-        if self._plans:
-            for name, value in self._plan(k).items():
-                if ("work", name) in self._copies.memory.places:
-                    self._set(("work", name), k, value)
-
-    def _set(self, path: tuple[str, ...], k: int, value: Any) -> None:
-        if path not in self._own:
-            struct = {"model": self._run.model, "work": self._run.work}[path[0]]
-            nominal = np.asarray(getattr(struct, path[1]))
-            self._own[path] = np.repeat(nominal[None], self._copies.count, axis=0)
-        self._own[path][k] = value
-
-    def _plan(self, k: int) -> dict[str, Any]:
-        """What the plan of a run of the scratch model has."""
-        model = self._scratch.copy()
-        assembly = dataclasses.replace(self._run.assembly, model=model, shared=None, touched=None)
+        for name in self._varied.written(changes, self._scratch):
+            self._set("model", name, k, getattr(self._scratch, name))
+        if not self._varied.plans:
+            return
         try:
-            plan, _ = runs.plan(assembly, self._times, own=True, **self._settings)
+            planned = self._varied.plan(self._scratch)
         except InputError as error:
             raise InputError(f"copy {k}: {error}") from None
-        conserves, model, weight = bool(plan.options.midpoint), plan.assembly.model, plan.weight
-        stops = stops_of(plan.assembly, self._times)
-        if stops.shape != self._run.work.stops.shape:
-            raise InputError(f"copy {k} has other times at which loads change than the first; use simulate_many")
-        found = {
-            "options": plan.options, "weight": weight, "stops": stops,
-            "error_weight": error_sizes(model, weight, conserves=conserves),
-            "shares": shares(model, weight, conserves=conserves),
-        }  # fmt: skip
-        return {name: found[name] for name in _PLANNED}
+        for name, value in planned.items():
+            if ("work", name) in self._copies.memory.places:
+                self._set("work", name, k, value)
 
-    def _changes_plan(self, k: int, changes: Changes) -> bool:
-        """Whether the plan of a run with changes is another one."""
-        self._written(changes)
-        found, work = self._plan(k), self._run.work
-        return any(np.asarray(found[name]).tobytes() != np.asarray(getattr(work, name)).tobytes() for name in _PLANNED)
-
-    # ------------------------------------------------------------------------------------------------ many copies
-
-    def _fields_of(
-        self, key: str, given: Sequence[Any], alone: Mapping[int, Changes], which: Array
-    ) -> list[tuple[str, str, int]]:
-        """Fields that hold the very number that is given, and are all that it changes; none where others do."""
-        if self._plans or not all(type(value) in (int, float) for value in given):
-            return []
-        found: set[tuple[str, str, int]] | None = None
-        for i, changes in alone.items():
-            own = {("parameters", "", k): value for k, value in changes.parameters.items()}
-            own |= {(one.family, one.field, one.row): one.value for one in changes.records}
-            if not own:  # the value of the system
-                continue
-            if self._written(changes) != {place[0] for place in own}:
-                return []
-            if any(np.ndim(value) or float(value) != float(given[i]) for value in own.values()):
-                return []
-            if found is not None and found != own.keys():
-                return []
-            found = set(own)
-        taken = {path[1] for path in self._own if path[0] == "model"}
-        if not found or any(place[0] in taken for place in found):
-            return []
-        nominal = {float(self._nominal(place)[0]) for place in found}
-        return sorted(found) if len(nominal) == 1 else []
-
-    def _nominal(self, place: tuple[str, str, int]) -> Array:
-        """The value of a field in all copies where they have none of their own."""
-        array, field, row = place
-        found = getattr(self._run.model, array)
-        return np.full(self._copies.count, float((found[field] if field else found)[row]))
+    def _set(self, struct: str, name: str, k: int, value: Any) -> None:
+        if (struct, name) not in self._own:
+            run = self._varied.run
+            nominal = np.asarray(getattr(run.model if struct == "model" else run.work, name))
+            self._own[struct, name] = np.repeat(nominal[None], self._copies.count, axis=0)
+        self._own[struct, name][k] = value
 
 
 def _listed(values: Any, count: int) -> list[Any]:
     """A value for each of so many copies."""
     found = values.tolist() if isinstance(values, np.ndarray) else values
-    if isinstance(found, str) or not isinstance(found, Sequence) or len(found) != count:
-        size = len(found) if isinstance(found, Sequence) and not isinstance(found, str) else "none"
-        raise InputError(f"values has {size} entries; it must have one for each of the {count} copies")
+    is_list = isinstance(found, Sequence) and not isinstance(found, str)
+    if not is_list or len(found) != count:
+        size = f"{len(found)} entries" if is_list else "none"
+        raise InputError(f"values has {size}; it must have one for each of the {count} copies")
     return list(found)
-
-
-def _probes(given: Sequence[Any]) -> list[int]:
-    """Places by which it is found what follows from values: the least and the largest number, and others."""
-    spread = np.linspace(0, len(given) - 1, min(PROBES - 2, len(given))).astype(int).tolist()
-    if all(isinstance(value, int | float) for value in given):
-        spread += [int(np.argmin(given)), int(np.argmax(given))]
-    return sorted(set(spread))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
+from evolvent.analysis.batch_parameters import BatchParameters, VariedRun
 from evolvent.analysis.step_results import ResultAddress, StepResults
-from evolvent.assembly.variants import Changes
+from evolvent.assembly.variants import Change
 from evolvent.results.kept import is_local
 from evolvent.results.observe import View, observe_part
 from evolvent.solvers.common import balance as eb
@@ -27,16 +28,16 @@ class BatchResults:
     Parameters
     ----------
     copies : Copies
-    touched : returns what copies have of their own
+    varied, parameters : VariedRun and BatchParameters, what copies have of their own
 
     Notes
     -----
     Copies are then the samples of one solution. Whether a result depends on what copies have of their own is found by
-    evaluating it with NaN in the place of that.
+    evaluating it with NaN in the place of that, and with the parts of other copies.
     """
 
-    def __init__(self, copies: Copies, touched: Callable[[], Sequence[Changes]]) -> None:
-        self._copies, self._touched = copies, touched
+    def __init__(self, copies: Copies, varied: VariedRun, parameters: BatchParameters) -> None:
+        self._copies, self._varied, self._parameters = copies, varied, parameters
         self._first: tuple[Array, list[Any]] | None = None
         self._addresses: dict[str, ResultAddress] = {}
         self._bound: dict[str, Array] = {}
@@ -72,7 +73,7 @@ class BatchResults:
                 self._bound[name][which] = _values(view, self._addresses[name], views)[1:]
         apart = [name for name in names if not self._together[name]]
         for k in which.tolist() if apart else ():
-            own = View(self._solution(np.array([k]), self._copies.of(k).model.copy()))
+            own = View(self._solution(np.array([k]), self._copies.of(k).model.copy(), self._parameters.parts(k)))
             seen: dict[str, Any] = {}
             for name in apart:
                 self._bound[name][k] = _values(own, self._addresses[name], seen)[-1]
@@ -85,21 +86,25 @@ class BatchResults:
         """Whether a result of all copies can be evaluated with one model."""
         if not is_local(solution.assembly, [f"{address.part}.{address.variable}"]):
             return False
-        touched = self._touched()
-        if not touched:
+        changed, own = self._varied.changed, solution.assembly
+        if not changed:
             return True
+        others = [{"model": _poisoned(own.model, changed.values())}, *({"parts": one} for one in self._varied.parts)]
         try:
             found = _values(View(solution), address, {})
-            without = _values(View(_replaced(solution, _poisoned(solution.assembly.model, touched))), address, {})
+            without = [
+                _values(View(dataclasses.replace(solution, assembly=dataclasses.replace(own, **one))), address, {})
+                for one in others
+            ]
         except Exception:  # noqa: BLE001  (whatever a number that is none makes of an evaluation)
             return False
-        return bool(found.tobytes() == without.tobytes())
+        return all(found.tobytes() == one.tobytes() for one in without)
 
-    def _solution(self, which: Array, model: Any = None) -> Solution:
+    def _solution(self, which: Array, model: Any = None, parts: Any = None) -> Solution:
         """States of copies now, as samples of one solution, after that of the start."""
         copies, run = self._copies, self._copies.run
         memory, blocks = copies.memory, copies.blocks
-        model = run.model if model is None else model
+        model, parts = run.model if model is None else model, run.assembly.parts if parts is None else parts
 
         def now(name: str) -> Array:
             """What the loop has kept at the last sample of each copy."""
@@ -118,7 +123,7 @@ class BatchResults:
         both[2] = both[2].view(np.recarray)
         start = float(run.plan.times[0])
         return Solution(
-            assembly=dataclasses.replace(run.assembly, model=model, shared=None),
+            assembly=dataclasses.replace(run.assembly, model=model, parts=dict(parts), shared=None),
             method=run.plan.method,
             t=np.concatenate([[start], copies.time[which]]),
             y=np.concatenate([first[0], y]),
@@ -151,19 +156,15 @@ def _values(view: View, address: ResultAddress, seen: dict[str, Any]) -> Array:
     return np.ascontiguousarray(values.reshape(count, -1)[:, address.at])
 
 
-def _replaced(solution: Solution, model: Any) -> Solution:
-    return dataclasses.replace(solution, assembly=dataclasses.replace(solution.assembly, model=model))
-
-
-def _poisoned(model: Any, touched: Sequence[Changes]) -> Any:
+def _poisoned(model: Any, changed: Iterable[Change]) -> Any:
     """A copy of a model with NaN in all that copies have of their own."""
-    found = model.copy()
-    for changes in touched:
-        for one in changes.records:
-            own = getattr(found, one.family)[one.field]
-            own[one.row] = np.nan if np.issubdtype(own.dtype, np.floating) else own[one.row] + 1
-        for index in changes.parameters:
-            found.parameters[index] = np.nan
-    if any(changes.records for changes in touched):  # from which these follow
+    found, records = model.copy(), False
+    for one in changed:
+        if not one.field:
+            getattr(found, one.family)[one.row] = np.nan
+            continue
+        own, records = getattr(found, one.family)[one.field], True
+        own[one.row] = np.nan if np.issubdtype(own.dtype, np.floating) else own[one.row] + 1
+    if records:  # from which these follow
         found.blocks["inertia"], found.G[:] = np.nan, np.nan
     return found

@@ -125,8 +125,9 @@ class System(Composition, Answered):
         Returns
         -------
         evolvent.analysis.batch.Batch
-            ``batch.expand("hinge 1.stiffness", values)`` gives each copy its own parameter; ``batch.bind("hub.rate.z")``
-            is an array of a result; ``batch.step()``, ``batch.run(10.0)`` and ``batch.reset(mask)`` move the copies.
+            ``batch.expand("hinge 1.stiffness", values)`` gives each copy its own parameter,
+            ``batch.bind("hub.rate.z")`` is an array of a result, and ``batch.step()``, ``batch.run(10.0)`` and
+            ``batch.reset(mask)`` move the copies.
 
         Raises
         ------

@@ -51,17 +51,21 @@ class Copies:
     ----------
     memory : Memory, of the model, the matrix and the workspace
     blocks : (count, size) uint8
+    check : called from time to time with the time that a copy has reached; what it raises ends the call
     status : (count,) int, `GOES_ON`, `STOPPED_BY_EVENT` or `HAS_FAILED`; reasons : mapping, of those that have failed
     """
 
+    check: Callable[[float], None] | None
+
     def __init__(self, run: ImplicitRun, count: int, threads: int) -> None:
         self.run, self.count, self.threads = run, count, threads
-        self.midpoint = run.midpoint
+        self.midpoint, self.check = run.midpoint, None
         self.memory = Memory({"model": run.model, "matrix": run.matrix, "work": run.work})
         self.blocks = self.memory.room(count)
         self.status, self.reasons = np.zeros(count, dtype=np.int64), dict[int, str]()
         self._codes = np.zeros(count, dtype=np.int64)
         self._runs: dict[int, ImplicitRun] = {}
+        self._views: dict[int, dict[str, Any]] = {}
         self._pace: dict[int, Pace] = {}
         self._room = threading.local()
         self._pool: ThreadPoolExecutor | None = None
@@ -152,7 +156,9 @@ class Copies:
     def of(self, k: int) -> Any:
         """The run of a copy, whose structs share the memory of its block."""
         if k not in self._runs:
-            self._runs[k] = _run_of(self.run, self.memory.views(self.blocks[k]), k)
+            if k not in self._views:
+                self._views[k] = self.memory.views(self.blocks[k])
+            self._runs[k] = _run_of(self.run, self._views[k], k)
         return self._runs[k]
 
     # ------------------------------------------------------------------------------------------------ time
@@ -179,6 +185,10 @@ class Copies:
         jumps = np.zeros(self.count, dtype=bool)
         jumps[which] = changed | self._pass_stops(which)
         self._each(which, lambda part: self._advance(part, jumps), progress)
+
+    def run_to_end(self, which: Array) -> None:
+        """Go on with copies that stand at their start to the last sample."""
+        self._each(which[self.status[which] == GOES_ON], lambda part: self._advance(part, np.zeros(self.count, bool)))
 
     def _pass_stops(self, which: Array) -> Array:
         """Pass stops at the ends of the steps before; returns at which copies there was one, (k,) bool."""
@@ -211,6 +221,8 @@ class Copies:
                     self._fail(int(part[0]), self._failure_of(int(part[0]), error))
                     continue
                 left.append(self._ended(part))
+                if self.check is not None:
+                    self.check(float(self.time[part[0]]))
             which = np.concatenate([*left, np.zeros(0, dtype=np.int64)])
 
     def _ended(self, which: Array) -> Array:
