@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 import threading
@@ -22,6 +23,7 @@ from evolvent.assembly.variants import Variants
 from evolvent.results.fine_samples import Times
 from evolvent.results.kept import Kept, is_local, kept_of
 from evolvent.results.tree import root_of
+from evolvent.solvers.common.sizes import energy_floor, round_off_energy, sizes
 from evolvent.solvers.time.implicit.copies import GOES_ON, HAS_FAILED, Copies, prepared
 from evolvent.solvers.time.implicit.methods import METHODS
 from evolvent.solvers.time.implicit.run import ImplicitRun
@@ -71,6 +73,9 @@ class ManyRuns:
         self.run = prepared(ImplicitRun(plan))
         self.varied = VariedRun(own, variants, self.run, self.times.all, options)
         self._shared, self._threads = shared, threading.local()
+        weight, mass = sizes(self.run.assembly)
+        floor = round_off_energy(self.run.assembly, float(self.times.all[0]))
+        self._round_offs = energy_floor(self.run.assembly, mass, weight), floor
 
     @classmethod
     def of(cls, system: System, keep: Sequence[str], settings: Mapping[str, Any]) -> Self | None:
@@ -79,6 +84,12 @@ class ManyRuns:
             return cls(system, keep, settings)
         except InputError:  # where it is to be refused, the runs one by one say why
             return None
+
+    def expect(self, points: Sequence[Mapping[str, Any]]) -> None:
+        """Find what follows from the keys of all points at once, by their least and largest values."""
+        for key in dict.fromkeys(key for point in points for key in point):
+            with contextlib.suppress(InputError):  # of a point, which is then made by itself
+                self.varied.places(key, [point[key] for point in points if key in point])
 
     def kept(self, points: Sequence[Mapping[str, Any]], check: Callable[[float], None] | None) -> Iterator[Kept | None]:
         """What is kept of variants, in order; None where a variant must be made by itself.
@@ -118,6 +129,8 @@ class ManyRuns:
     def _solution(self, copies: Copies, parameters: BatchParameters, k: int) -> Solution:
         """The motion of a copy."""
         one, status = copies.of(k), int(copies.status[k])
+        if not self.varied.plans:  # then these are those of the run as well
+            one.round_offs = self._round_offs
         one.assembly = dataclasses.replace(one.assembly, parts=dict(parameters.parts(k)), shared=self._shared)
         ending = FINISHED if status == GOES_ON else one.stopped()
         if status == HAS_FAILED:

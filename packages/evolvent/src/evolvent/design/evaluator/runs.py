@@ -40,11 +40,13 @@ class SystemRuns(Runs):
     system : System
     keep : names that its runs have
     settings : mapping, arguments of `evolvent.System.simulate`
+    points : sequence of Point, all that will be asked for, where they are known
     """
 
     system: System
     keep: Sequence[str]
     settings: Mapping[str, Any]
+    points: Sequence[Point] = ()
 
     @property
     def most_threads(self) -> int:
@@ -59,7 +61,10 @@ class SystemRuns(Runs):
     @functools.cached_property
     def _many(self) -> ManyRuns | None:
         """Runs of the variants, prepared once; None where each is made by itself."""
-        return _many(self.system, self.keep, self.settings)
+        found = _many(self.system, self.keep, self.settings)
+        if found is not None:
+            found.expect(self.points)
+        return found
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)

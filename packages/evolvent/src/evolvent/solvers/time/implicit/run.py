@@ -45,8 +45,11 @@ class ImplicitRun(run.MotionRun):
     releases : list of what changes the number of moving nodes between steps (`NodeEvents.between_steps`)
     ranks : redundancy.Ranks, of the constraints
     captures : captures.Captures, by latches in steps of a fixed length
+    round_offs : as of `Solution`, where they are known
     matrix : SparseBlocks, of the tangent; of energy-momentum ordered again where turns come to lie on one another
     """
+
+    round_offs: tuple[float, float] | None = None
 
     def __init__(self, of: Any) -> None:
         super().__init__(of)
@@ -280,6 +283,7 @@ class ImplicitRun(run.MotionRun):
             kept=self._kept(n, balance),
             reactions=self._reactions(n),
             captures=tuple(self.captures.found),
+            round_offs=self.round_offs,
         )
         found.statistics |= {"energy_moved": found.closure.moved, "energy_defect": found.closure.share}
         found.statistics |= self.ranks.statistics
