@@ -88,7 +88,7 @@ class Batch:
         run.work = run.work._replace(out_momenta=np.zeros((0, 6)))  # samples are ends of steps
         self._copies = _copies(run, self.count, self.threads)
         self.assembly = run.assembly
-        varied = VariedRun(own, variants, run, times, options)
+        varied = VariedRun(own, variants, run)
         self._parameters = BatchParameters(varied, self._copies)
         self._results = BatchResults(self._copies, varied, self._parameters)
         self._held = dict[str, Array]()

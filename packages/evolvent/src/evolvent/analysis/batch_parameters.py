@@ -9,10 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from evolvent.analysis import runs, variation
+from evolvent.analysis import variation
 from evolvent.analysis.storage import storage_of
+from evolvent.assembly import needs
 from evolvent.assembly.variants import Change, Changes, Variants
 from evolvent.solvers.time.implicit.copies import Copies
+from evolvent.solvers.time.implicit.plan import planned_again
 from evolvent.solvers.time.implicit.run import ImplicitRun
 from evolvent.solvers.time.implicit.setup import error_sizes, shares, stops_of
 from evolvent_base.errors import InputError
@@ -48,7 +50,7 @@ class VariedRun:
     Parameters
     ----------
     system, variants : System and the Variants by which it was assembled first
-    run : ImplicitRun, prepared; times : (nt,) float, s, its samples; settings : of its plan
+    run : ImplicitRun, prepared
 
     Attributes
     ----------
@@ -57,11 +59,8 @@ class VariedRun:
     plans : bool, whether plans of copies follow from their keys
     """
 
-    def __init__(
-        self, system: Any, variants: Variants, run: ImplicitRun, times: Array, settings: Mapping[str, Any]
-    ) -> None:  # fmt: skip
+    def __init__(self, system: Any, variants: Variants, run: ImplicitRun) -> None:
         self.system, self._variants, self.run = system, variants, run
-        self._times, self._settings = times, dict(settings)
         self._keys: dict[str, _Key] = {}
         self._lock = threading.Lock()
         self._scratch = run.model.copy()
@@ -70,7 +69,7 @@ class VariedRun:
         self.plans = storage_of(system.sections) is not None  # which is refused where a key is looked at
 
     def places(self, key: str, values: Sequence[Any]) -> tuple[Place, ...]:
-        """Fields that hold the numbers of a key as they are given, and are all that follows; empty where there are none.
+        """Fields that hold the numbers of a key as they are given, and are all that follows; else empty.
 
         Raises
         ------
@@ -145,12 +144,13 @@ class VariedRun:
         if storage_of(self.system.sections) is not None:
             raise InputError("copies of a system with `store` cannot have their own values; use evolvent.simulate_many")
         own = variation.with_values(self.system, values)
-        found = self._variants.changes(own._gravity, own.parts) if own.sections == self.system.sections else None
+        alike = own.settings == self.system.settings and own.sections == self.system.sections
+        found = self._variants.changes(own._gravity, own.parts) if alike else None
         if found is None:
             own.assemble()  # whose sentence says what is wrong with the values
             raise InputError(
-                f"{', '.join(map(repr, values))} cannot be varied here to {', '.join(map(repr, values.values()))}: more "
-                f"follows from it than records of the model; use evolvent.simulate_many"
+                f"{', '.join(map(repr, values))} cannot be varied here to {', '.join(map(repr, values.values()))}: "
+                f"more follows from it than records of the model; use evolvent.simulate_many"
             )
         return found, own.parts
 
@@ -164,25 +164,25 @@ class VariedRun:
         return self._variants.write(changes, scratch)
 
     def plan(self, scratch: Any) -> dict[str, Any]:
-        """What the plan of a run of another model has.
+        """What the plan of a run of another model has; the scratch fields of its records change.
 
         Raises
         ------
         InputError
-            As of `runs.plan`.
+            As of `planned_again`.
         """
-        assembly = dataclasses.replace(self.run.assembly, model=scratch.copy(), shared=None, touched=None)
-        plan, _ = runs.plan(assembly, self._times, own=True, **self._settings)
-        conserves, model, weight = bool(plan.options.midpoint), plan.assembly.model, plan.weight
-        stops = stops_of(plan.assembly, self._times)
+        needs.note_alike(self.run.model, scratch)
+        assembly = dataclasses.replace(self.run.assembly, model=scratch, shared=None, touched=None)
+        weight, options = planned_again(self.run.plan, assembly)
+        stops, conserves = stops_of(assembly, self.run.plan.times), bool(options.midpoint)
         if stops.shape != self.run.work.stops.shape:
             raise InputError(
                 "other values change the number of times at which loads change; use evolvent.simulate_many"
             )
         found = {
-            "options": plan.options, "weight": weight, "stops": stops,
-            "error_weight": error_sizes(model, weight, conserves=conserves),
-            "shares": shares(model, weight, conserves=conserves),
+            "options": options, "weight": weight, "stops": stops,
+            "error_weight": error_sizes(scratch, weight, conserves=conserves),
+            "shares": shares(scratch, weight, conserves=conserves),
         }  # fmt: skip
         return {name: found[name] for name in _PLANNED}
 
@@ -238,9 +238,10 @@ class BatchParameters:
         for key in keys:
             try:
                 given = [point[key] for point in points if key in point]
-                places[key] = self._varied.places(key, given) if len(given) == len(points) else ()
-            except InputError:
-                places[key] = ()
+                own = self._varied.places(key, given)  # which also finds whether plans follow
+                places[key] = own if len(given) == len(points) else ()
+            except InputError:  # of some of the points, which are refused below
+                places[key], self._varied.plans = (), True
         if all(places.values()) and not self._varied.plans:
             for key, own in places.items():
                 for place in own:
@@ -257,14 +258,11 @@ class BatchParameters:
     def parts(self, k: int) -> Mapping[str, Any]:
         """Parts of the system of a copy."""
         if k not in self._parts:
-            try:
-                self._parts[k] = self._varied.with_numbers(self.values[k]) if self._fields and not self._own else {}
-            except (KeyError, TypeError, ValueError):
-                self._parts[k] = {}
-            if not self._parts[k]:
-                self._parts[k] = (
-                    self._varied.changes(self.values[k])[1] if self.values[k] else self._varied.system.parts
-                )
+            own, varied = self.values[k], self._varied
+            if self._own:
+                self._parts[k] = varied.changes(own)[1]
+            else:
+                self._parts[k] = varied.with_numbers(own)
         return self._parts[k]
 
     def write(self, which: Array) -> None:

@@ -71,7 +71,7 @@ class ManyRuns:
         options["method"], shared = method, assembly.shared
         plan, _ = runs.plan(dataclasses.replace(assembly, shared=None), self.times.all, **options)
         self.run = prepared(ImplicitRun(plan))
-        self.varied = VariedRun(own, variants, self.run, self.times.all, options)
+        self.varied = VariedRun(own, variants, self.run)
         self._shared, self._threads = shared, threading.local()
         weight, mass = sizes(self.run.assembly)
         floor = round_off_energy(self.run.assembly, float(self.times.all[0]))
