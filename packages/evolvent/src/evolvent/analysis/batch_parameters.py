@@ -13,6 +13,7 @@ from evolvent.analysis import variation
 from evolvent.analysis.storage import storage_of
 from evolvent.assembly import needs
 from evolvent.assembly.variants import Change, Changes, Variants
+from evolvent.model.memory import take
 from evolvent.solvers.time.implicit.copies import Copies
 from evolvent.solvers.time.implicit.plan import planned_again
 from evolvent.solvers.time.implicit.run import ImplicitRun
@@ -156,7 +157,7 @@ class VariedRun:
 
     def written(self, changes: Changes, scratch: Any) -> frozenset[str]:
         """Write changes into a copy of the run's model; returns the arrays in which it may differ then."""
-        scratch.take(self.run.model)
+        take(scratch, self.run.model)
         for one in changes.records:
             self.changed.setdefault((one.family, one.field, one.row), one)
         for index in changes.parameters:

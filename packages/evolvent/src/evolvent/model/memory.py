@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ctypes
+import weakref
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
@@ -12,6 +14,21 @@ from evolvent.compiled.pointer import Struct, address
 Array = np.ndarray
 #: Bytes to which arrays and blocks are aligned: a line of the cache.
 LINE = 64
+
+
+#: What is moved between structs, by both of them.
+_MOVES: weakref.WeakKeyDictionary[Struct, weakref.WeakKeyDictionary[Struct, list[tuple[int, int, int]]]]
+_MOVES = weakref.WeakKeyDictionary()
+
+
+def take(to: Struct, of: Struct) -> None:
+    """Take the values of another struct, whose arrays are as large; many times between the same two."""
+    known = _MOVES.setdefault(to, weakref.WeakKeyDictionary())
+    moves = known.get(of)
+    if moves is None:
+        moves = known[of] = to.moves(of)
+    for at, source, size in moves:
+        ctypes.memmove(at, source, size)
 
 
 class _Place(NamedTuple):
