@@ -12,6 +12,7 @@ rod of 40 elements by generalized-alpha, 1 ms; `per_core` divides by the threads
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import os
 import pathlib
@@ -78,9 +79,9 @@ def body() -> System:
     return system
 
 
-def batched(system: System, values: dict[str, np.ndarray], count: int, threads: int, **settings: Any) -> np.ndarray:
+def batched(system: System, values: dict[str, np.ndarray], count: int, workers: int, **settings: Any) -> np.ndarray:
     """The last states of a batch, from its making on."""
-    batch = system.batch(count, threads=threads, **settings)
+    batch = system.batch(count, workers=workers, **settings)
     for key, own in values.items():
         batch.expand(key, own)
     bound = batch.bind("hinge 1.angle") if "hinge 1" in system.parts else batch.bind("hub.position")
@@ -106,11 +107,11 @@ def beyond(count: int) -> Iterator[dict[str, Any]]:
             own = {key: of[:size] for key, of in values.items()}
             if keep is None:
                 return batched(system, own, size, 1)
-            return evolvent.simulate_many(system, own, keep, workers=1)
+            return evolvent.simulate_many(system, {key: of.tolist() for key, of in own.items()}, keep, workers=1)
 
         work(3)
         with Loops() as loops:
-            yield {"work": name, **loops.shares(count, lambda size=count, work=work: work(size))}
+            yield {"work": name, **loops.shares(count, functools.partial(work, count))}
 
 
 def two_threads(count: int, repeat: int = 3) -> dict[str, float]:
@@ -119,7 +120,7 @@ def two_threads(count: int, repeat: int = 3) -> dict[str, float]:
     found: dict[int, list[float]] = {1: [], 2: []}
     states = {}
     for threads in (1, 2) * repeat:
-        batch = array.batch(count, threads=threads)
+        batch = array.batch(count, workers=threads)
         for key, own in values.items():
             batch.expand(key, own)
         began = time.perf_counter()
@@ -136,9 +137,9 @@ def two_threads(count: int, repeat: int = 3) -> dict[str, float]:
 def dispersed(count: int) -> dict[str, float]:
     """Wall times of dispersed runs on all cores."""
     array, values = evolvent.load("solar-array"), drawn(KEYS | MASS, count)
-    evolvent.simulate_many(array, {key: own[:3] for key, own in values.items()}, [KEPT[0]], workers=1)
+    evolvent.simulate_many(array, {key: own[:3].tolist() for key, own in values.items()}, [KEPT[0]], workers=1)
     began = time.perf_counter()
-    found = evolvent.simulate_many(array, values, [KEPT[0]])
+    found = evolvent.simulate_many(array, {key: own.tolist() for key, own in values.items()}, [KEPT[0]])
     middle = time.perf_counter()
     batched(array, values, count, cores())
     return {
@@ -164,8 +165,8 @@ def rods(count: int, steps: int = 50) -> dict[str, float]:
     batch.close()
     taken, size = count * steps, batch._copies.memory.size
     return {
-        "rods": count, "threads": batch.threads, "made_s": made, "bytes_each": size, "steps_per_s": taken / wall,
-        "per_core": taken / wall / batch.threads, "per_cpu_s": taken / cpu,
+        "rods": count, "threads": batch.workers, "made_s": made, "bytes_each": size, "steps_per_s": taken / wall,
+        "per_core": taken / wall / batch.workers, "per_cpu_s": taken / cpu,
     }  # fmt: skip
 
 

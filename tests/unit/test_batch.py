@@ -16,7 +16,7 @@ def arm(**spring: object) -> System:
     system.add(parts.RigidBody(mass=1.0, inertia=(0.1, 0.1, 0.1), position=(0.5, 0.0, 0.0)), "arm")
     system.add(parts.Joint(a="hub", b=("arm", (-0.5, 0.0, 0.0)), type="revolute", axis=(0.0, 0.0, 1.0)), "pivot")
     keys = {"start": 0.0, "rest": 1.5, "stiffness": 0.5, "damping": 0.05, "latch": 1.0, "latch_stiffness": 100.0}
-    hinge = parts.JointSpring(a="hub", b="arm", axis=(0.0, 0.0, 1.0), latch_damping=2.0, **{**keys, **spring})  # type: ignore[arg-type]
+    hinge = parts.JointSpring(a="hub", b="arm", axis=(0.0, 0.0, 1.0), latch_damping=2.0, **{**keys, **spring})
     system.add(hinge, "hinge")
     return system
 
@@ -34,8 +34,8 @@ def system() -> System:
 def test_copies_have_the_bits_of_single_runs(system: System, method: str) -> None:
     """With stiffnesses, which stand in a record, and masses, from which the plan follows, at two numbers of threads."""
     masses, found = [1.0, 1.2, 0.9, 1.1], []
-    for threads in (1, 2):
-        batch = system.batch(4, until=4.0, method=method, threads=threads)
+    for workers in (1, 2):
+        batch = system.batch(4, until=4.0, method=method, workers=workers)
         bound = batch.bind("hinge.angle"), batch.bind("arm.position")
         batch.expand("hinge.stiffness", VALUES)
         batch.expand("arm.mass", masses)

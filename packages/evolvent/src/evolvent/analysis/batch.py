@@ -26,7 +26,7 @@ from evolvent_base.cores import cores, free_memory
 from evolvent_base.errors import InputError, nearest
 
 if TYPE_CHECKING:
-    from evolvent.analysis.system import System
+    from evolvent.analysis.composition import Composition
 
 Array = np.ndarray
 #: End of the time of a batch where none is given, s, as of a stepper.
@@ -50,7 +50,7 @@ class Batch:
     until : float, s, the end of the time that may be stepped through
     method : str, the implicit method
     every : float, s, length of `step`; None where none was given
-    threads : int
+    workers : int, threads
     inputs : tuple of str, bodies on which forces and torques may be set
 
     Examples
@@ -66,14 +66,14 @@ class Batch:
     """
 
     def __init__(
-        self, system: System, count: int, *, until: Any = None, every: Any = None, inputs: str | Sequence[str] = (),
-        threads: int | None = None, **given: Any,
+        self, system: Composition, count: int, *, until: Any = None, every: Any = None, inputs: str | Sequence[str] = (),
+        workers: int | None = None, **given: Any,
     ) -> None:  # fmt: skip
         self.count, self.inputs = _number("n", count), listed(inputs)
-        cases = min(cores(), self.count) if threads is None else _number("threads", threads)
+        most = min(cores(), self.count) if workers is None else _number("workers", workers)
         settings = settings_of({"until": END} | system.settings, {"until": until, **given})
         settings = {name: value for name, value in settings.items() if name not in ("every", "fine")}
-        self.until, self.threads = float(settings.pop("until")), cases
+        self.until, self.workers = float(settings.pop("until")), most
         own, variants = composed(system, self.inputs), Variants()
         assembly = own.assemble(variants)
         if families.reacts(assembly.model):
@@ -86,7 +86,7 @@ class Batch:
         plan, _ = runs.plan(dataclasses.replace(assembly, shared=None), times, **options)
         run = prepared(ImplicitRun(plan))
         run.work = run.work._replace(out_momenta=np.zeros((0, 6)))  # samples are ends of steps
-        self._copies = _copies(run, self.count, self.threads)
+        self._copies = _copies(run, self.count, self.workers)
         self.assembly = run.assembly
         varied = VariedRun(own, variants, run)
         self._parameters = BatchParameters(varied, self._copies)
@@ -309,7 +309,7 @@ def _method(assembly: Any, asked: str, *, holds: bool) -> str:
     return NAME
 
 
-def _copies(run: ImplicitRun, count: int, threads: int) -> Copies:
+def _copies(run: ImplicitRun, count: int, workers: int) -> Copies:
     """Copies of a run.
 
     Raises
@@ -318,7 +318,7 @@ def _copies(run: ImplicitRun, count: int, threads: int) -> Copies:
         Where they need more memory than is free.
     """
     try:
-        found = Copies(run, count, threads)
+        found = Copies(run, count, workers)
     except MemoryError:
         raise InputError(f"n is {count}; so many copies need more memory than there is; use fewer") from None
     needed, free = found.blocks.nbytes, free_memory()

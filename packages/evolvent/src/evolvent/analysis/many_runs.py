@@ -31,7 +31,7 @@ from evolvent.solvers.time.run import FINISHED
 from evolvent_base.errors import InputError
 
 if TYPE_CHECKING:
-    from evolvent.analysis.system import System
+    from evolvent.analysis.composition import Composition
     from evolvent.solvers.common.solution import Solution
 
 Array = np.ndarray
@@ -55,7 +55,7 @@ class ManyRuns:
         that are paid out.
     """
 
-    def __init__(self, system: System, keep: Sequence[str], settings: Mapping[str, Any]) -> None:
+    def __init__(self, system: Composition, keep: Sequence[str], settings: Mapping[str, Any]) -> None:
         self.keep, options = list(keep), dict(settings)
         own, variants = system.copy(), Variants()
         assembly = own.assemble(variants)
@@ -78,7 +78,7 @@ class ManyRuns:
         self._round_offs = energy_floor(self.run.assembly, mass, weight), floor
 
     @classmethod
-    def of(cls, system: System, keep: Sequence[str], settings: Mapping[str, Any]) -> Self | None:
+    def of(cls, system: Composition, keep: Sequence[str], settings: Mapping[str, Any]) -> Self | None:
         """The runs of variants of a system; None where they cannot be copies of one, or are to be refused."""
         try:
             return cls(system, keep, settings)

@@ -105,7 +105,7 @@ class System(Composition, Answered):
     def batch(
         self, n: int, *, until: Any = None, every: Any = None, method: str | None = None, step: Any = None,
         tolerance: float | None = None, spectral_radius: float | None = None, inputs: str | Sequence[str] = (),
-        threads: int | None = None,
+        workers: int | None = None,
     ) -> Batch:  # fmt: skip
         """Make many copies of the system, which compiled code steps beside one another.
 
@@ -120,7 +120,7 @@ class System(Composition, Answered):
             An implicit one; left out, that of `simulate` if it is implicit, else generalized-alpha.
         step, tolerance, spectral_radius : as of `simulate`
         inputs : names of bodies on which forces and torques will be set, under generalized-alpha or hht
-        threads : int; left out, one for every core
+        workers : int, threads; left out, one for every core
 
         Returns
         -------
@@ -137,7 +137,7 @@ class System(Composition, Answered):
         """
         return Batch(
             self, n, until=until, every=every, method=method, step=step, tolerance=tolerance,
-            spectral_radius=spectral_radius, inputs=inputs, threads=threads,
+            spectral_radius=spectral_radius, inputs=inputs, workers=workers,
         )  # fmt: skip
 
     @overload

@@ -21,7 +21,7 @@ from evolvent.solvers.common import redundancy
 from evolvent.solvers.common.laws import law_failure
 from evolvent.solvers.common.start import acts_from_outside
 from evolvent.solvers.time.implicit.captures import Captures
-from evolvent.solvers.time.implicit.many_steps import advance_many, begin_many, restart_many
+from evolvent.solvers.time.implicit.many_steps import advance_many, begin_many, count_open, restart_many
 from evolvent.solvers.time.implicit.messages import reason
 from evolvent.solvers.time.implicit.methods import METHODS
 from evolvent.solvers.time.implicit.run import ImplicitRun
@@ -45,7 +45,7 @@ class Copies:
     ----------
     run : ImplicitRun, prepared; its own memory is that of none of the copies
     count : int, of copies
-    threads : int, that step them beside one another
+    workers : int, threads that step them beside one another
 
     Attributes
     ----------
@@ -53,12 +53,13 @@ class Copies:
     blocks : (count, size) uint8
     check : called from time to time with the time that a copy has reached; what it raises ends the call
     status : (count,) int, `GOES_ON`, `STOPPED_BY_EVENT` or `HAS_FAILED`; reasons : mapping, of those that have failed
+    ranks_apart : bool, whether Python finds ranks of constraints, copy by copy: where they have been redundant
     """
 
     check: Callable[[float], None] | None
 
-    def __init__(self, run: ImplicitRun, count: int, threads: int) -> None:
-        self.run, self.count, self.threads = run, count, threads
+    def __init__(self, run: ImplicitRun, count: int, workers: int) -> None:
+        self.run, self.count, self.workers = run, count, workers
         self.midpoint, self.check = run.midpoint, None
         self.memory = Memory({"model": run.model, "matrix": run.matrix, "work": run.work})
         self.blocks = self.memory.room(count)
@@ -71,7 +72,9 @@ class Copies:
         self._pool: ThreadPoolExecutor | None = None
         self._ends = threading.Event()
         others = frozenset().union(*(row.modules for row in METHODS.values())) - METHODS[run.plan.method].modules
-        roots = [begin_many, advance_many] if self.midpoint else [begin_many, advance_many, restart_many]
+        roots: list[Any] = [begin_many, advance_many]
+        roots += [count_open] if run.model.constraints.size else []
+        roots += [] if self.midpoint else [restart_many]
         needs.load(run.model, *roots, without=others)
         self._structs: list[Any] = []
         if not config.DISABLE_JIT:
@@ -80,6 +83,10 @@ class Copies:
         self.samples = self.memory.values(self.blocks, "work", "samples")
         self.stops = self._values("work", "stops")
         self.rows = self._values("model", "constraints")
+        ranks = run.ranks.found
+        self.ranks_apart = bool(config.DISABLE_JIT or any(one.redundancy is not None for one in ranks))
+        self._ranked = np.repeat(ranks[0].held[None], count, axis=0) if ranks else np.zeros((count, 0), dtype=bool)
+        self._ranked_latches = np.zeros(count, dtype=np.int64)
 
     def _values(self, *path: str) -> Array | None:
         """An array of all copies; None of one without entries."""
@@ -98,6 +105,8 @@ class Copies:
         self.memory.fill(self.blocks, which)
         write(which)
         self.status[which] = GOES_ON
+        if self.run.ranks.found:
+            self._ranked[which], self._ranked_latches[which] = self.run.ranks.found[0].held, 0
         for k in which.tolist():
             self.reasons.pop(k, None)
             self._runs.pop(k, None)
@@ -256,9 +265,9 @@ class Copies:
         smallest = 20.0 * float(self.run.plan.options.smallest)
         after = np.zeros(self.count)
         after[which] = self.time[which] + np.maximum(1e-9 * self.loop["last"][which], smallest)
-        due = self._is_due(which, after[which])
-        for k in which[due].tolist():
-            self._guarded(k, lambda one: self._find_rank(one))
+        due = which[self._is_due(which, after[which])]
+        if due.size:
+            self._find_ranks(due, after)
         which = which[self.status[which] == GOES_ON]
         if self.midpoint:
             for k in which.tolist():
@@ -278,17 +287,47 @@ class Copies:
         one = self.of(k)
         one.work.step.step.held = float(one.plan.options.chi > 0.0 and acts_from_outside(one.model, after))
 
+    def _held(self, which: Array, times: Array) -> Array:
+        """Rows that are constraints and hold at times (k,), s: (k, nj) bool (`redundancy.is_held`)."""
+        assert self.rows is not None
+        rows = self.rows[which]
+        return np.asarray((rows["stiffness"] == 0.0) & (times[:, None] <= rows["until"]))
+
     def _is_due(self, which: Array, after: Array) -> Array:
         """Whether the rank of the constraints of copies may have changed (`redundancy.Ranks.is_due`), (k,) bool."""
         if self.rows is None:
             return np.zeros(which.size, dtype=bool)
-        found, rows, latches = np.zeros(which.size, dtype=bool), self.rows[which], self.loop["latches"][which]
-        held = (rows["stiffness"] == 0.0) & (after[:, None] <= rows["until"])
-        own = rows["alone"] == 0
-        for i, k in enumerate(which.tolist()):
-            ranks = self._runs[k].ranks if k in self._runs else self.run.ranks
-            last = ranks.found[-1] if ranks.found else None
-            found[i] = last is None or last.latches != latches[i] or np.any((last.held != held[i]) & own[i])
+        own = self.rows["alone"][which] == 0
+        others = np.any((self._ranked[which] != self._held(which, after)) & own, axis=1)
+        return np.asarray(others | (self._ranked_latches[which] != self.loop["latches"][which]))
+
+    def _find_ranks(self, which: Array, after: Array) -> None:
+        """Find the ranks of the constraints of copies just after the times reached, (count,) float, s.
+
+        Where they are not redundant compiled code finds that.
+        """
+        held = self._held(which, after[which])
+        apart = which[:0] if self.ranks_apart else which[np.any(held, axis=1)]
+        self._codes[which] = -1 if self.ranks_apart else 0
+        if apart.size:
+            room = self._rank_room()
+            count_open(apart, after, *self._structs, *room, self._codes)
+        for k in which[self._codes[which] != 0].tolist():
+            self._guarded(k, self._find_rank)
+        self._ranked[which], self._ranked_latches[which] = held, self.loop["latches"][which]
+
+    def _rank_room(self) -> tuple[Any, ...]:
+        """What `count_open` takes of this thread: what moves to a model that is evaluated, the model, and scratch."""
+        if not hasattr(self._room, "found"):
+            model, n_v = self.run.model.copy(), int(self.run.model.info.nv)
+            needs.note_alike(self.run.model, model)
+            first = self.memory.views(self.blocks[0])["model"]
+            moves = np.array(model.moves(first), dtype=np.int64).reshape(-1, 3)
+            assert not np.any(moves[:, 2] % 8)
+            moves[:, 2] //= 8
+            n_j = self.run.model.constraints.size
+            self._room.found = moves, first.address, model, np.zeros(n_j), np.zeros(n_v), np.zeros(n_v + n_j)
+        found: tuple[Any, ...] = self._room.found
         return found
 
     def _find_rank(self, one: Any) -> str:
@@ -305,16 +344,16 @@ class Copies:
         self, which: Array, act: Callable[[Array], None], progress: Callable[[int, int], None] | None = None
     ) -> None:
         """Act on copies, on all threads; `progress` is called with the number of those that are done and of all."""
-        size = max(1, min(TOGETHER, -(-which.size // (PARTS * self.threads))))
+        size = max(1, min(TOGETHER, -(-which.size // (PARTS * self.workers))))
         parts = [which[k : k + size] for k in range(0, which.size, size)]
-        if self.threads == 1 or len(parts) == 1:
+        if self.workers == 1 or len(parts) == 1:
             for n, part in enumerate(parts, 1):
                 act(part)
                 if progress is not None:
                     progress(min(n * size, which.size), which.size)
             return
         if self._pool is None:
-            self._pool = ThreadPoolExecutor(self.threads, thread_name_prefix="evolvent-batch")
+            self._pool = ThreadPoolExecutor(self.workers, thread_name_prefix="evolvent-batch")
         self._ends.clear()
         left, done = {self._pool.submit(act, part): part.size for part in parts}, 0
         try:
