@@ -66,8 +66,8 @@ class Batch:
     """
 
     def __init__(
-        self, system: Composition, count: int, *, until: Any = None, every: Any = None, inputs: str | Sequence[str] = (),
-        workers: int | None = None, **given: Any,
+        self, system: Composition, count: int, *, until: Any = None, every: Any = None,
+        inputs: str | Sequence[str] = (), workers: int | None = None, **given: Any,
     ) -> None:  # fmt: skip
         self.count, self.inputs = _number("n", count), listed(inputs)
         most = min(cores(), self.count) if workers is None else _number("workers", workers)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -120,12 +120,13 @@ class VariedRun:
         name, _, field = key.removeprefix("parts.").partition(".")
         return name in parts and "." not in field and getattr(parts[name], field, None) == value
 
-    def with_numbers(self, values: Mapping[str, float]) -> dict[str, Any]:
-        """Parts of the system with numbers under keys that have `places`."""
-        found = dict(self.system.parts)
+    def with_numbers(self, values: Mapping[str, float], parts: Mapping[str, Any]) -> dict[str, Any]:
+        """Parts with numbers under keys that have `places`."""
+        found = dict(parts)
         for key, value in values.items():
             name, _, field = key.removeprefix("parts.").partition(".")
-            found[name] = found[name].model_copy(update={field: value})
+            kind = type(getattr(found[name], field))
+            found[name] = found[name].model_copy(update={field: kind(value)})
         return found
 
     def nominal(self, place: Place) -> Any:
@@ -196,6 +197,9 @@ class VariedRun:
 class BatchParameters:
     """What copies of a varied run have of their own.
 
+    Keys that stand in fields as they are given (`VariedRun.places`) are written into these alone. Of the others every
+    copy has the arrays that its parts have written, and its plan where it follows from them.
+
     Attributes
     ----------
     values : list of mappings, key -> value, of each copy
@@ -205,6 +209,7 @@ class BatchParameters:
         self._varied, self._copies = varied, copies
         self._scratch = varied.run.model.copy()
         self.values: list[dict[str, Any]] = [{} for _ in range(copies.count)]
+        self._plain: dict[str, tuple[Place, ...]] = {}
         self._own: dict[tuple[str, str], Array] = {}
         self._fields: dict[Place, Array] = {}
         self._parts: dict[int, Mapping[str, Any]] = {}
@@ -212,19 +217,27 @@ class BatchParameters:
     def expand(self, key: str, values: Any, which: Array) -> None:
         """Give copies their own value of a key: see `evolvent.analysis.batch.Batch.expand`."""
         given = _listed(values, which.size)
-        new = {k: self.values[k] | {key: value} for k, value in zip(which.tolist(), given, strict=True)}
         planned, places = self._varied.plans, self._places(key, given, which)
-        others = [k for k in range(self._copies.count) if k not in new] if self._varied.plans and not planned else []
-        found = {k: self._changes(k, self.values[k]) for k in others if self.values[k]}
-        if not places:
-            found |= {k: self._changes(k, own) for k, own in new.items()}
+        known = [k for k, own in enumerate(self.values) if key in own]
+        if key not in self._plain and known:
+            places = ()
+        new = {k: self.values[k] | {key: value} for k, value in zip(which.tolist(), given, strict=True)}
+        again = set[int]()
+        if not places:  # also of those that had numbers before
+            again |= {*known, *which.tolist()}
+        if self._varied.plans and not planned:
+            again |= {k for k, own in enumerate(self.values) if self._others(own)}
+        plain = {**self._plain, key: places} if places else {one: of for one, of in self._plain.items() if one != key}
+        found = {k: self._changes(k, self._others(new.get(k, self.values[k]), plain)) for k in sorted(again)}
+        for place in () if places else self._plain.get(key, ()):
+            del self._fields[place]
+        self._plain = plain
         for k, own in new.items():
             self.values[k] = own
             self._parts.pop(k, None)
         for place in places:
-            own_field = self._fields.setdefault(place, np.full(self._copies.count, self._varied.nominal(place)))
-            own_field[which] = given
-        for k, changes in found.items():
+            self._field(place)[which] = given
+        for k, (changes, _) in found.items():
             self._take(k, changes)
 
     def assign(self, points: Sequence[Mapping[str, Any]]) -> dict[int, InputError]:
@@ -232,39 +245,46 @@ class BatchParameters:
 
         Copies have nothing else of their own afterwards.
         """
-        self._own, self._fields, self._parts, refused = {}, {}, {}, dict[int, InputError]()
+        self._plain, self._own, self._fields, self._parts, refused = {}, {}, {}, {}, dict[int, InputError]()
         self.values[: len(points)] = [dict(point) for point in points]
-        keys = dict.fromkeys(key for point in points for key in point)
-        places: dict[str, tuple[Place, ...]] = {}
-        for key in keys:
+        for key in dict.fromkeys(key for point in points for key in point):
+            own = [k for k, point in enumerate(points) if key in point]
+            given = [points[k][key] for k in own]
             try:
-                given = [point[key] for point in points if key in point]
-                own = self._varied.places(key, given)  # which also finds whether plans follow
-                places[key] = own if len(given) == len(points) else ()
+                places = self._varied.places(key, given)
             except InputError:  # of some of the points, which are refused below
-                places[key], self._varied.plans = (), True
-        if all(places.values()) and not self._varied.plans:
-            for key, own in places.items():
-                for place in own:
-                    field = self._fields.setdefault(place, np.full(self._copies.count, self._varied.nominal(place)))
-                    field[: len(points)] = [point[key] for point in points]
-            return refused
+                places, self._varied.plans = (), True
+            for place in places:
+                self._plain[key] = places
+                self._field(place)[own] = given
         for k, point in enumerate(points):
             try:
-                self._take(k, self._changes(k, point, named=False))
+                if others := self._others(point):
+                    changes, self._parts[k] = self._varied.changes(others)
+                    self._take(k, changes)
             except InputError as error:
                 refused[k] = error
         return refused
 
     def parts(self, k: int) -> Mapping[str, Any]:
         """Parts of the system of a copy."""
-        if k not in self._parts:
-            own, varied = self.values[k], self._varied
-            if self._own:
-                self._parts[k] = varied.changes(own)[1]
-            else:
-                self._parts[k] = varied.with_numbers(own)
-        return self._parts[k]
+        own = self.values[k]
+        others = self._others(own)
+        if others and k not in self._parts:
+            self._parts[k] = self._varied.changes(others)[1]
+        numbers = {key: value for key, value in own.items() if key in self._plain}
+        return self._varied.with_numbers(numbers, self._parts[k] if others else self._varied.system.parts)
+
+    def _others(self, values: Mapping[str, Any], plain: Collection[str] | None = None) -> dict[str, Any]:
+        """Values of keys that are not written into fields as they are given."""
+        fields = self._plain if plain is None else plain
+        return {key: value for key, value in values.items() if key not in fields}
+
+    def _field(self, place: Place) -> Array:
+        """Numbers of a field in all copies."""
+        if place not in self._fields:
+            self._fields[place] = np.full(self._copies.count, self._varied.nominal(place))
+        return self._fields[place]
 
     def write(self, which: Array) -> None:
         """Write what is their own into the blocks of copies."""
@@ -278,21 +298,18 @@ class BatchParameters:
     def _places(self, key: str, given: Sequence[Any], which: Array) -> tuple[Place, ...]:
         """Where a key stands (`VariedRun.places`), with the number of the copy in what is refused."""
         try:
-            found = self._varied.places(key, given)
+            return self._varied.places(key, given)
         except InputError as error:
             for k, value in zip(which.tolist(), given, strict=True):  # which of them is to blame
                 self._changes(k, {key: value})
             raise error from None
-        taken = {path[1] for path in self._own if path[0] == "model"}
-        return () if self._varied.plans or any(place[0] in taken for place in found) else found
 
-    def _changes(self, k: int, values: Mapping[str, Any], *, named: bool = True) -> Changes:
-        """What a copy with values has of its own."""
+    def _changes(self, k: int, values: Mapping[str, Any]) -> tuple[Changes, Mapping[str, Any]]:
+        """What a copy with values has of its own, and its parts."""
         try:
-            found, self._parts[k] = self._varied.changes(values)
+            return self._varied.changes(values)
         except InputError as error:
-            raise InputError(f"copy {k}: {error}" if named else str(error)) from None
-        return found
+            raise InputError(f"copy {k}: {error}") from None
 
     def _take(self, k: int, changes: Changes) -> None:
         """Take over what a copy has of its own."""
