@@ -125,8 +125,8 @@ class VariedRun:
         found = dict(parts)
         for key, value in values.items():
             name, _, field = key.removeprefix("parts.").partition(".")
-            kind = type(getattr(found[name], field))
-            found[name] = found[name].model_copy(update={field: kind(value)})
+            number = value if isinstance(getattr(found[name], field), int) else float(value)
+            found[name] = found[name].model_copy(update={field: number})
         return found
 
     def nominal(self, place: Place) -> Any:

@@ -25,7 +25,7 @@ from evolvent_base.errors import InputError
 if TYPE_CHECKING:
     from evolvent.analysis.system import System
 
-#: Threads beyond which Python's share of short runs keeps others waiting; processes then serve better.
+#: Threads beyond which Python's share of runs made one by one keeps others waiting; processes then serve better.
 MOST_THREADS = 4
 #: A run, what is kept of it, or why there is none.
 Run = xr.Dataset | xr.DataTree | Kept | Exception
@@ -106,7 +106,9 @@ class CaseRuns(Runs):
     @property
     def most_threads(self) -> int:
         """Several where the runs are variants of one structure: they differ in keys of its parts alone."""
-        return MOST_THREADS if self._are_of_parts(self.varied) else 1
+        if not self._are_of_parts(self.varied):
+            return 1
+        return MOST_THREADS if self._many is None else sys.maxsize
 
     def _are_of_parts(self, keys: Iterable[str]) -> bool:
         words, system = [key.split(".") for key in keys], self._system
