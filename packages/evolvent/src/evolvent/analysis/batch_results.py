@@ -11,7 +11,7 @@ import numpy as np
 from evolvent.analysis.batch_parameters import BatchParameters, VariedRun
 from evolvent.analysis.step_results import ResultAddress, StepResults
 from evolvent.assembly.variants import Change
-from evolvent.results.kept import is_local
+from evolvent.results.kept import follows_from_reactions, is_local
 from evolvent.results.observe import View, observe_part
 from evolvent.solvers.common import balance as eb
 from evolvent.solvers.common.sampled import Sampled
@@ -84,7 +84,8 @@ class BatchResults:
 
     def _is_of_states(self, address: ResultAddress, solution: Solution) -> bool:
         """Whether a result of all copies can be evaluated with one model."""
-        if not is_local(solution.assembly, [f"{address.part}.{address.variable}"]):
+        name = f"{address.part}.{address.variable}"
+        if not (is_local(solution.assembly, [name]) or follows_from_reactions(solution.assembly, name)):
             return False
         changed, own = self._varied.changed, solution.assembly
         if not changed:

@@ -34,6 +34,8 @@ Array = np.ndarray
 STEPS, TOGETHER = 2000, 64
 #: Parts, for each thread, in which copies are handed out.
 PARTS = 4
+#: Structs of a copy, in the order in which compiled code takes their addresses.
+STRUCTS = ("model", "matrix", "work")
 #: States of a copy.
 GOES_ON, STOPPED_BY_EVENT, HAS_FAILED = 0, 1, 2
 
@@ -76,9 +78,9 @@ class Copies:
         roots += [count_open] if run.model.constraints.size else []
         roots += [] if self.midpoint else [restart_many]
         needs.load(run.model, *roots, without=others)
-        self._structs: list[Any] = []
+        self._structs: list[Any] = [[None] * count for _ in STRUCTS]
         if not config.DISABLE_JIT:
-            self._structs = [self.memory.addresses(self.blocks, name) for name in ("model", "matrix", "work")]
+            self._structs = [self.memory.addresses(self.blocks, name) for name in STRUCTS]
         self.loop = self.memory.values(self.blocks, "work", "loop")
         self.samples = self.memory.values(self.blocks, "work", "samples")
         self.stops = self._values("work", "stops")
@@ -102,23 +104,24 @@ class Copies:
         which : (k,) int
         write : writes what is their own, given `which`, into their blocks
         """
-        self.memory.fill(self.blocks, which)
-        write(which)
         self.status[which] = GOES_ON
-        if self.run.ranks.found:
-            self._ranked[which], self._ranked_latches[which] = self.run.ranks.found[0].held, 0
         for k in which.tolist():
             self.reasons.pop(k, None)
             self._runs.pop(k, None)
             self._pace.pop(k, None)
-        if config.DISABLE_JIT:
-            if not self._structs:
-                self._structs = [[None] * self.count for _ in range(3)]
-            for k in which.tolist():
+
+        def start(part: Array) -> None:
+            self.memory.fill(self.blocks, part)
+            write(part)
+            if self.run.ranks.found:
+                self._ranked[part], self._ranked_latches[part] = self.run.ranks.found[0].held, 0
+            for k in part.tolist() if config.DISABLE_JIT else ():
                 views = self.memory.views(self.blocks[k])
-                for structs, name in zip(self._structs, ("model", "matrix", "work"), strict=True):
+                for structs, name in zip(self._structs, STRUCTS, strict=True):
                     structs[k] = views[name]
-        self._each(which, self._begin)
+            self._begin(part)
+
+        self._each(which, start)
 
     def _begin(self, which: Array) -> None:
         """Start the loops of copies."""
@@ -344,6 +347,8 @@ class Copies:
         self, which: Array, act: Callable[[Array], None], progress: Callable[[int, int], None] | None = None
     ) -> None:
         """Act on copies, on all threads; `progress` is called with the number of those that are done and of all."""
+        if not which.size:
+            return
         size = max(1, min(TOGETHER, -(-which.size // (PARTS * self.workers))))
         parts = [which[k : k + size] for k in range(0, which.size, size)]
         if self.workers == 1 or len(parts) == 1:
