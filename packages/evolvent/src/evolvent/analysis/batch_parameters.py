@@ -104,7 +104,7 @@ class VariedRun:
         changes, parts = self.changes({key: value})
         if not changes.records and not changes.parameters:
             return None
-        self.parts.append(parts)
+        self.parts.append(self.run.assembly.parts | dict(parts))
         touched = self.written(changes, self._scratch)
         plans = self._changes_plan(self.plan(self._scratch))
         own = {("parameters", "", k): one for k, one in changes.parameters.items()}
@@ -267,13 +267,14 @@ class BatchParameters:
         return refused
 
     def parts(self, k: int) -> Mapping[str, Any]:
-        """Parts of the system of a copy."""
+        """Parts of the system of a copy, and those that parts have made."""
         own = self.values[k]
         others = self._others(own)
         if others and k not in self._parts:
             self._parts[k] = self._varied.changes(others)[1]
         numbers = {key: value for key, value in own.items() if key in self._plain}
-        return self._varied.with_numbers(numbers, self._parts[k] if others else self._varied.system.parts)
+        every = self._varied.run.assembly.parts | (dict(self._parts[k]) if others else {})
+        return self._varied.with_numbers(numbers, every)
 
     def _others(self, values: Mapping[str, Any], plain: Collection[str] | None = None) -> dict[str, Any]:
         """Values of keys that are not written into fields as they are given."""

@@ -38,7 +38,6 @@ class BatchResults:
 
     def __init__(self, copies: Copies, varied: VariedRun, parameters: BatchParameters) -> None:
         self._copies, self._varied, self._parameters = copies, varied, parameters
-        self._first: tuple[Array, list[Any]] | None = None
         self._addresses: dict[str, ResultAddress] = {}
         self._bound: dict[str, Array] = {}
         self._together: dict[str, bool] = {}
@@ -70,7 +69,7 @@ class BatchResults:
         view = View(solution)
         for name in names:
             if self._together[name]:
-                self._bound[name][which] = _values(view, self._addresses[name], views)[1:]
+                self._bound[name][which] = _values(view, self._addresses[name], views)[1::2]
         apart = [name for name in names if not self._together[name]]
         for k in which.tolist() if apart else ():
             own = View(self._solution(np.array([k]), self._copies.of(k).model.copy(), self._parameters.parts(k)))
@@ -102,33 +101,35 @@ class BatchResults:
         return all(found.tobytes() == one.tobytes() for one in without)
 
     def _solution(self, which: Array, model: Any = None, parts: Any = None) -> Solution:
-        """States of copies now, as samples of one solution, after that of the start."""
+        """States of copies at the start and now, as samples of one solution, in turn.
+
+        What follows its value at the sample before, as the sign of a quaternion does, so follows that at the start.
+        """
         copies, run = self._copies, self._copies.run
         memory, blocks = copies.memory, copies.blocks
         model, parts = run.model if model is None else model, run.assembly.parts if parts is None else parts
 
-        def now(name: str) -> Array:
-            """What the loop has kept at the last sample of each copy."""
+        def both(name: str) -> Array:
+            """What the loop has kept of the first and the last sample of each copy, one after the other."""
             path = ("work", name)
             nominal: Array = getattr(run.work, name)
             if path not in memory.places:
-                return np.zeros((which.size, *nominal.shape[1:]), dtype=nominal.dtype)
+                return np.zeros((2 * which.size, *nominal.shape[1:]), dtype=nominal.dtype)
             last = np.maximum(copies.loop["sample"][which] - 1, 0)
-            return np.asarray(memory.values(blocks, *path)[which, last])
+            kept = memory.values(blocks, *path)
+            found = np.stack([kept[which, 0], kept[which, last]], axis=1)
+            return np.ascontiguousarray(found.reshape(2 * which.size, *found.shape[2:]))
 
-        y, balance = now("out_y"), now("out_balance").view(eb.BALANCE)[:, 0].view(np.recarray)
+        y, balance = both("out_y"), both("out_balance").view(eb.BALANCE)[:, 0].view(np.recarray)
         write_accounts(model, y, balance)
-        kept = [now("out_a"), now("out_la"), balance, now("out_forces")]
-        first = self._of_start(y[:1], kept)
-        both: list[Any] = [np.concatenate([a[:1], b]) for a, b in zip(first[1], kept, strict=True)]
-        both[2] = both[2].view(np.recarray)
-        start = float(run.plan.times[0])
+        times = np.full((which.size, 2), float(run.plan.times[0]))
+        times[:, 1] = copies.time[which]
         return Solution(
             assembly=dataclasses.replace(run.assembly, model=model, parts=dict(parts), shared=None),
             method=run.plan.method,
-            t=np.concatenate([[start], copies.time[which]]),
-            y=np.concatenate([first[0], y]),
-            s=np.concatenate([run.assembly.s[None], now("out_s")]),
+            t=times.ravel(),
+            y=y,
+            s=both("out_s"),
             status="success",
             message="",
             statistics={},
@@ -136,14 +137,8 @@ class BatchResults:
             event_kinds=np.zeros(0, dtype=np.int64),
             wall_time=0.0,
             compile_time=0.0,
-            kept=Sampled(*both),
+            kept=Sampled(both("out_a"), both("out_la"), balance, both("out_forces")),
         )
-
-    def _of_start(self, y: Array, kept: list[Any]) -> tuple[Array, list[Any]]:
-        """State at the start, and what the loop keeps of it: that of the first time that it is asked for."""
-        if self._first is None:
-            self._first = (y.copy(), [one[:1].copy() for one in kept])
-        return self._first
 
 
 def _values(view: View, address: ResultAddress, seen: dict[str, Any]) -> Array:
