@@ -96,6 +96,24 @@ def test_reset_repeats_the_bits_of_the_chosen_copies(system: System) -> None:
     assert angle[2] != before[2]
 
 
+def test_variants_are_copies_of_one_run_with_the_bits_of_single_ones(system: System) -> None:
+    """Keys that stand in fields, that change the plan, or are of some variants alone; one made by itself."""
+    values = [
+        {"hinge.stiffness": 0.4},
+        {},
+        {"hinge.stiffness": 0.6, "arm.mass": 1.3},
+        {"arm.mass": "0.9 kg", "hinge.damping": 0.07},
+        {"hinge.damping": 0.0},
+    ]
+    keep = ["hinge.latch_time.last", "hinge.torque.max", "energy.last", "arm.position.last", "pivot.force.max"]
+    found = evolvent.simulate_many(system, values, keep, workers=1, until=4.0, every=0.1)
+    assert found.status.values.tolist() == ["success"] * 5
+    for k, own in enumerate(values):
+        alone = system.with_values(own).simulate(keep=keep, until=4.0, every=0.1)
+        for name in keep:
+            assert np.array_equal(found[name.replace(".", "_")].values[k], alone[name]), (k, name)
+
+
 @evolvent.spring_law
 def brittle(extension, rate, t, p):  # type: ignore[no-untyped-def]
     if extension > 0.455:

@@ -113,7 +113,8 @@ class ManyRuns:
     def _own(self) -> tuple[Copies, BatchParameters]:
         """Copies of this thread, and what they have of their own."""
         if not hasattr(self._threads, "own"):
-            size = sum(one.nbytes for one in self.run.work if isinstance(one, np.ndarray))
+            structs = (self.run.model, self.run.matrix, self.run.work)
+            size = sum(one.nbytes for of in structs for one in of if isinstance(one, np.ndarray))
             copies = Copies(self.run, max(1, min(MOST, MOST_BYTES // max(size, 1))), 1)
             self._threads.own = copies, BatchParameters(self.varied, copies)
         found: tuple[Copies, BatchParameters] = self._threads.own
