@@ -412,6 +412,7 @@ def _run_of(run: ImplicitRun, views: dict[str, Any], number: int) -> _CopiedRun:
     found.plan = dataclasses.replace(
         run.plan, assembly=assembly, matrix=matrix, weight=work.weight, options=work.options
     )
+    found.__dict__["evaluates_reactions"] = run.evaluates_reactions  # found once
     found.captures, found.ranks = Captures(), redundancy.Ranks(assembly)
     found.ranks.found = copy.copy(run.ranks.found)
     return found

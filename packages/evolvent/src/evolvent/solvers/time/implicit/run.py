@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import time as clock
 from typing import Any
@@ -302,9 +303,14 @@ class ImplicitRun(run.MotionRun):
             None if self.model.info.releases else work.out_momenta[:n],
         )
 
+    @functools.cached_property
+    def evaluates_reactions(self) -> bool:
+        """Whether reactions are evaluated at the samples, which the loop does not keep."""
+        return reactions.applies(self.model, self.plan.options)
+
     def _reactions(self, n: int) -> reactions.PendingReactions | None:
         """What evaluates reactions at the first n samples; None where the loop keeps them."""
-        if not reactions.applies(self.model, self.plan.options):
+        if not self.evaluates_reactions:
             return None
         done = np.zeros(n, dtype=bool)
         return reactions.PendingReactions(self.model, self.matrix, self.work, self.ranks, np.arange(n), done)
