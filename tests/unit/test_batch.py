@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -98,7 +100,7 @@ def test_reset_repeats_the_bits_of_the_chosen_copies(system: System) -> None:
 
 def test_variants_are_copies_of_one_run_with_the_bits_of_single_ones(system: System) -> None:
     """Keys that stand in fields, that change the plan, or are of some variants alone; one made by itself."""
-    values = [
+    values: list[dict[str, Any]] = [
         {"hinge.stiffness": 0.4},
         {},
         {"hinge.stiffness": 0.6, "arm.mass": 1.3},
