@@ -93,21 +93,22 @@ def kept_of_variant(
     margins = KeptMargins.of(assembly, own.sections.get("margin", {}), keep)
     if not margins.need_run:
         return margins.without_run()
-    return evaluated(assembly, margins, progress, settings)[0]
+    return evaluated(assembly, margins, progress, settings, warns=False)[0]
 
 
 def evaluated(
-    assembly: Assembly, margins: KeptMargins, progress: Callable[[float], None] | None, settings: Mapping[str, Any]
-) -> tuple[Kept, Solution, str, Times]:
+    assembly: Assembly, margins: KeptMargins, progress: Callable[[float], None] | None, settings: Mapping[str, Any],
+    *, warns: bool = True,
+) -> tuple[Kept, Solution, str, Times]:  # fmt: skip
     """What is kept of a run of an assembled system, its solution, why its method is taken, and times of its samples.
 
-    The assembly is of this run alone, which may change its model.
+    The assembly is of this run alone, which may change its model. Where it `warns` is found if that is asked for.
     """
     fine = settings.get("fine", True) and (margins.of_run or not is_local(assembly, margins.others))
     own = margins.at_rest is None  # which have been found of the assembly
     solution, why, times = runs.solve(assembly, progress=progress, **{**settings, "fine": fine, "own": own})
     found = kept_of(
         solution, margins.others, lambda: root_of(solution, {}), fine=times.is_fine(solution.t), why=why,
-        warning="" if solution.status == "failed" else warning_of(solution),
+        warning=warning_of(solution) if warns and solution.status != "failed" else "",
     )  # fmt: skip
     return margins.added(found, solution), solution, why, times

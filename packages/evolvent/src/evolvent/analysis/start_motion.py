@@ -71,6 +71,12 @@ class StartMotion(Section):
         return self.model_dump(mode="json", exclude_defaults=True)
 
 
+def follows_masses(sections: Mapping[str, Any]) -> bool:
+    """Whether the velocities at the start follow from masses: of what turns about its centre of mass."""
+    spin = StartMotion.of(sections).spin
+    return any(one.about is None for one in ((spin,) if isinstance(spin, Spin) else spin))
+
+
 def started(assembly: Assembly, sections: Mapping[str, Any]) -> Assembly:
     """An assembly whose parts move at the start as `spin` and `velocity` of its system say.
 

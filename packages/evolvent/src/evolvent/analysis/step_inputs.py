@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 from evolvent import cases
 from evolvent.analysis.composition import Composition
@@ -11,6 +11,8 @@ from evolvent.assembly.assembled import Assembly
 from evolvent.families.loads.part import Load
 from evolvent.kernels import rigid
 from evolvent_base.errors import InputError, nearest
+
+Composed = TypeVar("Composed", bound=Composition)
 
 
 def listed(inputs: str | Sequence[str]) -> tuple[str, ...]:
@@ -31,8 +33,13 @@ def movable(system: Composition) -> dict[str, bool]:
 
 
 def with_inputs(system: Composition, inputs: Sequence[str]) -> Assembly:
-    """The system with a force and a torque, none so far, on each of some bodies."""
-    known = movable(system)
+    """The assembly of a system with a force and a torque, none so far, on each of some bodies."""
+    return composed(system, inputs).assemble()
+
+
+def composed(system: Composed, inputs: Sequence[str]) -> Composed:
+    """A copy of a system with a force and a torque, none so far, on each of some bodies."""
+    known = movable(system) if inputs else {}
     copy = system.copy()
     for k, body in enumerate(inputs):
         if not isinstance(body, str) or body not in known:
@@ -43,7 +50,14 @@ def with_inputs(system: Composition, inputs: Sequence[str]) -> Assembly:
             raise InputError(f"inputs name {body!r}, which no force moves: it is held, or turned at a given rate")
         copy.add(Load(at=body, force=(0.0, 0.0, 0.0)), f"{body}-input-force")
         copy.add(Load(at=body, torque=(0.0, 0.0, 0.0)), f"{body}-input-torque")
-    return copy.assemble()
+    return copy
+
+
+def load_slices(assembly: Assembly, body: str) -> list[slice]:
+    """Where the input force and torque on a body stand among the parameters of a model."""
+    rows = [assembly.names[f"{body}-input-{kind}"] for kind in ("force", "torque")]
+    firsts = [int(getattr(assembly.model, family)["first"][row]) for family, row in rows]
+    return [slice(first, first + 3) for first in firsts]
 
 
 def of_case(case: Any, until: float | None) -> tuple[Any, dict[str, Any], float]:

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from evolvent.analysis import feedback
+from evolvent.analysis.step_inputs import load_slices
 from evolvent.analysis.step_results import ResultAddress as ResultAddress, StepResults
 from evolvent.assembly import families, needs
 from evolvent.assembly.assembled import Assembly
@@ -119,7 +120,7 @@ class SteppedAssembly:
         given = np.concatenate([vector("force", force), vector("torque", torque)])
         if np.array_equal(given, self._input(body)):
             return
-        for entries, value in zip(self._load_slices(body), (given[:3], given[3:]), strict=True):
+        for entries, value in zip(load_slices(self.assembly, body), (given[:3], given[3:]), strict=True):
             self.assembly.model.parameters[entries] = value
         self._changed = True
 
@@ -250,15 +251,9 @@ class SteppedAssembly:
             raise InputError(f"no body is called {name!r}; {nearest(str(name), self.bodies)}")
         return self.assembly.index(name, "bodies")
 
-    def _load_slices(self, body: str) -> list[slice]:
-        """Where the input force and torque on a body stand among the model's parameters."""
-        rows = [self.assembly.names[f"{body}-input-{kind}"] for kind in ("force", "torque")]
-        firsts = [int(getattr(self.assembly.model, family)["first"][row]) for family, row in rows]
-        return [slice(first, first + 3) for first in firsts]
-
     def _input(self, body: str) -> np.ndarray:
         """Force and torque (6,) that are set on a body."""
-        return np.concatenate([self.assembly.model.parameters[entries] for entries in self._load_slices(body)])
+        return np.concatenate([self.assembly.model.parameters[entries] for entries in load_slices(self.assembly, body)])
 
     # -------------------------------------------------------------------------------------------- time
 

@@ -10,6 +10,7 @@ import lazy_loader as lazy
 import numpy as np
 
 from evolvent.analysis import runs, sensitivity, simulation, trees, variation
+from evolvent.analysis.batch import Batch
 from evolvent.analysis.composition import Composition
 from evolvent.analysis.margins import evaluation
 from evolvent.analysis.storage import Aged, storage_of, stored
@@ -118,6 +119,44 @@ class System(Composition, Answered):
         0.18
         """
         return variation.with_values(self, values)
+
+    def batch(
+        self, n: int, *, until: Any = None, every: Any = None, method: str | None = None, step: Any = None,
+        tolerance: float | None = None, spectral_radius: float | None = None, inputs: str | Sequence[str] = (),
+        workers: int | None = None,
+    ) -> Batch:  # fmt: skip
+        """Make many copies of the system, which compiled code steps beside one another.
+
+        Parameters
+        ----------
+        n : int, number of copies
+        until : float, s, or with a unit
+            The end of the time that may be stepped through; left out, that of `settings`, or 1e4 s.
+        every : float, s, or with a unit
+            Length of a step of the batch, `Batch.step`; left out, `step`.
+        method : str
+            An implicit one; left out, that of `simulate` if it is implicit, else generalized-alpha.
+        step, tolerance, spectral_radius : as of `simulate`
+        inputs : names of bodies on which forces and torques will be set, under generalized-alpha or hht
+        workers : int, threads; left out, one for every core
+
+        Returns
+        -------
+        evolvent.analysis.batch.Batch
+            ``batch.expand("hinge 1.stiffness", values)`` gives each copy its own parameter,
+            ``batch.bind("hub.rate.z")`` is an array of a result, and ``batch.step()``, ``batch.run(10.0)`` and
+            ``batch.reset(mask)`` move the copies.
+
+        Raises
+        ------
+        InputError
+            As of `simulate`; for explicit methods, feedback, threads that are paid out, and more copies than the memory
+            holds.
+        """
+        return Batch(
+            self, n, until=until, every=every, method=method, step=step, tolerance=tolerance,
+            spectral_radius=spectral_radius, inputs=inputs, workers=workers,
+        )  # fmt: skip
 
     @overload
     def simulate(

@@ -22,6 +22,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.assembly.constraints import note_masses
 from evolvent.assembly.order import in_order
 from evolvent.equations.implicit import add_weight
+from evolvent.model import Model
 from evolvent.model.family import Family
 from evolvent.model.records import OWN_RECORDS
 from evolvent.model.registry import constraining, families
@@ -68,6 +69,14 @@ class Change(NamedTuple):
     row: int
     field: str
     value: Any
+
+
+class Changes(NamedTuple):
+    """What a variant has that the first system has not: fields of records, parameters by their index, a gravity."""
+
+    records: list[Change]
+    parameters: dict[int, float]
+    gravity: Array | None = None
 
 
 class _Mutated(Exception):
@@ -129,20 +138,29 @@ class Variants:
 
     def assembled(self, gravity: Array, parts: Mapping[str, Any]) -> Assembly | None:
         """The assembly of parts by name, from that of the first system; None where they must be assembled whole."""
+        base, found = self._base, self.changes(gravity, parts)
+        changed = None if base is None or found is None else _changed(base, found, {**base.assembly.parts, **parts})
+        self.fast += changed is not None
+        return changed
+
+    def changes(self, gravity: Array, parts: Mapping[str, Any]) -> Changes | None:
+        """What differs from the first system in records and parameters; None where more does, or there is no first."""
         base = self._base
         if base is None or list(parts) != base.listed or not _alike(gravity, base.gravity):
             return None
-        changes: list[Change] = []
-        values: dict[int, float] = {}
+        found = Changes([], {}, None if np.array_equal(gravity, base.gravity) else gravity)
         for name, part in parts.items():
             old = base.assembly.parts[name]
             if part is old or part == old:
                 continue
-            if not _refer_alike(part, old) or not _add_changes(base, name, part, changes, values):
+            if not _refer_alike(part, old) or not _add_changes(base, name, part, found.records, found.parameters):
                 return None
-        found = _changed(base, changes, values, gravity, {**base.assembly.parts, **parts})
-        self.fast += found is not None
-        return found
+        return found if _are_allowed(base, found) else None
+
+    def write(self, changes: Changes, model: Model) -> frozenset[str]:
+        """Write changes into a model of the first system; returns the arrays in which it may differ then."""
+        assert self._base is not None
+        return _write(self._base, changes, model)
 
     def assemble(self, gravity: Array, parts: Mapping[str, Any]) -> Assembly:
         """Assemble parts by name whole.
@@ -248,7 +266,7 @@ def _add_changes(base: _Base, name: str, part: Any, changes: list[Change], value
     at = np.flatnonzero(mine != before_values)
     if not _alike(mine[at], before_values[at]):
         return False
-    values |= {old.before.lists["values"] + int(k): float(mine[k]) for k in at}
+    values.update({old.before.lists["values"] + int(k): float(mine[k]) for k in at})
     return True
 
 
@@ -317,44 +335,57 @@ def _equal_lists(name: str, new: list[Any], old: list[Any]) -> bool:
     return bool(new == old)
 
 
-def _changed(
-    base: _Base, changes: list[Change], values: Mapping[int, float], gravity: Array, parts: dict[str, Any]
-) -> Assembly | None:
-    """The base with changes; None where other parts or tables of the model follow from them."""
+def _has_inertial(base: _Base, changes: Changes) -> bool:
+    """Whether a change is one of something with inertia."""
+    return any(_has_inertia(change, base.assembly.model.blocks) for change in changes.records)
+
+
+def _are_allowed(base: _Base, changes: Changes) -> bool:
+    """Whether no other parts or tables of the model follow from changes."""
     old = base.assembly
-    inert = any(_has_inertia(change, old.model.blocks) for change in changes)
-    if inert and any(family.records(old.model).size and _reads_inertia(family) for family in families().values()):
-        return None
-    if inert and any(family == "reels" for family, _ in old.names.values()):  # which have no records of their own
-        return None
-    if any(change.family in constraining() for change in changes):  # from which rows of constraint follow
-        return None
-    if any(index in base.builder.velocity_parameters for index in values):
-        return None
-    model = old.model.copy()
-    needs.note_alike(old.model, model)
-    touched = {change.family for change in changes} | ({"parameters"} if values else set())
-    for change in changes:
+    if _has_inertial(base, changes):
+        if any(family.records(old.model).size and _reads_inertia(family) for family in families().values()):
+            return False
+        if any(family == "reels" for family, _ in old.names.values()):  # which have no records of their own
+            return False
+    if any(change.family in constraining() for change in changes.records):  # from which rows of constraint follow
+        return False
+    return not any(index in base.builder.velocity_parameters for index in changes.parameters)
+
+
+def _write(base: _Base, changes: Changes, model: Model) -> frozenset[str]:
+    """Write changes into a model; returns the arrays in which it differs then."""
+    touched = {change.family for change in changes.records} | ({"parameters"} if changes.parameters else set())
+    for change in changes.records:
         getattr(model, change.family)[change.field][change.row] = change.value
-    for index, value in values.items():
+    for index, value in changes.parameters.items():
         model.parameters[index] = value
-    if inert:
+    if _has_inertial(base, changes):
         touched.add("blocks")
-        for name in {change.family for change in changes}:
-            note_inertia(name, {change.row for change in changes if change.family == name}, model)
+        for name in {change.family for change in changes.records}:
+            note_inertia(name, {change.row for change in changes.records if change.family == name}, model)
         if np.any(model.row_sides["point"] >= 0):
             touched |= {"row_sides", "row_pairs"}
             note_masses(model)
-    falls = not np.array_equal(gravity, base.gravity)
-    if falls:
+    gravity = base.gravity if changes.gravity is None else changes.gravity
+    if changes.gravity is not None:
         touched.add("info")
         model.info.gravity[:] = gravity
-    if (inert or falls) and np.any(gravity):
+    if (_has_inertial(base, changes) or changes.gravity is not None) and np.any(gravity):
         touched.add("G")
         model.G[:] = 0.0
         needs.load(model, add_weight)
         add_weight(gravity, int(model.info.nq), model, model.G)
+    return frozenset(touched)
+
+
+def _changed(base: _Base, changes: Changes, parts: dict[str, Any]) -> Assembly:
+    """The base with changes."""
+    old = base.assembly
+    model = old.model.copy()
+    needs.note_alike(old.model, model)
+    touched = _write(base, changes, model)
     return dataclasses.replace(
         old, model=model, y=old.y.copy(), s=old.s.copy(), names=dict(old.names), laws=dict(old.laws), parts=parts,
-        expressions=dict(old.expressions), touched=frozenset(touched),
+        expressions=dict(old.expressions), touched=touched,
     )  # fmt: skip

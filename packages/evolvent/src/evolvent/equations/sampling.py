@@ -118,3 +118,10 @@ def evaluate_samples(times, Y, S, LA, factors, model, fields, out):
                 for c in range(fields[i, 3]):
                     out[n, at + c] = number_at(first + 8 * c)
                 at += fields[i, 3]
+
+
+@indirect(void(VECTOR, MATRIX, _INTEGERS_2D, MODEL, MATRIX))
+def inventories(times, Y, S, model, sums):
+    """Energies and momenta of the states Y, S at `times`, a row each, to `sums` (`equations.inventory`)."""
+    for n in range(times.size):
+        inventory(times[n], Y[n], S[n], model, sums[n])

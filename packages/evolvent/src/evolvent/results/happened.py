@@ -27,8 +27,13 @@ MOST = 1000
 
 def in_order(solution: Solution) -> Iterator[tuple[float, tuple[str, int], str]]:
     """Time (s), family and row, and what happened, of every event of a solution in order of time."""
-    known = functools.cache(functools.partial(event_of, lambda name: getattr(solution.assembly.model, name)))
-    for time, kind in sorted(zip(solution.event_times.tolist(), solution.event_kinds.tolist(), strict=True)):
+    return ordered(solution.assembly.model, solution.event_times, solution.event_kinds)
+
+
+def ordered(model: Any, times: np.ndarray, kinds: np.ndarray) -> Iterator[tuple[float, tuple[str, int], str]]:
+    """Time (s), family and row, and what happened, of events by their times (ne,) and kinds (ne,), in order of time."""
+    known = functools.cache(functools.partial(event_of, lambda name: getattr(model, name)))
+    for time, kind in sorted(zip(times.tolist(), kinds.tolist(), strict=True)):
         family, index, what = known(kind)
         yield time, (family.name, index), what
 

@@ -271,7 +271,7 @@ def _is_of_family(assembly: Assembly, part: str) -> bool:
     return own is not None and type(own).observe is Part.observe
 
 
-def _follows_from_reactions(assembly: Assembly, name: str) -> bool:
+def follows_from_reactions(assembly: Assembly, name: str) -> bool:
     """Whether a variable at a sample depends on the reactions and the state there alone."""
     part, match = variables.owner(name), variables.matched(name)
     if match is None or not _is_of_family(assembly, part) or part not in assembly.row_parts:
@@ -302,7 +302,7 @@ def kept_of(
     if solution.status == "failed":
         return Kept(attrs=attrs, variables={}, missing=tuple(keep))
     samples, statistics, assembly = np.flatnonzero(~fine), solution.statistics, solution.assembly
-    of_reactions = [name for name in keep if _follows_from_reactions(assembly, split(name)[0])]
+    of_reactions = [name for name in keep if follows_from_reactions(assembly, split(name)[0])]
     local = is_local(assembly, [name for name in keep if name not in of_reactions])
     if local:
         if all(split(name)[1] in ("first", "last") for name in keep):

@@ -15,17 +15,13 @@ from multiprocessing import resource_tracker
 from typing import Any
 
 from evolvent.design.evaluator.task import EvaluationTask, compute
+from evolvent_base.cores import cores as cores
 from evolvent_base.errors import EvolventError, InputError
 
 #: Seconds between looks for workers that are gone.
 _EVERY = 1.0
 
 Report = Callable[[str], None]
-
-
-def cores() -> int:
-    """Number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
 
 
 def is_death(error: BaseException) -> bool:

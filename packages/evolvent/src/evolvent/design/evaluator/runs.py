@@ -13,6 +13,7 @@ import xarray as xr
 
 from evolvent import cases
 from evolvent.analysis import simulation
+from evolvent.analysis.many_runs import ManyRuns
 from evolvent.analysis.margins.kept_margins import others_of
 from evolvent.analysis.sensitivity import adjoint_cost
 from evolvent.assembly.variants import Variants
@@ -25,7 +26,7 @@ from evolvent_base.errors import InputError
 if TYPE_CHECKING:
     from evolvent.analysis.system import System
 
-#: Threads beyond which Python's share of short runs keeps others waiting; processes then serve better.
+#: Threads beyond which Python's share of runs made one by one keeps others waiting; processes then serve better.
 MOST_THREADS = 4
 #: A run, what is kept of it, or why there is none.
 Run = xr.Dataset | xr.DataTree | Kept | Exception
@@ -40,11 +41,13 @@ class SystemRuns(Runs):
     system : System
     keep : names that its runs have
     settings : mapping, arguments of `evolvent.System.simulate`
+    points : sequence of Point, all that will be asked for, where they are known
     """
 
     system: System
     keep: Sequence[str]
     settings: Mapping[str, Any]
+    points: Sequence[Point] = ()
 
     @property
     def most_threads(self) -> int:
@@ -53,8 +56,16 @@ class SystemRuns(Runs):
 
     def outcomes(self, task: EvaluationTask, check: Check | None = None) -> list[record.Outcome]:
         """What is kept of variants."""
-        found = [_variant(self.system, one, self.keep, check, self.settings) for one in task.points]
+        found = _variants(self.system, self._many, task.points, self.keep, check, self.settings)
         return [record.outcome(k, run, self.keep) for k, run in zip(task.numbers, found, strict=True)]
+
+    @functools.cached_property
+    def _many(self) -> ManyRuns | None:
+        """Runs of the variants, prepared once; None where each is made by itself."""
+        found = _many(self.system, self.keep, self.settings)
+        if found is not None:
+            found.expect(self.points)
+        return found
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,7 +107,9 @@ class CaseRuns(Runs):
     @property
     def most_threads(self) -> int:
         """Several where the runs are variants of one structure: they differ in keys of its parts alone."""
-        return MOST_THREADS if self._are_of_parts(self.varied) else 1
+        if not self._are_of_parts(self.varied):
+            return 1
+        return MOST_THREADS if self._many is None else sys.maxsize
 
     def _are_of_parts(self, keys: Iterable[str]) -> bool:
         words, system = [key.split(".") for key in keys], self._system
@@ -114,13 +127,37 @@ class CaseRuns(Runs):
 
     def outcomes(self, task: EvaluationTask, check: Check | None = None) -> list[record.Outcome]:
         """What is kept of the runs at points, which are keys of the case and their values."""
-        found = self._batch(task) or [self._run(point, task.level, check) for point in task.points]
+        found = self._batch(task) or self._runs(task, check)
         return [record.outcome(k, run, self.keep) for k, run in zip(task.numbers, found, strict=True)]
 
     def adjoint_cost(self, point: Point, keys: Sequence[str]) -> float:
         """Estimated time of the derivatives of what needs a run by the adjoint, beside that of the run."""
         case = cases.load(self.content, point)
         return adjoint_cost(cases.system(case.system).system(case), others_of(self.keep), keys)
+
+    def _runs(self, task: EvaluationTask, check: Check | None) -> Sequence[Run]:
+        """Runs at points: variants of the built structure together, others one by one."""
+        found: list[Run | None] = [None] * len(task.points)
+        changes = [self._own_keys(point) for point in task.points]
+        variants = [k for k, own in enumerate(changes) if not task.level and self._are_of_parts(own)]
+        if variants:
+            assert self._system is not None
+            made = _variants(self._system, self._many, [changes[k] for k in variants], self.keep, check, {})
+            for k, one in zip(variants, made, strict=True):
+                found[k] = one if isinstance(one, Kept) and not one.missing else None  # whose case names the key
+        return [
+            self._run(point, task.level, check) if one is None else one
+            for point, one in zip(task.points, found, strict=True)
+        ]
+
+    @functools.cached_property
+    def _many(self) -> ManyRuns | None:
+        """Runs of variants of the built structure, prepared once; None where each is made by itself."""
+        return None if self._system is None else _many(self._system, self.keep, {})
+
+    def _own_keys(self, point: Point) -> Point:
+        """Keys in which a point differs from the case that the structure is built with."""
+        return {key: value for key, value in point.items() if key not in self.base or value != self.base[key]}
 
     def derivatives(
         self, point: Point, keys: Sequence[str], level: float = 0.0, mode: str = "forward"
@@ -144,13 +181,7 @@ class CaseRuns(Runs):
             return ()
 
     def _run(self, point: Point, level: float, check: Check | None) -> Run:
-        """The run of a case, or what is kept of it, or why there is none."""
-        own = {key: value for key, value in point.items() if key not in self.base or value != self.base[key]}
-        if not level and self._are_of_parts(own):
-            assert self._system is not None
-            variant = _variant(self._system, own, self.keep, check, {})
-            if isinstance(variant, Kept) and not variant.missing:
-                return variant  # otherwise the whole case is read below, whose error names the key
+        """The run of a whole case, or what is kept of it, or why there is none."""
         try:
             case = cases.load(self.content, point)
             plan = cases.system(case.system).finer(level).plan(case, keep=self.keep, variants=self._shared)
@@ -184,6 +215,29 @@ def uninterrupted(run: Any) -> Any:
     if run.attrs["status"] == "interrupted":
         raise KeyboardInterrupt
     return run
+
+
+def _many(system: System, keep: Sequence[str], settings: Mapping[str, Any]) -> ManyRuns | None:
+    """Runs of variants of a structure, prepared once; None where each is made by itself."""
+    if [*others_of(keep)] != [*keep]:  # margins, which follow from the structure as well
+        return None
+    try:
+        given = system._run_settings(settings)
+    except InputError:
+        return None
+    return ManyRuns.of(system, keep, given)
+
+
+def _variants(
+    system: System, many: ManyRuns | None, points: Sequence[Point], keep: Sequence[str], check: Check | None,
+    settings: Mapping[str, Any],
+) -> list[Kept | Exception]:  # fmt: skip
+    """What is kept of variants of a structure, or why there is nothing."""
+    made: Iterable[Kept | None] = [None] * len(points) if many is None else many.kept(points, check)
+    return [
+        _variant(system, point, keep, check, settings) if one is None else one
+        for point, one in zip(points, made, strict=True)
+    ]
 
 
 def _variant(

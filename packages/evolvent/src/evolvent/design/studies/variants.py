@@ -1,7 +1,9 @@
 """Many variants of one built structure: values that differ, runs beside one another, what is kept of each.
 
 Every variant has a copy of the arrays of the model, in which its values stand, so runs share nothing that they write.
-The compiled time loops let other threads run; what is left to Python, a fifth to a tenth of a short run, takes turns.
+Runs by implicit methods are copies of one prepared run (`evolvent.analysis.many_runs`). The compiled time loops let
+other threads run; what is left to Python takes turns: `benchmarks/batches.py` measures its share, from a tenth of a run
+of `solar-array` to nine tenths of one of a body on a spring for 2 s.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ import xarray as xr
 from evolvent.analysis import simulation
 from evolvent.design.evaluator import pools
 from evolvent.design.evaluator.evaluator import Evaluator
-from evolvent.design.evaluator.runs import MOST_THREADS, SystemRuns
+from evolvent.design.evaluator.runs import SystemRuns
 from evolvent.design.studies import accessor, label  # noqa: F401  (it registers found.ev)
 from evolvent_base.errors import InputError, nearest
 
@@ -38,7 +40,7 @@ def simulate_many(
     values : of every variant, as of `evolvent.System.with_values`: a list of mappings, or a mapping of lists of one
         length
     keep : names of what is kept, as of `evolvent.System.simulate`
-    workers : int, threads; left out, one a core, at most four
+    workers : int, threads; left out, one a core
     progress : called with the number of variants that have ended and of all
     settings : until, every, fine, method, step, tolerance and spectral_radius, as of `evolvent.System.simulate`
 
@@ -73,8 +75,8 @@ def simulate_many(
         raise InputError("keep is empty; name what is kept of every run, such as ['hub.rate.z.last']")
     if margins.need_run:
         system._run_settings(settings)  # refuses what concerns all variants
-    runs = SystemRuns(system=system, keep=margins.keep, settings=settings)
-    workers = min(pools.cores(), MOST_THREADS) if workers is None else workers
+    runs = SystemRuns(system=system, keep=margins.keep, settings=settings, points=listed)
+    workers = min(pools.cores(), len(listed)) if workers is None else workers
     batch = 0 if progress is None else 1
     with Evaluator(runs, workers=workers, batch=batch, progress=progress) as evaluator:
         evaluator.of(listed, numbered=True)

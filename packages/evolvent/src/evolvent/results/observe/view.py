@@ -17,6 +17,7 @@ from evolvent.kernels import markers, rigid, sides
 from evolvent.kernels.ancf_beams import NODE_VECTORS
 from evolvent.kernels.drive import drive
 from evolvent.model import RECORDS, RESULTS
+from evolvent.model.memory import take
 from evolvent.model.powers import N_POWERS
 from evolvent.model.registry import is_by_rates
 from evolvent.results.motion import rotation_matrices
@@ -228,7 +229,7 @@ class View:
             shared[key] = own.copy()
             needs.note_alike(own, shared[key])
         else:
-            shared[key].take(own)
+            take(shared[key], own)
         if self.solution.path is not None:
             end_ramps(shared[key])
         return shared[key]

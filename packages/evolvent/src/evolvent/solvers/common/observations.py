@@ -8,8 +8,7 @@ import numpy as np
 
 from evolvent.assembly import needs
 from evolvent.equations.implicit import momenta
-from evolvent.equations.inventory import inventory
-from evolvent.equations.sampling import fill_observations
+from evolvent.equations.sampling import fill_observations, inventories
 from evolvent.kernels import rigid
 from evolvent.model import N_INVENTORY, Model
 
@@ -80,10 +79,8 @@ def sums_of(model: Model, t: np.ndarray, y: np.ndarray, s: np.ndarray) -> np.nda
     t, y, s : (nt,), (nt, ny), (nt, ns), as in `evolvent.solvers.Solution`
     """
     out = np.empty((t.size, N_INVENTORY))
-    needs.load(model, inventory)
-    y, s = np.ascontiguousarray(y), np.ascontiguousarray(s)
-    for k in range(t.size):
-        inventory(t[k], y[k], s[k], model, out[k])
+    needs.load(model, inventories)
+    inventories(np.ascontiguousarray(t), np.ascontiguousarray(y), np.ascontiguousarray(s), model, out)
     return out
 
 

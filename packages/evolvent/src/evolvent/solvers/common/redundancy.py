@@ -22,6 +22,7 @@ from evolvent.algebra.sparse import LOST, SparseBlocks
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.families import row_owner
 from evolvent.equations.implicit import residual, tangent
+from evolvent.model.memory import take
 from evolvent.model.powers import N_POWERS
 from evolvent.solvers.common.sizes import length_of
 from evolvent_base.errors import InputError
@@ -181,7 +182,7 @@ class Ranks:
         if self._apart is None:
             self._apart = self.model.copy()
         else:
-            self._apart.take(self.model)
+            take(self._apart, self.model)
         return self._apart
 
     def at(self, times: Array) -> Array:

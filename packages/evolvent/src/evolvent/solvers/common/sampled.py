@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import weakref
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -86,19 +88,34 @@ def empty(model: mdl.Model, size: int) -> Sampled:
 
 def by_field(model: mdl.Model, forces: Array) -> dict[str, dict[str, Array]]:
     """Views of forces (nt, n) of `Sampled`: family -> field -> (nt, records) or (nt, records, numbers)."""
-    names, at = [], 0
-    found: dict[str, dict[str, Array]] = {}
+    if model not in _FIELDS:
+        _FIELDS[model] = [*_fields(model)]
+    at, found = 0, dict[str, dict[str, Array]]()
+    for name, field, count, shape in _FIELDS[model]:
+        own = found.setdefault(name, {})
+        if field:
+            end = at + count * math.prod(shape)
+            own[field] = forces[:, at:end].reshape(len(forces), count, *shape)
+            at = end
+    return found
+
+
+#: Fields of `Samples.kept` of models, in their order: family, field, records and shape; before them families alone.
+_FIELDS: weakref.WeakKeyDictionary[mdl.Model, list[tuple[str, str, int, tuple[int, ...]]]]
+_FIELDS = weakref.WeakKeyDictionary()
+
+
+def _fields(model: mdl.Model) -> Iterator[tuple[str, str, int, tuple[int, ...]]]:
+    """See `_FIELDS`."""
+    names = []
     for name, family in families().items():
         own = family.samples
-        found |= {name: {}} if own.kept else {}
+        if own.kept:
+            yield name, "", 0, ()
         kept = own.keeps is None or own.keeps(lambda other: getattr(model, other))
         names += [(how, name, field, kept) for field, how in own.kept.items()]
     for _, name, field, kept in sorted(names, key=lambda row: row[0]):
-        count, shape = (getattr(model, name).size if kept else 0), mdl.RECORDS[name][field].shape
-        end = at + count * math.prod(shape)
-        found[name][field] = forces[:, at:end].reshape(len(forces), count, *shape)
-        at = end
-    return found
+        yield name, field, getattr(model, name).size if kept else 0, mdl.RECORDS[name][field].shape
 
 
 def forces_of(model: mdl.Model) -> Array:

@@ -119,6 +119,8 @@ class Solution:
         `kept` has them
     captures : Capture of each latch that has locked in an implicit run of fixed steps
     passages : of each spring that a motion has brought to length zero: the first time (s), and a sentence
+    round_offs : energies of elements and weights that steps do not resolve, and round-off of energies and works of the
+        run, J (`closure`); None where they are to be found
     measured : of each reel that reacts, by its name: variable -> times of the samples (s), values with noise, unit
     """
 
@@ -139,6 +141,7 @@ class Solution:
     reactions: Pending | None = None
     captures: tuple[Capture, ...] = ()
     passages: tuple[tuple[float, str], ...] = ()
+    round_offs: tuple[float, float] | None = None
     measured: Mapping[str, Mapping[str, tuple[Array, Array, str]]] = dataclasses.field(default_factory=dict)
 
     @property
@@ -235,12 +238,16 @@ class Solution:
     def closure(self) -> eb.Closure:
         """How well the energy balance closes, and whether the run fails or warns for it."""
         seen, damps = float(self.statistics.get("energy_moved", 0.0)), self.kept is not None
+        unresolved, floor = self.round_offs or self._round_offs()
+        return eb.closure(self.balance, moved=seen, unresolved=unresolved, damps=damps, floor=floor)
+
+    def _round_offs(self) -> tuple[float, float]:
+        """See `round_offs`."""
         unresolved = strain_round_off(self.assembly.model)
-        if damps and self.t.size:
+        if self.kept is not None and self.t.size:
             weight, mass = sizes(self.assembly)
             unresolved = energy_floor(self.assembly, mass, weight)
-        floor = round_off_energy(self.assembly, float(self.t[0])) if self.t.size else 0.0
-        return eb.closure(self.balance, moved=seen, unresolved=unresolved, damps=damps, floor=floor)
+        return unresolved, round_off_energy(self.assembly, float(self.t[0])) if self.t.size else 0.0
 
     @functools.cached_property
     def momentum(self) -> Momentum:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -60,6 +60,7 @@ class ImplicitPlan:
     matrix : SparseBlocks, room for the tangent and its factors
     weight : (nv,) float, size of each unknown that counts as 1
     options : record `workspace.OPTIONS`
+    asked : what the numbers of `options` follow from
     """
 
     assembly: Assembly
@@ -69,6 +70,7 @@ class ImplicitPlan:
     matrix: SparseBlocks
     weight: np.ndarray
     options: np.record
+    asked: _Asked
 
     def workspace(self) -> Workspace:
         """The loop's workspace at the start of a run."""
@@ -147,6 +149,44 @@ def plan(
     try_laws(mine, times[0], times[-1])
     with refusing_laws(mine):
         check_start(mine, float(times[0]))
+    asked = _Asked(method, times, step, tolerance, rho, newton, largest_gain, longest)
+    weight, options = _numbers(mine, asked)
+    return ImplicitPlan(mine, method, times, step, matrix_for(mine), weight, options, asked)
+
+
+def planned_again(plan: ImplicitPlan, assembly: Assembly) -> tuple[np.ndarray, np.record]:
+    """`weight` and `options` of the plan that another model of the same structure would have.
+
+    Parameters
+    ----------
+    assembly : with a model of its own, that of the plan with other numbers
+
+    Raises
+    ------
+    InputError
+        Where its constraints contradict the start.
+    """
+    check_start(assembly, float(plan.times[0]))
+    return _numbers(assembly, plan.asked)
+
+
+class _Asked(NamedTuple):
+    """Arguments of `plan`, checked."""
+
+    method: str
+    times: np.ndarray
+    step: float | None
+    tolerance: float
+    rho: float
+    newton: float | None
+    largest_gain: float | None
+    longest: float
+
+
+def _numbers(mine: Assembly, asked: _Asked) -> tuple[np.ndarray, np.record]:
+    """Sizes of the unknowns (nv,), and options of a run (`workspace.OPTIONS`)."""
+    method, times, step, tolerance, rho, newton, largest_gain, longest = asked
+    of, span = METHODS[method], float(times[-1] - times[0])
     weight, mass = sizes(mine)
     adaptive, conserves = step is None, bool(of.flags["conserves"])
     rated = adaptive and (conserves or rho < 1.0)  # undamped, algorithmic accelerations alternate
@@ -178,7 +218,7 @@ def plan(
         **of.flags,
         **of.constants(rho),
     )
-    return ImplicitPlan(mine, method, times, step, matrix_for(mine), weight, options)
+    return weight, options
 
 
 def _states_energies(model: Model) -> bool:

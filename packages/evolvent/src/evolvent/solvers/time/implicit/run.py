@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import time as clock
 from typing import Any
@@ -46,8 +47,11 @@ class ImplicitRun(run.MotionRun):
     releases : list of what changes the number of moving nodes between steps (`NodeEvents.between_steps`)
     ranks : redundancy.Ranks, of the constraints
     captures : captures.Captures, by latches in steps of a fixed length
+    round_offs : as of `Solution`, where they are known
     matrix : SparseBlocks, of the tangent; of energy-momentum ordered again where turns come to lie on one another
     """
+
+    round_offs: tuple[float, float] | None = None
 
     def __init__(self, of: Any) -> None:
         super().__init__(of)
@@ -288,6 +292,7 @@ class ImplicitRun(run.MotionRun):
             kept=self._kept(n, balance),
             reactions=self._reactions(n),
             captures=tuple(self.captures.found),
+            round_offs=self.round_offs,
         )
         found.statistics |= {"energy_moved": found.closure.moved, "energy_defect": found.closure.share}
         found.statistics |= self.ranks.statistics
@@ -306,9 +311,14 @@ class ImplicitRun(run.MotionRun):
             None if self.model.info.releases else work.out_momenta[:n],
         )
 
+    @functools.cached_property
+    def evaluates_reactions(self) -> bool:
+        """Whether reactions are evaluated at the samples, which the loop does not keep."""
+        return reactions.applies(self.model, self.plan.options)
+
     def _reactions(self, n: int) -> reactions.PendingReactions | None:
         """What evaluates reactions at the first n samples; None where the loop keeps them."""
-        if not reactions.applies(self.model, self.plan.options):
+        if not self.evaluates_reactions:
             return None
         done = np.zeros(n, dtype=bool)
         return reactions.PendingReactions(self.model, self.matrix, self.work, self.ranks, np.arange(n), done)

@@ -1,0 +1,149 @@
+"""Runs of many variants of a system, prepared once: every thread has copies of the run, which take their values."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import math
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+import xarray as xr
+
+from evolvent.analysis import runs
+from evolvent.analysis.batch_parameters import BatchParameters, VariedRun
+from evolvent.analysis.closure import check_energy_gain
+from evolvent.analysis.methods import choose_method
+from evolvent.analysis.settings import check_run, sample_times
+from evolvent.analysis.start_motion import follows_masses
+from evolvent.analysis.storage import storage_of
+from evolvent.assembly import families
+from evolvent.assembly.variants import Variants
+from evolvent.results.fine_samples import Times
+from evolvent.results.kept import Kept, is_local, kept_of
+from evolvent.results.tree import root_of
+from evolvent.solvers.common.sizes import energy_floor, round_off_energy, sizes
+from evolvent.solvers.time.implicit.copies import GOES_ON, HAS_FAILED, Copies, prepared
+from evolvent.solvers.time.implicit.methods import METHODS
+from evolvent.solvers.time.implicit.run import ImplicitRun
+from evolvent.solvers.time.run import FINISHED
+from evolvent_base.errors import InputError
+
+if TYPE_CHECKING:
+    from evolvent.analysis.composition import Composition
+    from evolvent.solvers.common.solution import Solution
+
+Array = np.ndarray
+#: Copies that a thread has, at most, and bytes that they may take.
+MOST, MOST_BYTES = 16, 50_000_000
+
+
+class ManyRuns:
+    """Runs of variants of a system, of which values are kept.
+
+    Parameters
+    ----------
+    system : System
+    keep : names of what is kept, none of them a margin
+    settings : of a run, as of `evolvent.System.simulate`, times in seconds
+
+    Raises
+    ------
+    InputError
+        Where the runs cannot be copies of one: under explicit methods, with users' laws, feedback, storage, or threads
+        that are paid out.
+    """
+
+    def __init__(self, system: Composition, keep: Sequence[str], settings: Mapping[str, Any]) -> None:
+        self.keep, options = list(keep), dict(settings)
+        own, variants = system.copy(), Variants()
+        assembly = own.assemble(variants)
+        method, self.why = choose_method(assembly, options.pop("method", "auto"))
+        if method not in METHODS:
+            raise InputError("runs by explicit methods are made one by one")
+        if assembly.laws or assembly.expressions or families.reacts(assembly.model) or storage_of(own.sections):
+            raise InputError("runs with laws of users, feedback or storage are made one by one")
+        if follows_masses(own.sections):
+            raise InputError("runs that start with a spin about the centre of mass are made one by one")
+        samples = sample_times(options.pop("until"), options.pop("every", None), values=assembly.y.size)
+        check_run(assembly, samples, options.get("step"))
+        fine = options.pop("fine", True) and not is_local(assembly, self.keep)
+        self.times = Times.of(samples, fine=fine, values=assembly.y.size)
+        options["method"], shared = method, assembly.shared
+        plan, _ = runs.plan(dataclasses.replace(assembly, shared=None), self.times.all, **options)
+        self.run = prepared(ImplicitRun(plan))
+        self.varied = VariedRun(own, variants, self.run)
+        self._shared, self._threads = shared, threading.local()
+        weight, mass = sizes(self.run.assembly)
+        floor = round_off_energy(self.run.assembly, float(self.times.all[0]))
+        self._round_offs = energy_floor(self.run.assembly, mass, weight), floor
+
+    @classmethod
+    def of(cls, system: Composition, keep: Sequence[str], settings: Mapping[str, Any]) -> Self | None:
+        """The runs of variants of a system; None where they cannot be copies of one, or are to be refused."""
+        try:
+            return cls(system, keep, settings)
+        except InputError:  # where it is to be refused, the runs one by one say why
+            return None
+
+    def expect(self, points: Sequence[Mapping[str, Any]]) -> None:
+        """Find what follows from the keys of all points at once, by their least and largest values."""
+        for key in dict.fromkeys(key for point in points for key in point):
+            with contextlib.suppress(InputError):  # of a point, which is then made by itself
+                self.varied.places(key, [point[key] for point in points if key in point])
+
+    def kept(self, points: Sequence[Mapping[str, Any]], check: Callable[[float], None] | None) -> Iterator[Kept | None]:
+        """What is kept of variants, in order; None where a variant must be made by itself.
+
+        Parameters
+        ----------
+        points : values, as of `evolvent.System.with_values`
+        check : called from time to time with the time reached; what it raises ends the runs
+        """
+        copies, parameters = self._own()
+        for first in range(0, len(points), copies.count):
+            some = points[first : first + copies.count]
+            refused = parameters.assign(some)
+            which = np.array([k for k in range(len(some)) if k not in refused], dtype=np.int64)
+            copies.check = check
+            copies.place(which, parameters.write)
+            copies.run_to_end(which)
+            for k in range(len(some)):
+                yield None if k in refused else self._kept_of(copies, parameters, k)
+
+    def _own(self) -> tuple[Copies, BatchParameters]:
+        """Copies of this thread, and what they have of their own."""
+        if not hasattr(self._threads, "own"):
+            structs = (self.run.model, self.run.matrix, self.run.work)
+            size = sum(one.nbytes for of in structs for one in of if isinstance(one, np.ndarray))
+            copies = Copies(self.run, max(1, min(MOST, MOST_BYTES // max(size, 1))), 1)
+            self._threads.own = copies, BatchParameters(self.varied, copies)
+        found: tuple[Copies, BatchParameters] = self._threads.own
+        return found
+
+    def _kept_of(self, copies: Copies, parameters: BatchParameters, k: int) -> Kept:
+        """What is kept of the run of a copy that has ended."""
+        solution = self._solution(copies, parameters, k)
+        fine = self.times.is_fine(solution.t)
+        found = kept_of(solution, self.keep, lambda: root_of(solution, {}), fine=fine, why=self.why)
+        return dataclasses.replace(found, variables={name: _copy(one) for name, one in found.variables.items()})
+
+    def _solution(self, copies: Copies, parameters: BatchParameters, k: int) -> Solution:
+        """The motion of a copy."""
+        one, status = copies.of(k), int(copies.status[k])
+        if not self.varied.plans:  # then these are those of the run as well
+            one.round_offs = self._round_offs
+        one.assembly = dataclasses.replace(one.assembly, parts=dict(parameters.parts(k)), shared=self._shared)
+        ending = FINISHED if status == GOES_ON else one.stopped()
+        if status == HAS_FAILED:
+            ending = ("failed", copies.reasons[k])
+        found = one.result(*ending, wall_time=math.nan)
+        solution, _ = self.times.chosen(found.or_start(float(self.times.all[0])))
+        return check_energy_gain(solution)
+
+
+def _copy(values: xr.Variable) -> xr.Variable:
+    """A variable with memory of its own, beside that of the copies, which take other values."""
+    return xr.Variable(values.dims, np.array(values.values), values.attrs)
