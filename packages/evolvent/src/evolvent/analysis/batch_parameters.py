@@ -68,9 +68,8 @@ class VariedRun:
         self._scratch = run.model.copy()
         self.changed: dict[Place, Change] = {}
         self.parts: list[Mapping[str, Any]] = []
-        self.plans = storage_of(system.sections) is not None or follows_masses(
-            system.sections
-        )  # which is refused where a key is looked at
+        # both are refused where a key is looked at
+        self.plans = storage_of(system.sections) is not None or follows_masses(system.sections)
 
     def places(self, key: str, values: Sequence[Any]) -> tuple[Place, ...]:
         """Fields that hold the numbers of a key as they are given, and are all that follows; else empty.
