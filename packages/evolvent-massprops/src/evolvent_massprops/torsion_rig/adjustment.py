@@ -16,6 +16,13 @@ from evolvent_base.errors import InputError
 from evolvent_massprops.torsion_rig.equations import Centre, Equation, Moments
 
 Problem: TypeAlias = Moments | Centre
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a row: "A, B and C"."""
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
 #: Twice the logarithm of 100: what is this much less likely is ruled out.
 RULED_OUT = 2.0 * math.log(100.0)
 #: Iterations of Gauss and Newton, and the change at which they end, of the parameters' size.
@@ -220,8 +227,8 @@ def _at(of: Problem, used: np.ndarray, p: np.ndarray, y: np.ndarray, variance: n
 
 
 def _undetermined(of: Problem, used: np.ndarray) -> str:
-    names = ", ".join(one.name for one, u in zip(of.equations, used, strict=True) if u)
-    asked = " and ".join(of.parameters)
+    names = listed([one.name for one, u in zip(of.equations, used, strict=True) if u])
+    asked = listed(of.parameters)
     return (
         f"the records {names} do not determine {asked}; it needs orientations whose angles differ, also modulo "
         f"180 deg, {'two' if isinstance(of, Centre) else 'three'} or more"
@@ -272,8 +279,9 @@ def judge(of: Problem, false_alarms: float) -> Judged:
     Notes
     -----
     An alarm needs a record that deviates from what the others predict by more than the critical value, or a sum of
-    squares above its own, each at half the rate of false alarms. Then every set of one, two, ... records is left out
-    that leaves a redundancy; one set is called wrong where all others are a hundred times less likely.
+    squares above its own, each at half the rate of false alarms. Then every set of one, two or three records is left
+    out that leaves a redundancy. Each record more must make the others a hundred times likelier, and one set is called
+    wrong where all others of as many records are a hundred times less likely.
     """
     every = fit(of)
     deviation, std = every.left_out
@@ -289,14 +297,13 @@ def judge(of: Problem, false_alarms: float) -> Judged:
     if every.redundancy == 1:
         tried = _left_out(of, candidates, 1)
         return Judged(every, every, True, (), tuple(out for _, out in tried), tuple(one for one, _ in tried), critical)
-    best, likely = every, list[tuple[Fit, tuple[int, ...]]]()
-    for count in range(1, min(every.redundancy, _TOGETHER + 1)):
-        tried = _left_out(of, candidates, count)
-        if not tried or tried[0][0].deviance > best.deviance - RULED_OUT:
-            break
-        best = tried[0][0]
-        likely = [(one, out) for one, out in tried if one.deviance < best.deviance + RULED_OUT]
-        if len(likely) > 1 or best.chi2 <= scipy.stats.chi2.isf(0.5 * false_alarms, best.redundancy):
+    best, likely, count = every, list[tuple[Fit, tuple[int, ...]]](), 0
+    for more in range(1, min(every.redundancy, _TOGETHER + 1)):
+        tried = _left_out(of, candidates, more)
+        if tried and tried[0][0].deviance < best.deviance - RULED_OUT * (more - count):
+            best, count = tried[0][0], more
+            likely = [(one, out) for one, out in tried if one.deviance < best.deviance + RULED_OUT]
+        if best.chi2 <= scipy.stats.chi2.isf(0.5 * false_alarms, best.redundancy):
             break
     one_set = len(likely) == 1
     return Judged(

@@ -153,13 +153,15 @@ def plan(stand: str | os.PathLike[str] | Mapping[str, Any] | OnRig, wanted: floa
     assert asked is not None
     options, rows = [], []
     counts = (1,) if given.body.shape == "round" else COUNTS
-    most = np.arange(1, asked.mountings + 1)
+    bar, most = _bar(given), np.arange(1, asked.mountings + 1)
     for count in counts:
         spread = math.pi / count
         starts = [spread * k / STARTS for k in range(STARTS if count > 1 else 1)]
-        tried = [_option(given, asked, start + spread * np.arange(count), 1, wanted) for start in starts]
-        angles = min(tried, key=lambda one: one.worst).angles
-        worst = [_option(given, asked, angles, int(m), wanted) for m in most]
+        fits = [
+            (angles, _one_each(given, angles)) for angles in (start + spread * np.arange(count) for start in starts)
+        ]
+        angles, one_each = min(fits, key=lambda one: _option(given, *one, bar, 1, wanted).worst)
+        worst = [_option(given, angles, one_each, bar, int(m), wanted) for m in most]
         rows.append([one.worst for one in worst])
         options.append(next((one for one in worst if one.reached), worst[-1]))
     best = min(
@@ -216,10 +218,14 @@ def records(given: OnRig, angles: np.ndarray, mountings: int) -> OnRig:
     return given.replaced(orientations=tuple(listed), pendulums=())
 
 
-def _option(given: OnRig, asked: RigPlan, angles: np.ndarray, mountings: int, wanted: float) -> RigOption:
-    """What orientations give, each clamped so many times."""
-    one = _one_each(given, angles)
-    bar = _bar(given)
+def _option(given: OnRig, angles: np.ndarray, one: Fit, bar: float, mountings: int, wanted: float) -> RigOption:
+    """What orientations give, each clamped so many times.
+
+    Parameters
+    ----------
+    one : Fit, of each orientation once
+    bar : float, relative standard uncertainty of the bar's stiffness
+    """
     values = dict(zip(one.of.parameters, one.values, strict=True))
     covariance = one.own_covariance / mountings + bar**2 * np.outer(one.values, one.values)
     std = {key: math.sqrt(covariance[k, k]) for k, key in enumerate(one.of.parameters)}

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from evolvent_massprops.rounding import rounded, shown
-from evolvent_massprops.torsion_rig.adjustment import Fit, Judged
+from evolvent_massprops.torsion_rig.adjustment import Fit, Judged, listed
 from evolvent_massprops.torsion_rig.equations import Centre, Moments, directions
 
 
@@ -21,11 +21,11 @@ def of_judged(judged: Judged, widened: bool) -> tuple[list[str], list[str]]:
     widened : bool, whether the records that are used scatter more than their uncertainties let expect
     """
     every, used = judged.every, judged.accepted
-    what = "moments" if isinstance(every.of, Moments) else "lines and moments about the normal"
+    what = "moments" if isinstance(every.of, Moments) else "lines and pendulums"
     if isinstance(every.of, Centre) and not every.of.swings:
         what = "lines"
     if every.redundancy < 1:
-        return [], [_no_check(every, what)]
+        return [], [_no_check(every, what)] if every.used.sum() > 1 else []
     if not judged.alarm:
         text = f"{what}: {every.used.sum()} records agree to {every.scatter:.2f} of their uncertainties"
         more = "; one that is wrong would be found, but not which" if every.redundancy == 1 else ""
@@ -41,7 +41,8 @@ def of_judged(judged: Judged, widened: bool) -> tuple[list[str], list[str]]:
         )
     elif judged.suspects:
         best = judged.suspects[0]
-        others = " or ".join(_names(every, one) for one in judged.suspects)
+        named = [_names(every, one) for one in sorted(judged.suspects)]
+        others = f"{', '.join(named[:-1])} or {named[-1]}"
         warnings.append(
             f"the {what} contradict one another by {_worst(every):.1f} standard uncertainties "
             f"({judged.critical:.1f} allowed): {others} is wrong, which the records cannot tell, and none is left out; "
@@ -73,7 +74,7 @@ def _predicted(one: Fit) -> list[str]:
 
 def _no_check(one: Fit, what: str) -> str:
     """That nothing tests the records."""
-    count, asked = int(one.used.sum()), _listed(one.of.parameters)
+    count, asked = int(one.used.sum()), listed(one.of.parameters)
     if isinstance(one.of, Moments) and not one.of.round:
         return (
             f"{count} orientations give {asked} without redundancy, so that no record is tested: a fourth shows that "
@@ -155,12 +156,7 @@ def _worst(one: Fit) -> float:
 
 
 def _names(one: Fit, records: Sequence[int]) -> str:
-    return _listed([one.equations[k].name for k in records])
-
-
-def _listed(names: Sequence[str]) -> str:
-    """Names in a row."""
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+    return listed([one.equations[k].name for k in records])
 
 
 def of_body(found: Mapping[str, float], covariance: Mapping[tuple[str, str], float]) -> list[str]:
