@@ -114,8 +114,18 @@ def _drawn(judged: Judged | None) -> bool:
 
 
 def _figure(judged: Judged | None) -> Figure:
-    """Moments over the angle, modulo 180 degrees."""
+    """Moments over the angle."""
     assert judged is not None
+    return Figure(name="moments", title="Moment about the bar's line", panels=[moments_over_angle(judged)], columns=1)
+
+
+def moments_over_angle(judged: Judged) -> Panel:
+    """Planar tensor and orientations over the angle of the bar's line, modulo 180 degrees.
+
+    Parameters
+    ----------
+    judged : Judged, of orientations of a part that is not round
+    """
     one = judged.accepted
     over = np.linspace(0.0, np.pi, 181)
     place = one.of.inputs.place
@@ -126,8 +136,7 @@ def _figure(judged: Judged | None) -> Figure:
     if not one.used.all():
         out = ~one.used
         lines.append(Line(x=angles[out], y=one.measured[out], label="left out", style="", marker="x"))
-    panel = Panel(x_label="angle of the bar's line, modulo 180 deg", y_label="moment, kg m²", lines=lines)
-    return Figure(name="moments", title="Moment about the bar's line", panels=[panel], columns=1)
+    return Panel(x_label="angle of the bar's line, modulo 180 deg", y_label="moment, kg m²", lines=lines)
 
 
 def _numbers(found: RigProperties) -> str:

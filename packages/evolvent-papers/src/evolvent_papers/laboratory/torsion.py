@@ -8,6 +8,7 @@ Source: data/bicycles/*/RawData of the public repository moorepants/BicycleParam
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 import pathlib
@@ -22,7 +23,7 @@ from evolvent.analysis.system import System
 from evolvent.parts import Joint, JointSpring, RigidBody
 from evolvent_base import progress, units
 from evolvent_base.errors import InputError
-from evolvent_base.figures import Figure, Line, Panel
+from evolvent_base.figures import Figure, stacked
 from evolvent_base.schema import Section
 from evolvent_massprops import torsion_rig
 from evolvent_papers.laboratory import tables
@@ -40,6 +41,8 @@ WHEELS = ("F", "R")
 GOAL = 0.015
 #: Relative difference of the engine's periods from the closed form that is allowed.
 SAME = 1e-6
+#: Panels of the figure, at most.
+_PANELS = 6
 
 
 class Settings(Section):
@@ -353,23 +356,18 @@ def _axle(one: Evaluated) -> list[Comparison]:
 
 
 def _figures(parts: Sequence[Evaluated]) -> list[Figure]:
-    """Deviations from what the others predict, over their uncertainties, of all records of moments."""
-    lines, places = [], 0
-    for c, one in enumerate(parts):
+    """Moments over the angle, of parts whose records can be tested; a panel each."""
+    panels = []
+    for one in parts:
         judged = one.found.moments
-        if judged is None or judged.accepted.redundancy < 1:
+        if judged is None or judged.accepted.redundancy < 1 or len(panels) == _PANELS:
             continue
-        deviation, std = judged.accepted.left_out
-        x = np.arange(places + 1, places + 1 + deviation.size, dtype=float)
-        places += deviation.size
-        lines.append(Line(x=x, y=np.abs(deviation / std), label=one.name, color=c, style="", marker="o"))
-    if not lines:
+        moments = torsion_rig.moments_over_angle(judged)
+        panels.append(dataclasses.replace(moments, y_label=f"{one.name}: moment, kg m²"))
+    if not panels:
         return []
-    panel = Panel(
-        x_label="record", y_label="deviation from what the others give, over its uncertainty", lines=lines, log=True
-    )
-    title = "Records of moments beside what the others of the part give"
-    return [Figure(name="torsion", title=title, panels=[panel])]
+    title = "Moments about the bar's line: planar tensor, and orientations"
+    return [Figure(name="torsion", title=title, panels=panels, height=stacked(len(panels)))]
 
 
 SETS = {
