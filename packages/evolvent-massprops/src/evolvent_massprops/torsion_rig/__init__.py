@@ -7,6 +7,6 @@ from evolvent_massprops.torsion_rig.measured import RigProperties, evaluate
 from evolvent_massprops.torsion_rig.plan import RigMeasurementPlan, RigOption, check, plan
 
 __all__ = [
-    "Fit", "Judged", "OnRig", "RigMeasurementPlan", "RigOption", "RigProperties", "check", "evaluate", "load", "moments_over_angle", "plan",
-    "states_rig",
+    "Fit", "Judged", "OnRig", "RigMeasurementPlan", "RigOption", "RigProperties", "check", "evaluate", "load",
+    "moments_over_angle", "plan", "states_rig",
 ]  # fmt: skip

@@ -136,7 +136,7 @@ def moments_over_angle(judged: Judged) -> Panel:
     if not one.used.all():
         out = ~one.used
         lines.append(Line(x=angles[out], y=one.measured[out], label="left out", style="", marker="x"))
-    return Panel(x_label="angle of the bar's line, modulo 180 deg", y_label="moment, kg m²", lines=lines)
+    return Panel(x_label="angle of the bar's line, deg", y_label="moment, kg m²", lines=lines)
 
 
 def _numbers(found: RigProperties) -> str:

@@ -87,6 +87,11 @@ class RigProperties(Shown):
         return np.array([self.values - self.expanded, self.values + self.expanded])
 
     @property
+    def cautions(self) -> tuple[str, ...]:
+        """The warnings."""
+        return self.warnings
+
+    @property
     def wrong(self) -> tuple[str, ...]:
         """Names of the records that were called wrong, and left out."""
         judged = [one for one in (self.moments, self.centre) if one is not None]

@@ -160,7 +160,7 @@ def plan(stand: str | os.PathLike[str] | Mapping[str, Any] | OnRig, wanted: floa
         fits = [
             (angles, _one_each(given, angles)) for angles in (start + spread * np.arange(count) for start in starts)
         ]
-        angles, one_each = min(fits, key=lambda one: _option(given, *one, bar, 1, wanted).worst)
+        angles, one_each = min(fits, key=lambda of: _option(given, of[0], of[1], bar, 1, wanted).worst)
         worst = [_option(given, angles, one_each, bar, int(m), wanted) for m in most]
         rows.append([one.worst for one in worst])
         options.append(next((one for one in worst if one.reached), worst[-1]))

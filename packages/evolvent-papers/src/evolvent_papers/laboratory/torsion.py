@@ -23,7 +23,7 @@ from evolvent.analysis.system import System
 from evolvent.parts import Joint, JointSpring, RigidBody
 from evolvent_base import progress, units
 from evolvent_base.errors import InputError
-from evolvent_base.figures import Figure, stacked
+from evolvent_base.figures import Figure, Panel, stacked
 from evolvent_base.schema import Section
 from evolvent_massprops import torsion_rig
 from evolvent_papers.laboratory import tables
@@ -134,7 +134,7 @@ def description(letter: str, given: Readings, settings: Settings) -> dict[str, A
         place = {"length": given[f"l{letter}"]} if f"l{letter}" in given else None
     else:
         lines = sum("distance" in one for one in orientations)
-        place = {"pivot": [0.0, 0.0]} if lines >= 2 else None
+        place = {"pivot": ["0 m", "0 m"]} if lines >= 2 else None
     swing = f"Tc{letter}1"
     return {
         "title": f"{PARTS.get(letter, letter)} on a torsion rig",
@@ -357,7 +357,7 @@ def _axle(one: Evaluated) -> list[Comparison]:
 
 def _figures(parts: Sequence[Evaluated]) -> list[Figure]:
     """Moments over the angle, of parts whose records can be tested; a panel each."""
-    panels = []
+    panels: list[Panel] = []
     for one in parts:
         judged = one.found.moments
         if judged is None or judged.accepted.redundancy < 1 or len(panels) == _PANELS:
