@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import os
 from collections.abc import Mapping
@@ -11,12 +10,10 @@ from typing import Any
 import numpy as np
 import scipy
 
-from evolvent_base import answer as an
 from evolvent_base.errors import InputError
-from evolvent_base.showing import Shown
 from evolvent_massprops.estimates import Output, Share, coverage_factors, degrees
 from evolvent_massprops.torsion_rig.adjustment import Fit, Judged, judge
-from evolvent_massprops.torsion_rig.answer import answer_of
+from evolvent_massprops.torsion_rig.answer import RigProperties
 from evolvent_massprops.torsion_rig.equations import Centre, Moments, stiffness
 from evolvent_massprops.torsion_rig.inputs import Inputs
 from evolvent_massprops.torsion_rig.keys import OnRig, load
@@ -37,77 +34,6 @@ _LABELS = {
     "Ixz_origin": ("product about the origin", "kg m²"),
     "Izz_origin": ("moment about z through the origin", "kg m²"),
 }
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class RigProperties(Shown):
-    """What a torsion rig gives.
-
-    Attributes
-    ----------
-    description : OnRig
-    moments, centre : Judged, of orientations in the plane, and of lines, pendulums and moments about the normal; None
-        where nothing of it was measured
-    outputs : (p,) Output
-    values, covariance : (p,), (p, p)
-    shares : budget
-    dof, factor : (p,) degrees of freedom and coverage factors
-    warnings : sentences; those on wrong records come first
-    notes : sentences
-    """
-
-    description: OnRig
-    moments: Judged | None
-    centre: Judged | None
-    outputs: tuple[Output, ...]
-    values: np.ndarray
-    covariance: np.ndarray
-    shares: tuple[Share, ...]
-    dof: np.ndarray
-    factor: np.ndarray
-    warnings: tuple[str, ...]
-    notes: tuple[str, ...]
-
-    named = "mass properties"
-    has_uncertainties = True
-
-    @property
-    def std(self) -> np.ndarray:
-        """(p,) standard uncertainties."""
-        return np.sqrt(np.diag(self.covariance))
-
-    @property
-    def expanded(self) -> np.ndarray:
-        """(p,) expanded uncertainties U = k u."""
-        return self.factor * self.std
-
-    @property
-    def interval(self) -> np.ndarray:
-        """(2, p) coverage interval."""
-        return np.array([self.values - self.expanded, self.values + self.expanded])
-
-    @property
-    def cautions(self) -> tuple[str, ...]:
-        """The warnings."""
-        return self.warnings
-
-    @property
-    def wrong(self) -> tuple[str, ...]:
-        """Names of the records that were called wrong, and left out."""
-        judged = [one for one in (self.moments, self.centre) if one is not None]
-        return tuple(dict.fromkeys(one.every.equations[k].name for one in judged for k in one.wrong))
-
-    def place(self, key: str) -> int:
-        """Number of an output, such as 'Ixx'."""
-        return [one.key for one in self.outputs].index(key)
-
-    def __getitem__(self, key: str) -> float:
-        """Value of an output, such as 'Ixx'."""
-        return float(self.values[self.place(key)])
-
-    def answer(self) -> an.Answer:
-        """Values with their uncertainties, records with what the others predict, budget."""
-        return answer_of(self)
 
 
 def evaluate(stand: str | os.PathLike[str] | Mapping[str, Any] | OnRig, overrides: Mapping[str, Any] | None = None,
