@@ -15,6 +15,7 @@ from evolvent import parts
 from evolvent_base.errors import InputError
 from evolvent_papers import laboratory
 from evolvent_papers.laboratory import torsion
+from evolvent_papers.laboratory.book import Verdict
 
 STORED = pathlib.Path(torsion.__file__).with_name("data") / "torsion.zip"
 
@@ -26,12 +27,12 @@ def unpacked(folder: pathlib.Path, name: str = "rigid") -> pathlib.Path:
 
 
 @pytest.fixture(scope="module")
-def verdict() -> torsion.Verdict:
+def verdict() -> Verdict:
     return laboratory.found("torsion").validate()
 
 
 @pytest.mark.slow
-def test_the_sets_of_the_package(verdict: torsion.Verdict, book: Book) -> None:
+def test_the_sets_of_the_package(verdict: Verdict, book: Book) -> None:
     """`docs/laboratory/torsion.md` states these numbers."""
     found = {one.what: one for one in verdict.comparisons}
     periods = found["rigid, frame: periods of 4 orientations, each by the others, rms of the difference"]
@@ -129,8 +130,8 @@ def test_a_run_of_the_engine_has_the_damped_period() -> None:
     damping = 2.0 * zeta * math.sqrt(stiffness * moment)
     system.add(parts.JointSpring(joint="bar", stiffness=stiffness, damping=damping, rest=0.1), "spring")
     run = system.simulate(until=16.0, every=0.01, method="dopri5", tolerance=1e-10)
-    angle = run["spring/angle"].values - 0.1
-    time = run["time"].values
+    angle = np.asarray(run["spring/angle"], dtype=float) - 0.1
+    time = np.asarray(run["time"], dtype=float)
     down = np.flatnonzero((angle[:-1] > 0.0) & (angle[1:] <= 0.0))
     local = [np.polynomial.Polynomial.fit(time[k - 2 : k + 4], angle[k - 2 : k + 4], 5).roots() for k in down]
     zeros = [float(r[np.argmin(np.abs(r - time[k]))].real) for r, k in zip(local, down, strict=True)]
