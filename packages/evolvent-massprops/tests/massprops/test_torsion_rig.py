@@ -108,6 +108,25 @@ def test_damping_amplitude_fixture_and_repeated_readings() -> None:
     assert (share.std, share.dof) == pytest.approx((0.001 * share.value, 1.0), rel=1e-6)
 
 
+def test_pendulums_about_several_pivots_give_the_centre() -> None:
+    """Lines that are 15 mm off, and four pivots whose periods are known to 1e-5: the pendulums decide."""
+    content = made([0.0, 60.0, 120.0])
+    for one, off in zip(content["orientations"], (0.015, -0.01, 0.012), strict=True):
+        one["distance"] = f"{float(one['distance'].split()[0]) + off!r} +- 0.03 m"
+    lines = torsion_rig.evaluate(content)
+    content["pendulums"] = [
+        {"pivot": pivot, "period": f"{swing_period(math.dist(pivot, CENTRE))!r} +- 1e-5 s"}
+        for pivot in ([0.0, 0.0], [0.7, 0.1], [0.1, -0.9], [1.1, -0.8])
+    ]
+    content["body"]["mass"] = f"{MASS} kg"
+    both = torsion_rig.evaluate(content)
+    assert math.dist((lines["x"], lines["z"]), CENTRE) > 0.002
+    assert (both["x"], both["z"]) == pytest.approx(CENTRE, abs=2e-4)
+    assert both["Iyy"] == pytest.approx(NORMAL, rel=1e-3)
+    for key in "xz":
+        assert both.std[both.place(key)] < 0.02 * lines.std[lines.place(key)]
+
+
 def test_a_wheel_needs_no_angles() -> None:
     content = made([0.0])
     content["body"] |= {"shape": "round"}
