@@ -15,11 +15,13 @@ from evolvent_base.errors import InputError
 from evolvent_base.showing import Shown
 from evolvent_massprops import pictures
 from evolvent_massprops.description import OnSprings
-from evolvent_massprops.estimates import Estimates, Evaluation
+from evolvent_massprops.estimates import Estimates, Evaluation, Stated
 from evolvent_massprops.rounding import rounded, shown
 
 #: Quantities beside one another in a table of the budget, and its inputs that the screen shows.
 _WIDE, _MOST_ROWS = 3, 6
+#: Degrees of freedom that count as infinitely many.
+_MANY = 1e6
 _WITHOUT = "the method gives no uncertainty of the frequencies; use varpro for a certificate"
 
 
@@ -91,7 +93,7 @@ def answer_of(found: MassProperties) -> an.Answer:
                 an.Table(heads=("file", "format", "samples", "rate Hz", "sensors", "SHA-256"), rows=_files(found),
                          words=2, kind="files"),
             ]),
-            *([_budget(found)] if found.shares else []),
+            *([budget(found)] if found.shares else []),
             an.Section(title="Figures", blocks=lambda: _pictures(found), level=an.PAGE),
             *(section for one in found.evaluations for section in _recording(found, one)),
             an.Section(title="Method", blocks=[an.Points(_steps(found), numbered=True)], level=an.PAGE),
@@ -133,7 +135,7 @@ def _files(found: MassProperties) -> list[tuple[str, ...]]:
     ]
 
 
-def result_table(found: MassProperties) -> an.Table:
+def result_table(found: Stated) -> an.Table:
     """Values with their uncertainties."""
     rows = []
     for k, o in enumerate(found.outputs):
@@ -142,7 +144,7 @@ def result_table(found: MassProperties) -> an.Table:
         if not (found.has_uncertainties and u > 0.0):
             rows.append((label, f"{value:.6g}", o.unit, *6 * "-"))
             continue
-        dof = "∞" if not np.isfinite(found.dof[k]) else f"{found.dof[k]:.0f}"
+        dof = "∞" if not found.dof[k] < _MANY else f"{found.dof[k]:.0f}"
         low, high = (rounded(x, U) for x in found.interval[:, k])
         relative = f"{100.0 * u / abs(value):.2g} %" if abs(value) > u else "-"
         rows.append((
@@ -202,7 +204,7 @@ def _comparison(found: MassProperties) -> an.Section:
     return an.Section(title="Recordings", blocks=[*blocks, *([first.why[-1]] if found.combined else [])])
 
 
-def _budget(found: MassProperties) -> an.Section:
+def budget(found: Stated) -> an.Section:
     """Contributions of the inputs, a few results a table."""
     part = np.array([s.contribution**2 for s in found.shares])
     percent = 100.0 * part / np.maximum(part.sum(axis=0), 1e-300)

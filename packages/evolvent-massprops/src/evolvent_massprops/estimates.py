@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
 
 import numpy as np
+import scipy
 
 from evolvent_base.signals import Signals
 from evolvent_massprops.description import Description, OnSprings
@@ -90,6 +92,45 @@ class Evaluation:
     def std(self) -> np.ndarray:
         """(p,) standard uncertainties."""
         return np.sqrt(np.diag(self.covariance))
+
+
+class Stated(Protocol):
+    """Values with their uncertainties, as tables state them; attributes as of `Estimates`."""
+
+    @property
+    def outputs(self) -> tuple[Output, ...]: ...  # noqa: D102
+    @property
+    def values(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def std(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def expanded(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def dof(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def factor(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def interval(self) -> np.ndarray: ...  # noqa: D102
+    @property
+    def shares(self) -> tuple[Share, ...]: ...  # noqa: D102
+    @property
+    def has_uncertainties(self) -> bool: ...  # noqa: D102
+
+
+def degrees(shares: Sequence[Share], variance: np.ndarray) -> np.ndarray:
+    """(p,) effective degrees of freedom (Welch and Satterthwaite; GUM, eq. G.2b); infinite without a scatter."""
+    part = np.zeros(len(variance))
+    for share in shares:
+        if np.isfinite(share.dof):
+            part = part + share.contribution**4 / share.dof
+    return np.divide(variance**2, part, out=np.full(len(variance), np.inf), where=part > 0.0)
+
+
+def coverage_factors(asked: float, dof: np.ndarray) -> np.ndarray:
+    """(p,) coverage factors: Student's, for the probability that the factor asked has in a normal distribution."""
+    probability = 2.0 * scipy.stats.norm.cdf(asked) - 1.0
+    few = np.where(np.isfinite(dof), dof, 1e9)
+    return np.where(np.isfinite(dof), scipy.stats.t.ppf(0.5 + 0.5 * probability, few), asked)
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from evolvent_base.errors import InputError
 from evolvent_massprops import modal, pendulum, springs, springs_combined, springs_search
 from evolvent_massprops.certificate import MassProperties
 from evolvent_massprops.description import Description, OnSprings, Signalling, for_recording, load, without_stand
-from evolvent_massprops.estimates import Evaluation, Share
+from evolvent_massprops.estimates import Evaluation, Share, coverage_factors, degrees
 from evolvent_massprops.identification.swing_model import LINEAR
 from evolvent_massprops.identification.swing_starts import Kind
 from evolvent_massprops.recordings import read
@@ -197,11 +197,9 @@ def _measured(
     """The result, with coverage intervals and the recordings' warnings."""
     n = len(evaluations)
     asked = given.uncertainty.coverage_factor
-    dof = _degrees(shares, np.diag(covariance))
+    dof = degrees(shares, np.diag(covariance))
     probability = 2.0 * scipy.stats.norm.cdf(asked) - 1.0
-    factor = np.where(
-        np.isfinite(dof), scipy.stats.t.ppf(0.5 + 0.5 * probability, np.where(np.isfinite(dof), dof, 1e9)), asked
-    )
+    factor = coverage_factors(asked, dof)
     std = np.sqrt(np.diag(covariance))
     interval = np.array([values - factor * std, values + factor * std])
     if draws is not None:
@@ -253,15 +251,6 @@ def _mean_shares(evaluations: list[Evaluation], values: np.ndarray) -> tuple[tup
     s = np.sqrt(np.diag(scatter))
     correlation = np.divide(scatter, np.outer(s, s), out=np.eye(len(s)), where=np.outer(s, s) > 0.0)
     return tuple(shares), common.T @ common + correlation * np.outer(both, both)
-
-
-def _degrees(shares: Sequence[Share], variance: np.ndarray) -> np.ndarray:
-    """(p,) effective degrees of freedom; infinite without a scatter."""
-    part = np.zeros(len(variance))
-    for share in shares:
-        if np.isfinite(share.dof):
-            part = part + share.contribution**4 / share.dof
-    return np.divide(variance**2, part, out=np.full(len(variance), np.inf), where=part > 0.0)
 
 
 def _scattered(evaluations: list[Evaluation], values: np.ndarray) -> list[str]:

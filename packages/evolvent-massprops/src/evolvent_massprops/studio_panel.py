@@ -19,7 +19,7 @@ from evolvent_base import file_keys, signals, units
 from evolvent_base.errors import EvolventError, InputError
 from evolvent_base.figures import Figure, Line, Panel
 from evolvent_base.signals import timebase
-from evolvent_massprops import description
+from evolvent_massprops import description, torsion_rig
 from evolvent_studio import charts, form
 from evolvent_studio.context import Context, Panel as StudioPanel
 from evolvent_studio.drafts import MEASURED, View
@@ -33,6 +33,8 @@ from evolvent_studio.placing import SIGNALS
 #: Number of signal columns that are drawn.
 _DRAWN = 6
 _SKIP = ("signals.sensors", "signals.time", "recordings", "stand.kind")
+#: Kind of a stand whose description states its periods; it needs no signals.
+_RIG = "torsion rig"
 _USES = {"sensor": "sensor", "time": "time", "": "left out"}
 #: What is asked of each sensor's column; the rest of the form's keys a description file may give.
 _ASKED = ("point", "direction", "unit", "sensitivity")
@@ -101,7 +103,7 @@ class MeasurePanel(StudioPanel):
         self._known.set_options(known, value=None)
         self._known.set_visibility(bool(known))
         self._list()
-        options = {f"kind:{k}": f"new: {k}" for k in description.KINDS}
+        options = {f"kind:{k}": f"new: {k}" for k in (*description.KINDS, _RIG)}
         options |= {f"file:{n}": n for n in self.studio.stands()}
         value = self._source_of()
         self._stand.set_options({value: value.partition(":")[2], **options}, value=value)
@@ -111,12 +113,17 @@ class MeasurePanel(StudioPanel):
         self._body.clear()
         with self._body:
             self._form = FormView(
-                description.model(self.state["kind"]),
+                torsion_rig.OnRig if self._is_rig else description.model(self.state["kind"]),
                 self.state["content"],
                 self._changed,
                 skip=_SKIP,
                 complete=self._complete,
             )
+
+    @property
+    def _is_rig(self) -> bool:
+        """Whether the stand is a torsion rig."""
+        return bool(self.state["kind"] == _RIG)
 
     def _source_of(self) -> str:
         """Where the description comes from."""
@@ -138,7 +145,7 @@ class MeasurePanel(StudioPanel):
     def _choose(self, source: str) -> None:
         kind, _, name = source.partition(":")
         if kind == "kind":
-            self._take({"stand": {"kind": name}}, "")
+            self._take({"stand": {"kind": "torsion", "rod": {}} if name == _RIG else {"kind": name}}, "")
         elif not self.page.attempt(lambda: self._open(name)):
             self._stand.set_value(self._source_of())
 
@@ -153,7 +160,8 @@ class MeasurePanel(StudioPanel):
 
     def _take(self, content: dict[str, Any], stand: str) -> None:
         self._form = None  # what was typed there is of another stand
-        self.state.update(content=content, stand=stand, kind=content["stand"]["kind"], columns={})
+        kind = _RIG if torsion_rig.states_rig(content) else content["stand"]["kind"]
+        self.state.update(content=content, stand=stand, kind=kind, columns={})
         self.draw()
         if self.page.view.kind == "measure" and not self.page.view.refs:
             self.page.draw()
@@ -240,6 +248,8 @@ class MeasurePanel(StudioPanel):
 
     def _complete(self, typed: dict[str, Any]) -> dict[str, Any]:
         """The description with the columns in it."""
+        if self._is_rig:
+            return {**typed, "stand": {"kind": "torsion", **typed.get("stand", {})}}
         content = {**typed, "stand": {"kind": self.state["kind"], **typed.get("stand", {})}}
         given = dict(content.get("signals") or {})
         before = self.state["content"].get("signals") or {}
@@ -274,11 +284,12 @@ class MeasurePanel(StudioPanel):
     def _changed(self, content: dict[str, Any], wrong: dict[str, str]) -> None:
         self.content = self.state["content"] = content
         columns = self.state["columns"].values()
-        used = not self.state["files"] or any(column["use"] == "sensor" for column in columns)
+        signals_given = bool(self.state["files"]) or self._is_rig
+        used = not self.state["files"] or self._is_rig or any(column["use"] == "sensor" for column in columns)
         shown = self._form.shown if self._form is not None else {}
         self._wrong = wrong
-        self._go.set_enabled(not shown and used and bool(self.state["files"]))
-        hint = "give a signal file" if not self.state["files"] else "no column is a sensor" if not used else ""
+        self._go.set_enabled(not shown and used and signals_given)
+        hint = "give a signal file" if not signals_given else "no column is a sensor" if not used else ""
         self._hint.set_text(hint or errors_text(len(shown)))
         if self._chart is not None and not self._chart.is_deleted and self._source is not None:
             self._chart.show(_signal_chart(self._source, self.state["columns"], self._rate()))
@@ -357,8 +368,9 @@ class MeasurePanel(StudioPanel):
                     self._form.show_all()
                     self._changed(self.content, self._wrong)
                     raise InputError(first_error(self._wrong))
-            files = [str(self.studio.folder.file(name, LARGEST_RECORDING)) for name in self.state["files"]]
-            given = description.load(self.content)
+            names = [] if self._is_rig else self.state["files"]
+            files = [str(self.studio.folder.file(name, LARGEST_RECORDING)) for name in names]
+            given = (torsion_rig.load if self._is_rig else description.load)(self.content)
             title = given.title or given.body.name
             text = yaml.safe_dump(self.content, sort_keys=False, allow_unicode=True)
             job = self.studio.jobs.add("identify", title, case=text, extra={"signals": files})

@@ -193,3 +193,23 @@ TorsionOrZero = Annotated[
 Turn = Annotated[Uncertain, _kind(what="an angle", unit="rad", example="5 +- 1 deg", least=0.0, most=3.0)]
 Density = Annotated[Uncertain, _kind(what="a density", unit="kg/m^3", example="1.204 +- 0.005 kg/m^3", least=0.0)]
 Factor = Annotated[Uncertain, _kind(what="a plain number", unit="", example="1 +- 0.1", least=0.0)]
+
+_READING = "one a reading"
+LengthReadings = Annotated[tuple[Uncertain, ...], MeasuredList(quantity=_kind(**_LENGTH), each=_READING)]
+MassReadings = Annotated[tuple[Uncertain, ...], MeasuredList(quantity=_kind(**_MASS, above=0.0), each=_READING)]
+PeriodReadings = Annotated[
+    tuple[Uncertain, ...],
+    MeasuredList(
+        quantity=_kind(what="a period", unit="s", example="0.95692 +- 0.00002 s", above=0.0), each=_READING
+    ),
+]  # fmt: skip
+AngleReadings = Annotated[
+    tuple[Uncertain, ...],
+    MeasuredList(
+        quantity=_kind(what="an angle", unit="rad", example="55.7 +- 0.1 deg", least=-10.0, most=10.0), each=_READING
+    ),
+]  # fmt: skip
+DistanceReadings = Annotated[tuple[Uncertain, ...], MeasuredList(quantity=_position(), each=_READING)]
+Damping = Annotated[
+    Uncertain, _kind(what="a damping ratio", unit="", example="0.01 +- 0.002", least=0.0, most=0.3)
+]  # fmt: skip

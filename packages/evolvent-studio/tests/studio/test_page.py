@@ -275,6 +275,18 @@ def test_signal_to_certificate(page, folder, shots):
     page.screenshot(path=shots / "certificate.png")
 
 
+def test_a_torsion_rig_needs_no_signals(page, folder):
+    (folder / "rig.yaml").write_bytes((EXAMPLE.parent / "torsion.yaml").read_bytes())
+    page.reload()
+    page.click(part("tab-measure"))
+    choose(page, "stand", "rig.yaml")
+    page.locator(part("measure")).click()
+    page.wait_for_selector(part("measured"))
+    row = page.locator(f"{part('measured')} tr", has_text="Ixz:").inner_text().split("\t")
+    assert float(row[1]) == pytest.approx(-0.625, abs=1e-3)
+    assert "B1 is wrong" in page.locator(part("warnings")).inner_text()
+
+
 def test_click_on_a_map_opens_the_case(page, shots):
     page.click(part("tab-studies"))
     page.click(part("study-payout"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 import lazy_loader as lazy
@@ -21,10 +21,11 @@ description = lazy.load("evolvent_massprops.description", suppress_warning=True)
 measurement = lazy.load("evolvent_massprops.measurement", suppress_warning=True)
 plots = lazy.load("evolvent_base.plots", suppress_warning=True)
 showing = lazy.load("evolvent_base.showing", suppress_warning=True)
+torsion_rig = lazy.load("evolvent_massprops.torsion_rig", suppress_warning=True)
 
 
 @click.command()
-@click.argument("signals", metavar="SIGNALS...", nargs=-1, required=True)
+@click.argument("signals", metavar="[SIGNALS...]", nargs=-1)
 @click.option("--stand", metavar="STAND.YAML", help="Description of the signals, the stand and the body.")
 @click.option("--variables", metavar="NAME,NAME", help="Columns, or variables of a run, that are the sensors.")
 @click.option(
@@ -45,16 +46,23 @@ def identify(
     """Find modes in recorded SIGNALS of free vibration, and with a stand the mass properties of the body on it.
 
     SIGNALS are CSV, TSV, TDMS, UFF 58, MAT, HDF5 or WAV files, or runs of evolvent. With a stand several recordings are
-    averaged; of a body in several mountings, or with tare, they go into one estimate.
+    averaged; of a body in several mountings, or with tare, they go into one estimate. A torsion rig has no SIGNALS: its
+    description states the periods.
 
     \b
     evolvent identify slew.nc --variables boom.tip_deflection.y --set signals.start='2 s' --figures modes
     evolvent identify knock.csv --stand stand.yaml -o certificate.html
+    evolvent identify --stand torsion.yaml -o certificate.html
     """  # noqa: D301
     overrides = parse_assignments(assignments)
     columns = [name.strip() for name in (variables or "").split(",") if name.strip()]
     if figures is not None:
         files.check_writable_folder(figures)
+    if stand is not None and torsion_rig.states_rig(stand, overrides):
+        _rig(signals, stand, output, figures, overrides, quiet=quiet)
+        return
+    if not signals:
+        raise InputError("SIGNALS are missing; name at least one file (a torsion rig states its periods in --stand)")
     if stand is None:
         if output is not None:
             raise InputError(
@@ -82,6 +90,32 @@ def identify(
     _draw(figures, [one.modal for one in measured.evaluations])
     if not quiet:
         showing.show(measured.answer())
+        if output is not None:
+            echo(f"certificate: {output}")
+
+
+def _rig(
+    signals: tuple[str, ...],
+    stand: str,
+    output: str | None,
+    figures: str | None,
+    overrides: dict[str, Any],
+    *,
+    quiet: bool,
+) -> None:
+    """Mass properties of a part on a torsion rig."""
+    if signals:
+        raise InputError(f"{signals[0]!r}: a torsion rig takes no SIGNALS; its periods stand in {stand!r}")
+    if output is not None:
+        files.check_writable(output)
+        _not_an_input(output, {stand: "the stand's file"})
+    found = torsion_rig.evaluate(stand, overrides)
+    if output is not None:
+        found.report(output)
+    if figures is not None:
+        echo(f"figures: {', '.join(plots.draw(found.answer().figures, figures))}")
+    if not quiet:
+        showing.show(found.answer())
         if output is not None:
             echo(f"certificate: {output}")
 

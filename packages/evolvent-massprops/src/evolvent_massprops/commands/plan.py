@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import click
 import lazy_loader as lazy
@@ -14,6 +16,7 @@ from evolvent_base.overrides import parse_assignments
 
 planning = lazy.load("evolvent_massprops.planning", suppress_warning=True)
 showing = lazy.load("evolvent_base.showing", suppress_warning=True)
+torsion_rig = lazy.load("evolvent_massprops.torsion_rig", suppress_warning=True)
 
 #: Lengths of the record in the figure.
 _POINTS = 24
@@ -37,7 +40,8 @@ def plan(stand: str, uncertainty: str, runs: int | None, output: str | None, ass
 
     STAND.YAML describes the stand as for `evolvent identify`. Unknowns have the value that is expected (Ixx: unknown
     near 3700 kg m^2), and `plan` states the pull (plan: {force: 1000 N, noise: 0.1 mm}). A case of the system
-    inertia-stand, by its name or file, is taken as a stand that is known, with unknown Ixx and Izz.
+    inertia-stand, by its name or file, is taken as a stand that is known, with unknown Ixx and Izz. Of a torsion rig
+    the orientations are planned, and how often each is clamped (plan: {Ixx: 2.2 kg m^2, Izz: 2.3 kg m^2}).
 
     \b
     evolvent plan stand.yaml --uncertainty 0.2%
@@ -47,21 +51,36 @@ def plan(stand: str, uncertainty: str, runs: int | None, output: str | None, ass
     overrides = parse_assignments(assignments)
     wanted = _share(uncertainty)
     shared.check_files(figure=output)
+    if torsion_rig.states_rig(stand, overrides):
+        _rig(stand, wanted, runs, output, overrides)
+        return
     with showing_progress(quiet=False):
         found = planning.plan(stand, wanted, overrides, points=0 if output is None else _POINTS)
         ratios = None if runs is None else planning.check(stand, found.best, overrides, runs=runs)
     answer = found.answer()
     showing.show(answer)
     if ratios is not None and runs is not None:
-        texts = ", ".join(
-            f"{key} {'-' if math.isnan(ratio) else format(ratio, '.2f')}"
-            for key, ratio in zip(found.best.keys, ratios, strict=True)
-        )
-        echo(
-            f"{runs} simulated recordings: deviation by noise over the predicted one: {texts} "
-            f"(each to {1.0 / math.sqrt(2.0 * runs):.0%})"
-        )
+        _checked(runs, "recordings", dict(zip(found.best.keys, ratios, strict=True)))
     shared.write_files(answer, figure=output)
+
+
+def _rig(stand: str, wanted: float, runs: int | None, output: str | None, overrides: dict[str, Any]) -> None:
+    """Orientations of a part on a torsion rig, and how often each is clamped."""
+    found = torsion_rig.plan(stand, wanted, overrides)
+    answer = found.answer()
+    showing.show(answer)
+    if runs is not None:
+        _checked(runs, "measurements", torsion_rig.check(stand, found.best, overrides, runs=runs))
+    shared.write_files(answer, figure=output)
+
+
+def _checked(runs: int, of: str, ratios: Mapping[str, float]) -> None:
+    """State how simulated measurements scatter."""
+    texts = ", ".join(f"{key} {'-' if math.isnan(ratio) else format(ratio, '.2f')}" for key, ratio in ratios.items())
+    echo(
+        f"{runs} simulated {of}: deviation by noise over the predicted one: {texts} "
+        f"(each to {1.0 / math.sqrt(2.0 * runs):.0%})"
+    )
 
 
 def _share(text: str) -> float:

@@ -24,6 +24,7 @@ SETS = {
     "driven-arm": "arm",
     "rbsp": "rbsp",
     "trifilar": "trifilar",
+    "torsion": "torsion",
 }
 
 

@@ -100,20 +100,20 @@ def rows_of(
     """
     head = tables.read(own, "the package's table").heads
     if data is None:
-        return _rows("the package's table", own, head, measured, words)
+        return rows("the package's table", own, head, measured, words)
     if not os.path.isdir(data):
-        return _rows(data, _content(data), head, measured, words)
+        return rows(data, _content(data), head, measured, words)
     fitting = [(os.path.join(data, name), raw) for name, raw in contents(data, pathlib.Path()) if has(name, raw, head)]
-    found = [row for path, raw in fitting for row in _rows(path, raw, head, measured, words)]
+    found = [row for path, raw in fitting for row in rows(path, raw, head, measured, words)]
     if not found:
         raise InputError(f"{data} has no CSV file with the columns {','.join(head)}")
     return found
 
 
-def _rows(
+def rows(
     name: str, raw: bytes, head: Sequence[str], measured: Collection[str], words: Collection[str]
 ) -> list[dict[str, Any]]:
-    """Rows of one table."""
+    """Rows of one table; arguments and errors as of `rows_of`."""
     found = _read(name, raw, head)
     columns: list[list[Any]] = []
     for column in head:
