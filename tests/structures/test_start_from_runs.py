@@ -1,16 +1,20 @@
 """A structure that starts from the end of a run of it: what follows is what the run would have been."""
 
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
 import evolvent as ev
 from evolvent import InputError, cases, parts
 
-RUN = {"method": "energy-momentum", "step": 0.005, "every": 0.05}
+RUN: dict[str, Any] = {"method": "energy-momentum", "step": 0.005, "every": 0.05}
 STEEL = {"young_modulus": "2 GPa", "poisson_ratio": 0.3, "density": "2000 kg/m^3"}
 
 
-def latching(**given) -> ev.System:
+def latching(**given: Any) -> ev.System:
     """An arm that turns by more than a turn, latches and lets a box go, whose mass hangs on a spring."""
     s = ev.System(gravity=(0, 0, -1.0), **given)
     s.add(parts.RigidBody(mass=1, inertia=(0.1, 0.1, 0.1), position=(0.5, 0, 0)), "arm")
@@ -23,7 +27,7 @@ def latching(**given) -> ev.System:
     return s
 
 
-def flexible(**given) -> ev.System:
+def flexible(**given: Any) -> ev.System:
     s = ev.System(gravity=(0, 0, -9.81), **given)
     section = ev.Rectangle(thickness="5 mm", width="2 cm")
     s.add(parts.Rod(length=0.5, section=section, material=STEEL, elements=3), "rod")
@@ -37,7 +41,7 @@ def flexible(**given) -> ev.System:
     ("build", "cut", "until", "part"),
     [(latching, 1.0, 3.0, "box"), (latching, 2.5, 3.0, "box"), (flexible, 0.1, 0.2, "tip mass")],
 )
-def test_two_runs_are_one(build, cut, until, part, tmp_path):
+def test_two_runs_are_one(build: Callable[..., ev.System], cut: float, until: float, part: str, tmp_path: Path) -> None:
     file = tmp_path / "first.nc"
     whole = build().simulate(until=until, **RUN)
     first = build().simulate(until=cut, **RUN)
@@ -54,7 +58,7 @@ def test_two_runs_are_one(build, cut, until, part, tmp_path):
         assert second["latch"].latched.values[0] == first["latch"].latched.values[-1] == float(cut > 2.0)
 
 
-def test_other_values_and_methods(tmp_path):
+def test_other_values_and_methods(tmp_path: Path) -> None:
     """Values may differ, and parts that only act; an explicit method starts from an implicit run."""
     file = tmp_path / "first.nc"
     ev.save(latching().simulate(until=0.5, **RUN), file)
@@ -71,7 +75,7 @@ def test_other_values_and_methods(tmp_path):
     )
 
 
-def test_stages_of_a_study(tmp_path):
+def test_stages_of_a_study(tmp_path: Path) -> None:
     content = cases.parse_yaml(flexible().to_yaml(until="0.05 s", step="0.005 s"), "case")
     study = {
         "case": content, "over": {"parts.tip mass.mass": [0.01, 0.02]}, "keep": ["second.tip mass.position.z.first"],
@@ -81,7 +85,7 @@ def test_stages_of_a_study(tmp_path):
     assert found[1] < found[0] < -1e-3
 
 
-def test_what_is_refused(tmp_path):
+def test_what_is_refused(tmp_path: Path) -> None:
     file = str(tmp_path / "first.nc")
     ev.save(latching().simulate(until=0.02, **RUN), file)
     with pytest.raises(InputError, match=r"first.nc', a run without 'rod'"):
