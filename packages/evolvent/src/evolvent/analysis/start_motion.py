@@ -13,7 +13,7 @@ from pydantic import Discriminator, Tag, ValidationError
 from evolvent import model as mdl
 from evolvent.analysis.start_state import KEY, RATES, started_from
 from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.checks import check_constraints
+from evolvent.assembly.checks import WRITTEN, check_constraints
 from evolvent.solvers.common.observations import sums_of
 from evolvent.solvers.common.sampled import angular_momentum
 from evolvent.solvers.modal.positions import moving, rigid_motions
@@ -96,7 +96,7 @@ def started(assembly: Assembly, sections: Mapping[str, Any]) -> Assembly:
         rate = spin.rate * np.array(spin.axis) / np.linalg.norm(spin.axis)
         v += np.where(turns, rigid_motions(assembly, y, about)[:, 3:] @ rate, 0.0)
     found = dataclasses.replace(assembly, y=y)
-    check_constraints(found, **({"rates": RATES} if sections.get(KEY) else {}))
+    check_constraints(found, RATES if sections.get(KEY) else WRITTEN)
     return found
 
 

@@ -14,8 +14,11 @@ from evolvent.model.questions import CONSTRAINT
 from evolvent.model.registry import asked
 from evolvent_base.errors import InputError
 
+#: By how much velocities that are written may miss constraints, beside the largest coordinate or rate.
+WRITTEN = 1e-6
 
-def check_constraints(assembly: Assembly, rates: float = 1e-6) -> None:
+
+def check_constraints(assembly: Assembly, rates: float = WRITTEN) -> None:
     """Refuse redundant constraints of parts that are nothing else, and those that the start does not meet, by name.
 
     Parameters
