@@ -102,9 +102,12 @@ class Structure(SystemDefinition):
 
     def build(self, case: StructureCase, *, laws: Mapping[str, Any] | None = None) -> System:
         """The parts of a case."""
-        sections = {} if case.store is None else {"store": case.store.model_dump(exclude_defaults=True)}
+        sections: dict[str, Any] = {}
+        if case.store is not None:
+            sections["store"] = case.store.model_dump(exclude_defaults=True)
         sections |= StartMotion(spin=case.spin, velocity=case.velocity).written()
-        sections |= {START: case.start} if case.start else {}
+        if case.start:
+            sections[START] = case.start
         system = System(gravity=case.gravity, title=case.title, sections=sections)
         for name, part in case.parts.items():
             system.add(part, name)
