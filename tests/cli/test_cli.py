@@ -65,6 +65,16 @@ def test_show_a_file(call, tmp_path):
     assert err.startswith("evolvent: no case is called 'fal'")
 
 
+def test_show_with_parts_written_out(call, tmp_path):
+    ball = "ball: {kind: point, mass: 200 g, repeat: {count: 2, step: [1 m, 0, 0]}}"
+    (tmp_path / "row.yaml").write_text(f"parts: {{{ball}, ball 2: {{mass: 300 g}}}}\nsimulate: {{until: 1 s}}\n")
+    code, out, err = call("show", "row.yaml", "--expand")
+    assert (code, err) == (0, "")
+    content = cases.parse_yaml(out, "out")
+    assert [part["mass"] for part in content["parts"].values()] == ["200 g", "300 g"]
+    assert cases.load(content) == cases.load(tmp_path / "row.yaml")
+
+
 def test_parts_and_their_keys(call):
     code, out, err = call("parts")
     assert (code, err) == (0, "")

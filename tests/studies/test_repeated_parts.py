@@ -32,7 +32,7 @@ def stiffness(case):
     return [float(case.parts[f"spring {n}"].stiffness) for n in (1, 2, 3)]
 
 
-def test_a_key_of_one_writes_the_parts_out():
+def test_a_key_of_one_stands_beside_the_repeated_part():
     assert stiffness(cases.load(CASE)) == [40.0, 40.0, 40.0]
     assert stiffness(cases.load(CASE, {REPEATED: 50.0})) == [50.0, 50.0, 50.0]
     one = cases.load(CASE, {SECOND: "50 N/m"})
@@ -41,7 +41,43 @@ def test_a_key_of_one_writes_the_parts_out():
     for name in ("bob 3", "spring 3", "bob 1"):  # the others are as they were
         assert one.parts[name] == whole.parts[name]
     assert stiffness(cases.load(CASE, {REPEATED: 50.0, SECOND: 60.0})) == [50.0, 60.0, 50.0]
+    assert stiffness(cases.load(CASE, {SECOND: 60.0, REPEATED: 50.0})) == [50.0, 60.0, 50.0]
+    content = cases.content_of(CASE, {SECOND: "50 N/m", "parts.bob 2.position.0": 1.3})
+    assert content["parts"]["spring 2"] == {"stiffness": "50 N/m"}
+    assert content["parts"]["bob 2"] == {"position": [1.3, 1.0, 0.0]}  # the place of this one, with one entry changed
+    assert cases.load(content).parts["bob 2"].position == (1.3, 1.0, 0.0)
+    assert cases.load(cases.parse_yaml(cases.to_yaml(cases.load(content), content), "case")) == cases.load(content)
     assert "repeat" in CASE["parts"]["spring"]  # the given case is not changed
+
+
+def test_parts_that_are_written_out():
+    content = cases.content_of(CASE, {SECOND: "50 N/m"})
+    whole = cases.expanded(content)
+    assert list(whole["parts"]) == [f"{name} {n}" for name in ("bob", "spring") for n in (1, 2, 3)]
+    assert whole["parts"]["spring 2"] == {
+        **whole["parts"]["spring 1"],
+        "b": "bob 2",
+        "a": [0, 1, 0],
+        "stiffness": "50 N/m",
+    }
+    assert cases.load(whole) == cases.load(content)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"stifness": 1.0}, r"'parts.spring 2.stifness'; did you mean 'parts.spring 2.stiffness'"),
+        ({"stiffness": "1 N"}, r"parts.spring 2.stiffness"),
+        ({"kind": "point"}, r"the name 'spring 2' is taken by another part|parts.spring 2"),
+    ],
+)
+def test_values_of_one_that_are_refused(given, words):
+    with pytest.raises(InputError, match=words):
+        cases.load({**CASE, "parts": {**CASE["parts"], "spring 2": given}})
+    with pytest.raises(
+        InputError, match=r"parts.spring 4.kind is missing; 'spring' stands for 'spring 1' to 'spring 3'"
+    ):
+        cases.load({**CASE, "parts": {**CASE["parts"], "spring 4": {"stiffness": 1.0}}})
 
 
 def test_where_a_key_stands():

@@ -239,8 +239,11 @@ class SectionsByName(Protocol):
     def content_of(self, contents: Any, name: str) -> Any:
         """Content of the section of a name, also where another one stands for it; None without any."""
 
-    def written_out(self, contents: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-        """The contents such that the section of a name stands there by itself; as they are where none stands for it."""
+    def written_out(self, contents: Mapping[str, Any], name: str, key: str) -> Mapping[str, Any]:
+        """The contents with a place for one key of the section of a name, also where another one stands for it."""
+
+    def expanded(self, contents: Mapping[str, Any]) -> Mapping[str, Any]:
+        """The contents with each section by itself for which another one stands."""
 
     def is_second(self, contents: Any, name: str) -> bool | None:
         """Whether keys of one of two quantities (`units.Either`) mean the second one in the section of a name."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -27,6 +28,15 @@ def kind_of(content: Any) -> type[Part] | None:
     """The class of a part as it was typed; None where its kind is not known."""
     name = content.get("kind") if isinstance(content, Mapping) else None
     return kinds().get(name) if isinstance(name, str) else None
+
+
+def one_by_one(content: Mapping[str, Any]) -> dict[str, Any]:
+    """A case whose repeated parts are written out where single ones of them have values of their own."""
+    for one in content.values():
+        if isinstance(one, Mapping) and any(isinstance(part, Mapping) and "kind" not in part for part in one.values()):
+            with contextlib.suppress(InputError):
+                return cases.expanded(content)
+    return dict(content)
 
 
 def proposed_name(parts: Mapping[str, Any], kind: str) -> str:

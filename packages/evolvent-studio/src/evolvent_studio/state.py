@@ -20,7 +20,7 @@ from evolvent.model import family
 from evolvent.view import animation, show
 from evolvent_base import file_keys
 from evolvent_base.errors import EvolventError, InputError
-from evolvent_studio import drafts, pages, reading, signing, studydraft
+from evolvent_studio import drafts, pages, parts, reading, signing, studydraft
 from evolvent_studio.changes import changes
 from evolvent_studio.drafts import Draft, View
 from evolvent_studio.exports import Export, Exports
@@ -223,6 +223,7 @@ class Studio:
         self.draft = self._checked(Draft("", about, taken, base, origin))
 
     def _checked(self, draft: Draft) -> Draft:
+        draft.content = parts.one_by_one(draft.content)
         self.folder.placed(draft.content, source_file(draft.origin or draft.source))
         cases.system(str(draft.content.get("system", "")))
         return draft

@@ -20,7 +20,7 @@ from evolvent_base import schema
 from evolvent_base.errors import InputError
 from evolvent_base.figures import Figure, Line, Panel
 from evolvent_massprops import description
-from evolvent_studio import charts, command, form, gate, reading
+from evolvent_studio import charts, command, form, gate, parts, reading
 from evolvent_studio.differences import difference, whole
 from evolvent_studio.folder import Folder
 from evolvent_studio.jobkinds import CASE
@@ -88,6 +88,16 @@ def test_every_wrong_field_is_told_at_once():
     assert set(cases.problems(content)) == {"spool.start_length"}
     assert cases.problems(cases.content_of("heliogyro")) == {}
     assert set(cases.problems({"system": "nothing"})) == {"system"}
+
+
+def test_single_ones_of_a_repeated_part_are_written_out():
+    ball = {"kind": "point", "mass": "200 g", "repeat": {"count": 2}}
+    content = {"system": "structure", "parts": {"ball": ball}}
+    assert parts.one_by_one(content) == content
+    found = parts.one_by_one({**content, "parts": {"ball": ball, "ball 2": {"mass": "300 g"}}})
+    assert {name: part["mass"] for name, part in found["parts"].items()} == {"ball 1": "200 g", "ball 2": "300 g"}
+    wrong = {**content, "parts": {"ball": {"mass": 1.0}}}
+    assert parts.one_by_one(wrong) == wrong
 
 
 def test_what_is_no_yaml_is_told_beside_its_field():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, Self
@@ -13,6 +14,7 @@ from pydantic_core import PydanticCustomError
 from evolvent import cases
 from evolvent.analysis.settings import seconds, settings_of
 from evolvent.analysis.start_motion import StartMotion, started
+from evolvent.analysis.start_state import KEY as START
 from evolvent.analysis.storage import Aged, storage_of, stored
 from evolvent.assembly.assembled import Assembly
 from evolvent.assembly.builder import Builder
@@ -38,7 +40,7 @@ class Composition:
 
     Parameters
     ----------
-    gravity, title, settings, sections, spin, velocity : as of `evolvent.System`
+    gravity, title, settings, sections, spin, velocity, start : as of `evolvent.System`
     """
 
     def __init__(
@@ -50,6 +52,7 @@ class Composition:
         sections: Mapping[str, Any] | None = None,
         spin: Any = None,
         velocity: Any = None,
+        start: str | os.PathLike[str] | None = None,
     ) -> None:
         try:
             self._gravity = np.array(_GRAVITY.read(gravity))
@@ -63,6 +66,8 @@ class Composition:
         }
         moves = {key: value for key, value in (("spin", spin), ("velocity", velocity)) if value is not None}
         self.sections |= StartMotion.of(moves).written() if moves else {}
+        if start is not None:
+            self.sections[START] = os.fspath(start) if isinstance(start, os.PathLike) else start
         self._variants: Variants | None = None
         self._found: set[str] = set()
         self._aged: Aged | None = None

@@ -11,8 +11,9 @@ import numpy as np
 from pydantic import Discriminator, Tag, ValidationError
 
 from evolvent import model as mdl
+from evolvent.analysis.start_state import KEY, RATES, started_from
 from evolvent.assembly.assembled import Assembly
-from evolvent.assembly.checks import check_constraints
+from evolvent.assembly.checks import WRITTEN, check_constraints
 from evolvent.solvers.common.observations import sums_of
 from evolvent.solvers.common.sampled import angular_momentum
 from evolvent.solvers.modal.positions import moving, rigid_motions
@@ -78,7 +79,7 @@ def follows_masses(sections: Mapping[str, Any]) -> bool:
 
 
 def started(assembly: Assembly, sections: Mapping[str, Any]) -> Assembly:
-    """An assembly whose parts move at the start as `spin` and `velocity` of its system say.
+    """An assembly that starts as `start`, `spin` and `velocity` of its system say.
 
     Raises
     ------
@@ -86,6 +87,7 @@ def started(assembly: Assembly, sections: Mapping[str, Any]) -> Assembly:
         For names of no part that moves, for parts without mass that turn about their centre of mass, and where joints
         do not allow the motion.
     """
+    assembly = started_from(assembly, sections)
     if not any(key in sections for key in KEYS):
         return assembly
     own = StartMotion.of(sections)
@@ -100,7 +102,7 @@ def started(assembly: Assembly, sections: Mapping[str, Any]) -> Assembly:
         rate = spin.rate * np.array(spin.axis) / np.linalg.norm(spin.axis)
         v += np.where(turns, rigid_motions(assembly, y, about)[:, 3:] @ rate, 0.0)
     found = dataclasses.replace(assembly, y=y)
-    check_constraints(found)
+    check_constraints(found, RATES if sections.get(KEY) else WRITTEN)
     return found
 
 

@@ -62,6 +62,7 @@ class System(Composition, Answered):
         "rate": "5 deg/s"}``, with `about` a point on the axis in place of the centre of mass, and with `parts` of these
         alone; beside the velocities that parts have themselves
     velocity : (3,) float, m/s, optional, of all that moves at the start, inertial axes, likewise
+    start : path, optional, file of a run of the same parts, from whose end this one starts
 
     Examples
     --------

@@ -12,7 +12,7 @@ import lazy_loader as lazy
 import numpy as np
 
 from evolvent import cases, results
-from evolvent.analysis import accessor as accessor  # it registers run.ev
+from evolvent.analysis import accessor as accessor, start_state  # the first registers run.ev
 from evolvent.analysis.closure import check_energy_gain, warning_of
 from evolvent.assembly.assembled import Assembly
 from evolvent.kernels import axial
@@ -109,6 +109,7 @@ def tree(
             "latches": latches_of(solution),
             cases.FILES: json.dumps(files) if files else "",
             EVENTS: written_events(solution),
+            start_state.ATTRIBUTE: start_state.end_of(solution),
         }
         return found | {name: text for name, text in optional.items() if text}
 

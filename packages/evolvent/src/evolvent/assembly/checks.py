@@ -14,9 +14,17 @@ from evolvent.model.questions import CONSTRAINT
 from evolvent.model.registry import asked
 from evolvent_base.errors import InputError
 
+#: By how much velocities that are written may miss constraints, beside the largest coordinate or rate.
+WRITTEN = 1e-6
 
-def check_constraints(assembly: Assembly) -> None:
-    """Refuse redundant constraints of parts that are nothing else, and those that the start does not meet, by name."""
+
+def check_constraints(assembly: Assembly, rates: float = WRITTEN) -> None:
+    """Refuse redundant constraints of parts that are nothing else, and those that the start does not meet, by name.
+
+    Parameters
+    ----------
+    rates : float, by how much velocities may miss them, beside the largest coordinate or rate of the state
+    """
     model, y, s = assembly.model, assembly.y.copy(), assembly.s.copy()
     rows, unmet = model.constraints, asked("parts.unmet")
     kinds = {name: own for name, (own, _) in assembly.names.items()}
@@ -28,7 +36,7 @@ def check_constraints(assembly: Assembly) -> None:
     for k, name in sorted(held, key=lambda one: kinds[one[1]]):
         family, index = family_of(model, k)
         gap, rate, value = float(rows["gap"][k]), float(rows["rate"][k]), float(getattr(model, family)["value"][index])
-        why = unmet[kinds[name]](name, gap, rate, value, abs(rate) > 1e-6 * max(1.0, np.abs(y).max()))
+        why = unmet[kinds[name]](name, gap, rate, value, abs(rate) > rates * max(1.0, np.abs(y).max()))
         if why:
             raise InputError(why)
     until, own = rows["until"].copy(), [k for k, _ in held]

@@ -117,7 +117,8 @@ def _with_repeated(full: dict[str, Any], written: Mapping[str, Any], kind: type[
     for key in by_name(kind):
         given = written.get(key)
         if isinstance(given, Mapping) and any(isinstance(one, Mapping) and "repeat" in one for one in given.values()):
-            found[key] = {name: full.get(key, {}).get(name, one) for name, one in given.items()}
+            whole = full.get(key, {})
+            found[key] = {name: whole[name] if name in whole and "kind" in one else one for name, one in given.items()}
     return found
 
 
@@ -278,8 +279,30 @@ def _change(content: dict[str, Any], overrides: Mapping[str, Any] | None) -> Non
     for key in overrides:
         owner, _, rest = key.partition(".")
         name = rest.partition(".")[0]
-        if name and owner in named and name not in named[owner] and "kind" not in content[owner][name]:
+        if name and owner in named and name not in named[owner] and not _is_section(kind, content, owner, name):
             raise InputError(f"cannot set {key!r}: no part is called {name!r}; {nearest(name, named[owner])}")
+
+
+def _is_section(kind: type[Section] | None, content: Mapping[str, Any], owner: str, name: str) -> bool:
+    """Whether the kind of the section of a name is said, there or where another one stands for it."""
+    found = marks(kind.model_fields[owner]) if kind is not None else ()
+    return any("kind" in mark.content_of(content[owner], name) for mark in found if isinstance(mark, SectionsByName))
+
+
+def expanded(content: Mapping[str, Any]) -> dict[str, Any]:
+    """Content of a case with each part by itself for which a repeated one stands.
+
+    Raises
+    ------
+    InputError
+        If its system is not known, or parts are wrong.
+    """
+    kind, found = _kind(content), copied(content)
+    for key in by_name(kind):
+        for mark in marks(kind.model_fields[key]):
+            if isinstance(mark, SectionsByName) and isinstance(found.get(key), Mapping):
+                found[key] = copied(mark.expanded(found[key]))
+    return found
 
 
 def _override(kind: type[Section], content: dict[str, Any], key: str, value: Any) -> None:
@@ -302,8 +325,8 @@ def _write_out(kind: type[Section], content: Any, key: str) -> None:
     path = key.split(".")
     place = content
     for mark in (one for name in by_name(kind) if name == path[0] for one in marks(kind.model_fields[name])):
-        if isinstance(mark, SectionsByName) and len(path) > 1 and isinstance(content.get(path[0]), Mapping):
-            written = mark.written_out(content[path[0]], path[1])
+        if isinstance(mark, SectionsByName) and len(path) > 2 and isinstance(content.get(path[0]), Mapping):
+            written = mark.written_out(content[path[0]], path[1], path[2])
             if written is not content[path[0]]:
                 content[path[0]] = copied(written)
     for k, name in enumerate(path[:-1]):

@@ -46,9 +46,14 @@ def _say_unusable(sentences: Iterable[str]) -> None:
 
 @click.command()
 @click.argument("case", metavar="CASE|FILE")
-def show(case: str) -> None:
+@click.option("--expand", is_flag=True, help="Write out the parts for which a repeated one stands.")
+def show(case: str, expand: bool) -> None:
     """Print a built-in CASE or study, to be kept in a file and edited; of a case FILE all keys, defaults included."""
-    if case in studies.built_in():
+    if expand:
+        content = cases.expanded(cases.content_of(case))
+        cases.load(content)
+        echo(cases.dump(content), nl=False)
+    elif case in studies.built_in():
         echo(studies.text(case), nl=False)
     elif case not in cases.built_in() and re.search(r"[./\\]", case):
         echo(cases.to_yaml(cases.load(case), cases.content_of(case)), nl=False)

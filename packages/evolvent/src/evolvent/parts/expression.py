@@ -16,6 +16,7 @@ from evolvent.assembly.builder import Builder
 from evolvent.kernels import expression as kernels
 from evolvent_base.errors import InputError
 from evolvent_base.schema import Annotation
+from evolvent_base.units import Quantity
 
 #: Variables of the expressions of each kind of law.
 VARIABLES = {
@@ -164,9 +165,11 @@ HeightExpression = Annotated[str, Law("height", python=False)]
 FeedbackLaw = Annotated[str, Law("feedback", python=False)]
 #: An expression of t.
 TimeExpression = Annotated[str, Law("drive", python=False)]
+#: One of them, by which a study may vary it.
+_Plain = Annotated[float, Quantity(what="a number in SI units", unit="", example="2.5")]
 #: Constants of an expression, and parameters of a Python law.
-Constants = Annotated[dict[str, float], _Constants()]
-Parameters = Annotated[tuple[float, ...], _Parameters()]
+Constants = Annotated[dict[str, _Plain], _Constants()]
+Parameters = Annotated[tuple[_Plain, ...], _Parameters()]
 
 
 def refuse_unused(where: str, constants: Mapping[str, float] | None, key: str, texts: Sequence[str]) -> None:

@@ -183,6 +183,7 @@ def _read(values: Any, key: str) -> tuple[dict[str, Part], list[InitErrorDetails
         if "kind" not in given:
             meant = [word for word in sorted(kinds()) if given.get("type") == word]
             advice = f"give kind: {meant[0]} in place of type" if meant else _of_type(given.get("type"))
+            advice = _numbers_of(values, name) or advice
             wrong(f"{here}.kind is missing; {advice}", given, name, "kind")
         elif not isinstance(given["kind"], str) or given["kind"] not in kinds():
             word = given["kind"]
@@ -198,7 +199,7 @@ def _read(values: Any, key: str) -> tuple[dict[str, Part], list[InitErrorDetails
                 return read_part
         return None
 
-    several = []
+    several, single = [], set[str]()
     for name, given in values.items():
         try:
             check_name(name)
@@ -211,6 +212,8 @@ def _read(values: Any, key: str) -> tuple[dict[str, Part], list[InitErrorDetails
             wrong(f"{key}.{name} is {shown(given)}; it must be a mapping of keys to values", given, name)
         elif repetition.KEY in given:
             several.append(name)
+        elif _copy_of(values, name) is not None:
+            single.add(name)
         else:
             part = read(name, given)
             if part is not None:
@@ -230,16 +233,18 @@ def _read(values: Any, key: str) -> tuple[dict[str, Part], list[InitErrorDetails
                     f"{key}.{name}.{repetition.KEY}: the case would have more than {repetition.MOST} parts"
                 )
             for number, content in repetition.repeated(name, given, how, first, f"{key}.{name}", fixed):
-                if number in values or number in found:
+                if (number in values and number not in single) or number in found:
                     raise InputError(f"{key}.{name}.repeat: the name {number!r} is taken by another part")
-                one = read(number, content)
+                one = read(number, {**content, **(values[number] if number in single else {})})
+                if one is None and number in single:
+                    continue
                 if one is None:
                     break
                 found[number] = one
                 members[name].append(number)
         except InputError as error:
             wrong(str(error), values[name][repetition.KEY], name, repetition.KEY)
-    order = [one for name in values for one in members.get(name, [name]) if one in found]
+    order = [one for name in values if name not in single for one in members.get(name, [name]) if one in found]
     return {name: found[name] for name in order}, errors
 
 
@@ -257,6 +262,55 @@ def _how(
     return None, given
 
 
+def _copy_of(contents: Mapping[str, Any], name: Any) -> tuple[str, dict[str, Any]] | None:
+    """The repeated part that stands for a part, which may have other values of some keys, and its keys; None of others.
+
+    A part with a kind, or repeated, stands for itself.
+    """
+    own = contents.get(name, {})
+    if not isinstance(name, str) or not isinstance(own, Mapping) or "kind" in own or repetition.KEY in own:
+        return None
+    written, _, number = name.rpartition(" ")
+    given = contents.get(written)
+    if not (number.isdecimal() and isinstance(given, Mapping) and repetition.KEY in given):
+        return None
+    how, content = _how(given, written, written, lambda *_: None)
+    stands = how is not None and how.first <= int(number) < how.first + how.count and number == str(int(number))
+    return (written, content) if stands else None
+
+
+def _numbers_of(contents: Mapping[str, Any], name: str) -> str:
+    """For which parts a repeated one stands that has the name but for its number; '' for none."""
+    written = name.rpartition(" ")[0]
+    given = contents.get(written)
+    if not isinstance(given, Mapping) or repetition.KEY not in given:
+        return ""
+    how, _ = _how(given, written, written, lambda *_: None)
+    return (
+        ""
+        if how is None
+        else f"{written!r} stands for '{written} {how.first}' to '{written} {how.first + how.count - 1}'"
+    )
+
+
+def _members(contents: Mapping[str, Any], name: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    """The parts for which a repeated one stands, without what is given of single ones: names and keys."""
+    alone = {
+        one: given
+        for one, given in contents.items()
+        if not (isinstance(given, Mapping) and repetition.KEY in given) and _copy_of(contents, one) is None
+    }
+    fixed, (how, given) = read_parts(alone), _how(contents[name], f"parts.{name}", name, _refuse)
+    if how is not None:
+        first = read_parts({name: how.numbered(given, 0)})[name]
+        yield from repetition.repeated(name, given, how, first, f"parts.{name}", fixed)
+
+
+def _refuse(text: str, *_: Any) -> None:
+    """Raise what is wrong as an InputError."""
+    raise InputError(text)
+
+
 class _ByName(Annotation):
     """A pydantic annotation: parts by name, as `read_parts` reads them."""
 
@@ -268,34 +322,40 @@ class _ByName(Annotation):
         return kinds().get(kind) if isinstance(kind, str) else None
 
     def content_of(self, contents: Any, name: str) -> Any:
-        """Content of a part; of one for which a repeated part stands, that of this."""
-        if not isinstance(contents, Mapping) or name in contents:
-            return contents.get(name) if isinstance(contents, Mapping) else None
-        written, _, number = name.rpartition(" ")
-        given = contents.get(written)
-        if not (number.isdecimal() and isinstance(given, Mapping) and repetition.KEY in given):
+        """Content of a part; of one for which a repeated part stands, that of this with the keys of its own."""
+        if not isinstance(contents, Mapping):
             return None
-        how, content = _how(given, written, written, lambda *_: None)
-        stands = how is not None and how.first <= int(number) < how.first + how.count and number == str(int(number))
-        return content if stands else None
+        own, copy = contents.get(name), _copy_of(contents, name)
+        return own if copy is None else {**copy[1], **(own or {})}
 
-    def written_out(self, contents: Mapping[str, Any], name: str) -> Mapping[str, Any]:
-        """The contents with the parts for which the one that stands for `name` stands, in its place."""
-        written = name.rpartition(" ")[0]
-        if name in contents or self.content_of(contents, name) is None:
+    def written_out(self, contents: Mapping[str, Any], name: str, key: str) -> Mapping[str, Any]:
+        """The contents with a place for one key of a part by itself, also where a repeated part stands for it.
+
+        Raises
+        ------
+        InputError
+            If the place of this part cannot be found, for other parts are wrong.
+        """
+        copy = _copy_of(contents, name)
+        if copy is None or key in (contents.get(name) or {}):
             return contents
-        fixed = {one: given for one, given in contents.items() if repetition.KEY not in given}
-        parts, errors = _read(fixed, "parts")
-        how, given = _how(contents[written], written, written, lambda *_: None)
-        if errors or how is None:
-            return contents
-        first, _ = _read({written: how.numbered(given, 0)}, "parts")
-        if written not in first:
-            return contents
-        members = dict(repetition.repeated(written, given, how, first[written], f"parts.{written}", parts))
+        member = next((one for number, one in _members(contents, copy[0]) if number == name), {})
+        return {**contents, name: {**(contents.get(name) or {}), **({key: member[key]} if key in member else {})}}
+
+    def expanded(self, contents: Mapping[str, Any]) -> dict[str, Any]:
+        """The contents with each repeated part written out.
+
+        Raises
+        ------
+        InputError
+            If parts are wrong.
+        """
         found: dict[str, Any] = {}
-        for one, own in contents.items():
-            found |= members if one == written else {one: own}
+        for name, own in contents.items():
+            if isinstance(own, Mapping) and repetition.KEY in own:
+                found |= {number: {**one, **(contents.get(number) or {})} for number, one in _members(contents, name)}
+            elif _copy_of(contents, name) is None:
+                found[name] = own
         return found
 
     def is_second(self, contents: Any, name: str) -> bool | None:
@@ -344,7 +404,8 @@ class _ByName(Annotation):
             found = handler(part.__pydantic_core_schema__)
             handler.resolve_ref_schema(found).setdefault("properties", {})[repetition.KEY] = how
             parts.append({**found, "required": ["kind"]})
-        return {"type": "object", "additionalProperties": {"oneOf": parts}}
+        single = {"type": "object", "not": {"required": ["kind"]}}  # other values of one part of a repeated one
+        return {"type": "object", "additionalProperties": {"oneOf": [*parts, single]}}
 
 
 def with_units(contents: Mapping[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:

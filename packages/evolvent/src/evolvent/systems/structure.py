@@ -12,6 +12,7 @@ from evolvent.analysis.definition import SystemDefinition
 from evolvent.analysis.margins.keys import Margin
 from evolvent.analysis.reflector_keys import ReflectorKeys
 from evolvent.analysis.start_motion import Spins, StartMotion
+from evolvent.analysis.start_state import KEY as START
 from evolvent.analysis.storage import Store, storage_of
 from evolvent.analysis.system import System
 from evolvent.parts.registry import PartsByName
@@ -19,6 +20,7 @@ from evolvent.solvers.time.explicit import methods as explicit_methods
 from evolvent.solvers.time.implicit import methods as implicit_method
 from evolvent_base import units
 from evolvent_base.figures import Number
+from evolvent_base.file_keys import FileKey
 from evolvent_base.schema import Section
 
 if TYPE_CHECKING:
@@ -80,6 +82,9 @@ class StructureCase(Section):
     gravity: units.Acceleration = Field((0.0, 0.0, 0.0), description="acts on every mass, inertial axes")
     spin: Spins = Field((), description="rotation of the whole, or of parts, at the start, beside their own velocities")
     velocity: units.Velocity = Field((0.0, 0.0, 0.0), description="of the whole at the start, inertial axes")
+    start: Annotated[str, FileKey(endings=(".nc",))] = Field(
+        "", description="saved run of the same parts, from whose end this one starts"
+    )
     parts: PartsByName
     store: Store | None = None
     simulate: Simulate | None = None
@@ -93,11 +98,16 @@ class Structure(SystemDefinition):
     """Any system of parts."""
 
     Case = StructureCase
+    start_key = START
 
     def build(self, case: StructureCase, *, laws: Mapping[str, Any] | None = None) -> System:
         """The parts of a case."""
-        sections = {} if case.store is None else {"store": case.store.model_dump(exclude_defaults=True)}
+        sections: dict[str, Any] = {}
+        if case.store is not None:
+            sections["store"] = case.store.model_dump(exclude_defaults=True)
         sections |= StartMotion(spin=case.spin, velocity=case.velocity).written()
+        if case.start:
+            sections[START] = case.start
         system = System(gravity=case.gravity, title=case.title, sections=sections)
         for name, part in case.parts.items():
             system.add(part, name)
@@ -110,7 +120,7 @@ class Structure(SystemDefinition):
     def sections(self, case: StructureCase) -> dict[str, Any]:
         """The sections of analyses of a case, where it says something of them."""
         given = case.model_dump(mode="json", exclude_defaults=True)
-        kept = ("store", "equilibrium", "modes", "margin", "reflector")
+        kept = (START, "store", "equilibrium", "modes", "margin", "reflector")
         moves = StartMotion(spin=case.spin, velocity=case.velocity).written()
         return {name: given[name] for name in kept if name in given} | moves
 

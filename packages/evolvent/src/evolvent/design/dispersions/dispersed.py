@@ -36,6 +36,7 @@ def disperse(
     *,
     coverage: float = 0.95,
     confidence: float = 0.95,
+    until: Any = None,
     output: str | os.PathLike[str] | None = None,
     workers: int | None = 1,
     scheduler: str | None = None,
@@ -53,6 +54,8 @@ def disperse(
         Share of all runs that a bound covers.
     confidence : float
         Of bounds and intervals.
+    until : float, s, or with a unit
+        How long a structure is followed; as its case or the settings of a `System` say if left out.
     output, workers, scheduler, progress, report
         As of `evolvent.sweep`.
 
@@ -76,7 +79,10 @@ def disperse(
     """
     for name, value in (("coverage", coverage), ("confidence", confidence)):
         check_share(name, value)
-    asked = study if isinstance(study, Study) else read_study(study)
+    if until is not None and isinstance(study, Study):
+        raise InputError(f"until is {until!r}, but the study is read already; give simulate.until in its 'set'")
+    changes = {} if until is None else {"set": {"simulate.until": until}}
+    asked = study if isinstance(study, Study) else read_study(study, changes)
     check(asked)
     found = runner.sweep(asked, output=output, workers=workers, scheduler=scheduler, progress=progress, report=report)
     return evaluate(found, coverage=coverage, confidence=confidence)

@@ -49,6 +49,7 @@ def optimize(
     seed: int = 0,
     workers: int | None = 1,
     overrides: Mapping[str, Any] | None = None,
+    until: Any = None,
     progress: Progress | None = None,
 ) -> Design:
     """Find the values of keys of a case that minimize a result and meet requirements.
@@ -76,6 +77,7 @@ def optimize(
     seed : int, of the starts and the dispersion
     workers : int or None, processes; None takes all cores where the work is worth their start
     overrides : mapping, keys of the case that change before
+    until : float, s, or with a unit, how long a structure is followed; as its settings say if left out
     progress : called with the number of runs and the best objective so far
 
     Returns
@@ -112,7 +114,7 @@ def optimize(
         if isinstance(value, bool) or not isinstance(value, int) or value < 1:
             raise InputError(f"{name} is {value!r}; it must be a whole number from 1")
     problem = read(
-        cases.content_of(_content(case), dict(overrides or {})),
+        cases.content_of(_content(case), {**(overrides or {}), **({} if until is None else {"simulate.until": until})}),
         vary=dict.fromkeys(_names(vary)) if not isinstance(vary, Mapping) else vary,
         minimize=_names(minimize), maximize=_names(maximize), subject_to=_names(subject_to), disperse=disperse,
         samples=samples, quantile=quantile, seed=seed,

@@ -253,7 +253,20 @@ def _numeric(where: str, reader: Any) -> None:
 
 
 def value_at(case: Any, key: str) -> Any:
-    """Value of a dotted key of a checked case, as JSON can hold it."""
+    """Value of a dotted key of a checked case, as JSON can hold it.
+
+    Raises
+    ------
+    InputError
+        If the case gives nothing there.
+    """
+    try:
+        return _value_at(case, key)
+    except (LookupError, TypeError, ValueError):
+        raise InputError(f"the case gives nothing at {key!r}; 'evolvent show FILE' prints its keys") from None
+
+
+def _value_at(case: Any, key: str) -> Any:
     place, choice = case, None
     for name in key.split("."):
         if choice is not None and name in choice.kinds:

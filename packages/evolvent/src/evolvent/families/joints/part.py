@@ -91,8 +91,8 @@ class Joint(Part):
         out.
     drive : a drive of `evolvent.parts`, rad or m, optional
         Prescribes a motion against the ground, a; its rate must not jump. revolute: the angle of b, a body with motion
-        "spin" about `axis`. point-on-line: the travel of b, a beam's node or a point mass, from where it starts.
-        involute: the angle of the thread that is wound.
+        "spin" about `axis`. point-on-line: the travel of b, a node of a beam, rod or shell, a point of a body or
+        a point mass, from where it starts. involute: the angle of the thread that is wound.
     hold : {"section", "all"}
         Which coordinates of a beam's node a clamp constrains: the position and the rotation of the section, or all
         coordinates of the node, including the lengths of the slope vectors.

@@ -47,9 +47,9 @@ def write_driven(joint: Any, builder: Builder, name: str) -> None:
         if "axis" in joint.model_fields_set and norm(own - unit(joint.axis)) > _LEAST_OFF:
             axis = [float(x) for x in np.round(own, 9) + 0.0]
             raise InputError(f"{name}.axis is {joint.axis!r}, but {joint.b!r} spins about {axis}; give that axis")
-    elif b.family == "bodies":
-        raise InputError(f"{name}.b is {joint.b!r}; a drive moves only a beam's node or a point mass on a path")
     on_line = joint.type == "point-on-line"
+    if b.family == "bodies" and joint.type == "involute":
+        raise InputError(f"{name}.b is {joint.b!r}; only a beam's node or a point mass is wound onto a circle")
     check_units(f"{name}.drive", joint.drive, axial.TRAVEL if on_line else axial.ANGLE)
     drive, release = joint.drive.write(builder, name), release_fields(builder, name, joint)
     _check_jumps(joint.drive, builder, name, drive, release["until"], "m" if on_line else "rad")
