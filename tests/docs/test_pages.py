@@ -175,6 +175,22 @@ def check(tutorial: str, names: dict) -> None:
     elif tutorial == "hold-down":
         assert names["found"] == pytest.approx(names["by_hand"], rel=1e-4)
         assert float(names["run"]["hold-down"].closed[-1]) == 0.0
+    elif tutorial == "separation":
+        assert names["found"] == pytest.approx(names["by_hand"], rel=2e-3)
+        assert names["deviations"] == pytest.approx([names["same_as"]] * 2, rel=0.2)
+    elif tutorial == "unequal-wings":
+        assert names["found"] == pytest.approx(names["by_hand"], rel=3e-3)
+        assert abs(float(names["rate"][-1])) < 0.01
+    elif tutorial == "yo-yo":
+        assert names["largest"] < 1e-6
+        assert names["found"] == pytest.approx(names["by_hand"], rel=1e-5)
+    elif tutorial == "reel-law":
+        assert names["found"] == pytest.approx(names["by_hand"], rel=0.01)
+    elif tutorial == "boom-payout":
+        assert names["found"] == pytest.approx(names["by_hand"], rel=1e-3)
+    elif tutorial == "nastran-panel":
+        assert names["found"] == pytest.approx(names["by_hand"], rel=2e-3)
+        assert len(names["run"].ev.latches.to_pandas()) == 1
     elif tutorial == "motor":
         assert float(names["rate"][-1]) == pytest.approx(names["steady"], rel=1e-3)
         assert names["margins"].least == pytest.approx(names["stall"] / names["required"] - 1, rel=1e-9)
