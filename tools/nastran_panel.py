@@ -1,7 +1,8 @@
 """Write docs/how-to/panel.pch, a panel as Nastran writes an external superelement: python tools/nastran_panel.py.
 
-A sandwich panel as a beam of 8 elements (Euler and Bernoulli, consistent masses), reduced by Craig and Bampton (1968) to its two ends and
-four modes with the ends held, as DMIG entries KAAX and MAAX. Axes: x from the root to the tip, z normal to the panel.
+A sandwich panel as a beam of 8 elements (Euler and Bernoulli, consistent masses), reduced by Craig and Bampton (1968)
+to its two ends and four modes with the ends held, as DMIG entries KAAX and MAAX. Axes: x from the root to the tip, z
+normal to the panel.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def element(length: float) -> tuple[Array, Array]:
         ends = np.ix_([at, at + 6], [at, at + 6])
         K[ends] += stiffness / length * np.array([[1.0, -1.0], [-1.0, 1.0]])
         M[ends] += mass * length / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
-    cubic_K = np.array([[12.0, 6.0, -12.0, 6.0], [6.0, 4.0, -6.0, 2.0], [-12.0, -6.0, 12.0, -6.0], [6.0, 2.0, -6.0, 4.0]])
+    cubic_K = np.array([[12.0, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
     cubic_M = np.array([[156.0, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]) / 420.0
     for at, sign, bending in (
         ([1, 5, 7, 11], 1.0, E * 2.0 * FACE * WIDTH**3 / 12.0),
@@ -80,7 +81,8 @@ def text() -> str:
     K, M = matrices()
     points = [f"GRID    {k + 1:>8}{'':8}{x:8.4f}{0.0:8.4f}{0.0:8.4f}" for k, x in enumerate((0.0, LENGTH))]
     about = "$ Sandwich panel, 1.2 m x 0.3 m, 0.9 kg: root is grid 1, tip is grid 2. SI units."
-    return "\n".join([about, *points, f"SPOINT  {1001:>8}    THRU{1000 + MODES:>8}", *cards("KAAX", K), *cards("MAAX", M)]) + "\n"
+    scalar = f"SPOINT  {1001:>8}    THRU{1000 + MODES:>8}"
+    return "\n".join([about, *points, scalar, *cards("KAAX", K), *cards("MAAX", M), ""])
 
 
 if __name__ == "__main__":
