@@ -23,7 +23,7 @@ from evolvent_base import cli
 ROOT = pathlib.Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 #: Folders and pages that a build writes, at times beside the tests: others are written by hand.
-MADE = {"_build", "jupyter_execute", "examples", "validation.md", "credibility.md", "coverage.md"}
+MADE = {"_build", "jupyter_execute", "examples"}
 
 
 def is_made(path: pathlib.Path) -> bool:
@@ -93,13 +93,39 @@ def test_a_command_of_the_pages_exists_with_its_options(line, page):
         assert name in known or "." in name or name in ("pantograph", "name"), line
 
 
+def anchors(path: pathlib.Path) -> set[str]:
+    """Those of the headings of a page, as Git hosts and Sphinx name them."""
+    heads = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    plain = [re.sub(r"\]\([^)]*\)", "", head).lower() for head in heads]
+    return {re.sub(r"[^\w\- ]", "", head).strip().replace(" ", "-") for head in plain}
+
+
 @pytest.mark.parametrize("path", WRITTEN, ids=name_of)
-def test_links_to_files_lead_somewhere(path):
-    for target in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", path.read_text(encoding="utf-8")):
-        found = (path.parent / target).resolve()
-        if found.is_relative_to(DOCS) and is_made(found):
+def test_links_lead_to_files_and_headings(path):
+    """To files of the repository, so that no link is dead on a Git host, and not to what a build writes."""
+    text = re.sub(r"^```.*?^```", "", path.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        file, _, anchor = target.partition("#")
+        if re.match("[a-z]+:", target):
             continue
-        assert found.exists() or found.with_suffix(".md").exists(), target
+        found = (path.parent / file).resolve() if file else path
+        assert found.exists(), target
+        assert not (found.is_relative_to(DOCS) and is_made(found)), target
+        assert not anchor or found.suffix != ".md" or anchor in anchors(found), target
+
+
+def test_pages_made_from_numbers_are_those_numbers(monkeypatch: pytest.MonkeyPatch):
+    """`python docs/_ext/made_pages.py` writes them."""
+    monkeypatch.syspath_prepend(str(DOCS / "_ext"))
+    assert importlib.import_module("made_pages").changed() == {}
+
+
+def test_links_to_examples_become_links_to_the_gallery(monkeypatch: pytest.MonkeyPatch):
+    pytest.importorskip("sphinx")
+    monkeypatch.syspath_prepend(str(DOCS / "_ext"))
+    links = importlib.import_module("links")
+    text = "[a](../../examples/rib_modes.py), [b](../examples/GALLERY_HEADER.rst), [c](../examples/stand.yaml)"
+    assert links.to_pages(text) == "[a](../examples/rib_modes), [b](examples/index), [c](../examples/stand.yaml)"
 
 
 @pytest.mark.slow
