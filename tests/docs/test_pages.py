@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 import os
 import pathlib
 import re
@@ -75,6 +76,24 @@ def test_the_python_of_the_readme_runs(tmp_path, monkeypatch):
     exec(program, names)
     assert names["run"].attrs["status"] == "success"
     assert (tmp_path / "slew.png").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:FigureCanvasAgg is non-interactive:UserWarning")
+def test_the_notebook_of_the_readme_runs(tmp_path, monkeypatch, capsys):
+    """Without the outputs of a run: they would be those of one version and one machine."""
+    import matplotlib.pyplot as plt
+
+    monkeypatch.chdir(tmp_path)
+    cells = json.loads((ROOT / "examples" / "first-steps.ipynb").read_text(encoding="utf-8"))["cells"]
+    programs = [cell for cell in cells if cell["cell_type"] == "code"]
+    assert not any(cell["outputs"] or cell["execution_count"] for cell in programs)
+    names: dict = {}
+    for cell in programs:
+        exec("".join(cell["source"]), names)
+    plt.close("all")
+    least = [float(line) for line in capsys.readouterr().out.split()]
+    assert least[1] < 0.0 < least[0]
 
 
 @pytest.mark.parametrize(("line", "page"), commands())
