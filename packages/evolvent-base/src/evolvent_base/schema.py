@@ -158,7 +158,8 @@ def parameters(doc: str) -> dict[str, str]:
         text = " ".join(one["text"].split())
         if not text[:1].isupper():
             text = f"{_PYTHON.sub('', one['type'])} {text}".lstrip(", ").rstrip()
-            text = text[:1].upper() + text[1:] if text[1:2].islower() else text
+            if re.match(r"(?!(?:rad|deg|kg|mm|mol)\b)[a-z]{2}", text):  # a word, and not a unit
+                text = text[0].upper() + text[1:]
         found |= dict.fromkeys(one["names"].split(", "), text)
     return found
 
