@@ -27,19 +27,11 @@ os.environ["EVOLVENT_PLUGINS"] = "none"
 # of no use to a reader of an example
 warnings.filterwarnings("ignore", message="First-class function type")
 
-# the validation book, and the statement of credibility that builds on it
-_here = pathlib.Path(__file__).resolve().parent
-sys.path.insert(0, str(_here.parent / "tests"))
-import coverage_page  # noqa: E402  (docs/_ext/coverage_page.py)
+# validation book, credibility, coverage of the truth
+import made_pages  # noqa: E402  (docs/_ext/made_pages.py)
 import pages  # noqa: E402  (docs/_ext/pages.py)
 
-import book  # noqa: E402  (tests/book.py)
-from evolvent_papers.laboratory import credibility  # noqa: E402
-
-(_here / "validation.md").write_text(book.table(book.shipped()))
-(_here / "credibility.md").write_text(credibility.page())
-# coverage of the truth by stated uncertainties
-(_here / "coverage.md").write_text(coverage_page.page(), encoding="utf-8")
+made_pages.write()
 # one page a part, a case, a command, a module
 pages.write()
 
@@ -58,6 +50,7 @@ extensions = [
     "myst_nb",
     "evolvent.sphinxext",
     "reference",
+    "links",
 ]
 exclude_patterns = [
     "_build",

@@ -21,6 +21,7 @@ import math
 import os
 import pathlib
 import re
+import subprocess
 import sys
 from typing import Any
 
@@ -281,4 +282,6 @@ def main(words: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    answer = main(sys.argv[1:])
+    subprocess.run([sys.executable, ROOT / "docs" / "_ext" / "made_pages.py"], check=True)  # that show the table
+    sys.exit(answer)

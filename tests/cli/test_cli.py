@@ -373,3 +373,13 @@ def test_ctrl_c_keeps_what_was_computed(tmp_path):
 def test_importing_the_package_is_light():
     code = "import sys, evolvent; assert not {'numba', 'numpy', 'xarray', 'pydantic'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_the_list_of_commands_has_whole_sentences(call) -> None:
+    code, out, _ = call("--help")
+    assert code == 0
+    listed = out.partition("Commands:\n")[2]
+    assert "..." not in listed
+    ends = re.findall(r"(\S+)\n  (?=\S)", listed)
+    assert len(ends) > 20
+    assert all(word.endswith(".") for word in ends)

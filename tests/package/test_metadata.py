@@ -139,6 +139,47 @@ def test_codemeta_and_citation_agree_with_the_project():
     assert [address.rpartition("/")[2] for address in CODEMETA["license"]] == CITATION["license"]
 
 
+def test_the_record_of_an_archive_is_the_citation():
+    record = json.loads((ROOT / ".zenodo.json").read_text("utf-8"))
+    assert record["title"] == CITATION["title"]
+    assert record["description"].split() == CITATION["abstract"].split()
+    assert record["version"] == CITATION["version"]
+    assert record["publication_date"] == CITATION["date-released"].isoformat()
+    assert record["license"] in CITATION["license"]
+    assert record["creators"] == CITATION["authors"]
+    assert record["keywords"] == CITATION["keywords"]
+
+
+def test_bounds_from_above_are_what_was_tried():
+    """CONTRIBUTING states it; the classifiers and the bound of numba go no further, and are widened with it."""
+    tried = dict(re.findall(r"(Python|numba) (\d+\.\d+)", re.search(r"Tried up to ([^;]+);", CONTRIBUTING)[1]))
+    (numba,) = (one for one in PROJECT["dependencies"] if one.startswith("numba>"))
+    major, minor = map(int, tried["numba"].split("."))
+    assert numba.endswith(f"<{major}.{minor + 1}")
+    assert f"Programming Language :: Python :: {tried['Python']}" == max(
+        (c for c in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", c)), key=lambda c: int(c.rpartition(".")[2])
+    )
+    installed = tuple(map(int, importlib.metadata.version("numba").split(".")[:2]))
+    assert installed <= (major, minor)
+    if installed == (major, minor):
+        from evolvent.compiled import interfaces
+
+        assert interfaces.missing() == ""
+
+
+def test_workflows_run_commands_that_exist():
+    start = (ROOT / "start.py").read_text("utf-8")
+    commands = set()
+    for path in (ROOT / ".github" / "workflows").glob("*.yml"):
+        jobs = yaml.safe_load(path.read_text("utf-8"))["jobs"]
+        steps = [step for job in jobs.values() for step in job["steps"]]
+        commands |= {found[1] for step in steps if (found := re.match(r"python start\.py (\w+)", step.get("run", "")))}
+        folders = [word for step in steps for word in step.get("run", "").split() if word.startswith("tests/")]
+        assert all((ROOT / folder).is_dir() for folder in folders), path
+    assert {"test", "quick", "lowest", "wheel", "docs"} == commands
+    assert all(f'"{word}": {word},' in start for word in commands)
+
+
 def test_classifiers_name_the_supported_versions():
     minor = [int(c.rsplit(".", 1)[1]) for c in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", c)]
     assert minor == list(range(int(PROJECT["requires-python"].rsplit(".", 1)[1]), max(minor) + 1))

@@ -12,7 +12,7 @@ from evolvent.exports.request import Request
 from evolvent_base import packages
 
 ROOT = pathlib.Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "guide" / "warnings.md"
+WARNINGS = [ROOT / "docs" / "guide" / name for name in ("warnings.md", "warnings-stands.md")]
 
 
 def texts(node: ast.AST) -> list[str]:
@@ -33,8 +33,8 @@ def words(text: str) -> str:
 
 
 def quoted() -> list[str]:
-    """The quotations that head the page's entries."""
-    page = PAGE.read_text(encoding="utf-8")
+    """The quotations that head the entries of the pages."""
+    page = "\n".join(path.read_text(encoding="utf-8") for path in WARNINGS)
     return [" ".join(quote.split()) for quote in re.findall(r'\*\*"(.*?)"\*\*', page, flags=re.DOTALL)]
 
 
@@ -58,8 +58,8 @@ RUN = evolvent.run
 SHORT = {"heliogyro": {"solver.duration": "20 s"}}
 #: Pages with Python, which goes on from block to block.
 PAGES = (
-    "index", "quickstart", "guide/model-your-own", "guide/beams", "guide/identification", "guide/sharing",
-    "guide/stepping", "guide/sensitivities",
+    "index", "quickstart", "guide/model-your-own", "guide/loads", "guide/contact", "guide/beams",
+    "guide/identification", "guide/sharing", "guide/stepping", "guide/sensitivities",
 )  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from typing import Any, Literal
 
 import numpy as np
@@ -653,3 +654,9 @@ def test_keys_of_an_angle_or_a_travel_have_the_unit_of_their_joint(key: str, uni
     }
     found = schema.locate(cases.system("structure").Case, f"parts.{key}", {"system": "structure", "parts": content})
     assert [mark.unit for _, own in found.types for mark in own] == [unit]
+
+
+@pytest.mark.parametrize("kind", sorted(kinds()))
+def test_texts_of_keys_have_no_words_of_python(kind: str) -> None:
+    for key, text in descriptions(kinds()[kind]).items():
+        assert not re.search(r"^[({\"]|\b(float|bool|str|int|None|optional)\b", text), f"{key}: {text}"

@@ -91,6 +91,13 @@ class _Commands(click.Group):
         found: click.Command = plugins.load(entry, f"the command {cmd_name!r} of {entry.value!r}")
         return found
 
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write each command with the whole first sentence of its help, which click cuts to a line."""
+        found = {name: self.get_command(ctx, name) for name in self.list_commands(ctx)}
+        rows = [(name, one.get_short_help_str(limit=1000)) for name, one in found.items() if one and not one.hidden]
+        with formatter.section("Commands"):
+            formatter.write_dl(rows)
+
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         """As click does, with a message that names the package or the nearest command for one that is missing."""
         if args[0] not in _entries():

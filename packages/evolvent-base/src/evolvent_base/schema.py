@@ -154,11 +154,18 @@ def parameters(doc: str) -> dict[str, str]:
     found: dict[str, str] = {}
     entry = r"^(?P<names>\w+(?:, \w+)*) : (?P<type>.*)(?P<text>(?:\n(?: .*|(?=\n )))*)"
     for one in re.finditer(entry, match[1] if match else "", re.MULTILINE):
-        # a text that begins with a small letter goes on with the line of the type
-        text = one["text"].strip()
-        text = " ".join((text if text[:1].isupper() else f"{one['type']} {text}").split())
+        # a text that begins with a small letter goes on with the line of the type, without its words of Python
+        text = " ".join(one["text"].split())
+        if not text[:1].isupper():
+            text = f"{_PYTHON.sub('', one['type'])} {text}".lstrip(", ").rstrip()
+            if re.match(r"(?!(?:rad|deg|kg|mm|mol)\b)[a-z]{2}", text):  # a word, and not a unit
+                text = text[0].upper() + text[1:]
         found |= dict.fromkeys(one["names"].split(", "), text)
     return found
+
+
+#: Of the type of a parameter in a docstring: a shape, a type of Python or its words, and whether it may be left out.
+_PYTHON = re.compile(r"^(?:\([^)]*\) )?(?:float|str|int|bool)\b|^\{[^}]*\} ?|,? optional\b")
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

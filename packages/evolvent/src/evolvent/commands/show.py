@@ -88,9 +88,17 @@ def list_parts(kind: str | None) -> None:
             value = ", required"
         else:
             value = "" if default in (None, (), {}, "") else f" = {_written(default)}"
-        rows.append((f"{name}{unit}{value}", " ".join(filter(None, [texts[name], _choices(field.annotation, own)]))))
+        rows.append(
+            (f"{name}{unit}{value}", " ".join(filter(None, [_told(texts[name]), _choices(field.annotation, own)])))
+        )
     say(inspect.cleandoc(part.__doc__ or "").splitlines()[0])
     print_rows(rows)
+
+
+def _told(text: str) -> str:
+    """The text of a key as it is printed: without the marks of code, and with the point of a sentence."""
+    plain = text.replace("``", "")
+    return plain if not plain or plain[-1] in ".:" else f"{plain}."
 
 
 def _unit_of(mark: Any) -> str:

@@ -52,6 +52,7 @@ class Seam(Part):
         nodes: each node locks by itself, by its own angle. edge: all lock at once, by the mean angle along the edge,
         as a latch at one place of a stiff edge.
     latch_stiffness : float, N/rad
+        Of the latch, per length of the edge.
     latch_damping : float, N s/rad
         Of the latch, per length of the edge.
     """

@@ -55,7 +55,7 @@ class Motor(Part):
     resistance : float, ohm
         R of the winding.
     ratio : float
-        n, by which the rotor turns faster than the coordinate (rad/rad, or rad/m of a travel).
+        Turn of the rotor for that of the coordinate, n (rad/rad, or rad/m of a travel).
     detent_torque : float, N m
         Amplitude A of the rotor's detent torque (cogging), which has an energy and loses none.
     detents : int

@@ -83,6 +83,7 @@ class Origami(Part):
     latch : float, rad, optional
         Fold angle of the sheet, counted as `fold_angle`, at which each crease locks permanently.
     latch_stiffness : float, N/rad
+        Of the latch, per length.
     latch_damping : float, N s/rad
         Of the latch, per length.
     base : int
@@ -95,6 +96,7 @@ class Origami(Part):
     held : list of int
         Numbers of facets that stand still; they are rigid.
     mass_damping : float, 1/s
+        Of flexible facets, as of a shell.
     stiffness_damping : float, s
         Of flexible facets, as of a shell.
 
