@@ -78,9 +78,12 @@ def test_the_law_of_the_paper_takes_no_restitution() -> None:
         formulation="cable",
     )  # fmt: skip
     system.add(beam, "beam")
-    own: Any = {"restitution": {"coefficient": 0.5, "speed": 1.0}, "law": "paper"}
-    system.add(parts.Contact(a="beam", b=(0.0, 0.0, 0.0), shape=FLOOR, **own), "floor")
+    own: Any = {"restitution": {"coefficient": 0.5, "speed": 1.0}}
+    system.add(parts.Contact(a="beam", b=(0.0, 0.0, 0.0), shape=FLOOR, law="paper", **own), "floor")
     with pytest.raises(InputError, match=r"floor.restitution is given, but floor.law is 'paper'"):
+        system.assemble()
+    system.replace("floor", parts.Contact(a="beam", b=(0.0, 0.0, 0.0), shape=FLOOR, damping=1.0, **own))
+    with pytest.raises(InputError, match=r"floor.damping is given beside floor.restitution"):
         system.assemble()
 
 

@@ -191,7 +191,6 @@ class Contact(Part):
     """
 
     applies: ClassVar[Applies] = {
-        "damping": (left_out("restitution"),),
         "bristle_stiffness": (given("friction"),),
         "bristle_damping": (given("friction"),),
         "shape": (left_out("around"),),
@@ -298,6 +297,8 @@ class Contact(Part):
             raise InputError(
                 f"{name}.law is {self.law!r}, which a contact of {touch.what} does not support; use {known}"
             )
+        if self.restitution is not None and "damping" in self.model_fields_set:
+            raise InputError(f"{name}.damping is given beside {name}.restitution, which is in its place; leave one out")
         if self.restitution is not None and self.law == "paper":
             raise InputError(
                 f"{name}.restitution is given, but {name}.law is 'paper', whose damping it does not follow; use "
