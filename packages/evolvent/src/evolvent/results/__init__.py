@@ -284,9 +284,9 @@ def _check(run: Any) -> None:
         raise InputError("the variable 'time' does not rise from sample to sample")
 
 
-def _check_events(attrs: Mapping[str, Any]) -> None:
+def _check_events(attrs: Mapping[str, Any], part: str = "") -> None:
     """Refuse events that are no columns of one length: times, names of parts, and what happened."""
-    columns = _json(attrs, "events", dict, missing="{}")
+    columns = _json(attrs, "events", dict, part, "{}")
     kinds = {"time": numbers.Real, "part": str, "what": str} if columns else {}
     if set(columns) != set(kinds) or not all(
         isinstance(columns[name], list)
@@ -294,7 +294,7 @@ def _check_events(attrs: Mapping[str, Any]) -> None:
         and all(isinstance(one, kind) for one in columns[name])
         for name, kind in kinds.items()
     ):
-        raise InputError("its attribute 'events' must hold columns of one length: time, part and what")
+        raise InputError(f"{_attribute('events', part)} must hold columns of one length: time, part and what")
 
 
 def _json(attrs: Mapping[str, Any], key: str, kind: type, part: str = "", missing: str = "") -> Any:
@@ -394,9 +394,13 @@ def _check_groups(run: Any) -> None:
     for name, group in groups.items():
         if name not in listed and listed:
             raise InputError(f"it has results of {name!r}, which is none of its parts")
-        for key, kind in (("drawn", dict), ("plots", str)):
-            if not all(isinstance(one, kind) for one in _json(group.attrs, key, list, name)):
+        for key, kind, missing in (("drawn", dict, ""), ("plots", str, ""), ("given", str, "[]")):
+            if not all(isinstance(one, kind) for one in _json(group.attrs, key, list, name, missing)):
                 raise InputError(f"{_attribute(key, name)} is damaged")
+        _check_events(group.attrs, name)
+        words = _json(group.attrs, "one_sided", dict, name, "{}")
+        if not all(isinstance(word, str) for word in words.values()):
+            raise InputError(f"{_attribute('one_sided', name)} is damaged")
         if group.children:
             raise InputError(f"the part {name!r} has groups of its own")
         if not isinstance(group.attrs.get("kind"), str):
