@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 
 from evolvent import cases
-from evolvent.results import netcdf
+from evolvent.results import limits as limits, netcdf
 from evolvent.results.fine_samples import MARK
 from evolvent_base import __version__, safe_open
 from evolvent_base.errors import HIDDEN, InputError
@@ -268,6 +268,10 @@ def _check(run: Any) -> None:
             if not isinstance(value, of):
                 raise InputError(f"its attribute {key!r} holds {value!s:.60}; it must hold {what}")
     _check_events(attrs)
+    for row in _json(attrs, "limits", list, missing="[]"):
+        kinds = (str, (numbers.Real, type(None)), str, bool)
+        if not (isinstance(row, list) and len(row) == 4 and all(map(isinstance, row, kinds))):
+            raise InputError("its attribute 'limits' must hold rows of a text, a value, its unit and whether it is met")
     if attrs["case"]:  # there is none of a system composed in Python with laws in Python
         content = cases.parse_yaml(attrs["case"], "its case")
         lacking = getattr(run, "children", None) and cases.lacks_package(content)

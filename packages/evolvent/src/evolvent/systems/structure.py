@@ -87,6 +87,9 @@ class StructureCase(Section):
     modes: ModesSection = ModesSection()
     margin: Margin | None = None
     reflector: ReflectorKeys | None = None
+    limits: tuple[str, ...] = Field(
+        (), description='bounds on results, "hinge 1.torque.abs_max <= 2 N m", of runs, dispersions and designs'
+    )
 
 
 class Structure(SystemDefinition):
@@ -110,7 +113,7 @@ class Structure(SystemDefinition):
     def sections(self, case: StructureCase) -> dict[str, Any]:
         """The sections of analyses of a case, where it says something of them."""
         given = case.model_dump(mode="json", exclude_defaults=True)
-        kept = ("store", "equilibrium", "modes", "margin", "reflector")
+        kept = ("store", "equilibrium", "modes", "margin", "reflector", "limits")
         moves = StartMotion(spin=case.spin, velocity=case.velocity).written()
         return {name: given[name] for name in kept if name in given} | moves
 

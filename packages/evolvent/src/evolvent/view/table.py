@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 from evolvent import results
-from evolvent.results import display, happened, variables
+from evolvent.results import display, happened, limits, variables
 from evolvent.results.motion import prefixed_unit, quantity
 from evolvent.view import balance
 from evolvent.view.show import largest_of, plots_of, round_off
@@ -239,7 +239,7 @@ def numbers(run: xr.DataTree, *, without: Collection[str] = ()) -> list[Number]:
     without : names of variables that are not listed
     """
     of_parts, nothing = variable_rows(run, without)
-    found = joined(latch_rows(run)) + joined(event_rows(run))
+    found = limits.numbers(run) + joined(latch_rows(run)) + joined(event_rows(run))
     rows = joined(row for own in of_parts for row in own)
     ranks = {row.rest: rank for own in reversed(of_parts) for rank, row in enumerate(own)}
     order = sorted(range(len(rows)), key=lambda k: ranks[rows[k].label[rows[k].label.rfind(".") :]])

@@ -12,7 +12,7 @@ import numpy as np
 from evolvent import cases
 from evolvent.design.dispersions.answer import short_name
 from evolvent.design.optimization.problem import DesignProblem, Variable
-from evolvent.design.optimization.runs import DesignResult, short
+from evolvent.design.optimization.runs import DesignResult
 from evolvent.design.optimization.trade import Trade
 from evolvent.results import made_with
 from evolvent_base import answer as an
@@ -103,7 +103,7 @@ def _integration(found: Design) -> str:
     missed = [
         f"{one.text} (it is {number(value)})"
         for one, value, before in zip(problem.requirements, finer.values, own.values, strict=True)
-        if short(one, value) > MISSED * max(abs(one.value), abs(value)) and not short(one, before) > 0.0
+        if one.short(value) > MISSED * max(abs(one.value), abs(value)) and not one.short(before) > 0.0
     ]
     return line + (f"; with it {'; '.join(missed)} is missed" if missed else "")
 
@@ -135,7 +135,7 @@ def requirement_table(found: Design) -> an.Table:
     rows: Rows = []
     for k, one in enumerate(found.problem.requirements):
         value = float(found.best.result.values[k])
-        left = -short(one, value)
+        left = -one.short(value)
         state = "active" if found.trade is not None and found.trade.multipliers[k] > 0.0 else "met"
         gain = "-" if found.trade is None else number(float(found.trade.multipliers[k]))
         start = number(float(found.start.result.values[k]))
@@ -166,7 +166,7 @@ def end_table(found: Design) -> an.Table:
     rows: Rows = []
     for k, one in enumerate(found.ends):
         met = one.result.sound and all(
-            short(r, v) <= 0.0 for r, v in zip(found.problem.requirements, one.result.values, strict=True)
+            r.short(v) <= 0.0 for r, v in zip(found.problem.requirements, one.result.values, strict=True)
         )
         rows.append(
             (
@@ -320,4 +320,4 @@ class Design(Shown):
     def missed(self) -> list[str]:
         """Requirements that the best design does not meet, with its values."""
         both = zip(self.problem.requirements, self.best.result.values, strict=True)
-        return [f"{one.text} (it is {value:.6g})" for one, value in both if not short(one, value) <= 0.0]
+        return [f"{one.text} (it is {value:.6g})" for one, value in both if not one.short(value) <= 0.0]
