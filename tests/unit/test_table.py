@@ -57,12 +57,12 @@ def test_changes_and_one_way_forces_are_events():
     t, found = np.arange(6.0), Observed()
     found.scalar("tension", np.array([0.0, 2.0, 1.0, 1e-9, 0.0, 1.0]), "N", "tension")
     found.acts_one_way(t, "tension", zero="slack", other="taut")
-    assert found.events == [(1.0, "taut"), (3.0, "slack"), (5.0, "taut")]
+    assert found.happened == [(1.0, "taut"), (3.0, "slack"), (5.0, "taut")]
     assert found.one_sided == {"tension": "slack"}
     found.happens("released", 2.5, t)
     found.happens("released", np.nan, t)
     found.happens("released", 9.0, t)
-    assert found.events[3:] == [(2.5, "released")]
+    assert found.happened[3:] == [(2.5, "released")]
 
 
 @pytest.fixture(scope="module")

@@ -72,7 +72,7 @@ class Names:
     def __init__(
         self, start: Callable[[], Any], coordinates: Callable[[], Sequence[str]], who: str = "the design asks for"
     ) -> None:
-        self._start, self.coordinates, self._who = start, coordinates, who
+        self._start, self.having_margins, self._who = start, coordinates, who
 
     @functools.cached_property
     def start(self) -> Any:
@@ -129,7 +129,7 @@ def requirements(text: Any, names: Names) -> list[Requirement]:
             f"'hinge 1.latch_time <= 20 s'"
         )
     if match[1] in (AT_REST, IN_RUN):
-        return [one for name in names.coordinates() for one in requirements(f"{name}.{text.strip()}", names)]
+        return [one for name in names.having_margins() for one in requirements(f"{name}.{text.strip()}", names)]
     name, upper = match[1], match[2] == "<="
     kept = names.kept(name, "max" if upper else "min")
     unit = names.unit(kept)

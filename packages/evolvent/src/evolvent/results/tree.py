@@ -163,7 +163,7 @@ def _group(solution: Solution, name: str) -> xr.Dataset:
         "plots_along": json.dumps(found.plots_along),
         **({"one_sided": json.dumps(found.one_sided)} if found.one_sided else {}),
         **({"given": json.dumps(found.given)} if found.given else {}),
-        **({EVENTS: events_text(found.events, name)} if found.events else {}),
+        **({EVENTS: events_text(found.happened, name)} if found.happened else {}),
     }
     written = units_as_written(part)
     variables, coordinates = (

@@ -64,7 +64,7 @@ class Observed:
     drawn : list of dict, how the part is drawn, in words of JSON: see `evolvent.results.observe.symbols`
     plots : list of str, names of the variables that its default figures show
     plots_along : list of str, the same of one state: variables along its length
-    events : list of (time in s, what happened), beside the events that the solver has found
+    happened : list of (time in s, what happened), beside the events that the solver has found
     one_sided : dict, name of a variable that is zero or of one sign, as the tension of a cord -> word for it at zero
     given : list of str, names of variables that the case gives over time, as a load: figures go on while they change
     """
@@ -74,7 +74,7 @@ class Observed:
     drawn: list[dict[str, Any]] = dataclasses.field(default_factory=list)
     plots: list[str] = dataclasses.field(default_factory=list)
     plots_along: list[str] = dataclasses.field(default_factory=list)
-    events: list[tuple[float, str]] = dataclasses.field(default_factory=list)
+    happened: list[tuple[float, str]] = dataclasses.field(default_factory=list)
     one_sided: dict[str, str] = dataclasses.field(default_factory=dict)
     given: list[str] = dataclasses.field(default_factory=list)
 
@@ -89,13 +89,13 @@ class Observed:
     def happens(self, what: str, time: float, t: Array) -> None:
         """Add an event at a time (s) where it lies within the samples' times t (nt,)."""
         if t.size and t[0] <= time <= t[-1]:
-            self.events.append((float(time), what))
+            self.happened.append((float(time), what))
 
     def changes(self, t: Array, state: Array, words: Mapping[int, str]) -> None:
         """Add an event at each sample with another state (nt,) than the one before, where its value has a word."""
         for k in np.flatnonzero(np.diff(state)) + 1:
             if (word := words.get(int(state[k]))) is not None:
-                self.events.append((float(t[k]), word))
+                self.happened.append((float(t[k]), word))
 
     def acts_one_way(self, t: Array, name: str, *, zero: str, other: str) -> None:
         """State that a variable (nt,) is zero for a time, and add the events: `zero` and `other` are its words.
