@@ -20,6 +20,8 @@ from evolvent_base.figures import Figure, Line, Panel
 from evolvent_base.showing import Shown
 
 Array = np.ndarray
+#: Colours of what meets all requirements, and of what misses one.
+_MEETS, _MISSES = "#2a7f3f", "#c0392b"
 #: Relative amount by which a requirement that is missed with finer integration alone is said to be.
 MISSED = 1e-5
 #: Stationarity above which the derivatives at the end do not fit an optimum.
@@ -194,14 +196,14 @@ def figure(found: Design) -> Figure:
     runs, values, met = (np.array(one) for one in zip(*found.history, strict=True))
     ok = met.astype(bool)
     lines = (
-        [Line(x=runs[~ok], y=values[~ok], style="", marker=".", color=3, label="misses a requirement")]
+        [Line(x=runs[~ok], y=values[~ok], style="", marker=".", color=_MISSES, label="misses a requirement")]
         if np.any(~ok)
         else []
     )
     if np.any(ok):
         best = (np.maximum if found.problem.maximize else np.minimum).accumulate(values[ok])
-        lines += [Line(x=runs[ok], y=values[ok], style="", marker=".", color=0, label="meets all requirements"),
-                  Line(x=runs[ok], y=best, color=1, label="best so far")]  # fmt: skip
+        lines += [Line(x=runs[ok], y=values[ok], style="", marker=".", color=_MEETS, label="meets all requirements"),
+                  Line(x=runs[ok], y=best, color=_MEETS, width=0.9, label="best so far")]  # fmt: skip
     log = bool(np.all(values > 0.0) and values.max() > 20.0 * values.min())
     panels.append(
         Panel(
