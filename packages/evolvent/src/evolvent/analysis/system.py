@@ -199,7 +199,7 @@ class System(Composition, Answered):
 
     def _judge(self, assembly: Assembly) -> Callable[[Solution], dict[str, str]]:
         """Function of a solution to the attributes of its results that say what it makes of the limits."""
-        texts = self.sections.get(LIMITS, ())
+        texts: Any = self.sections.get(LIMITS, ())
         if not texts:
             return lambda solution: {}
 

@@ -269,8 +269,10 @@ def _check(run: Any) -> None:
                 raise InputError(f"its attribute {key!r} holds {value!s:.60}; it must hold {what}")
     _check_events(attrs)
     for row in _json(attrs, "limits", list, missing="[]"):
-        kinds = (str, (numbers.Real, type(None)), str, bool)
-        if not (isinstance(row, list) and len(row) == 4 and all(map(isinstance, row, kinds))):
+        kinds: tuple[Any, ...] = (str, (numbers.Real, type(None)), str, bool)
+        if not (
+            isinstance(row, list) and len(row) == 4 and all(isinstance(*one) for one in zip(row, kinds, strict=True))
+        ):
             raise InputError("its attribute 'limits' must hold rows of a text, a value, its unit and whether it is met")
     if attrs["case"]:  # there is none of a system composed in Python with laws in Python
         content = cases.parse_yaml(attrs["case"], "its case")
@@ -398,8 +400,8 @@ def _check_groups(run: Any) -> None:
     for name, group in groups.items():
         if name not in listed and listed:
             raise InputError(f"it has results of {name!r}, which is none of its parts")
-        for key, kind, missing in (("drawn", dict, ""), ("plots", str, ""), ("given", str, "[]")):
-            if not all(isinstance(one, kind) for one in _json(group.attrs, key, list, name, missing)):
+        for key, kind, unless in (("drawn", dict, ""), ("plots", str, ""), ("given", str, "[]")):
+            if not all(isinstance(one, kind) for one in _json(group.attrs, key, list, name, unless)):
                 raise InputError(f"{_attribute(key, name)} is damaged")
         _check_events(group.attrs, name)
         words = _json(group.attrs, "one_sided", dict, name, "{}")
