@@ -7,7 +7,7 @@ import xarray as xr
 import evolvent
 from evolvent import cases, parts
 from evolvent.results import display
-from evolvent.view import animation, drawing, show, summary
+from evolvent.view import animation, drawing, show, summary, table
 from evolvent_base.errors import InputError
 
 
@@ -42,7 +42,7 @@ def test_a_run_is_read_in_degrees_and_keeps_radians():
     run = evolvent.run("solar-array", {"simulate.until": 1.0})
     angle, rate = run["hinge 1"]["angle"], run["panel 1"]["rate"]
     assert (angle.attrs["units"], rate.attrs["units"]) == ("rad", "rad s-1")
-    rows = {number.label: number.value for number in show.numbers(run)}
+    rows = {number.label: number.value for number in table.numbers(run)}
     assert rows["hinge 1.angle"].startswith(f"{np.degrees(float(angle[-1])):.5g} deg")
     (panel,) = show.figure(run, ["hinge 1.angle"]).panels
     assert panel.y_label.endswith(", deg")
@@ -76,7 +76,7 @@ def test_a_rate_that_is_written_in_rpm_is_read_in_rpm(tmp_path):
     for found in (run, evolvent.open(tmp_path / "run.nc")):
         assert found["bus"].rate.attrs["units"] == "rad s-1"
         np.testing.assert_allclose(found["bus"].rate[:, 2], 12.0 * np.pi / 30.0)
-        rows = {number.label: number.value for number in show.numbers(found)}
+        rows = {number.label: number.value for number in table.numbers(found)}
         assert rows["bus.rate"].startswith("(0, 0, 12) rpm at the end")
         assert rows["wheel.rate"].startswith("3000 rpm at the end")
         assert rows["hub.rate"].startswith("(0, 0, 90) deg/s at the end")
@@ -111,12 +111,12 @@ def test_drives_in_rpm():
     assert moved.as_keys()["drive"] == {"constant": {"rate": "6 rpm"}}
 
 
-def test_round_off_and_signs_of_zero_are_shown_as_0() -> None:
+def test_round_off_and_signs_of_zero_are_named_as_zero() -> None:
     """A position of 1e-30 m beside one of 1 m, and one of -0."""
     system = evolvent.System()
     system.add(parts.Point(mass=1.0, position=(1e-30, 0.0, -0.0)), "still")
     system.add(parts.Point(mass=1.0, position=(1.0, 0.0, 0.0), velocity=(1.0, 0.0, 0.0)), "moving")
     run = system.simulate(until=1.0)
     rows = {row.label: row.value for row in cases.presenter(run).numbers(run)}
-    assert rows["still.position"].startswith("(0, 0, 0) m")
+    assert rows["zero throughout"] == "still.position"
     assert rows["moving.position"].startswith("(2, 0, 0) m")

@@ -5,7 +5,7 @@ import pytest
 
 import evolvent
 from evolvent import System, cases, parts
-from evolvent.view import show, summary
+from evolvent.view import show, summary, table
 
 pytestmark = pytest.mark.slow
 
@@ -30,8 +30,10 @@ def test_the_table_begins_with_latches_in_order_of_time(array):
 def test_the_summary_answers_what_is_asked(array):
     figures = cases.presenter(array).figures(array)
     assert [figure.name for figure in figures] == ["summary", "rigid-body", "joint-spring", "energy-balance"]
-    angles, torques, rate, turn, energy = figures[0].panels
-    assert [panel.y_label for panel in figures[0].panels] == [
+    strip, angles, torques, rate, turn, energy = figures[0].panels
+    assert strip.y_names == {0.0: "hinge 1 to 3 latched"}
+    np.testing.assert_allclose(strip.lines[0].x, array.ev.latches.time)
+    assert [panel.y_label for panel in figures[0].panels[1:]] == [
         "angle, deg", "latch torque, N m", "rate of satellite about z, deg/s", "turn of satellite, deg", "energy, J",
     ]  # fmt: skip
     marks = {float(line.x[0]): line for line in angles.lines if line.marker == "o"}
@@ -61,7 +63,8 @@ def test_roots_of_beams_show_their_largest_loads():
     run = evolvent.run("boom-slew", {"simulate.until": 3.0})
     force, moment, *_ = summary.figures(run)[0].panels
     size = np.linalg.norm(run["clamp"]["moment"], axis=1)
-    (line,) = moment.lines
+    line, mark = moment.lines
+    assert float(mark.y[0]) == size.max()
     np.testing.assert_allclose(line.y, size)
     assert line.label.endswith(f"at {float(run.time[int(size.argmax())]):.4g} s")
     assert force.y_label == "force in joints, N"
@@ -77,5 +80,5 @@ def test_what_has_no_latch_spring_or_root_has_no_summary():
 
 def test_events_stand_in_the_table():
     run = evolvent.run("heliogyro", {"solver.duration": "30 s"})
-    rows = {row.label: row.value for row in show.event_numbers(run)}
-    assert any("released at" in value for value in rows.values())
+    rows = {row.label: row.value for row in table.joined(table.event_rows(run))}
+    assert rows["blade-1, released"].startswith("at 0, ")

@@ -10,7 +10,7 @@ import numpy as np
 
 from evolvent import cases
 from evolvent.closed_forms import payout_buckling, payout_slack
-from evolvent.view import show
+from evolvent.view import show, table
 from evolvent_base.figures import Figure, Line, Number, Panel, numbers_of
 from evolvent_papers.film_blade.case import Case
 
@@ -40,7 +40,7 @@ def numbers(run: Any) -> list[Number]:
             (1e3 * fastest, "mm/s", "largest rate"),
         ),
     ]
-    return numbers_of(rows) + show.numbers(run)
+    return numbers_of(rows) + table.numbers(run)
 
 
 def figures(run: Any) -> list[Figure]:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from evolvent.view import show
+from evolvent.view import show, table
 from evolvent_base.figures import Figure, Line, Number, Panel, numbers_of
 
 RPM = 60.0 / (2.0 * np.pi)
@@ -32,7 +32,7 @@ def numbers(run: Any) -> list[Number]:
             (run.time.values[k], "s", "time"),
         ),
     ]
-    return numbers_of(rows) + show.numbers(run)
+    return numbers_of(rows) + table.numbers(run)
 
 
 def figures(run: Any) -> list[Figure]:

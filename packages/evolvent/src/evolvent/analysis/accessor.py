@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from evolvent import cases, results
-from evolvent.results import WELL, display, happened, statistics_of, unfinished, variables
+from evolvent.results import WELL, display, happened, limits, statistics_of, unfinished, variables
 from evolvent.view import show
 from evolvent_base import answer as an
 from evolvent_base.errors import InputError, counted
@@ -84,7 +84,12 @@ class RunAccessor(Answered):
     def answer(self) -> an.Answer:
         """Status, warning, latches and sizes."""
         run, attrs, names = self._run, self._run.attrs, variables.parts(self._run)
-        facts = [("status", str(attrs["status"])), ("method", str(attrs["method"]))]
+        missed = limits.verdict(limits.of_run(run))
+        facts = [
+            ("status", f"{attrs['status']}{f', but {missed}' if missed else ''}"),
+            ("method", str(attrs["method"])),
+        ]
+        facts += [(f"limit {one.text}", one.shown) for one in limits.of_run(run)]
         if attrs["status"] not in WELL:
             facts.append(("message", str(attrs["message"])))
         if "time" in run.coords:

@@ -89,15 +89,22 @@ class Clearances(Shown):
         return listed
 
     def figure(self) -> Figure:
-        """Clearance over time, of the pairs with the smallest ones, where it is exact."""
-        found, lines = self.dataset, []
+        """Clearance over time, of the pairs with the smallest ones, where it is exact; the smallest is marked."""
+        found, lines, marks, ends = self.dataset, list[Line](), list[Line](), False
         for n, k in enumerate(np.argsort(found.smallest.values, kind="stable")[:_MOST]):
             one = found.isel(pair=int(k))
             y = np.where(one.exact.values == 1, one.clearance.values, np.nan)
-            lines.append(Line(x=found.time.values, y=y, label=str(one.pair.values), color=n))
+            least, at = float(one.smallest), float(one.time_of_smallest)
+            label = f"{one.pair.values}: {quantity(least, 'm')} at {at:.4g} s"
+            lines.append(Line(x=found.time.values, y=y, label=label, color=n))
+            marks.append(Line(x=np.array([at]), y=np.array([least]), color=n, style="", marker="o"))
+            ends |= bool(np.isnan(y).any())
         zero = Line(x=found.time.values[[0, -1]], y=np.zeros(2), color="gray", width=0.9)
-        panel = Panel(x_label="time, s", y_label="clearance, m", lines=[*lines, zero])
-        return Figure(name="clearance", title="Clearance between bodies", panels=[panel])
+        panel = Panel(x_label="time, s", y_label="clearance, m", lines=[*lines, *marks, zero])
+        title = "Clearance between bodies" + (
+            ", where it is exact: beyond, the bodies are farther apart" if ends else ""
+        )
+        return Figure(name="clearance", title=title, panels=[panel])
 
     def to_dict(self) -> dict[str, Any]:
         """Numbers and texts, as the JSON file has them; what is not known is None."""

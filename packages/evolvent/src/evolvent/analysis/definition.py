@@ -17,13 +17,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from evolvent import cases
-from evolvent.analysis import accuracy, closure, runs, trees
+from evolvent.analysis import accuracy, closure, limits, runs, trees
 from evolvent.analysis.margins.kept_margins import KeptMargins
 from evolvent.analysis.methods import choose_method
 from evolvent.analysis.settings import check_run, sample_times
 from evolvent.cases import CasePlan
 from evolvent.results.fine_samples import Times
 from evolvent.results.kept import is_local, kept_of
+from evolvent.results.limits import LIMITS
 from evolvent.results.tree import root_of
 from evolvent.solvers.common.laws import refusing_laws
 from evolvent.solvers.time.explicit import plan as explicit_plan
@@ -179,7 +180,11 @@ class SystemDefinition:
 
         def run(progress: Callable[[float], None] | None = None) -> xr.DataTree:
             solution, root, warning, why = solve(progress)
-            return self.tree(case, solution, why, laws=given, findings=(root, warning))
+            found = self.tree(case, solution, why, laws=given, findings=(root, warning))
+            if wanted:
+                section = self.sections(case).get("margin", {})
+                found.attrs[LIMITS] = limits.written(wanted, section, solution, root)
+            return found
 
         def observe(names: Iterable[str]) -> xr.Dataset:
             solution, root, _, _ = solve(None)
@@ -203,6 +208,8 @@ class SystemDefinition:
             solution = trees.at_start(assembly, method, float(times[0]))
             return trees.tree(solution, case="", why="", system=case.system, root=self.findings(case, solution)[0])
 
+        names = limits.Names(start, lambda: self.margin(case, motion=False).names, "it asks for")
+        wanted = () if keep else limits.of_texts(self.sections(case).get(LIMITS, ()), names)
         name = explicit_plan.cache_name(assembly, method)
         return CasePlan(
             duration=float(times[-1]), run=run, solver=name, note=note, start=start, observe=observe,

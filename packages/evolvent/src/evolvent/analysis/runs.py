@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -114,14 +114,16 @@ def solve(
 
 
 def simulate(
-    assembly: Assembly, *, case: str, title: str = "", keep_states: bool = False, **settings: Any
-) -> xr.DataTree:
+    assembly: Assembly, *, case: str, title: str = "", keep_states: bool = False,
+    judge: Callable[[Solution], Mapping[str, str]] | None = None, **settings: Any,
+) -> xr.DataTree:  # fmt: skip
     """Run an assembled system.
 
     Parameters
     ----------
     case : str, as YAML
     title, keep_states : as of `tree`
+    judge : returns more attributes of the results of a solution
     settings : as of `solve`
 
     Raises
@@ -131,6 +133,8 @@ def simulate(
     """
     solution, why, times = solve(assembly, **settings)
     found = tree(solution, case=case, why=why, title=title, root=times.mark(solution.t), keep_states=keep_states)
+    if judge is not None:
+        found.attrs.update(judge(solution))
     if solution.status == "failed":
         raise RunFailed(solution.message, found)
     return found

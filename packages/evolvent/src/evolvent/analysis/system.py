@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any, Self, overload
 import lazy_loader as lazy
 import numpy as np
 
-from evolvent.analysis import runs, sensitivity, simulation, trees, variation
+from evolvent.analysis import limits, runs, sensitivity, simulation, trees, variation
 from evolvent.analysis.batch import Batch
 from evolvent.analysis.composition import Composition
 from evolvent.analysis.margins import evaluation
+from evolvent.analysis.methods import choose_method
 from evolvent.analysis.storage import Aged, storage_of, stored
+from evolvent.results.limits import LIMITS
 from evolvent_base.answer import Answer, Section, Table
 from evolvent_base.errors import InputError, RunFailed
 from evolvent_base.progress import on_stderr
@@ -32,7 +34,9 @@ if TYPE_CHECKING:
         storage_results,
     )
     from evolvent.analysis.sensitivity_results import Sensitivities
+    from evolvent.assembly.assembled import Assembly
     from evolvent.results.kept import Kept
+    from evolvent.solvers.common.solution import Solution
     from evolvent.solvers.modal import linear as linearized, modes as vibrations
     from evolvent.solvers.static import static
 else:  # runs do without; what these may ask for on threads is loaded at once
@@ -227,10 +231,24 @@ class System(Composition, Answered):
             listener = shown if progress is None else progress
             if keep is not None:
                 return simulation.kept(self, keep, listener, settings)
+            assembly = self.assemble()
             return runs.simulate(
-                self.assemble(), case=self._case(settings), title=self.title, progress=listener,
-                keep_states="margin" in self.sections, **settings,
+                assembly, case=self._case(settings), title=self.title, progress=listener,
+                keep_states="margin" in self.sections, judge=self._judge(assembly), **settings,
             )  # fmt: skip
+
+    def _judge(self, assembly: Assembly) -> Callable[[Solution], dict[str, str]]:
+        """Function of a solution to the attributes of its results that say what it makes of the limits."""
+        texts: Any = self.sections.get(LIMITS, ())
+        if not texts:
+            return lambda solution: {}
+
+        def start() -> xr.DataTree:
+            return trees.tree(trees.at_start(assembly, choose_method(assembly, "auto")[0], 0.0), case="", why="")
+
+        names = limits.Names(start, lambda: self.margin(motion=False).names, "it asks for")
+        wanted, section = limits.of_texts(texts, names), self.sections.get("margin", {})
+        return lambda solution: {LIMITS: limits.written(wanted, section, solution, {})}
 
     def sensitivity(
         self, values: str | Sequence[str], keys: str | Sequence[str], *, until: Any = None, every: Any = None,

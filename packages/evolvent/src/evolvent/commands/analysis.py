@@ -21,6 +21,7 @@ plots = lazy.load("evolvent_base.plots", suppress_warning=True)
 results = lazy.load("evolvent.results", suppress_warning=True)
 show = lazy.load("evolvent.view.show", suppress_warning=True)
 showing = lazy.load("evolvent_base.showing", suppress_warning=True)
+table = lazy.load("evolvent.view.table", suppress_warning=True)
 
 
 def _loaded(case: str, assignments: tuple[str, ...]) -> tuple[Any, Any]:
@@ -89,7 +90,7 @@ def equilibrium(
     found = definition.equilibrium(loaded, mesh_error=mesh_error)
     rows = [("status", found.attrs["status"])]
     rows += [("message", found.attrs["message"])] if found.attrs["status"] != "failed" else []  # else the error says it
-    rows += [(n.label, n.value) for n in show.numbers(found)] + mesh.lines(found)
+    rows += [(n.label, n.value) for n in table.numbers(found)] + mesh.lines(found)
     print_rows(rows, status=found.attrs["status"])
     if output is not None:
         results.save(found, output)

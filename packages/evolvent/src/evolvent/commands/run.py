@@ -79,6 +79,9 @@ def run(
     if status == "interrupted":
         note(message)
         raise click.exceptions.Exit(INTERRUPTED)
+    if missed := results.limits.verdict(results.limits.of_run(found)):
+        note(f"{missed}: {'; '.join(one.text for one in results.limits.of_run(found) if not one.is_met)}")
+        raise click.exceptions.Exit(1)
 
 
 class _Targets(NamedTuple):
@@ -201,17 +204,19 @@ def table(found: xr.Dataset) -> None:
     """Print the results that a user wants to see at once."""
     status = found.attrs["status"]
     message = found.attrs["message"].removeprefix(status).lstrip()
-    rows = [("status", status if status == "success" else f"{status}: {message}")]
+    words = status if status == "success" else f"{status}: {message}"
+    missed = results.limits.verdict(results.limits.of_run(found))
+    rows = [("status", f"{words}, but {missed}" if missed else words)]
     rows += [(number.label, number.value) for number in cases.presenter(found).numbers(found)]
-    print_rows(rows, status=status)
+    print_rows(rows, status=status, well=not missed)
 
 
-def print_rows(rows: Sequence[tuple[str, str]], *, status: str = "") -> None:
-    """Print labels and texts, which are wrapped beside them; a row labelled "status" is coloured."""
+def print_rows(rows: Sequence[tuple[str, str]], *, status: str = "", well: bool = True) -> None:
+    """Print labels and texts, which are wrapped beside them; "status" is coloured, green where all is `well`."""
     wide = max(len(label) for label, _ in rows)
     room = max(shutil.get_terminal_size().columns - wide - 2, 20)
     plain = bool(os.environ.get("NO_COLOR")) or os.environ.get("TERM") == "dumb"
-    well = status in ("success", "stopped by event")
+    well = well and status in ("success", "stopped by event")
     for label, value in rows:
         label, lines = visible(label), textwrap.wrap(visible(value), room, break_on_hyphens=False) or [""]
         if status and label == "status" and not plain:

@@ -22,7 +22,7 @@ from evolvent.analysis.margins.results import MarginResults
 from evolvent.analysis.system import System
 from evolvent.exports import drawings
 from evolvent.exports.pictures import pictures
-from evolvent.results import WELL, made_with, statistics_of, unfinished
+from evolvent.results import WELL, limits, made_with, statistics_of, unfinished
 from evolvent.results.tree import solution_of
 from evolvent.view import animation
 from evolvent_base import answer as an, pages, showing
@@ -67,6 +67,7 @@ def write(
 
 def _page(run: Any, date: datetime.datetime, found: Clearances | None, written: Sequence[str]) -> str:
     module, stored = cases.presenter(run), _Stored.of(run)
+    margins, words = _margins(run, stored)
     results = [(n.label, n.value) for n in module.numbers(run) if n.label != "warning"]
     again = an.Remark("Saved as a file, this case can be run again: evolvent run case.yaml.")
     parts: dict[str, Sequence[an.Block]] = {
@@ -74,20 +75,41 @@ def _page(run: Any, date: datetime.datetime, found: Clearances | None, written: 
         "Animation": _animation(run, found, written),
         "Figures": _pictures(module.figures(run), written),
         "Storage": stored.blocks,
-        "Margins": _margins(run, stored),
+        "Margins": words,
         "Clearances": [] if found is None else an.within(found.answer()),
         "Balances": _balances(run),
         "Case": [again, an.Listing(run.attrs["case"])],
         "Provenance": [an.Table(heads=(), rows=_provenance(run, date), words=2, kind="results")],
     }
     sections = [an.Section(title=title, blocks=blocks) for title, blocks in parts.items() if blocks]
-    status = run.attrs["status"]
+    status, missed = run.attrs["status"], _missed(run, margins)
     return showing.page(
         an.Answer(
-            title=_title(run), about="Report of a simulation", status=(status, status in WELL),
-            facts=[*_facts(run), *stored.facts], sections=[*_notes(run), *sections], contents=True,
+            title=_title(run), about="Report of a simulation",
+            status=(f"{status}, but {' and '.join(missed)}" if missed else status, status in WELL and not missed),
+            facts=[*_facts(run), *stored.facts], sections=[*_verdict(run, margins, missed), *_notes(run), *sections],
+            contents=True,
         )
     )  # fmt: skip
+
+
+def _missed(run: Any, margins: MarginResults | None) -> list[str]:
+    """What does not hold: limits that are missed, and margins below 0."""
+    found = [text] if (text := limits.verdict(limits.of_run(run))) else []
+    if margins is not None and margins.negative:
+        count = len(margins.negative)
+        found.append(f"{counted(count, 'margin')} {'is' if count == 1 else 'are'} negative")
+    return found
+
+
+def _verdict(run: Any, margins: MarginResults | None, missed: Sequence[str]) -> list[an.Section]:
+    """What the run says of the limits and margins of its case; none of one without them."""
+    found: list[str] = [f"{one.text}: {one.shown}" for one in limits.of_run(run)]
+    if margins is not None and margins.names:
+        where = f", in {', '.join(margins.negative)}" if margins.negative else ""
+        found.append(f"least margin {margins.least:+.3f}{where}")
+    kind = "failure" if missed else "good"
+    return [an.Section(title="Verdict", blocks=[an.Points(found)], kind=kind)] if found else []
 
 
 # ------------------------------------------------------------------------------------------------ parts
@@ -98,7 +120,7 @@ def _title(run: Any) -> str:
     system: str = run.attrs["system"].replace("-", " ").capitalize()
     if motion is None or motion.title.startswith(system):
         return system
-    return f"{system}: {motion.title[:1].lower()}{motion.title[1:]}"
+    return f"{system}: {motion.title}"
 
 
 def _facts(run: Any) -> list[tuple[str, str]]:
@@ -191,19 +213,20 @@ class _Stored:
         return cls([("stored", found.stored_for)], an.within(found.answer()), system)
 
 
-def _margins(run: Any, stored: _Stored) -> list[an.Block]:
+def _margins(run: Any, stored: _Stored) -> tuple[MarginResults | None, list[an.Block]]:
     """The margins of the case of a run, with what the run says of latches and stops; none without a key `margin`.
 
     Where the margins cannot be found, the reason is stated.
     """
     content = cases.content_of_run(run)
     if not isinstance(content.get("margin"), dict):
-        return []
+        return None, []
     try:
-        found = an.within(_margins_of(run, stored.system or _system(run, content)).answer())
+        found = _margins_of(run, stored.system or _system(run, content))
+        shown = an.within(found.answer())
     except InputError as error:
-        return [f"The margins of this case are not stated: {error}."]
-    return [*(f"After storage for {value}." for _, value in stored.facts), *found]
+        return None, [f"The margins of this case are not stated: {error}."]
+    return found, [*(f"After storage for {value}." for _, value in stored.facts), *shown]
 
 
 def _margins_of(run: Any, system: System) -> MarginResults:

@@ -19,7 +19,7 @@ import numpy as np
 import xarray as xr
 
 from evolvent import cases
-from evolvent.results import netcdf
+from evolvent.results import limits as limits, netcdf
 from evolvent.results.fine_samples import MARK
 from evolvent_base import __version__, safe_open
 from evolvent_base.errors import HIDDEN, InputError
@@ -268,6 +268,12 @@ def _check(run: Any) -> None:
             if not isinstance(value, of):
                 raise InputError(f"its attribute {key!r} holds {value!s:.60}; it must hold {what}")
     _check_events(attrs)
+    for row in _json(attrs, "limits", list, missing="[]"):
+        kinds: tuple[Any, ...] = (str, (numbers.Real, type(None)), str, bool)
+        if not (
+            isinstance(row, list) and len(row) == 4 and all(isinstance(*one) for one in zip(row, kinds, strict=True))
+        ):
+            raise InputError("its attribute 'limits' must hold rows of a text, a value, its unit and whether it is met")
     if attrs["case"]:  # there is none of a system composed in Python with laws in Python
         content = cases.parse_yaml(attrs["case"], "its case")
         lacking = getattr(run, "children", None) and cases.lacks_package(content)
@@ -284,9 +290,9 @@ def _check(run: Any) -> None:
         raise InputError("the variable 'time' does not rise from sample to sample")
 
 
-def _check_events(attrs: Mapping[str, Any]) -> None:
+def _check_events(attrs: Mapping[str, Any], part: str = "") -> None:
     """Refuse events that are no columns of one length: times, names of parts, and what happened."""
-    columns = _json(attrs, "events", dict, missing="{}")
+    columns = _json(attrs, "events", dict, part, "{}")
     kinds = {"time": numbers.Real, "part": str, "what": str} if columns else {}
     if set(columns) != set(kinds) or not all(
         isinstance(columns[name], list)
@@ -294,7 +300,7 @@ def _check_events(attrs: Mapping[str, Any]) -> None:
         and all(isinstance(one, kind) for one in columns[name])
         for name, kind in kinds.items()
     ):
-        raise InputError("its attribute 'events' must hold columns of one length: time, part and what")
+        raise InputError(f"{_attribute('events', part)} must hold columns of one length: time, part and what")
 
 
 def _json(attrs: Mapping[str, Any], key: str, kind: type, part: str = "", missing: str = "") -> Any:
@@ -394,9 +400,13 @@ def _check_groups(run: Any) -> None:
     for name, group in groups.items():
         if name not in listed and listed:
             raise InputError(f"it has results of {name!r}, which is none of its parts")
-        for key, kind in (("drawn", dict), ("plots", str)):
-            if not all(isinstance(one, kind) for one in _json(group.attrs, key, list, name)):
+        for key, kind, unless in (("drawn", dict, ""), ("plots", str, ""), ("given", str, "[]")):
+            if not all(isinstance(one, kind) for one in _json(group.attrs, key, list, name, unless)):
                 raise InputError(f"{_attribute(key, name)} is damaged")
+        _check_events(group.attrs, name)
+        words = _json(group.attrs, "one_sided", dict, name, "{}")
+        if not all(isinstance(word, str) for word in words.values()):
+            raise InputError(f"{_attribute('one_sided', name)} is damaged")
         if group.children:
             raise InputError(f"the part {name!r} has groups of its own")
         if not isinstance(group.attrs.get("kind"), str):

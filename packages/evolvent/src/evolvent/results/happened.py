@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,8 @@ from evolvent_base.units import unit_text
 
 #: Attribute of a run with its events: columns of a table in JSON.
 EVENTS = "events"
+#: What a part that is an event alone calls it.
+EVENT = "event"
 #: Its columns.
 COLUMNS = ("time", "part", "what")
 #: Events that are kept, at most: the first ones.
@@ -42,6 +44,15 @@ def written_events(solution: Solution) -> str:
     """The events of a run as its attribute `EVENTS` holds them; '' where there was none."""
     names = {place: name for name, place in reversed(solution.assembly.names.items())}
     rows = [(time, names.get(place, ""), what) for time, place, what in itertools.islice(in_order(solution), MOST)]
+    return _columns(rows)
+
+
+def events_text(events: Iterable[tuple[float, str]], part: str) -> str:
+    """Events that the results of a part state, as its attribute `EVENTS` holds them; '' where there are none."""
+    return _columns([(time, part, what) for time, what in itertools.islice(sorted(events), MOST)])
+
+
+def _columns(rows: list[tuple[float, str, str]]) -> str:
     return json.dumps(dict(zip(COLUMNS, zip(*rows, strict=True), strict=True))) if rows else ""
 
 
@@ -53,9 +64,13 @@ def events_of(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
     xarray.Dataset
         Over the dimension ``event``: ``time``, s; ``part``, its name; ``what`` happened: "latched", "released" or
         "taken up" (a node of a thread, or the whole of it), "sticks or slips" (its spool), or "event" (of
-        `evolvent.parts.Event`).
+        `evolvent.parts.Event`). Parts add what their states tell: a joint "released", a tape spring "snapped", a cord
+        "taut" or "slack", a stop "hit", "separated". These are known to a sample, where no time is stated.
     """
-    held: dict[str, list[Any]] = json.loads(run.attrs.get(EVENTS) or json.dumps({name: [] for name in COLUMNS}))
+    of = [run, *(run.children.values() if isinstance(run, xr.DataTree) else ())]
+    columns = [json.loads(text) for one in of if (text := one.attrs.get(EVENTS))]
+    rows = sorted((row for own in columns for row in zip(*(own[name] for name in COLUMNS), strict=True)), key=_time)
+    held: dict[str, list[Any]] = {name: [row[k] for row in rows] for k, name in enumerate(COLUMNS)}
     found = xr.Dataset(
         {
             "time": ("event", np.array(held["time"], dtype=float), {"units": "s", "long_name": "time of the event"}),
@@ -64,6 +79,10 @@ def events_of(run: xr.DataTree | xr.Dataset) -> xr.Dataset:
         }
     )
     return found.assign_coords(event=np.arange(found.sizes["event"]))
+
+
+def _time(row: tuple[Any, ...]) -> float:
+    return float(row[0])
 
 
 def latches_of(run: xr.DataTree | xr.Dataset) -> xr.Dataset:

@@ -20,6 +20,7 @@ import xarray as xr
 
 from evolvent import results
 from evolvent.results import display
+from evolvent.results.happened import EVENTS, events_text
 from evolvent.results.observe import has_results, observe
 from evolvent.results.observe.variables import AXES
 from evolvent.solvers.common import balance as eb
@@ -160,6 +161,9 @@ def _group(solution: Solution, name: str) -> xr.Dataset:
         "drawn": json.dumps(found.drawn),
         "plots": json.dumps(found.plots),
         "plots_along": json.dumps(found.plots_along),
+        **({"one_sided": json.dumps(found.one_sided)} if found.one_sided else {}),
+        **({"given": json.dumps(found.given)} if found.given else {}),
+        **({EVENTS: events_text(found.happened, name)} if found.happened else {}),
     }
     written = units_as_written(part)
     variables, coordinates = (

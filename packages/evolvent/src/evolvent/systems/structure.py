@@ -92,6 +92,9 @@ class StructureCase(Section):
     modes: ModesSection = ModesSection()
     margin: Margin | None = None
     reflector: ReflectorKeys | None = None
+    limits: tuple[str, ...] = Field(
+        (), description='bounds on results, "hinge 1.torque.abs_max <= 2 N m", of runs, dispersions and designs'
+    )
 
 
 class Structure(SystemDefinition):
@@ -120,7 +123,7 @@ class Structure(SystemDefinition):
     def sections(self, case: StructureCase) -> dict[str, Any]:
         """The sections of analyses of a case, where it says something of them."""
         given = case.model_dump(mode="json", exclude_defaults=True)
-        kept = (START, "store", "equilibrium", "modes", "margin", "reflector")
+        kept = (START, "store", "equilibrium", "modes", "margin", "reflector", "limits")
         moves = StartMotion(spin=case.spin, velocity=case.velocity).written()
         return {name: given[name] for name in kept if name in given} | moves
 

@@ -1,22 +1,20 @@
-"""Tables and figures of any run, from its variables."""
+"""Figures of any run, from its variables."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 from collections.abc import Collection, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 
-from evolvent import results
-from evolvent.results import display, happened, variables
-from evolvent.results.motion import prefixed_unit, quantity
+from evolvent.results import display, variables
 from evolvent.view import balance
 from evolvent.view.drawing import motion_of
 from evolvent_base.errors import InputError
-from evolvent_base.figures import Figure, Line, Number, Panel, numbers_of, stacked
+from evolvent_base.figures import Figure, Line, Panel, stacked
 from evolvent_base.units import unit_text
 
 if TYPE_CHECKING:
@@ -26,22 +24,47 @@ if TYPE_CHECKING:
 _NAMED = 7
 #: Most characters of a panel's label.
 _LONGEST_LABEL = 30
+#: Share of the largest value of a unit, in all parts, below which a variable is round-off; and least angle, rad.
+_NOTHING, _LEAST_ANGLE = 1e-10, 1e-9
 #: Share of a variable's largest value in any part, below which it is round-off.
 _NOISE = 1e-12
-#: Value, in the unit that is shown, below which a row of the table may hold round-off alone.
-_TINY = 1e-9
-#: Most times of events of one kind in a row of the table.
-_EVENTS = 4
-#: Most rows of the table that parts take.
-_ROWS = 14
-#: Share of the largest value below which another is shown as 0.
-_ROUND_OFF = 1e-7
 
 
 def plots_of(run: xr.DataTree, part: str) -> list[str]:
     """Variables that a part's default figures show."""
     found: list[str] = json.loads(run[part].attrs.get("plots", "[]"))
     return found
+
+
+def largest_of(values: np.ndarray) -> float:
+    """Largest magnitude among finite values; 0 without one."""
+    finite = np.abs(values[np.isfinite(values)])
+    return float(finite.max(initial=0.0))
+
+
+def round_off(run: xr.DataTree) -> dict[str, float]:
+    """Largest value that is round-off, by unit of the data.
+
+    It is a share of the largest value of the unit in all parts; angles, and rates over the length of the run, have
+    a least value besides; forces and torques are compared with the energy that has moved, over the largest length.
+    """
+    largest: dict[str, float] = {}
+    for part in variables.parts(run):
+        group = variables.group_of(run, part)
+        for name in plots_of(run, part):
+            if name in group.data_vars:
+                unit = str(group[name].attrs.get("units", ""))
+                largest[unit] = max(largest.get(unit, 0.0), largest_of(group[name].values))
+    found = {unit: _NOTHING * value for unit, value in largest.items()}
+    root = variables.root_dataset(run)
+    span = float(np.ptp(root["time"].values)) if "time" in root.coords else 0.0
+    moved = largest_of(root["energy_moved"].values) if "energy_moved" in root else 0.0
+    floors = {"rad": _LEAST_ANGLE, "N m": _NOTHING * moved}
+    if span > 0.0:
+        floors["rad s-1"] = _LEAST_ANGLE / span
+    if largest.get("m", 0.0) > 0.0:
+        floors["N"] = _NOTHING * moved / largest["m"]
+    return {unit: max(value, floors.get(unit, 0.0)) for unit, value in found.items()}
 
 
 def label_of(found: xr.DataArray, fallback: str = "") -> str:
@@ -205,8 +228,11 @@ def _kind_figure(run: xr.DataTree, kind: str, parts: list[str], without: Collect
             if variable in run[part].data_vars and f"{part}.{variable}" not in without:
                 written = str(run[part][variable].attrs.get(display.WRITTEN, ""))  # a panel has one unit
                 order.setdefault((variable, written), []).append(part)
-    panels = []
+    panels, nothing = [], round_off(run)
     for (variable, _), owners in order.items():
+        kept = [variables.group_of(run, part)[variable] for part in owners]
+        if all(largest_of(one.values) <= nothing.get(str(one.attrs.get("units", "")), 0.0) for one in kept):
+            continue  # zero, or round-off
         every = [display.shown(variables.get(run, f"{part}.{variable}")) for part in owners]
         found = every[0]
         same_text = len({label_of(one) for one in every}) == 1  # that of a joint names what it holds
@@ -253,7 +279,7 @@ def moving(lines: list[Line], least: float = 0.0) -> list[Line]:
     sizes = [float(np.nanmax(np.abs(line.y), initial=0.0)) for line in lines]
     if 0.0 < max(sizes) < least:
         return []
-    kept = [line for line, size in zip(lines, sizes, strict=True) if size > 1e-9 * max(sizes)]
+    kept = [line for line, size in zip(lines, sizes, strict=True) if size > 1e-6 * max(sizes)]
     return kept or lines[:1]
 
 
@@ -273,128 +299,6 @@ def coloured(lines: list[Line]) -> list[Line]:
         dataclasses.replace(line, color=k / last, label=line.label if k in (0, last) else "")
         for k, line in enumerate(lines)
     ]
-
-
-def event_numbers(run: xr.DataTree) -> list[Number]:
-    """Rows of the table: when events of parts happened other than latches, the first ones of many."""
-    found: dict[tuple[str, str], list[float]] = {}
-    events = happened.events_of(run)
-    for time, part, what in zip(events.time.values, events.part.values, events.what.values, strict=True):
-        if what != happened.LATCHED:
-            found.setdefault((str(part), str(what)), []).append(float(time))
-    rows: list[tuple[Any, ...]] = []
-    for (part, what), times in found.items():
-        more = f", and {len(times) - _EVENTS} more" if len(times) > _EVENTS else ""
-        value = f"{what} at {', '.join(f'{time:.5g}' for time in times[:_EVENTS])} s{more}"
-        quantities = [(time, "s", f"{what} {k}".strip()) for k, time in enumerate(times[:_EVENTS], 1)]
-        rows.append((part or "event", value.removeprefix("event "), *quantities))
-    return numbers_of(rows)
-
-
-def latch_numbers(run: xr.DataTree) -> list[Number]:
-    """Rows of the table: when each latch locked, how fast the joint moved, and the latch's largest force or torque.
-
-    In order of time, those that have not locked first.
-    """
-    found: list[tuple[float, tuple[Any, ...]]] = []
-    for part in variables.parts(run):
-        group = variables.group_of(run, part)
-        if "latch_rate" not in group:
-            continue
-        time = float(group["latch_time"].values.flat[-1])
-        if not np.isfinite(time):
-            found.append((-np.inf, (f"{part}, latch", "has not locked")))
-            continue
-        peak = next(name for name in ("latch_torque_peak", "latch_force_peak") if name in group)
-        kind = peak.split("_")[1]
-        shown = display.shown(group["latch_rate"])
-        largest, rate = float(group[peak].values.flat[-1]), abs(float(shown.values.flat[-1]))
-        force, speed = (unit_text(str(one.attrs["units"])) for one in (group[peak], shown))
-        value = f"locks at {quantity(time, 's')} with a rate of {quantity(rate, speed)}, largest {kind} "
-        value += quantity(largest, force)
-        quantities = (time, "s", "time"), (rate, speed, "rate"), (largest, force, f"largest {kind}")
-        found.append((time, (f"{part}, latch", value, *quantities)))
-    return numbers_of(row for _, row in sorted(found, key=lambda one: one[0]))
-
-
-def numbers(run: xr.DataTree, *, without: Collection[str] = ()) -> list[Number]:
-    """Rows of the table on the screen: latches, events, what variables reach and when, balances, how it was run.
-
-    Parameters
-    ----------
-    without : names of variables that are not listed
-    """
-    root = variables.root_dataset(run)
-    names = [
-        (rank, f"{part}.{variable}")
-        for part in variables.parts(run)
-        for rank, variable in enumerate(v for v in plots_of(run, part) if v in run[part].data_vars)
-        if f"{part}.{variable}" not in without
-    ]
-    shown = {name for _, name in sorted(names, key=lambda ranked: ranked[0])[:_ROWS]}  # of each part the first ones
-    listed = [name for _, name in names if name in shown]
-    times = root["time"].values if "time" in root else np.zeros(1)
-    found = latch_numbers(run) + event_numbers(run)
-    found += numbers_of((name, *_reached(run, name, times)) for name in listed)
-    if len(names) > len(shown):
-        found.append(Number(label="more variables", value=f"{len(names) - len(shown)}; `evolvent info` lists them all"))
-    if run.sizes.get("time", 1) > 1:
-        found += balance.balance_numbers(run)
-    reason = run.attrs.get("method_reason", "")
-    if reason and reason != "as asked for":
-        found.append(Number(label="method", value=f"{run.attrs['method']}: {reason}"))
-    return found + results.closing_numbers(root)
-
-
-def _reached(run: xr.DataTree, name: str, times: np.ndarray) -> tuple[Any, ...]:
-    """Last and largest value of a variable, with its unit and time; of a vector, its components at the end.
-
-    A text, then its numbers with their units and what they are.
-    """
-    found = display.shown(variables.get(run, name))
-    unit = unit_text(str(found.attrs.get("units", "")))
-    columns = variables.values(found)
-    finite = columns[np.isfinite(columns)]
-    if not finite.size:
-        return ("none",)
-    size = float(np.abs(finite).max())
-    if 0.0 < size < _TINY and size < _NOISE * _largest(run, name.partition(".")[2]):
-        columns, size = 0.0 * columns, 0.0
-    plain = unit or "1"
-    factor, unit = prefixed_unit(size, "" if unit == "1" else unit)
-    columns = np.where(np.abs(columns) < _ROUND_OFF * size, 0.0, columns) / factor + 0.0  # without a zero's sign
-    finite, unit = columns[np.isfinite(columns)], f" {unit}" if unit else ""
-
-    def of(value: float, what: str) -> tuple[float, str, str]:
-        return factor * value, plain, what
-
-    if found.ndim == 1:
-        k, text = int(np.nanargmax(np.abs(columns[:, 0]))), f"{columns[-1, 0]:.5g}{unit}"
-        if len(columns) == 1:
-            return text, of(columns[-1, 0], "")
-        text += f" at the end, largest {columns[k, 0]:.5g}{unit}{_at(times, k)}"
-        both = of(columns[-1, 0], "at the end"), of(columns[k, 0], "largest")
-        return text, *both, (times[k], "s", "time of the largest")
-    if columns.shape[1] > 4:
-        low, high = finite.min(), finite.max()
-        return f"from {low:.5g} to {high:.5g}{unit}", of(low, "least"), of(high, "largest")
-    end = ", ".join(f"{v:.5g}" for v in columns[-1])
-    letters = next((x for d, x in (("axis", "xyz"), ("quaternion", "wxyz")) if d in found.dims), "")
-    letters = letters if len(letters) == columns.shape[1] else "1234"[: columns.shape[1]]
-    if len(columns) == 1:
-        return f"({end}){unit}", *(of(v, letter) for v, letter in zip(columns[-1], letters, strict=True))
-    sizes = np.linalg.norm(columns, axis=1)
-    k = int(np.nanargmax(sizes))
-    return (
-        f"({end}){unit} at the end, largest magnitude {sizes[k]:.5g}{unit}{_at(times, k)}",
-        *(of(v, f"{letter} at the end") for v, letter in zip(columns[-1], letters, strict=True)),
-        of(sizes[k], "largest magnitude"), (times[k], "s", "time of the largest magnitude"),
-    )  # fmt: skip
-
-
-def _at(times: np.ndarray, k: int) -> str:
-    """When a largest value was reached; '' at the start and at the end, of which the table tells."""
-    return f" at {times[k]:.4g} s" if 0 < k < len(times) - 1 else ""
 
 
 def motion(run: xr.DataTree) -> Motion | None:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterator, Sequence
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
 
-from evolvent.results import display, variables
+from evolvent.results import display, happened, variables
 from evolvent.results.motion import conjugate, product, quantity, rotation_vectors
-from evolvent.view import balance, show
+from evolvent.view import balance, show, table
 from evolvent_base.figures import Figure, Line, Number, Panel
 from evolvent_base.units import unit_text
 
@@ -18,6 +20,10 @@ from evolvent_base.units import unit_text
 _STILL, _CUT = 0.01, 0.6
 #: How much longer than what happens the page is, and heights of its title and of a panel, mm.
 _LONGER, _TITLE, _PANEL = 1.15, 14.0, 40.0
+#: Share of the largest value of a panel within which curves are one, and most lines of the panel of events.
+_ALIKE, _KINDS = 1e-3, 10
+#: Height of the panel of events, and of each of its lines more, of that of another one.
+_STRIP, _ROW = 0.2, 0.1
 #: Turn of a body from which on it spins, and least one that is drawn, rad.
 _TURNS, _LEAST_TURN = 3.0, 1e-9
 #: Share of the range of an angle by which that of a joint and that of its spring differ at most.
@@ -35,17 +41,18 @@ def figures(run: xr.DataTree) -> list[Figure]:
 
 def numbers(run: xr.DataTree) -> list[Number]:
     """Rows of the table on the screen, without angles of joints that springs show."""
-    return show.numbers(run, without=same_angles(run) if run.sizes.get("time", 1) > 1 else ())
+    return table.numbers(run, without=same_angles(run) if run.sizes.get("time", 1) > 1 else ())
 
 
 def summary(run: xr.DataTree) -> tuple[Figure | None, set[str]]:
     """One page by question, and the names of the variables that are all on it; None of what has no such answers.
 
-    Angles of what deploys, with marks at latches; torques and forces of latches, with their largest values; rate and
-    tilt of the base; loads at roots; energies.
+    What happened and when; angles of what deploys, with marks at latches; torques and forces of latches, of what acts
+    on coordinates, and of cords, with their largest values; loads at roots; rate and tilt of the base; energies. Equal
+    curves are one, and round-off is not drawn.
     """
     panels, drawn = [], set()
-    for made in (_angles(run), _latches(run), _roots(run)):
+    for made in (_angles(run), _latches(run), _acting(run), _one_sided(run), _roots(run)):
         for panel, names in made:
             panels.append(panel)
             drawn |= names
@@ -56,8 +63,10 @@ def summary(run: xr.DataTree) -> tuple[Figure | None, set[str]]:
         panels.append(panel)
         drawn |= names
     panels.append(balance.balance_figure(run).panels[0])
+    strip = _events(run)
+    panels = [strip, *panels] if strip is not None else panels
     time = variables.root_dataset(run)["time"].values
-    end = _end(time, panels)
+    end = max(_end(time, panels), _end_of_loads(run, time))
     if end < time[-1]:
         panels = [dataclasses.replace(panel, lines=[_until(line, end) for line in panel.lines]) for panel in panels]
     panels = [dataclasses.replace(panel, x_label="") for panel in panels[:-1]] + [
@@ -66,15 +75,28 @@ def summary(run: xr.DataTree) -> tuple[Figure | None, set[str]]:
     title = "Summary"
     if end < time[-1]:
         title += (
-            f", up to {end:.3g} s: from there to {time[-1]:.6g} s nothing changes by more than {100 * _STILL:.0f} %"
+            f", up to {end:.3g} s: from there to {time[-1]:.6g} s no curve changes by more than {100 * _STILL:.0f} %"
         )
-    height = _TITLE + _PANEL * len(panels)
-    return Figure(name="summary", title=title, panels=panels, height=height), drawn
+    heights = [1.0] * len(panels)
+    if strip is not None:
+        heights[0] = _STRIP + _ROW * len(strip.lines)
+    height = _TITLE + _PANEL * sum(heights)
+    return Figure(name="summary", title=title, panels=panels, height=height, heights=heights), drawn
 
 
 def same_angles(run: xr.DataTree) -> set[str]:
-    """Angles of joints that are, but for a constant and the sign, those of springs."""
+    """Angles and travels that another part shows.
+
+    Those of joints that are, but for a constant and the sign, those of springs, and those of what acts on a coordinate,
+    such as a motor, that are those of another part.
+    """
     time, found = variables.root_dataset(run)["time"].values, set()
+    for variable in ("angle", "travel"):
+        known: dict[bytes, str] = {}
+        for part in _with(run, variable):
+            values = variables.group_of(run, part)[variable].values
+            if known.setdefault(values.tobytes(), part) != part:
+                found.add(f"{part}.{variable}")
     own: dict[bool, dict[str, np.ndarray]] = {True: {}, False: {}}
     for part in _with(run, "angle"):
         values = variables.group_of(run, part)["angle"].values
@@ -107,12 +129,13 @@ def _angles(run: xr.DataTree) -> _Panels:
         )
         if not parts:
             continue
-        lines = [line for part in parts for line in show.lines_of(run, f"{part}.{variable}", label=part)]
-        lines, marks = show.coloured(lines), []
-        for part, line in zip(parts, lines, strict=True):
-            at = _last(run, part, "latch_time")
-            if np.isfinite(at):
-                marks.append(_mark(at, float(np.interp(at, line.x, line.y)), line.color))
+        curves = {part: show.lines_of(run, f"{part}.{variable}", label=part)[0] for part in parts}
+        lines, marks = [], []
+        for own, line in _distinct(curves):
+            lines.append(line)
+            for at in dict.fromkeys(_last(run, part, "latch_time") for part in own):
+                if np.isfinite(at):
+                    marks.append(_mark(at, float(np.interp(at, line.x, line.y)), line.color))
         if marks:
             marks[0] = dataclasses.replace(marks[0], label="latched")
         label = show.panel_label(display.shown(variables.get(run, f"{parts[0]}.{variable}")), variable)
@@ -132,16 +155,112 @@ def _latches(run: xr.DataTree) -> _Panels:
         ]
         if not parts:
             continue
-        lines = show.coloured([line for part in parts for line in show.lines_of(run, f"{part}.{name}", label=part)])
-        marks = []
-        for k, (part, line) in enumerate(zip(parts, lines, strict=True)):
-            at, value = peak_of(run, part, kind)
-            unit = unit_text(str(run[part][peak].attrs["units"]))
-            if line.label:
-                lines[k] = dataclasses.replace(line, label=f"{part}: {quantity(abs(value), unit)} at {at:.4g} s")
+        curves = {part: show.lines_of(run, f"{part}.{name}", label=part)[0] for part in parts}
+        lines, marks = [], []
+        for own, line in _distinct(curves):
+            at, value = max((peak_of(run, part, kind) for part in own), key=lambda one: abs(one[1]))
+            unit = unit_text(str(run[parts[0]][peak].attrs["units"]))
+            lines.append(_labelled(line, at, abs(value), unit))
             marks.append(_mark(at, value, line.color))
         label = f"latch {kind}, {unit_text(str(run[parts[0]][name].attrs['units']))}"
         yield Panel(x_label="", y_label=label, lines=[*lines, *marks]), set()
+
+
+def _distinct(curves: Mapping[str, Line]) -> list[tuple[list[str], Line]]:
+    """Curves of parts in distinguishable colours, those that are equal in one: the parts of each, and its curve."""
+    size = max((show.largest_of(np.asarray(line.y)) for line in curves.values()), default=0.0)
+    groups: list[list[str]] = []
+    for part, line in curves.items():
+        alike = (group for group in groups if _is_same(curves[group[0]].y, line.y, _ALIKE * size))
+        group = next(alike, None)
+        if group is None:
+            groups.append([part])
+        else:
+            group.append(part)
+    named = [dataclasses.replace(curves[own[0]], label=table.listed(own)) for own in groups]
+    return list(zip(groups, show.coloured(named), strict=True))
+
+
+def _is_same(a: np.ndarray, b: np.ndarray, most: float) -> bool:
+    a, b = np.nan_to_num(a), np.nan_to_num(b)
+    return a.shape == b.shape and float(np.abs(a - b).max(initial=0.0)) <= most
+
+
+def _labelled(line: Line, at: float, value: float, unit: str) -> Line:
+    """A curve whose label states its largest value, and when it has that."""
+    if not line.label:
+        return line
+    return dataclasses.replace(line, label=f"{line.label}: {quantity(value, unit)} at {at:.4g} s")
+
+
+def _with_peaks(curves: Mapping[str, Line], unit: str) -> list[Line]:
+    """Distinct curves with labels of their largest values, and a mark at each."""
+    lines, marks = [], []
+    for _, line in _distinct(curves):
+        size = np.abs(np.nan_to_num(line.y))
+        k = int(np.argmax(size >= (1.0 - 1e-6) * size.max()))
+        lines.append(_labelled(line, float(line.x[k]), float(size[k]), unit))
+        marks.append(_mark(float(line.x[k]), float(line.y[k]), line.color))
+    return [*lines, *marks]
+
+
+def _peaks(run: xr.DataTree, found: Mapping[tuple[str, str], list[str]]) -> _Panels:
+    """A panel for each variable of so many parts, by the variable and what it is called; none of round-off."""
+    nothing = show.round_off(run)
+    for (variable, called), parts in found.items():
+        values = [variables.group_of(run, part)[variable] for part in parts]
+        moves = [show.largest_of(one.values) > nothing.get(str(one.attrs["units"]), 0.0) for one in values]
+        parts = [part for part, is_moving in zip(parts, moves, strict=True) if is_moving]
+        if not parts:
+            continue
+        unit = unit_text(str(display.shown(variables.get(run, f"{parts[0]}.{variable}")).attrs["units"]))
+        curves = {part: show.lines_of(run, f"{part}.{variable}", label=part)[0] for part in parts}
+        label = f"{variable.replace('_', ' ')} of {called}, {unit}"
+        yield (
+            Panel(x_label="", y_label=label, lines=_with_peaks(curves, unit)), {f"{part}.{variable}" for part in parts}
+        )  # fmt: skip
+
+
+def _acting(run: xr.DataTree) -> _Panels:
+    """Torques and forces of what acts on coordinates, such as motors and tape springs, by kind of part."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for coordinate, force in (("angle", "torque"), ("travel", "force")):
+        for part in _with(run, force, also=coordinate):
+            group = variables.group_of(run, part)
+            if coordinate in show.plots_of(run, part) and "latched" not in group and group[force].ndim == 1:
+                found.setdefault((force, _kind(run, part)), []).append(part)
+    yield from _peaks(run, found)
+
+
+def _one_sided(run: xr.DataTree) -> _Panels:
+    """Tensions of cords, and of others that act one way, by kind of part."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for part in variables.parts(run):
+        words = json.loads(run[part].attrs.get("one_sided", "{}"))
+        for variable in show.plots_of(run, part):
+            if variable in words:
+                found.setdefault((variable, _kind(run, part)), []).append(part)
+    yield from _peaks(run, found)
+
+
+def _kind(run: xr.DataTree, part: str) -> str:
+    return f"{str(run[part].attrs.get('kind', 'part')).replace('-', ' ')}s"
+
+
+def _events(run: xr.DataTree) -> Panel | None:
+    """A line for each thing that happened, of equal parts in one, with marks at its times; None without any."""
+    events, kinds = happened.events_of(run), dict[tuple[str, str], dict[str, list[float]]]()
+    for time, part, what in zip(events.time.values, events.part.values, events.what.values, strict=True):
+        stem = re.sub(r"\d+", "#", str(part))
+        kinds.setdefault((stem, str(what)), {}).setdefault(str(part), []).append(float(time))
+    if not kinds:
+        return None
+    lines, names = [], {}
+    for k, ((_, what), parts) in enumerate(list(kinds.items())[:_KINDS]):
+        times = np.unique(np.concatenate([np.array(own) for own in parts.values()]))
+        names[-float(k)] = f"{table.listed(list(parts))} {what}".removesuffix(" event").strip() or what
+        lines.append(Line(x=times, y=np.full(times.size, -float(k)), style="", marker="o", color=0))
+    return Panel(x_label="", y_label="", lines=lines, y_names=names)
 
 
 def peak_of(run: xr.DataTree, part: str, kind: str) -> tuple[float, float]:
@@ -161,7 +280,8 @@ def _base(run: xr.DataTree) -> _Panels:
         return
     body = bodies[0]
     lines = show.moving(show.lines_of(run, f"{body}.rate", label=""))
-    if _size(lines) > 0.0:
+    nothing = show.round_off(run)["rad s-1"]
+    if show.largest_of(variables.get(run, f"{body}.rate").values) > nothing:
         words = [line.label.lstrip(".") for line in lines]
         named = len(lines) > 1
         lines = [
@@ -187,16 +307,19 @@ def _size(lines: Sequence[Line]) -> float:
 
 def _roots(run: xr.DataTree) -> _Panels:
     """Magnitudes of forces and moments of the joints that hold beams and rods, each with its largest value."""
-    held = _with(run, "moment", also="force")
+    held, nothing = _with(run, "moment", also="force"), show.round_off(run)
     time = variables.root_dataset(run)["time"].values
     for variable in ("force", "moment") if held else ():
-        unit, lines = unit_text(str(run[held[0]][variable].attrs["units"])), []
-        for part in held:
-            size = np.linalg.norm(variables.get(run, f"{part}.{variable}").values, axis=-1)
-            k = int(np.nanargmax(size))
-            label = f"{part}: {quantity(float(size[k]), unit)} at {time[k]:.4g} s"
-            lines.append(Line(x=time, y=size, label=label))
-        yield Panel(x_label="", y_label=f"{variable} in joints, {unit}", lines=show.coloured(lines)), set()
+        units = str(run[held[0]][variable].attrs["units"])
+        sizes = {part: np.linalg.norm(variables.get(run, f"{part}.{variable}").values, axis=-1) for part in held}
+        curves = {
+            part: Line(x=time, y=size, label=part)
+            for part, size in sizes.items()
+            if show.largest_of(size) > nothing.get(units, 0.0)
+        }
+        if curves:
+            unit = unit_text(units)
+            yield Panel(x_label="", y_label=f"{variable} in joints, {unit}", lines=_with_peaks(curves, unit)), set()
 
 
 def _last(run: xr.DataTree, part: str, variable: str) -> float:
@@ -223,6 +346,20 @@ def _end(time: np.ndarray, panels: Sequence[Panel]) -> float:
             last = max(last, float(time[changed[-1]]) if changed.size else 0.0)
     end = float(_LONGER * last + (1.0 - _LONGER) * time[0])
     return end if 0.0 < end < _CUT * time[-1] else float(time[-1])
+
+
+def _end_of_loads(run: xr.DataTree, time: np.ndarray) -> float:
+    """Time at which the last of what the case gives over time has changed, s: the page shows what follows from it."""
+    end = float(time[0])
+    for part in variables.parts(run):
+        for name in json.loads(run[part].attrs.get("given", "[]")):
+            values = variables.values(variables.group_of(run, part)[name])
+            changed = np.flatnonzero((np.abs(values - values[-1:]) > _STILL * show.largest_of(values)).any(axis=1))
+            if changed.size:
+                end = float(time[-1]) if _LONGER * time[changed[-1]] > _CUT * time[-1] else max(
+                    end, _LONGER * float(time[changed[-1]])
+                )  # fmt: skip
+    return end
 
 
 def _until(line: Line, end: float) -> Line:

@@ -49,6 +49,7 @@ def answer_of(found: Dispersion) -> an.Answer:
         title=f"Dispersion {found.name}",
         warnings=an.failed(one.reason for one in found.failures),
         sections=[
+            *_limits(found),
             bounds,
             an.Section(title="Keys that vary", blocks=[an.Table(heads=drawn, rows=draws, words=2)], level=an.PAGE),
             *_failures(found),
@@ -58,6 +59,16 @@ def answer_of(found: Dispersion) -> an.Answer:
         files={"dispersion.csv": lambda: an.as_csv(runs(found)), "dispersion.nc": lambda: _netcdf(found)},
         made=results.made_with(),
     )  # fmt: skip
+
+
+def _limits(found: Dispersion) -> list[an.Section]:
+    """The share of the runs that meets each limit of the case."""
+    rows = [(one.text, f"{100.0 * one.share:.4g} %", f"{one.count} of {found.count}") for one in found.limits]
+    table = an.Table(heads=("limit", "met in", "runs"), rows=rows)
+    missed = [one.text for one in found.limits if one.count < found.count]
+    kind = "warning" if missed else "good"
+    text = f"Missed in some runs: {'; '.join(missed)}." if missed else "All runs meet all limits."
+    return [an.Section(title="Limits", blocks=[table]), an.Section(title="", blocks=[text], kind=kind)] if rows else []
 
 
 def _failures(found: Dispersion) -> list[an.Section]:
@@ -384,6 +395,15 @@ class Output:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
+class Met:
+    """How many runs meet a limit of the case, and their share of all."""
+
+    text: str
+    count: int
+    share: float
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, eq=False)
 class Dispersion(Shown):
     """An evaluated study.
 
@@ -397,6 +417,7 @@ class Dispersion(Shown):
     outputs : tuple of Output
     failures : tuple of Failure
     notes : tuple of str, what a reader must know
+    limits : tuple of Met, of the limits of the case
     """
 
     dataset: xr.Dataset
@@ -409,6 +430,7 @@ class Dispersion(Shown):
     outputs: tuple[Output, ...]
     failures: tuple[Failure, ...]
     notes: tuple[str, ...]
+    limits: tuple[Met, ...] = ()
 
     named = "results"
     endings = (".csv", ".nc")

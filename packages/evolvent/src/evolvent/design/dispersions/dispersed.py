@@ -6,21 +6,23 @@ import dataclasses
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from evolvent import cases
+from evolvent.analysis import limits
 from evolvent.design.dispersions import order, sensitivity
-from evolvent.design.dispersions.answer import Dispersion, Draw, Failure, Output
+from evolvent.design.dispersions.answer import Dispersion, Draw, Failure, Met, Output
 from evolvent.design.evaluator.evaluator import Progress
 from evolvent.design.evaluator.pools import Report
 from evolvent.design.studies import draws, runner
 from evolvent.design.studies.study import Study, first_plan, read as read_study
 from evolvent.results import variables
 from evolvent.results.kept import ENDINGS, split, stored_name
+from evolvent.results.limits import LIMITS
 from evolvent_base.errors import InputError
 from evolvent_base.units import unit_text
 
@@ -83,9 +85,43 @@ def disperse(
         raise InputError(f"until is {until!r}, but the study is read already; give simulate.until in its 'set'")
     changes = {} if until is None else {"set": {"simulate.until": until}}
     asked = study if isinstance(study, Study) else read_study(study, changes)
+    wanted = _limits(asked)
+    asked = dataclasses.replace(asked, keep=tuple(dict.fromkeys((*asked.keep, *(one.keep for one in wanted)))))
     check(asked)
     found = runner.sweep(asked, output=output, workers=workers, scheduler=scheduler, progress=progress, report=report)
-    return evaluate(found, coverage=coverage, confidence=confidence)
+    evaluated = evaluate(found, coverage=coverage, confidence=confidence)
+    return dataclasses.replace(evaluated, limits=tuple(_met(one, found) for one in wanted))
+
+
+def _limits(study: Study) -> tuple[limits.Requirement, ...]:
+    """Limits of the case of a study; none of one in stages.
+
+    Raises
+    ------
+    InputError
+        For a text that is no limit, and a name that runs of the case do not have.
+    """
+    texts = study.content.get(LIMITS) if isinstance(study.content, Mapping) and not study.stages else None
+    if not texts:
+        return ()
+
+    def start() -> xr.DataTree | None:
+        plan = first_plan(study)
+        return None if plan.start is None else plan.start()
+
+    def coordinates() -> Sequence[str]:
+        case = cases.load(study.content, study.fixed)
+        return list(cases.system(case.system).margin(case, motion=False).names)
+
+    return limits.of_texts(texts, limits.Names(start, coordinates, "it asks for"))
+
+
+def _met(one: limits.Requirement, dataset: xr.Dataset) -> Met:
+    """How many runs meet a limit; those that failed do not."""
+    values = dataset[stored_name(one.keep)].values
+    well = dataset["status"].values != "failed"
+    met = sum(one.is_met(float(value)) for value, is_well in zip(values, well, strict=True) if is_well)
+    return Met(text=one.text, count=int(met), share=float(met) / well.size)
 
 
 def check_share(name: str, value: Any) -> None:

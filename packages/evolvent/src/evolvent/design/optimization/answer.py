@@ -12,7 +12,7 @@ import numpy as np
 from evolvent import cases
 from evolvent.design.dispersions.answer import short_name
 from evolvent.design.optimization.problem import DesignProblem, Variable
-from evolvent.design.optimization.runs import DesignResult, short
+from evolvent.design.optimization.runs import DesignResult
 from evolvent.design.optimization.trade import Trade
 from evolvent.results import made_with
 from evolvent_base import answer as an
@@ -20,6 +20,8 @@ from evolvent_base.figures import Figure, Line, Panel
 from evolvent_base.showing import Shown
 
 Array = np.ndarray
+#: Colours of what meets all requirements, and of what misses one.
+_MEETS, _MISSES = "#2a7f3f", "#c0392b"
 #: Relative amount by which a requirement that is missed with finer integration alone is said to be.
 MISSED = 1e-5
 #: Stationarity above which the derivatives at the end do not fit an optimum.
@@ -103,7 +105,7 @@ def _integration(found: Design) -> str:
     missed = [
         f"{one.text} (it is {number(value)})"
         for one, value, before in zip(problem.requirements, finer.values, own.values, strict=True)
-        if short(one, value) > MISSED * max(abs(one.value), abs(value)) and not short(one, before) > 0.0
+        if one.short(value) > MISSED * max(abs(one.value), abs(value)) and not one.short(before) > 0.0
     ]
     return line + (f"; with it {'; '.join(missed)} is missed" if missed else "")
 
@@ -135,7 +137,7 @@ def requirement_table(found: Design) -> an.Table:
     rows: Rows = []
     for k, one in enumerate(found.problem.requirements):
         value = float(found.best.result.values[k])
-        left = -short(one, value)
+        left = -one.short(value)
         state = "active" if found.trade is not None and found.trade.multipliers[k] > 0.0 else "met"
         gain = "-" if found.trade is None else number(float(found.trade.multipliers[k]))
         start = number(float(found.start.result.values[k]))
@@ -166,7 +168,7 @@ def end_table(found: Design) -> an.Table:
     rows: Rows = []
     for k, one in enumerate(found.ends):
         met = one.result.sound and all(
-            short(r, v) <= 0.0 for r, v in zip(found.problem.requirements, one.result.values, strict=True)
+            r.short(v) <= 0.0 for r, v in zip(found.problem.requirements, one.result.values, strict=True)
         )
         rows.append(
             (
@@ -194,14 +196,14 @@ def figure(found: Design) -> Figure:
     runs, values, met = (np.array(one) for one in zip(*found.history, strict=True))
     ok = met.astype(bool)
     lines = (
-        [Line(x=runs[~ok], y=values[~ok], style="", marker=".", color=3, label="misses a requirement")]
+        [Line(x=runs[~ok], y=values[~ok], style="", marker=".", color=_MISSES, label="misses a requirement")]
         if np.any(~ok)
         else []
     )
     if np.any(ok):
         best = (np.maximum if found.problem.maximize else np.minimum).accumulate(values[ok])
-        lines += [Line(x=runs[ok], y=values[ok], style="", marker=".", color=0, label="meets all requirements"),
-                  Line(x=runs[ok], y=best, color=1, label="best so far")]  # fmt: skip
+        lines += [Line(x=runs[ok], y=values[ok], style="", marker=".", color=_MEETS, label="meets all requirements"),
+                  Line(x=runs[ok], y=best, color=_MEETS, width=0.9, label="best so far")]  # fmt: skip
     log = bool(np.all(values > 0.0) and values.max() > 20.0 * values.min())
     panels.append(
         Panel(
@@ -320,4 +322,4 @@ class Design(Shown):
     def missed(self) -> list[str]:
         """Requirements that the best design does not meet, with its values."""
         both = zip(self.problem.requirements, self.best.result.values, strict=True)
-        return [f"{one.text} (it is {value:.6g})" for one, value in both if not short(one, value) <= 0.0]
+        return [f"{one.text} (it is {value:.6g})" for one, value in both if not one.short(value) <= 0.0]

@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from evolvent import cases
-from evolvent.analysis.margins.kept_margins import AT_REST, IN_RUN, others_of
+from evolvent.analysis import limits
+from evolvent.analysis.limits import Requirement
 from evolvent.design.studies import distributions, draws
 from evolvent.design.studies.axes import annotation, value_at, written
-from evolvent.results import variables
-from evolvent.results.kept import check_names, split, unit_of
+from evolvent.results.limits import LIMITS
 from evolvent_base import schema, units
 from evolvent_base.errors import InputError
 
@@ -28,7 +28,6 @@ MOST_CHOICES, MOST_COMBINATIONS = 100, 1000
 #: Most keys that vary continuously.
 MOST_KEYS = 60
 _RANGE = re.compile(r"(.+?)\s+to\s+(.+)")
-_REQUIREMENT = re.compile(r"(.+?)\s*(<=|>=)\s*(.+)")
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -86,28 +85,6 @@ class Variable:
         if self.choices:
             return {key.key: key.written(key.choices[int(place)]) for key in self.keys}
         return {key.key: key.written(float(key.low + place * (key.high - key.low))) for key in self.keys}
-
-
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Requirement:
-    """A bound on a result: ``name <= value`` (upper) or ``name >= value``.
-
-    Attributes
-    ----------
-    name : str, as it was asked
-    keep : str, what is kept of a run for it
-    upper : bool
-    value : float, in `unit`
-    unit : str, SI
-    text : str, the requirement as it was asked
-    """
-
-    name: str
-    keep: str
-    upper: bool
-    value: float
-    unit: str
-    text: str
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -265,7 +242,7 @@ def read(
     content : the case as it is written
     vary : mapping, keys (with commas between those that vary together) -> bounds or choices
     minimize, maximize : names whose sum is the objective; one of them is given
-    subject_to : requirements, ``"hinge 1.latch_time <= 20 s"``
+    subject_to : requirements, ``"hinge 1.latch_time <= 20 s"``, beside the case's own `limits`
     disperse : mapping, keys -> distribution, as of a dispersion
     samples, quantile, seed : of the dispersion
 
@@ -292,10 +269,11 @@ def read(
         raise InputError(f"the choices have more than {MOST_COMBINATIONS} combinations; give fewer of them")
     if sum(not one.choices for one in found) > MOST_KEYS:
         raise InputError(f"vary names {len(found)} variables with bounds; at most {MOST_KEYS} are possible")
-    names = _Names(system, case)
+    names = _names_of(system, case)
     objective = tuple(minimize or maximize)
     kept = tuple(names.kept(name, "max" if minimize else "min") for name in objective)
-    wanted = tuple(one for text in subject_to for one in _requirements(text, names))
+    given = (*(content.get(LIMITS) or ()), *subject_to)
+    wanted = tuple(one for text in dict.fromkeys(given) for one in limits.requirements(text, names))
     spread = _dispersed(disperse or {}, system.Case, content, case, samples, quantile, seed)
     units_ = {names.unit(name) for name in kept}
     if len(units_) > 1:
@@ -306,56 +284,14 @@ def read(
     )  # fmt: skip
 
 
-class _Names:
+def _names_of(system: Any, case: Any) -> limits.Names:
     """Names of results of a case's runs."""
 
-    def __init__(self, system: Any, case: Any) -> None:
-        self._system, self._case = system, case
-
-    @functools.cached_property
-    def start(self) -> Any:
-        """Results at the start of a run; None where the system has none before it runs."""
-        plan = self._system.plan(self._case)
+    def start() -> Any:
+        plan = system.plan(case)
         return plan.start() if plan.start is not None else None
 
-    def kept(self, name: str, reduction: str) -> str:
-        """Name of what is kept for a name: of a variable over time its worst value, unless the name says another."""
-        if not isinstance(name, str) or not name.strip():
-            raise InputError(f"{name!r} is no name of a result; give one such as 'hinge 1.latch_time'")
-        if not others_of([name]) or split(name)[1] or self.start is None:
-            self._check(name)
-            return name
-        self._check(name)
-        try:
-            found = variables.get(self.start, name)
-        except InputError:  # a statistic, which the run knows
-            return name
-        if any(size > 1 for dim, size in found.sizes.items() if dim != "time"):
-            raise InputError(f"{name!r} has {found.sizes} values; name one of them, such as {name}.x or {name}[0]")
-        return f"{name}.{reduction}" if "time" in found.dims else name
-
-    def coordinates(self) -> list[str]:
-        """Names of the coordinates that have margins."""
-        found = self._system.margin(self._case, motion=False)
-        return list(found.names)
-
-    def _check(self, name: str) -> None:
-        if self.start is not None and others_of([name]):
-            try:
-                check_names([name], self.start)
-            except InputError as error:
-                raise InputError(str(error).replace("keep holds", "the design asks for")) from None
-
-    def unit(self, kept: str) -> str:
-        """Unit of a name of what is kept; '' where it has none, or is a statistic."""
-        if self.start is None or not others_of([kept]):
-            return ""
-        name, reduction = split(kept)
-        try:
-            unit = unit_of(str(variables.get(self.start, name).attrs.get("units", "1")), reduction)
-        except InputError:
-            return ""
-        return "" if unit == "1" else units.unit_text(unit)
+    return limits.Names(start, lambda: system.margin(case, motion=False).names)
 
 
 def paths(names: str, content: Mapping[str, Any]) -> list[str]:
@@ -449,29 +385,6 @@ def _most(reader: Any) -> float:
     below = getattr(reader, "below", None)
     bounds = [getattr(reader, "most", None), None if below is None else math.nextafter(below, -math.inf)]
     return min((one for one in bounds if one is not None), default=math.inf)
-
-
-def _requirements(text: Any, names: _Names) -> list[Requirement]:
-    """A requirement, or one for every coordinate where it is on ``margin`` alone."""
-    match = _REQUIREMENT.fullmatch(text.strip()) if isinstance(text, str) else None
-    if match is None:
-        raise InputError(
-            f"the requirement {text!r} is not of the form 'NAME <= VALUE' or 'NAME >= VALUE', such as "
-            f"'hinge 1.latch_time <= 20 s'"
-        )
-    if match[1] in (AT_REST, IN_RUN):
-        return [one for name in names.coordinates() for one in _requirements(f"{name}.{text.strip()}", names)]
-    name, upper = match[1], match[2] == "<="
-    kept = names.kept(name, "max" if upper else "min")
-    unit = names.unit(kept)
-    try:
-        value = units.parse(match[3], unit)
-    except units.UnitError as error:
-        wanted = f"a number in {unit}, or with a unit of that kind" if unit else "a plain number"
-        raise InputError(f"the requirement {text!r} has the bound {match[3]!r}; it must be {wanted}; {error}") from None
-    if not math.isfinite(value):
-        raise InputError(f"the requirement {text!r} has the bound {match[3]!r}; it must be a finite number")
-    return [Requirement(name=name, keep=kept, upper=upper, value=value, unit=unit, text=text.strip())]
 
 
 def _dispersed(

@@ -13,7 +13,7 @@ from evolvent.design.evaluator.evaluator import Evaluator
 from evolvent.design.evaluator.record import CaseRow
 from evolvent.design.evaluator.runs import CaseRuns, files_of
 from evolvent.design.evaluator.task import Point
-from evolvent.design.optimization.problem import DesignProblem, Progress, Requirement
+from evolvent.design.optimization.problem import DesignProblem, Progress
 from evolvent.results.kept import stored_name
 from evolvent_base.errors import InputError
 
@@ -149,7 +149,7 @@ class Designs:
 
     def meets(self, found: DesignResult) -> bool:
         """Whether a design meets all requirements."""
-        return all(short(one, value) <= 0.0 for one, value in zip(self.problem.requirements, found.values, strict=True))
+        return all(one.short(value) <= 0.0 for one, value in zip(self.problem.requirements, found.values, strict=True))
 
     def _cases(self, place: Array, chosen: tuple[int, ...]) -> list[dict[str, Any]] | str:
         """Keys of the runs of a design, or why it has none."""
@@ -212,11 +212,6 @@ def value_of(one: CaseRow, name: str) -> float:
 def size(*values: float) -> float:
     """The largest magnitude of values, 1 where all are 0."""
     return max(map(abs, values)) or 1.0
-
-
-def short(one: Requirement, value: float) -> float:
-    """By how much a value misses a requirement; below 0 where it meets it."""
-    return value - one.value if one.upper else one.value - value
 
 
 def quantile(values: Sequence[float], share: float, *, upper: bool) -> float:

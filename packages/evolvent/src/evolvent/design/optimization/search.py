@@ -14,7 +14,7 @@ from evolvent import cases
 from evolvent.analysis.system import System
 from evolvent.design.optimization.answer import Design, Found
 from evolvent.design.optimization.problem import Progress, read
-from evolvent.design.optimization.runs import Designs, OutOfRuns, short
+from evolvent.design.optimization.runs import Designs, OutOfRuns
 from evolvent.design.optimization.slopes import AUTO, WAYS, Slopes
 from evolvent.design.optimization.trade import trade
 from evolvent_base.errors import InputError, RunFailed
@@ -197,7 +197,7 @@ class _Search:
     def _rank(self, one: Found) -> tuple[float, float]:
         """Order of designs: those that meet all requirements first, by the objective; others by what they miss."""
         both = zip(self.problem.requirements, one.result.values, self.runs.sizes[1], strict=True)
-        missed = sum(max(short(r, value), 0.0) / size for r, value, size in both)
+        missed = sum(max(r.short(value), 0.0) / size for r, value, size in both)
         return missed, one.result.objective * (-1.0 if self.problem.maximize else 1.0)
 
     def _end(self, place: Array, chosen: tuple[int, ...]) -> Found:

@@ -12,7 +12,7 @@ import scipy
 
 from evolvent import cases
 from evolvent.design.optimization.problem import DesignProblem, Spread, paths
-from evolvent.design.optimization.runs import Designs, short
+from evolvent.design.optimization.runs import Designs
 from evolvent.design.optimization.slopes import Slopes
 
 Array = np.ndarray
@@ -87,7 +87,7 @@ def trade(
     result = runs.of([place], chosen)[0]
     objective, values = slopes.at(place, chosen)
     sense = -1.0 if problem.maximize else 1.0
-    slacks = np.array([-short(one, v) for one, v in zip(problem.requirements, result.values, strict=True)])
+    slacks = np.array([-one.short(v) for one, v in zip(problem.requirements, result.values, strict=True)])
     multipliers, sides, left = _multipliers(problem, place, runs.sizes[1], sense * objective, values, slacks)
     size = max(float(np.linalg.norm(objective)), abs(result.objective))
     found = [

@@ -15,7 +15,7 @@ import xarray as xr
 
 from evolvent import cases
 from evolvent_base import progress
-from evolvent_base.figures import Figure as Described, Line, Map, Panel, stacked
+from evolvent_base.figures import Figure as Described, Line, Map, Note, Panel, stacked
 from evolvent_base.files import make_folder, write_file
 from evolvent_base.plots import content, sheet
 from evolvent_base.units import unit_text
@@ -23,6 +23,8 @@ from evolvent_base.units import unit_text
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+#: Most values of a key at which a map has ticks, and values in its cells.
+_TICKS = 9
 #: Most outputs that are drawn, and most values of a key whose lines over time can be distinguished.
 _MOST, _LINES = 24, 7
 #: Letters that a line of the title holds.
@@ -135,8 +137,10 @@ def _figure(drawn: xr.DataArray, keys: list[str], rest: list[str], grid: bool) -
         axes: dict[str, Any] = {"x_label": _label(drawn[key]), "x_names": x_names}
         if grid and len(keys) > 1:
             y, axes["y_names"] = _along(drawn[keys[1]])
-            axes["map"] = Map(x=x, y=y, values=drawn.transpose(key, keys[1]).values, label=_label(drawn))
-            panels.append(Panel(y_label=_label(drawn[keys[1]]), lines=[], **axes))
+            values = drawn.transpose(key, keys[1]).values
+            axes["map"] = Map(x=x, y=y, values=values, label=_label(drawn))
+            axes["x_names"], axes["y_names"] = axes["x_names"] or _ticks(x), axes["y_names"] or _ticks(y)
+            panels.append(Panel(y_label=_label(drawn[keys[1]]), lines=[], notes=_in_cells(x, y, values), **axes))
             continue
         lines = []
         for k, one in enumerate(drawn.transpose("axis", key)) if parted else [(0 if grid else 1, drawn)]:
@@ -152,6 +156,22 @@ def _figure(drawn: xr.DataArray, keys: list[str], rest: list[str], grid: bool) -
     height = 100.0 if grid else stacked(len(keys))
     title = "\n".join(textwrap.wrap(str(drawn.attrs.get("long_name", drawn.name)), _TITLE))
     return Described(name=str(drawn.name), title=title, panels=panels, height=height)
+
+
+def _ticks(values: np.ndarray) -> dict[float, str] | None:
+    """Ticks of a map at the values that were run; those of the axis where they are many."""
+    return {float(value): f"{value:.4g}" for value in values} if values.size <= _TICKS else None
+
+
+def _in_cells(x: np.ndarray, y: np.ndarray, values: np.ndarray) -> list[Note]:
+    """The value of each cell of a map as text in it; none where the cells are many."""
+    if max(values.shape) > _TICKS:
+        return []
+    return [
+        Note(at=(float(x[i]), float(y[k])), text=f"{values[i, k]:.3g}")
+        for i, k in np.ndindex(values.shape)
+        if np.isfinite(values[i, k])
+    ]
 
 
 def _along(values: xr.DataArray) -> tuple[np.ndarray, dict[float, str] | None]:

@@ -55,6 +55,7 @@ def observe_body_contact(view: View, name: str) -> Observed:
         values = fields[field] if fields[field].ndim == 2 else fields[field][..., :3]
         found.along(key, "contact_point", values, unit, text.format(on="part" if on_nodes else "first body, `a`"))
     found.drawn = [{"forces": {"points": "point_position", "vectors": "point_resultant"}}, *_drawn(view, name)]
+    found.acts_one_way(view.t, "normal_force", zero="apart", other="touching")
     found.plots = ["normal_force", "points"]
     return found
 

@@ -16,5 +16,6 @@ def observe_faces(view: View, name: str) -> Observed:
     inside = slice(int(row["first"]), int(row["last"]))
     for field, (key, *words) in RESULTS["face_points"].items():
         found.along(key, "contact_point", view.fields["face_points"][field][:, inside], *words)
+    found.acts_one_way(view.t, "normal_force", zero="apart", other="touching")
     found.plots = ["normal_force", "points"]
     return found

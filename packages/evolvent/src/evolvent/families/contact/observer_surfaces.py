@@ -54,6 +54,7 @@ def observe_contact(view: View, name: str) -> Observed:
     else:
         found.drawn = [{"forces": {"points": "point_position", "vectors": "point_resultant"}}]
         found.drawn += touched(view, view.part(name).shape, body, centre)
+    found.acts_one_way(view.t, "normal_force", zero="apart", other="touching")
     found.plots = ["normal_force", "points"]
     return found
 

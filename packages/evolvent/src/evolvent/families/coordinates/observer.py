@@ -34,6 +34,8 @@ _OF_TRAVEL = {
     "rad": "m",
     "N m": "N",
 }  # fmt: skip
+#: Share of the range between stops by which a coordinate passes one where it is said to have hit it.
+_AT_STOP = 1e-6
 
 
 def worded(row: Any, text: str) -> str:
@@ -84,6 +86,12 @@ def observe_coordinate(view: View, name: str) -> Observed:
         found.along(RESULTS["coordinates"]["u"][0], "end", ends, *RESULTS["coordinates"]["u"][1:])
         found.drawn = [{"line": {"points": "ends", "kind": "spring", "values": ["force"]}}]
     found.plots = [worded(row, "angle"), worded(row, "torque")]
+    if row["stop"] > 0.0:
+        angle, span = view.fields["coordinates"]["angle"][:, index], abs(row["high"] - row["low"])
+        near = np.full(view.t.size, _AT_STOP * span if math.isfinite(span) else 0.0)
+        near[:1] *= -1.0  # one that starts at its stop does not hit it
+        state = np.where(angle < row["low"] - near, 1, np.where(angle > row["high"] + near, 2, 0))
+        found.changes(view.t, state, dict.fromkeys((1, 2), "stop hit"))
     return found
 
 
@@ -151,10 +159,12 @@ def _observe_losses(view: View, own: Any, found: Observed) -> None:
         found.scalar("snap_work", taken, "J", "energy that snaps have dissipated")
         found.scalar("snaps", np.full(view.t.size, own["changes"]), "1", "number of snaps in the run")
         found.scalar("snap_time", last, "s", "time of the last snap")
+        found.changes(view.t, state, {0: "snapped straight", 1: "folded", 2: "folded the other way"})
     else:
         found.scalar("released", state, "1", "1 once the adhesion has broken")
         found.scalar("adhesion_work", taken, "J", "energy that the adhesion has dissipated as it broke")
         found.scalar("release_time", last, "s", "time at which the adhesion has broken")
+        found.happens("released", float(last[-1]) if last.size else math.nan, view.t)
 
 
 # ------------------------------------------------------------------------------------------------ symbols

@@ -48,6 +48,14 @@ def acts(view: View, row: Any) -> Array:
     return found
 
 
+def add_release(view: View, row: Any, found: Observed) -> None:
+    """Add the event that a joint's row no longer holds; of one that an event releases it is known to a sample."""
+    if np.isfinite(row["until"]):
+        found.happens("released", float(row["until"]), view.t)
+    else:
+        found.changes(view.t, acts(view, row).astype(int), {0: "released"})
+
+
 def reactions(view: View, rows: list[int]) -> Reaction:
     """Force and moment of joint rows on their second side, and their energy."""
     fields, joints, position = view.fields["joints"], view.model.joints, np.full((view.t.size, 3), np.nan)
@@ -81,6 +89,7 @@ def observe_joint(view: View, name: str) -> Observed:
         found.vector(key, sign * values, unit, text.format(on=on))
     found.vector("position", reaction.position, "m", "position of the joint, inertial axes")
     found.scalar("closed", acts(view, row), "1", "1 while the joint holds, 0 once it is released")
+    add_release(view, row, found)
     if np.any(joints["stiffness"][rows] > 0.0):
         found.scalar(RESULTS["joints"]["stored"][0], reaction.energy, *RESULTS["joints"]["stored"][1:])
     found.drawn = [{"marks": {"points": ["position"]}}, {"forces": {"points": "position", "vectors": "force"}}]
@@ -228,6 +237,7 @@ def observe_link(view: View, name: str) -> Observed:
     found.vector("force", fields["force"][:, k], "N", text)
     found.drawn = [{"line": {"points": "ends", "kind": "rod", "values": ["tension"]}}]
     found.plots = ["tension"]
+    add_release(view, view.model.joints[k], found)
     return found
 
 

@@ -74,7 +74,7 @@ def _observe(view: View, family: str, own: slice, what: str, shares: Any = 1.0) 
         name, *words = RESULTS[family][key]
         found.scalar(name, fields[key].sum(axis=1), *words)
     found.drawn = [{"forces": {"points": position, "vectors": what, "unit": unit}}]
-    found.plots = [what]
+    found.plots, found.given = [what], [what]
     return found
 
 

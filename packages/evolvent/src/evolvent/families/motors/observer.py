@@ -32,6 +32,7 @@ def observe_motor(view: View, name: str) -> Observed:
         found.scalar("error", off, worded(row, "rad"), text)
     _observe_drivetrain(view, motor, index, row, found)
     found.plots = [worded(row, "angle"), worded(row, "torque")]
+    found.plots += ["current"] if "current" in found.variables else []
     return found
 
 

@@ -31,8 +31,6 @@ _NEAR = 0.05
 #: Iterations of force densities towards wanted tensions, and the change of length by which they end.
 _ITERATIONS, _CHANGE = 200, 1e-13
 
-__all__ = ["Anchors", "HungNet", "RearNet"]
-
 
 class Whole(NamedTuple):
     """A net with its ties and its rear net.

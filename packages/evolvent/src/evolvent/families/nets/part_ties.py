@@ -12,6 +12,8 @@ from evolvent_base.schema import OneOf, Section
 
 Array = np.ndarray
 
+__all__ = ["Anchors", "HungNet", "RearNet"]
+
 
 class Ties(Section):
     """What pulls the nodes of a net onto the wanted surface, along its axis.

@@ -21,4 +21,7 @@ def observe_spring(view: View, name: str) -> Observed:
     found.along("ends", "end", np.stack([a, b], axis=1), "m", "ends a and b, inertial axes")
     found.drawn = [{"line": {"points": "ends", "kind": "spring", "values": ["force"]}}]
     found.plots = ["force"]
+    force = found.variables["force"].values
+    if row["slack"] or (row["law"] and np.any((force[1:] == 0.0) & (force[:-1] == 0.0))):  # a law may pull alone
+        found.acts_one_way(view.t, "force", zero="slack", other="taut")
     return found

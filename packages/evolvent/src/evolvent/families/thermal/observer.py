@@ -28,7 +28,7 @@ def observe_thermal_load(view: View, name: str) -> Observed:
     load = view.part(name)
     found.results("thermal_loads", view.fields["thermal_loads"], index)
     row = view.model.thermal_loads[index]
-    found.plots = ["temperature"]
+    found.plots, found.given = ["temperature"], ["temperature"]
     if row["shell"] >= 0:
         _observe_shell(view, load, index, found)
         return found

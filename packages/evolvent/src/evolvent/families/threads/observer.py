@@ -48,6 +48,8 @@ def observe_thread(view: View, name: str) -> Observed:
     found.coordinate("node", "node", np.arange(n), "1", FROM_TIP)
     _draw(view, name, found)
     found.plots = ["tip_lag", "hub_tension", "deployed_length"]
+    found.changes(view.t, gone.astype(int), {1: "separated"})
+    found.acts_one_way(view.t, "hub_tension", zero="slack", other="taut")
     return found
 
 

@@ -64,6 +64,9 @@ class Observed:
     drawn : list of dict, how the part is drawn, in words of JSON: see `evolvent.results.observe.symbols`
     plots : list of str, names of the variables that its default figures show
     plots_along : list of str, the same of one state: variables along its length
+    happened : list of (time in s, what happened), beside the events that the solver has found
+    one_sided : dict, name of a variable that is zero or of one sign, as the tension of a cord -> word for it at zero
+    given : list of str, names of variables that the case gives over time, as a load: figures go on while they change
     """
 
     variables: dict[str, Variable] = dataclasses.field(default_factory=dict)
@@ -71,6 +74,9 @@ class Observed:
     drawn: list[dict[str, Any]] = dataclasses.field(default_factory=list)
     plots: list[str] = dataclasses.field(default_factory=list)
     plots_along: list[str] = dataclasses.field(default_factory=list)
+    happened: list[tuple[float, str]] = dataclasses.field(default_factory=list)
+    one_sided: dict[str, str] = dataclasses.field(default_factory=dict)
+    given: list[str] = dataclasses.field(default_factory=list)
 
     def scalar(self, name: str, values: Array, units: str, long_name: str) -> None:
         """Add a number at every sample: (nt,)."""
@@ -79,6 +85,26 @@ class Observed:
     def vector(self, name: str, values: Array, units: str, long_name: str) -> None:
         """Add a vector at every sample: (nt, 3)."""
         self.variables[name] = Variable(("time", "axis"), np.asarray(values, dtype=float), units, long_name)
+
+    def happens(self, what: str, time: float, t: Array) -> None:
+        """Add an event at a time (s) where it lies within the samples' times t (nt,)."""
+        if t.size and t[0] <= time <= t[-1]:
+            self.happened.append((float(time), what))
+
+    def changes(self, t: Array, state: Array, words: Mapping[int, str]) -> None:
+        """Add an event at each sample with another state (nt,) than the one before, where its value has a word."""
+        for k in np.flatnonzero(np.diff(state)) + 1:
+            if (word := words.get(int(state[k]))) is not None:
+                self.happened.append((float(t[k]), word))
+
+    def acts_one_way(self, t: Array, name: str, *, zero: str, other: str) -> None:
+        """State that a variable (nt,) is zero for a time, and add the events: `zero` and `other` are its words.
+
+        What is below a share of 1e-6 of its largest value is zero.
+        """
+        self.one_sided[name] = zero
+        size = np.abs(np.nan_to_num(self.variables[name].values))
+        self.changes(t, (size > 1e-6 * size.max(initial=0.0)).astype(int), {0: zero, 1: other})
 
     def along(self, name: str, dimension: str, values: Array, units: str, long_name: str) -> None:
         """Add numbers (nt, n) or vectors (nt, n, 3) over a dimension of the part's own."""
