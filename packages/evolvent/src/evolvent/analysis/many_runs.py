@@ -133,7 +133,7 @@ class ManyRuns:
     def _solution(self, copies: Copies, parameters: BatchParameters, k: int) -> Solution:
         """The motion of a copy."""
         one, status = copies.of(k), int(copies.status[k])
-        if not self.varied.plans:  # then these are those of the run as well
+        if k not in parameters.planned:  # then these are those of the run as well
             one.round_offs = self._round_offs
         one.assembly = dataclasses.replace(one.assembly, parts=dict(parameters.parts(k)), shared=self._shared)
         ending = FINISHED if status == GOES_ON else one.stopped()

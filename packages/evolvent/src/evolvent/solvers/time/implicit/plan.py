@@ -154,19 +154,13 @@ def plan(
     return ImplicitPlan(mine, method, times, step, matrix_for(mine), weight, options, asked)
 
 
-def planned_again(plan: ImplicitPlan, assembly: Assembly) -> tuple[np.ndarray, np.record]:
+def numbers_again(plan: ImplicitPlan, assembly: Assembly) -> tuple[np.ndarray, np.record]:
     """`weight` and `options` of the plan that another model of the same structure would have.
 
     Parameters
     ----------
     assembly : with a model of its own, that of the plan with other numbers
-
-    Raises
-    ------
-    InputError
-        Where its constraints contradict the start.
     """
-    check_start(assembly, float(plan.times[0]))
     return _numbers(assembly, plan.asked)
 
 
@@ -198,7 +192,7 @@ def _numbers(mine: Assembly, asked: _Asked) -> tuple[np.ndarray, np.record]:
     else:
         gain, span = eb.GAINED, 10.0 * first if adaptive else first
         floor *= gain if largest_gain is None else largest_gain
-    floor += round_off_energy(mine, times[0])
+    floor += round_off_energy(mine, times[0], (weight, mass))
     floor += (gain if largest_gain is None else largest_gain) * paid_out_energy(mine, times[0], times[-1])
     options = zeros_record(
         OPTIONS,
