@@ -279,6 +279,11 @@ def follows_from_reactions(assembly: Assembly, name: str) -> bool:
     return match["variable"] in _REACTIONS
 
 
+def is_of_samples(assembly: Assembly, keep: Sequence[str]) -> bool:
+    """Whether values of all names at a sample depend on that sample, its reactions and the first one alone."""
+    return is_local(assembly, [name for name in keep if not follows_from_reactions(assembly, split(name)[0])])
+
+
 def kept_of(
     solution: Solution, keep: Sequence[str], root: Callable[[], xr.Dataset], *, fine: np.ndarray, why: str,
     warning: str = "",
@@ -303,7 +308,7 @@ def kept_of(
         return Kept(attrs=attrs, variables={}, missing=tuple(keep))
     samples, statistics, assembly = np.flatnonzero(~fine), solution.statistics, solution.assembly
     of_reactions = [name for name in keep if follows_from_reactions(assembly, split(name)[0])]
-    local = is_local(assembly, [name for name in keep if name not in of_reactions])
+    local = is_of_samples(assembly, keep)
     if local:
         if all(split(name)[1] in ("first", "last") for name in keep):
             samples = np.unique(samples[[0, -1]])
