@@ -106,6 +106,23 @@ def test_blocks_of_copies_are_those_of_single_runs() -> None:
                         assert own.tobytes() == other.tobytes(), (key, path)
 
 
+@pytest.mark.parametrize("method", ["generalized-alpha", "energy-momentum"])
+def test_samples_of_the_run_before_are_not_seen(method: str) -> None:
+    """Copies take other variants in turn, and keep the arrays of their samples, filled here with what no run has."""
+    system = arm({"method": method, "every": 0.05})
+    runs = ManyRuns(system, KEEP, {"until": 0.5, "every": 0.05, "method": method})
+    copies, _ = runs._own()
+    points = [{"hinge.stiffness": one} for one in VALUES]
+    first = list(runs.kept(points, None))
+    copies.blocks[:, copies.memory.filled :] = 255
+    again = list(runs.kept(points, None))
+    for one, other in zip(first, again, strict=True):
+        assert one is not None
+        assert other is not None
+        assert all(one.variables[name].identical(other.variables[name]) for name in KEEP)
+        assert repr(one.attrs) == repr(other.attrs)  # times are not a number
+
+
 def test_numbers_that_are_not_finite_are_refused_where_they_stand() -> None:
     batch = arm().batch(3, workers=1)
     with pytest.raises(InputError, match=r"copy 1: .*stiffness is nan"):
