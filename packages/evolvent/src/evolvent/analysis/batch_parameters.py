@@ -38,6 +38,7 @@ class _Key(NamedTuple):
 
     Attributes
     ----------
+    accepted : set of numbers that the part has accepted
     places : of the fields that hold the very number that is given, where these are all that it changes, and no plan
         follows from them; else empty
     without : numbers of which that is not known
@@ -45,6 +46,7 @@ class _Key(NamedTuple):
 
     low: float
     high: float
+    accepted: set[float]
     places: tuple[Place, ...] = ()
     without: frozenset[float] = frozenset()
 
@@ -115,8 +117,9 @@ class VariedRun:
         part = self.run.assembly.parts[name]
         assign, room = type(part).__pydantic_validator__.validate_assignment, part.model_copy()
         try:
-            for value in values:
+            for value in {*values} - known.accepted:
                 assign(room, field, value)
+                known.accepted.add(value)
         except ValidationError:
             self.changes({key: value})  # which says why
             return ()
@@ -126,16 +129,17 @@ class VariedRun:
         """What is known of a key by its least and largest value, and by what the part does with all between."""
         found = [own for one in {low, high} if (own := self._probed(key, one)) is not None]
         if not found or any(one != found[0] for one in found) or not found[0]:
-            return _Key(low, high)
+            return _Key(low, high, set())
         name, _, field = key.removeprefix("parts.").partition(".")
         between = traced.AnyNumber(low, high)
         part = self.run.assembly.parts[name].model_copy(update={field: between})
         try:
             held = self._variants.holding(name, part, between)
         except (Exception, traced.UndecidedError):  # noqa: BLE001  (whatever the part does with what is no number)
-            return _Key(low, high)
-        without = frozenset(between.without)
-        return _Key(low, high, tuple(sorted(found[0])) if held == found[0] else (), without)
+            return _Key(low, high, set())
+        if held != found[0]:
+            return _Key(low, high, set())
+        return _Key(low, high, set(), tuple(sorted(found[0])), frozenset(between.without))
 
     def _probed(self, key: str, value: float) -> frozenset[Place] | None:
         """Fields in which a value of a key stands, empty where more follows; None of the value of the system."""

@@ -361,11 +361,18 @@ def _of_part(view: View, name: str, reduction: str, seen: dict[str, Observed], s
     match, part = variables.matched(name), variables.owner(name)
     if match is None or match["variable"] is None:
         return None
-    if part not in seen:
-        seen[part] = observe_part(view, part)
-    if match["variable"] not in seen[part].variables:
-        add_symbols(view, part, seen[part])
-    of = seen[part]
+    family = families().get(view.assembly.names[part][0])
+    if name not in seen:
+        of_family = _is_of_family(view.assembly, part) and family is not None and family.observe is None
+        view.wanted = {match["variable"]} if of_family else None  # others may follow from one another
+        seen[name] = observe_part(view, part)
+        view.wanted = None
+    of = seen[name]
+    if match["variable"] not in of.variables and match["variable"] not in of.coordinates:
+        if part not in seen:
+            seen[part] = observe_part(view, part)
+            add_symbols(view, part, seen[part])
+        of = seen[part]
     given = of.variables.get(match["variable"]) or of.coordinates.get(match["variable"])
     if given is None or (reduction and "time" not in given.dims):
         return None

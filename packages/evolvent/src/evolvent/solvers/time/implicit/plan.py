@@ -225,7 +225,8 @@ def _newton(assembly: Assembly, conserves: bool, step: float | None, tolerance: 
     model = assembly.model
     if conserves:
         return LEAST_NEWTON if step is not None or not acts_from_outside(model) else min(1e-3 * tolerance, 1e-6)
-    if any(np.any(mask(getattr(model, name))) for name, mask in asked("implicit.taut").items()):
+    taut = ((mask, getattr(model, name)) for name, mask in asked("implicit.taut").items())
+    if any(rows.size and np.any(mask(rows)) for mask, rows in taut):
         return 1e-13
     free = np.sum(model.bodies["motion"] == rigid.FREE) - sum(own.size for own in along_axes(model))
     spins = bool(free > 0)  # bodies but the nodes of rods, whose error adds up step by step
