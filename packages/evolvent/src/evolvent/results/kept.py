@@ -411,8 +411,10 @@ def _dimension(part: str, dim: str) -> str:
 def _of_balance(balances: Mapping[str, xr.Variable], t: np.ndarray, name: str) -> Labelled | None:
     """A variable of the root that is an energy, work or momentum, by its full name; None where there is none."""
     own = re.split(r"[.\[]", name)[0]
-    along = {"time": ("time", t, {"units": "s", "long_name": "time"}), "axis": list(AXES), "cause": balances["cause"]}
-    values = balances[own]
+    time, values = ("time", t, {"units": "s", "long_name": "time"}), balances[own]
+    if own == name and values.dims == ("time",):  # without a table of its own
+        return values.to_base_variable(), {"time": xr.Variable(*time)}
+    along = {"time": time, "axis": list(AXES), "cause": balances["cause"]}
     return of_run(xr.Dataset({own: values}, {dim: along[str(dim)] for dim in values.dims}), name)
 
 
