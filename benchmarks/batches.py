@@ -116,9 +116,13 @@ def beyond(count: int) -> Iterator[dict[str, Any]]:
 
 
 def two_threads(count: int, repeat: int = 3) -> dict[str, float]:
-    """Least wall times of the steps of one batch by one thread and by two, and Python's share of the processor time."""
+    """Least wall and processor times of the steps of one batch by one thread and by two, and Python's share of these.
+
+    Where two threads take more processor time than one, they wait for one another's memory.
+    """
     array, values = evolvent.load("solar-array"), drawn(KEYS, count)
     found: dict[int, list[float]] = {1: [], 2: []}
+    spent: dict[int, list[float]] = {1: [], 2: []}
     states = {}
     for threads in (1, 2) * repeat:
         batch = array.batch(count, workers=threads)
@@ -128,13 +132,15 @@ def two_threads(count: int, repeat: int = 3) -> dict[str, float]:
         with Loops() as loops:
             shares = loops.shares(count, batch.run)
         found[threads].append(time.perf_counter() - began)
+        spent[threads].append(1e-3 * count * sum(shares.values()))
         states[threads] = batch.states.tobytes()
         batch.close()
     if states[1] != states[2]:
         raise RuntimeError("the bits depend on the number of threads")
     one, two = min(found[1]), min(found[2])
     python = shares["beyond_ms"] / (shares["beyond_ms"] + shares["solve_ms"])
-    return {"one_s": one, "two_s": two, "gain": one / two, "python_share": python}
+    cpu = {"one_cpu_s": min(spent[1]), "two_cpu_s": min(spent[2])}
+    return {"one_s": one, "two_s": two, "gain": one / two, **cpu, "python_share": python}
 
 
 def dispersed(count: int) -> dict[str, float]:

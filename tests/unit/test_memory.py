@@ -41,8 +41,8 @@ def test_copies_share_what_their_struct_shares_and_nothing_else() -> None:
     memory = Memory({"outer": of})
     blocks = memory.room(3)
     memory.fill(blocks, np.arange(3))
-    assert blocks.ctypes.data % 64 == 0
-    assert memory.size % 64 == 0
+    assert blocks.ctypes.data % 128 == 0
+    assert memory.size % 128 == 0
     first, second = (memory.views(blocks[k])["outer"] for k in (0, 2))
     first.x[1] = 9.0
     assert first.inner.x[1] == 9.0  # a part of the same array
@@ -60,6 +60,23 @@ def test_copies_share_what_their_struct_shares_and_nothing_else() -> None:
     second.x[0] = 4.0
     take(second, first)
     assert second.x[0] == 0.0
+
+
+def test_arrays_that_are_written_later_keep_what_stood_there() -> None:
+    """And what shares their memory is filled with the rest."""
+    of = outer()
+    memory = Memory({"outer": of}, {("outer", "rows"), ("outer", "x")})
+    assert memory.filled < memory.size
+    blocks = memory.room(2)
+    both = np.arange(2)
+    memory.fill(blocks, both)
+    own = memory.views(blocks[1])["outer"]
+    assert own.x.tolist() == [0.0, 1.0, 2.0, 3.0]  # a part of which `inner` has
+    own.rows["b"], own.inner.y[:], own.x[3] = 5.0, 1.0, 8.0
+    memory.fill(blocks, both)
+    assert own.rows["b"].tolist() == [5.0, 5.0]
+    assert own.inner.y.tolist() == [7.0] * 3
+    assert own.x[3] == 3.0
 
 
 def test_headers_of_copies_point_into_their_own_block() -> None:

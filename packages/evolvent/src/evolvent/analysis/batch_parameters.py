@@ -3,27 +3,32 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
+import math
 import threading
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from pydantic import ValidationError
 
-from evolvent.analysis import variation
+from evolvent.analysis import traced, variation
 from evolvent.analysis.start_motion import follows_masses
 from evolvent.analysis.storage import storage_of
 from evolvent.assembly import needs
 from evolvent.assembly.variants import Change, Changes, Variants
 from evolvent.model.memory import take
+from evolvent.solvers.common.coordinates import with_positions
+from evolvent.solvers.common.start import check_start
 from evolvent.solvers.time.implicit.copies import Copies
-from evolvent.solvers.time.implicit.plan import planned_again
+from evolvent.solvers.time.implicit.plan import numbers_again
 from evolvent.solvers.time.implicit.run import ImplicitRun
 from evolvent.solvers.time.implicit.setup import error_sizes, shares, stops_of
 from evolvent_base.errors import InputError
 
 Array = np.ndarray
 #: Fields of the workspace that a plan has made.
-_PLANNED = ("options", "weight", "error_weight", "shares", "stops")
+PLANNED = ("options", "weight", "error_weight", "shares", "stops")
 #: Array of the model, field of its records ("" of an array of numbers), and row.
 Place = tuple[str, str, int]
 
@@ -33,21 +38,25 @@ class _Key(NamedTuple):
 
     Attributes
     ----------
-    places : of the fields that hold the very number that is given, where these are all that it changes; else empty
-    plans : bool, whether the plan of a run follows from it
+    accepted : set of numbers that the part has accepted
+    places : of the fields that hold the very number that is given, where these are all that it changes, and no plan
+        follows from them; else empty
+    without : numbers of which that is not known
     """
 
     low: float
     high: float
-    places: tuple[Place, ...]
-    plans: bool
+    accepted: set[float]
+    places: tuple[Place, ...] = ()
+    without: frozenset[float] = frozenset()
 
 
 class VariedRun:
     """A prepared run of a system, and what follows from keys of the system.
 
-    What follows from a key is found by its least and largest value, and one between them: the numbers of the model that
-    it changes, and whether the plan of the run is another one.
+    A key stands in fields as it is given where its part writes a stand-in of all numbers between two values of it there
+    (`traced.AnyNumber`), and either of these changes nothing else. The plan of the run follows from the fields that
+    its numbers are found from (`traced.reads`).
 
     Parameters
     ----------
@@ -58,7 +67,7 @@ class VariedRun:
     ----------
     changed : mapping, place -> Change, of all that was changed
     parts : list of mappings, parts of systems with changed keys, by which it is found what follows from these
-    plans : bool, whether plans of copies follow from their keys
+    joined : bool, whether there are constraints, which the start has to meet
     """
 
     def __init__(self, system: Any, variants: Variants, run: ImplicitRun) -> None:
@@ -68,8 +77,20 @@ class VariedRun:
         self._scratch = run.model.copy()
         self.changed: dict[Place, Change] = {}
         self.parts: list[Mapping[str, Any]] = []
-        # both are refused where a key is looked at
-        self.plans = storage_of(system.sections) is not None or follows_masses(system.sections)
+        self.joined = bool(run.model.constraints.size)
+
+    @functools.cached_property
+    def _reads(self) -> frozenset[traced.Read] | None:
+        """Fields of the model from which the plan follows; None where that is not known."""
+        return traced.reads(self.plan, self.run.model)
+
+    def changes_plan(self, places: Iterable[Place], touched: Iterable[str]) -> bool:
+        """Whether the plan of a run may follow from fields, and from arrays of which others are written."""
+        if self._reads is None:
+            return True
+        fields, arrays = {place[:2] for place in places}, {array for array, _ in self._reads}
+        others = {*touched} - {array for array, _ in fields}
+        return bool(others & arrays or any((array, "") in self._reads for array, _ in fields) or fields & self._reads)
 
     def places(self, key: str, values: Sequence[Any]) -> tuple[Place, ...]:
         """Fields that hold the numbers of a key as they are given, and are all that follows; else empty.
@@ -79,43 +100,62 @@ class VariedRun:
         InputError
             As of `changes`.
         """
-        if not all(type(value) in (int, float) for value in values):
-            self.plans = True
+        if not all(type(value) in (int, float) and math.isfinite(value) for value in values):
+            return ()
+        if self.run.assembly.directions is not None:  # the state at the start may follow
             return ()
         with self._lock:
             low, high = float(min(values)), float(max(values))
             known = self._keys.get(key)
             if known is None or low < known.low or high > known.high:
-                probes = {low, high} if known is not None else {low, high, float(values[len(values) // 2])}
-                self._keys[key] = known = self._joined(known, [self._probed(key, one) for one in sorted(probes)])
-                self.plans |= known.plans
-            return known.places
+                if known is not None:
+                    low, high = min(low, known.low), max(high, known.high)
+                self._keys[key] = known = self._found(key, low, high)
+        if not known.places or not known.without.isdisjoint(values):
+            return ()
+        name, _, field = key.removeprefix("parts.").partition(".")
+        part = self.run.assembly.parts[name]
+        assign, room = type(part).__pydantic_validator__.validate_assignment, part.model_copy()
+        try:
+            for value in {*values} - known.accepted:
+                assign(room, field, value)
+                known.accepted.add(value)
+        except ValidationError:
+            self.changes({key: value})  # which says why
+            return ()
+        return known.places
 
-    def _joined(self, known: _Key | None, found: Sequence[_Key | None]) -> _Key:
-        """What is known of a key by several values of it."""
-        own = [one for one in (known, *found) if one is not None]
-        if not own:  # all values are those of the system
-            return _Key(np.inf, -np.inf, (), plans=False)
-        places = own[0].places if all(one.places == own[0].places for one in own) else ()
-        return _Key(
-            min(one.low for one in own), max(one.high for one in own), places, plans=any(one.plans for one in own)
-        )
+    def _found(self, key: str, low: float, high: float) -> _Key:
+        """What is known of a key by its least and largest value, and by what the part does with all between."""
+        found = [own for one in {low, high} if (own := self._probed(key, one)) is not None]
+        if not found or any(one != found[0] for one in found) or not found[0]:
+            return _Key(low, high, set())
+        name, _, field = key.removeprefix("parts.").partition(".")
+        between = traced.AnyNumber(low, high)
+        part = self.run.assembly.parts[name].model_copy(update={field: between})
+        try:
+            held = self._variants.holding(name, part, between)
+        except (Exception, traced.UndecidedError):  # noqa: BLE001  (whatever the part does with what is no number)
+            return _Key(low, high, set())
+        if held != found[0]:
+            return _Key(low, high, set())
+        return _Key(low, high, set(), tuple(sorted(found[0])), frozenset(between.without))
 
-    def _probed(self, key: str, value: float) -> _Key | None:
-        """What follows from a value of a key; None from that of the system."""
+    def _probed(self, key: str, value: float) -> frozenset[Place] | None:
+        """Fields in which a value of a key stands, empty where more follows; None of the value of the system."""
         changes, parts = self.changes({key: value})
         if not changes.records and not changes.parameters:
             return None
         self.parts.append(self.run.assembly.parts | dict(parts))
         touched = self.written(changes, self._scratch)
-        plans = self._changes_plan(self.plan(self._scratch))
         own = {("parameters", "", k): one for k, one in changes.parameters.items()}
         own |= {(one.family, one.field, one.row): one.value for one in changes.records}
         same = all(not np.ndim(one) and float(one) == value for one in own.values())
         nominal = {float(self.nominal(place)) for place in own} if same else set()
-        of_part = self._is_of_part(key, value, parts)
-        simple = same and len(nominal) == 1 and of_part and not plans and touched == {place[0] for place in own}
-        return _Key(value, value, tuple(sorted(own)) if simple else (), plans)
+        simple = same and len(nominal) == 1 and self._is_of_part(key, value, parts)
+        if simple and touched == {place[0] for place in own} and not self.changes_plan(own, touched):
+            return frozenset(own)
+        return frozenset()
 
     def _is_of_part(self, key: str, value: float, parts: Mapping[str, Any]) -> bool:
         """Whether a part holds a value as it is given under a key of its own (`with_number`)."""
@@ -161,7 +201,16 @@ class VariedRun:
                 f"{', '.join(map(repr, values))} cannot be varied here to {', '.join(map(repr, values.values()))}: "
                 f"more follows from it than records of the model; use evolvent.simulate_many"
             )
+        if self.run.assembly.directions is not None:
+            self._check_positions(own)
         return found, own.parts
+
+    def _check_positions(self, own: Any) -> None:
+        """Refuse a system whose positions at the start are others (`coordinates.with_positions`)."""
+        assembly = self._variants.assembled(own._gravity, own.parts)
+        start = with_positions(assembly, float(self.run.plan.times[0])).y if assembly is not None else None
+        if start is None or start.tobytes() != self.run.assembly.y.tobytes():
+            raise InputError("other values change the state at the start; use evolvent.simulate_many")
 
     def written(self, changes: Changes, scratch: Any) -> frozenset[str]:
         """Write changes into a copy of the run's model; returns the arrays in which it may differ then."""
@@ -172,33 +221,36 @@ class VariedRun:
             self.changed.setdefault(("parameters", "", index), Change("parameters", index, "", 0.0))
         return self._variants.write(changes, scratch)
 
+    def check_start(self, scratch: Any) -> None:
+        """Refuse a model whose constraints the start does not meet (`start.check_start`)."""
+        if self.joined:
+            needs.note_alike(self.run.model, scratch)
+            check_start(self._with(scratch), float(self.run.plan.times[0]))
+
+    def _with(self, scratch: Any) -> Any:
+        """The assembly with another model."""
+        return dataclasses.replace(self.run.assembly, model=scratch, shared=None, touched=None)
+
     def plan(self, scratch: Any) -> dict[str, Any]:
-        """What the plan of a run of another model has; the scratch fields of its records change.
+        """What the plan of a run of another model has.
 
         Raises
         ------
         InputError
-            As of `planned_again`.
+            Where loads change at another number of times.
         """
-        needs.note_alike(self.run.model, scratch)
-        assembly = dataclasses.replace(self.run.assembly, model=scratch, shared=None, touched=None)
-        weight, options = planned_again(self.run.plan, assembly)
+        assembly = self._with(scratch)
+        weight, options = numbers_again(self.run.plan, assembly)
         stops, conserves = stops_of(assembly, self.run.plan.times), bool(options.midpoint)
         if stops.shape != self.run.work.stops.shape:
             raise InputError(
                 "other values change the number of times at which loads change; use evolvent.simulate_many"
             )
-        found = {
+        return {
             "options": options, "weight": weight, "stops": stops,
             "error_weight": error_sizes(scratch, weight, conserves=conserves),
             "shares": shares(scratch, weight, conserves=conserves),
         }  # fmt: skip
-        return {name: found[name] for name in _PLANNED}
-
-    def _changes_plan(self, found: Mapping[str, Any]) -> bool:
-        """Whether a plan is another one than that of the run."""
-        work = self.run.work
-        return any(np.asarray(found[name]).tobytes() != np.asarray(getattr(work, name)).tobytes() for name in _PLANNED)
 
 
 class BatchParameters:
@@ -210,6 +262,7 @@ class BatchParameters:
     Attributes
     ----------
     values : list of mappings, key -> value, of each copy
+    planned : set of int, copies that have a plan of their own
     """
 
     def __init__(self, varied: VariedRun, copies: Copies) -> None:
@@ -220,11 +273,12 @@ class BatchParameters:
         self._own: dict[tuple[str, str], Array] = {}
         self._fields: dict[Place, Array] = {}
         self._parts: dict[int, Mapping[str, Any]] = {}
+        self.planned = set[int]()
 
     def expand(self, key: str, values: Any, which: Array) -> None:
         """Give copies their own value of a key: see `evolvent.analysis.batch.Batch.expand`."""
         given = _listed(values, which.size)
-        planned, places = self._varied.plans, self._places(key, given, which)
+        places = self._places(key, given, which)
         known = [k for k, own in enumerate(self.values) if key in own]
         if key not in self._plain and known:
             places = ()
@@ -232,8 +286,7 @@ class BatchParameters:
         again = set[int]()
         if not places:  # also of those that had numbers before
             again |= {*known, *which.tolist()}
-        if self._varied.plans and not planned:
-            again |= {k for k, own in enumerate(self.values) if self._others(own)}
+        again |= self.planned & {*which.tolist()}  # whose plan may follow from this one beside the others
         plain = {**self._plain, key: places} if places else {one: of for one, of in self._plain.items() if one != key}
         found = {k: self._changes(k, self._others(new.get(k, self.values[k]), plain)) for k in sorted(again)}
         for place in () if places else self._plain.get(key, ()):
@@ -246,6 +299,9 @@ class BatchParameters:
             self._field(place)[which] = given
         for k, (changes, _) in found.items():
             self._take(k, changes)
+        if self._varied.joined:
+            for k in sorted({*which.tolist()} - again):
+                self._meet(k)
 
     def assign(self, points: Sequence[Mapping[str, Any]]) -> dict[int, InputError]:
         """Give the first copies all of their own values; returns why some have none.
@@ -253,6 +309,7 @@ class BatchParameters:
         Copies have nothing else of their own afterwards.
         """
         self._plain, self._own, self._fields, self._parts, refused = {}, {}, {}, {}, dict[int, InputError]()
+        self.planned.clear()
         self.values[: len(points)] = [dict(point) for point in points]
         for key in dict.fromkeys(key for point in points for key in point):
             own = [k for k, point in enumerate(points) if key in point]
@@ -260,7 +317,7 @@ class BatchParameters:
             try:
                 places = self._varied.places(key, given)
             except InputError:  # of some of the points, which are refused below
-                places, self._varied.plans = (), True
+                places = ()
             for place in places:
                 self._plain[key] = places
                 self._field(place)[own] = given
@@ -269,6 +326,8 @@ class BatchParameters:
                 if others := self._others(point):
                     changes, self._parts[k] = self._varied.changes(others)
                     self._take(k, changes)
+                elif point and self._varied.joined:
+                    self._meet(k)
             except InputError as error:
                 refused[k] = error
         return refused
@@ -320,18 +379,43 @@ class BatchParameters:
             raise InputError(f"copy {k}: {error}") from None
 
     def _take(self, k: int, changes: Changes) -> None:
-        """Take over what a copy has of its own."""
-        for name in self._varied.written(changes, self._scratch):
-            self._set("model", name, k, getattr(self._scratch, name))
-        if not self._varied.plans:
-            return
+        """Take over what a copy has of its own, and its plan where that may follow from it."""
+        varied, scratch, work = self._varied, self._scratch, self._varied.run.work
+        touched = varied.written(changes, scratch)
+        for name in touched:
+            self._set("model", name, k, getattr(scratch, name))
+        places = [(one.family, one.field, one.row) for one in changes.records]
+        places += [("parameters", "", index) for index in changes.parameters]
+        follows = varied.changes_plan(places, touched)
         try:
-            planned = self._varied.plan(self._scratch)
+            self._write_numbers(k)
+            varied.check_start(scratch)
+            found = varied.plan(scratch) if follows else {}
         except InputError as error:
             raise InputError(f"copy {k}: {error}") from None
-        for name, value in planned.items():
+        if follows:
+            self.planned.add(k)
+        elif k in self.planned:
+            self.planned.remove(k)
+            found = {name: getattr(work, name) for name in PLANNED}
+        for name, value in found.items():
             if ("work", name) in self._copies.memory.places:
                 self._set("work", name, k, value)
+
+    def _meet(self, k: int) -> None:
+        """Refuse a copy with numbers alone whose constraints the start does not meet."""
+        take(self._scratch, self._varied.run.model)
+        self._write_numbers(k)
+        try:
+            self._varied.check_start(self._scratch)
+        except InputError as error:
+            raise InputError(f"copy {k}: {error}") from None
+
+    def _write_numbers(self, k: int) -> None:
+        """Write the numbers of a copy that stand in fields as they are given into the scratch."""
+        for (array, field, row), own in self._fields.items():
+            found = getattr(self._scratch, array)
+            (found[field] if field else found)[row] = own[k]
 
     def _set(self, struct: str, name: str, k: int, value: Any) -> None:
         if (struct, name) not in self._own:

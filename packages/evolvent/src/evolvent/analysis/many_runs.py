@@ -22,7 +22,7 @@ from evolvent.analysis.storage import storage_of
 from evolvent.assembly import families
 from evolvent.assembly.variants import Variants
 from evolvent.results.fine_samples import Times
-from evolvent.results.kept import Kept, is_local, kept_of
+from evolvent.results.kept import Kept, is_local, is_of_samples, kept_of
 from evolvent.results.tree import root_of
 from evolvent.solvers.common.sizes import energy_floor, round_off_energy, sizes
 from evolvent.solvers.time.implicit.copies import GOES_ON, HAS_FAILED, Copies, prepared
@@ -71,6 +71,7 @@ class ManyRuns:
         check_run(assembly, samples, options.get("step"))
         fine = options.pop("fine", True) and not is_local(assembly, self.keep)
         self.times = Times.of(samples, fine=fine, values=assembly.y.size)
+        self._of_samples = is_of_samples(assembly, self.keep)
         options["method"], shared = method, assembly.shared
         plan, _ = runs.plan(dataclasses.replace(assembly, shared=None), self.times.all, **options)
         self.run = prepared(ImplicitRun(plan))
@@ -133,15 +134,19 @@ class ManyRuns:
     def _solution(self, copies: Copies, parameters: BatchParameters, k: int) -> Solution:
         """The motion of a copy."""
         one, status = copies.of(k), int(copies.status[k])
-        if not self.varied.plans:  # then these are those of the run as well
+        if k not in parameters.planned:  # then these are those of the run as well
             one.round_offs = self._round_offs
         one.assembly = dataclasses.replace(one.assembly, parts=dict(parameters.parts(k)), shared=self._shared)
         ending = FINISHED if status == GOES_ON else one.stopped()
         if status == HAS_FAILED:
             ending = ("failed", copies.reasons[k])
-        found = one.result(*ending, wall_time=math.nan)
-        solution, _ = self.times.chosen(found.or_start(float(self.times.all[0])))
-        return check_energy_gain(solution)
+        found = one.result(*ending, wall_time=math.nan).or_start(float(self.times.all[0]))
+        if self._of_samples and not (found.kept is not None and found.closure.fails):
+            # of no fewer samples the energy balance would gain more, and no fine sample is seen
+            regular = self.times.regular[: found.t.size].copy()
+            regular[-1] = True
+            return found if regular.all() else found.chosen(regular)
+        return check_energy_gain(self.times.chosen(found)[0])
 
 
 def _copy(values: xr.Variable) -> xr.Variable:

@@ -157,6 +157,24 @@ class Variants:
                 return None
         return found if _are_allowed(base, found) else None
 
+    def holding(self, name: str, part: Any, value: object) -> frozenset[tuple[str, str, int]]:
+        """Places at which a part writes an object that it holds: family, field and row, or "parameters", "", index.
+
+        The object may stand for numbers (`evolvent.analysis.traced.AnyNumber`); what it raises is raised.
+        """
+        assert self._base is not None
+        new, before = _written_again(self._base, name, part), self._base.written[name].before
+        found = {
+            (of, field, before.rows[of] + k)
+            for of, rows in new.rows.items()
+            for k, row in enumerate(rows)
+            for field, held in row.items()
+            if held is value
+        }
+        first = before.lists["values"]
+        found |= {("parameters", "", first + k) for k, held in enumerate(new.lists["values"]) if held is value}
+        return frozenset(found)
+
     def write(self, changes: Changes, model: Model) -> frozenset[str]:
         """Write changes into a model of the first system; returns the arrays in which it may differ then."""
         assert self._base is not None

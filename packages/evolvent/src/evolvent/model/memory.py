@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import weakref
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from evolvent.compiled.pointer import Struct, address
 
 Array = np.ndarray
-#: Bytes to which arrays and blocks are aligned: a line of the cache.
+#: Bytes to which arrays are aligned: a line of the cache. Blocks are aligned to two, which processors load together.
 LINE = 64
 
 
@@ -53,28 +53,34 @@ class Memory:
     Parameters
     ----------
     structs : mapping, name -> struct
+    later : pairs (name of the struct, attribute) of arrays that are written before they are read: a copy keeps in them
+        what stood there
 
     Attributes
     ----------
-    size : int, bytes of a copy
+    size : int, bytes of a copy; filled : int, the first of them that are copied
     places : mapping, (name of the struct, attribute, ...) -> where the array stands
     """
 
-    def __init__(self, structs: Mapping[str, Struct]) -> None:
+    def __init__(self, structs: Mapping[str, Struct], later: Collection[tuple[str, ...]] = ()) -> None:
         self._structs = dict(structs)
         headers = {path: of.__dict__["_headers"] for path, of in _nested(self._structs) if "_headers" in of.__dict__}
         arrays = {(*path, name): value for path, of in _nested(self._structs) for name, value in _own(of)}
-        spans = sorted((address(one), address(one) + _bytes(one)) for one in (*headers.values(), *arrays.values()))
+        listed = [(one, path in later) for path, one in (*headers.items(), *arrays.items())]
+        spans = sorted((address(one), address(one) + _bytes(one), int(waits)) for one, waits in listed)
         merged: list[list[int]] = []
-        for first, end in spans:
+        for first, end, waits in spans:
             if merged and first < merged[-1][1]:
-                merged[-1][1] = max(end, merged[-1][1])
+                merged[-1][1:] = max(end, merged[-1][1]), min(waits, merged[-1][2])
             else:
-                merged.append([first, end])
-        firsts, ends = np.array(merged, dtype=np.int64).T
+                merged.append([first, end, waits])
+        firsts, ends, wait = np.array(merged, dtype=np.int64).T
         lengths = -(-(ends - firsts) // LINE) * LINE
-        offsets = np.concatenate([[0], np.cumsum(lengths)])
-        self.size = int(offsets[-1])
+        order = np.argsort(wait, kind="stable")
+        offsets = np.zeros(order.size, dtype=np.int64)
+        offsets[order[1:]] = np.cumsum(lengths[order])[:-1]
+        self.filled = int(lengths[wait == 0].sum())
+        self.size = -(-int(lengths.sum()) // (2 * LINE)) * 2 * LINE
 
         def offset(at: int) -> int:
             """Where an address stands in the block; -1 of one outside."""
@@ -100,14 +106,14 @@ class Memory:
 
     def room(self, count: int) -> Array:
         """Blocks for `count` copies, aligned, not filled: (count, size) uint8."""
-        found = np.empty(count * self.size + LINE, dtype=np.uint8)
-        first = -address(found) % LINE
+        found = np.zeros(count * self.size + 2 * LINE, dtype=np.uint8)  # of which none is in memory yet
+        first = -address(found) % (2 * LINE)
         return found[first : first + count * self.size].reshape(count, self.size)
 
     def fill(self, blocks: Array, which: Array) -> None:
         """Make some of the blocks (count, size) copies of the image."""
         for at in which.tolist():
-            blocks[at] = self.image
+            blocks[at, : self.filled] = self.image[: self.filled]
         if self._words.size:
             words, base = blocks.view(np.int64), address(blocks)
             words[which[:, None], self._words] = self._targets + base + self.size * which[:, None]

@@ -279,6 +279,11 @@ def follows_from_reactions(assembly: Assembly, name: str) -> bool:
     return match["variable"] in _REACTIONS
 
 
+def is_of_samples(assembly: Assembly, keep: Sequence[str]) -> bool:
+    """Whether values of all names at a sample depend on that sample, its reactions and the first one alone."""
+    return is_local(assembly, [name for name in keep if not follows_from_reactions(assembly, split(name)[0])])
+
+
 def kept_of(
     solution: Solution, keep: Sequence[str], root: Callable[[], xr.Dataset], *, fine: np.ndarray, why: str,
     warning: str = "",
@@ -303,7 +308,7 @@ def kept_of(
         return Kept(attrs=attrs, variables={}, missing=tuple(keep))
     samples, statistics, assembly = np.flatnonzero(~fine), solution.statistics, solution.assembly
     of_reactions = [name for name in keep if follows_from_reactions(assembly, split(name)[0])]
-    local = is_local(assembly, [name for name in keep if name not in of_reactions])
+    local = is_of_samples(assembly, keep)
     if local:
         if all(split(name)[1] in ("first", "last") for name in keep):
             samples = np.unique(samples[[0, -1]])
@@ -356,11 +361,18 @@ def _of_part(view: View, name: str, reduction: str, seen: dict[str, Observed], s
     match, part = variables.matched(name), variables.owner(name)
     if match is None or match["variable"] is None:
         return None
-    if part not in seen:
-        seen[part] = observe_part(view, part)
-    if match["variable"] not in seen[part].variables:
-        add_symbols(view, part, seen[part])
-    of = seen[part]
+    family = families().get(view.assembly.names[part][0])
+    if name not in seen:
+        of_family = _is_of_family(view.assembly, part) and family is not None and family.observe is None
+        view.wanted = {match["variable"]} if of_family else None  # others may follow from one another
+        seen[name] = observe_part(view, part)
+        view.wanted = None
+    of = seen[name]
+    if match["variable"] not in of.variables and match["variable"] not in of.coordinates:
+        if part not in seen:
+            seen[part] = observe_part(view, part)
+            add_symbols(view, part, seen[part])
+        of = seen[part]
     given = of.variables.get(match["variable"]) or of.coordinates.get(match["variable"])
     if given is None or (reduction and "time" not in given.dims):
         return None
@@ -399,8 +411,10 @@ def _dimension(part: str, dim: str) -> str:
 def _of_balance(balances: Mapping[str, xr.Variable], t: np.ndarray, name: str) -> Labelled | None:
     """A variable of the root that is an energy, work or momentum, by its full name; None where there is none."""
     own = re.split(r"[.\[]", name)[0]
-    along = {"time": ("time", t, {"units": "s", "long_name": "time"}), "axis": list(AXES), "cause": balances["cause"]}
-    values = balances[own]
+    time, values = ("time", t, {"units": "s", "long_name": "time"}), balances[own]
+    if own == name and values.dims == ("time",):  # without a table of its own
+        return values.to_base_variable(), {"time": xr.Variable(*time)}
+    along = {"time": time, "axis": list(AXES), "cause": balances["cause"]}
     return of_run(xr.Dataset({own: values}, {dim: along[str(dim)] for dim in values.dims}), name)
 
 

@@ -49,8 +49,10 @@ def worded(row: Any, text: str) -> str:
 def add_fields(view: View, found: Observed, family: str, index: Any, row: Any, fields: str, **words: str) -> None:
     """Add fields of records (one record, or a slice along `loop`); row : that of the coordinate."""
     for field in fields.split():
-        values, result = view.fields[family][field][:, index], RESULTS[family][field]
-        name, unit, text = (worded(row, what).format(**words) for what in result)
+        name, unit, text = (worded(row, what).format(**words) for what in RESULTS[family][field])
+        if view.wanted is not None and name not in view.wanted:
+            continue
+        values = view.fields[family][field][:, index]
         if values.ndim == 1:
             found.scalar(name, values, unit, text)
         else:

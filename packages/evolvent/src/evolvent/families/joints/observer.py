@@ -9,8 +9,9 @@ import numpy as np
 
 from evolvent.assembly.references import split_reference
 from evolvent.families.joints import joint as kernels
+from evolvent.families.joints.angles import coordinate_at_samples
 from evolvent.families.joints.observer_gears import observe_gear
-from evolvent.kernels import axial, rigid, sides
+from evolvent.kernels import axial, sides
 from evolvent.kernels.constraint_rows import CENTRE
 from evolvent.model import RESULTS, zeros
 from evolvent.results.observe.variables import Observed, dot, norm, observer, unwrapped
@@ -209,12 +210,9 @@ def revolute(view: View, rows: list[int]) -> tuple[Array, Array] | None:
 
 def coordinate_at(view: View, row: Any) -> tuple[Array, Array]:
     """Angle within half a turn, or travel, and its rate, of a row of the family `coordinates` at the samples: (nt,)."""
-    model, none = view.model, np.zeros(1, dtype=np.int64)
     found = np.empty((2, view.t.size))
-    for k, (t, y) in enumerate(zip(view.t, view.y, strict=True)):
-        rigid.kinematics(t, y, model)
-        axial.measure_coordinate(y, none, row, model.bodies, 0)
-        found[:, k] = row["angle"][0], row["rate"][0]
+    t, y = np.ascontiguousarray(view.t), np.ascontiguousarray(view.y)
+    coordinate_at_samples(t, y, np.zeros(1, dtype=np.int64), row, view.model, found)
     return found[0], found[1]
 
 

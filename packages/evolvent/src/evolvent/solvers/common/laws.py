@@ -216,8 +216,8 @@ def _uses(assembly: Assembly) -> Iterator[_Use]:
     """Records that call users' laws: drives first, then laws that take what the last forces have left."""
     found = []
     for family in families().values():
-        for law in family.laws:
-            rows = family.records(assembly.model)
+        rows = family.records(assembly.model)
+        for law in family.laws if rows.size else ():
             found += [_Use(family.name, k, rows[k], law) for k in np.flatnonzero(law.which(rows)).tolist()]
     yield from sorted(found, key=lambda use: (not use.law.is_of_time, not use.law.as_left))
 

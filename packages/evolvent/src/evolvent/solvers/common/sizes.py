@@ -79,9 +79,12 @@ def strain_round_off(model: mdl.Model) -> float:
     return STRAIN_ROUND_OFF / RESOLVED * form_energy(model)
 
 
-def round_off_energy(assembly: Assembly, time: float) -> float:
-    """Round-off of the energies and works that a run from `time` handles, J: of weights lifted and of laws' forces."""
-    weight, mass = sizes(assembly)
+def round_off_energy(assembly: Assembly, time: float, known: tuple[np.ndarray, float] | None = None) -> float:
+    """Round-off of the energies and works that a run from `time` handles, J: of weights lifted and of laws' forces.
+
+    `known` are the `sizes` of the assembly, where they have been found.
+    """
+    weight, mass = sizes(assembly) if known is None else known
     return WORK_ROUND_OFF * (_lifted(assembly.model, mass, weight) + largest_works(assembly, time))
 
 

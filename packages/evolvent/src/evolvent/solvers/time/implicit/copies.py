@@ -25,7 +25,7 @@ from evolvent.solvers.time.implicit.many_steps import advance_many, begin_many, 
 from evolvent.solvers.time.implicit.messages import reason
 from evolvent.solvers.time.implicit.methods import METHODS
 from evolvent.solvers.time.implicit.run import ImplicitRun
-from evolvent.solvers.time.implicit.workspace import AT_RESTART, BUDGET, DONE, STOPPED, Workspace
+from evolvent.solvers.time.implicit.workspace import AT_RESTART, BUDGET, DONE, SAMPLED, STOPPED, Workspace
 from evolvent.solvers.time.pace import Pace
 from evolvent_base.errors import InputError
 
@@ -63,7 +63,8 @@ class Copies:
     def __init__(self, run: ImplicitRun, count: int, workers: int) -> None:
         self.run, self.count, self.workers = run, count, workers
         self.midpoint, self.check = run.midpoint, None
-        self.memory = Memory({"model": run.model, "matrix": run.matrix, "work": run.work})
+        later = {("work", name) for name in SAMPLED}
+        self.memory = Memory({"model": run.model, "matrix": run.matrix, "work": run.work}, later)
         self.blocks = self.memory.room(count)
         self.status, self.reasons = np.zeros(count, dtype=np.int64), dict[int, str]()
         self._codes = np.zeros(count, dtype=np.int64)

@@ -154,19 +154,13 @@ def plan(
     return ImplicitPlan(mine, method, times, step, matrix_for(mine), weight, options, asked)
 
 
-def planned_again(plan: ImplicitPlan, assembly: Assembly) -> tuple[np.ndarray, np.record]:
+def numbers_again(plan: ImplicitPlan, assembly: Assembly) -> tuple[np.ndarray, np.record]:
     """`weight` and `options` of the plan that another model of the same structure would have.
 
     Parameters
     ----------
     assembly : with a model of its own, that of the plan with other numbers
-
-    Raises
-    ------
-    InputError
-        Where its constraints contradict the start.
     """
-    check_start(assembly, float(plan.times[0]))
     return _numbers(assembly, plan.asked)
 
 
@@ -198,7 +192,7 @@ def _numbers(mine: Assembly, asked: _Asked) -> tuple[np.ndarray, np.record]:
     else:
         gain, span = eb.GAINED, 10.0 * first if adaptive else first
         floor *= gain if largest_gain is None else largest_gain
-    floor += round_off_energy(mine, times[0])
+    floor += round_off_energy(mine, times[0], (weight, mass))
     floor += (gain if largest_gain is None else largest_gain) * paid_out_energy(mine, times[0], times[-1])
     options = zeros_record(
         OPTIONS,
@@ -231,7 +225,8 @@ def _newton(assembly: Assembly, conserves: bool, step: float | None, tolerance: 
     model = assembly.model
     if conserves:
         return LEAST_NEWTON if step is not None or not acts_from_outside(model) else min(1e-3 * tolerance, 1e-6)
-    if any(np.any(mask(getattr(model, name))) for name, mask in asked("implicit.taut").items()):
+    taut = ((mask, getattr(model, name)) for name, mask in asked("implicit.taut").items())
+    if any(rows.size and np.any(mask(rows)) for mask, rows in taut):
         return 1e-13
     free = np.sum(model.bodies["motion"] == rigid.FREE) - sum(own.size for own in along_axes(model))
     spins = bool(free > 0)  # bodies but the nodes of rods, whose error adds up step by step
