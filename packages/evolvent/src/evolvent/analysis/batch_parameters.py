@@ -189,8 +189,8 @@ class VariedRun:
             raise InputError("copies of a system with `store` cannot have their own values; use evolvent.simulate_many")
         if follows_masses(self.system.sections):
             raise InputError(
-                "copies of a system that spins about its centre of mass cannot have their own values; give `about` in "
-                "`spin`, or use evolvent.simulate_many"
+                "copies of a system that spins about its centre of mass, or starts from a run, cannot have their own "
+                "values; give `about` in `spin`, or use evolvent.simulate_many"
             )
         own = variation.with_values(self.system, values)
         alike = own.settings == self.system.settings and own.sections == self.system.sections

@@ -66,7 +66,7 @@ class ManyRuns:
         if assembly.laws or assembly.expressions or families.reacts(assembly.model) or storage_of(own.sections):
             raise InputError("runs with laws of users, feedback or storage are made one by one")
         if follows_masses(own.sections):
-            raise InputError("runs that start with a spin about the centre of mass are made one by one")
+            raise InputError("runs that start from a run, or with a spin about the centre of mass, are made one by one")
         samples = sample_times(options.pop("until"), options.pop("every", None), values=assembly.y.size)
         check_run(assembly, samples, options.get("step"))
         fine = options.pop("fine", True) and not is_local(assembly, self.keep)

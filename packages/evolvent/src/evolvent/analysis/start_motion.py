@@ -73,7 +73,9 @@ class StartMotion(Section):
 
 
 def follows_masses(sections: Mapping[str, Any]) -> bool:
-    """Whether the velocities at the start follow from masses: of what turns about its centre of mass."""
+    """Whether the velocities at the start may follow from masses: of what turns about its centre of mass, or goes on."""
+    if KEY in sections:
+        return True
     spin = StartMotion.of(sections).spin
     return any(one.about is None for one in ((spin,) if isinstance(spin, Spin) else spin))
 
