@@ -108,21 +108,21 @@ def started_from(assembly: Assembly, sections: Mapping[str, Any]) -> Assembly:
     gone = np.array([name in end["released"] for name in assembly.row_parts], dtype=bool)
     for k in np.flatnonzero(gone).tolist():
         of, index = family_of(model, k)
-        _let_go(model.constraints, k)
-        _let_go(families()[of].records(model), index)
+        _release(model.constraints, k)
+        _release(families()[of].records(model), index)
     for one in families().values():
         if {"switch", "latest"} <= set(one.record.names or ()):
             rows = one.records(model)
             for k in np.flatnonzero(rows["switch"] >= 0).tolist():
                 if s[rows["switch"][k]] != 0:
-                    _let_go(rows, k)
+                    _release(rows, k)
     found = dataclasses.replace(assembly, model=model, y=y, s=s, touched=None)
     check_constraints(found, RATES)
     return _on_constraints(found)
 
 
-def _let_go(rows: Array, k: int) -> None:
-    """Let a record be released before the start, also where a solver begins again."""
+def _release(rows: Array, k: int) -> None:
+    """Release a record before the start, also where a solver begins again."""
     for field in ("until", "latest"):
         if field in (rows.dtype.names or ()):
             rows[field][k] = -np.inf
