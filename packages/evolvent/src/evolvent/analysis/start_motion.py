@@ -73,7 +73,7 @@ class StartMotion(Section):
 
 
 def follows_masses(sections: Mapping[str, Any]) -> bool:
-    """Whether the velocities at the start may follow from masses: of what turns about its centre of mass, or goes on."""
+    """Whether the velocities at the start may follow from masses: of a turn about the centre of mass, or a run before."""
     if KEY in sections:
         return True
     spin = StartMotion.of(sections).spin
