@@ -73,7 +73,7 @@ class StartMotion(Section):
 
 
 def follows_masses(sections: Mapping[str, Any]) -> bool:
-    """Whether the velocities at the start may follow from masses: of a turn about the centre of mass, or a run before."""
+    """Whether velocities at the start may follow from masses: a turn about the centre of mass, or a run before it."""
     if KEY in sections:
         return True
     spin = StartMotion.of(sections).spin
