@@ -269,14 +269,14 @@ def test_a_line_load_on_a_boom(kind):
 
 
 def test_variants_share_stations_unless_their_elastic_parts_differ():
-    mechanism._STATIONS.clear()
+    mechanism._PLACES.clear()
     across(parts.Rod(**STRIP)).margin(zero=NONE, **STILL)
-    assert len(mechanism._STATIONS) == 1
+    assert len(mechanism._PLACES) == 1
     harder = across(parts.Rod(**STRIP)).with_values({"hinge.stiffness": 3.0})
     harder.margin(zero=NONE, **STILL)
-    assert len(mechanism._STATIONS) == 1
+    assert len(mechanism._PLACES) == 1
     across(parts.Rod(**STRIP | {"length": 1.01 * LENGTH})).margin(zero=NONE, **STILL)
-    assert len(mechanism._STATIONS) == 2
+    assert len(mechanism._PLACES) == 2
 
 
 def test_along_a_run_the_strip_resists_as_at_rest():

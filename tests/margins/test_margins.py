@@ -37,9 +37,9 @@ def joined(*bodies):
     return mass, sum(i + m * (x - centre) @ (x - centre) for m, i, x in bodies), centre
 
 
-def array_by_hand(hinge, x):
-    """Driving torque and reflected inertia of a hinge of the built-in solar array, the others at their start."""
-    angles = [math.pi / 2, -math.pi, math.pi]
+def array_by_hand(hinge, x, others=1.0):
+    """Driving torque and reflected inertia of a hinge of the built-in solar array; others: share of their start."""
+    angles = [others * math.pi / 2, -others * math.pi, others * math.pi]
     angles[hinge] = x
     corner, turn, bodies = np.array([0.55, -0.5]), 0.0, [(300.0, 70.0, np.zeros(2))]
     hinges = []
@@ -60,6 +60,18 @@ def array_by_hand(hinge, x):
 def array():
     """Margins of the built-in solar array at rest."""
     return evolvent.load("solar-array").margin(motion=False)
+
+
+def test_hinges_that_move_together():
+    """At each station all hinges of the solar array stand at the same share of their travels."""
+    margins = evolvent.load("solar-array").margin(others="together", **STILL)
+    for hinge in range(3):
+        table = margins[f"hinge {hinge + 1}"]
+        for x, inertia, available in zip(table.x, table.inertia, table.available, strict=True):
+            torque, by_hand = array_by_hand(hinge, x, x / table.x[0])
+            assert inertia == pytest.approx(by_hand, rel=1e-9)
+            assert available == pytest.approx(0.8 * torque, abs=1e-9)
+    assert "at the same share of their travel" in str(margins)
 
 
 @pytest.mark.parametrize("hinge", [0, 1, 2])

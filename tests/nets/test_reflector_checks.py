@@ -105,12 +105,12 @@ def test_best_fit_against_another_solution(offset: float) -> None:
     surface = {"paraboloid": {"focal_length": FOCAL, "diameter": 10.0, "offset": offset}}
     found = system(surface=surface).reflector()
     p, w = error.quadrature(found.x, found.topology.facets)
+    weights = np.sqrt(w / w.sum()) / (1.0 + (p[:, 0] ** 2 + p[:, 1] ** 2) / (4.0 * FOCAL**2))
 
     def left(q: Array) -> Array:
         own = (p - q[:3]) @ Rotation.from_euler("XY", q[3:5]).as_matrix()
         square = own[:, 0] ** 2 + own[:, 1] ** 2
-        off = own[:, 2] - square / (4.0 * q[5] * FOCAL)
-        return np.asarray(np.sqrt(w / w.sum()) * off / (1.0 + square / (4.0 * FOCAL**2)))
+        return np.asarray(weights * (own[:, 2] - square / (4.0 * q[5] * FOCAL)))
 
     other = least_squares(left, [0.0, 0.0, 0.0, 0.0, 0.0, 1.0], method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15)
     assert found.error.fit.rms == pytest.approx(float(np.linalg.norm(other.fun)), rel=1e-9)

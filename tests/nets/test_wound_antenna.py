@@ -155,6 +155,8 @@ def test_margin_of_the_hinge() -> None:
     parts["rib"]["elements"] = 2
     del parts["net"]
     zero = ["hysteresis", "harness", "motor losses", "adhesion", "load", "acceleration"]
+    with pytest.raises(InputError, match="'net' starts slack on its folded rim"):
+        ev.load(content()).margin(motion=False)
     margins = ev.load(found).margin(motion=False, zero=zero, stations=5)
     spring, friction = 0.006 * math.radians(120.0), 5e-4
     assert margins.least == pytest.approx(0.8 * spring / (2.0 * 3.0 * friction) - 1.0, rel=1e-6)

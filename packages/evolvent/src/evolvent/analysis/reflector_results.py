@@ -231,18 +231,36 @@ class ReflectorResults(Shown):
         plan = signed_areas(self.topology.plan, self.topology.facets)
         if over := int((signed_areas(self.x, self.topology.facets) * plan <= _TURNED * plan**2).sum()):
             found.append(f"{over} of {len(plan)} facets are turned over, or have no area, beside those of the topology")
-        scale = self.error.fit.scale
-        if not 1.0 / _OTHER < scale < _OTHER:
-            found.append(
-                f"the surface that fits best has {scale:.3g} times the heights of the wanted one: neither its rms nor "
-                f"the loss of gain is that of a feed at the wanted focus"
-            )
+        found += [
+            f"the surface{when} that fits best has {error.fit.scale:.3g} times the heights of the wanted one: neither "
+            f"its rms nor the loss of gain is that of a feed at the wanted focus"
+            for when, error in self._errors()
+            if not 1.0 / _OTHER < error.fit.scale < _OTHER
+        ]
         if limit is not None and self.tolerance.bound > limit:
             found.append(
                 f"with lengths that are {quantity(self.keys.length_error, 'm')} wrong 95 % of all reflectors keep "
                 f"{quantity(self.tolerance.bound, 'm')} rms about the best fit; the limit is {quantity(limit, 'm')}"
             )
         return found
+
+    @property
+    def unknown(self) -> list[str]:
+        """What best fits do not tell, one sentence each."""
+        return [
+            f"the surface{when} does not determine {', '.join(error.fit.undetermined)} of its best fit: other values "
+            f"fit as well"
+            for when, error in self._errors()
+            if error.fit.undetermined
+        ]
+
+    def _errors(self) -> Iterator[tuple[str, SurfaceError]]:
+        """Errors of all surfaces, each with words for when it is such."""
+        yield "", self.error
+        if self.warm is not None:
+            yield f" at {self.keys.temperature:+g} K", self.warm
+        if self.after is not None:
+            yield " after the run", self.after.error
 
     def called(self, k: int) -> str:
         """Name of a cord in tables: what it is, and the nodes that it joins."""
@@ -278,7 +296,7 @@ class ReflectorResults(Shown):
             sections.append(an.Section(title="Case", blocks=[an.Listing(self.case)], level=an.PAGE))
         return an.Answer(
             title=f"Reflector {self.name!r}" + (f" of {self.title}" if self.title else ""), facts=facts,
-            warnings=self.fails, sections=sections,
+            warnings=[*self.fails, *self.unknown], sections=sections,
             notes=list(self.notes()), made=made_with(),
             files={"reflector.json": lambda: an.as_json(self.to_dict()), "reflector.csv": self._csv},
         )  # fmt: skip

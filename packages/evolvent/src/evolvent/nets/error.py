@@ -14,10 +14,15 @@ import numpy as np
 import scipy
 
 from evolvent.nets.surface import Surface
+from evolvent_base.errors import InputError
 
 Array = np.ndarray
 #: Speed of light, m/s.
 LIGHT = 299792458.0
+#: Parameters of a best fit, and the singular value beside the largest one below which nothing determines them; share of
+#: a parameter in such a direction that counts.
+PARAMETERS = ("shift along x", "shift along y", "shift along z", "tilt about x", "tilt about y", "scale of heights")
+_UNDETERMINED, _COUNTS = 1e-9, 0.05
 
 
 def _rule() -> tuple[Array, Array]:
@@ -45,12 +50,15 @@ class Fit(NamedTuple):
     shift : (3,) float, m; turn : (2,) float, rad, about x and y; scale : float, of the heights: of a paraboloid its
         wanted focal length over the fitted one
     rms : float, m, what is left of the half path error
+    undetermined : names of `PARAMETERS` that may change without a change of the error, to first order: their
+        values say nothing
     """
 
     shift: Array
     turn: Array
     scale: float
     rms: float
+    undetermined: tuple[str, ...] = ()
 
 
 class SurfaceError(NamedTuple):
@@ -130,21 +138,37 @@ def best_fit(points: Array, weights: Array, surface: Surface) -> Fit:
     Parameters
     ----------
     points : (p, 3) float, m; weights : (p,) float
+
+    Raises
+    ------
+    InputError
+        If no fit is found.
+
+    Notes
+    -----
+    The squares of cosines are those of the wanted surface at the points, which the fit does not change: far from the
+    vertex of a paraboloid they vanish, so that with those of the fitted surface a dish that is shifted to infinity
+    would leave no error of any points.
     """
-    share = np.sqrt(weights / weights.sum())
+    share = np.sqrt(weights / weights.sum()) * slant(surface, points[:, 0], points[:, 1])
     size = 0.5 * surface.diameter
 
     def left(p: Array) -> Array:
         shifted = points - size * p[:3]
         own = shifted @ scipy.spatial.transform.Rotation.from_rotvec([p[3], p[4], 0.0]).as_matrix()
-        off = own[:, 2] - (1.0 + p[5]) * surface.height(own[:, 0], own[:, 1])
-        return np.asarray(share * off * slant(surface, own[:, 0], own[:, 1]) / size)
+        return np.asarray(share * (own[:, 2] - (1.0 + p[5]) * surface.height(own[:, 0], own[:, 1])) / size)
 
     found = scipy.optimize.least_squares(
-        left, np.zeros(6), method="trf", x_scale=1.0, xtol=1e-15, ftol=1e-15, gtol=1e-15
+        left, np.zeros(6), jac="3-point", method="trf", x_scale=1.0, xtol=1e-15, ftol=1e-15, gtol=1e-15
     )
     p = found.x
-    return Fit(size * p[:3], p[3:5], 1.0 + float(p[5]), size * float(np.linalg.norm(found.fun)))
+    if not found.success:
+        raise InputError(f"no best fit of the surface to its {len(points)} points is found in {found.nfev} iterations")
+    _, sizes, directions = np.linalg.svd(found.jac, full_matrices=len(points) < len(p))
+    sizes = np.concatenate([sizes, np.zeros(len(p) - sizes.size)])
+    open_ = np.linalg.norm(directions[sizes <= _UNDETERMINED * sizes.max()], axis=0) > _COUNTS
+    names = tuple(name for name, one in zip(PARAMETERS, open_, strict=True) if one)
+    return Fit(size * p[:3], p[3:5], 1.0 + float(p[5]), size * float(np.linalg.norm(found.fun)), names)
 
 
 def mean_square_slope(x: Array, facets: Array, surface: Surface) -> tuple[float, Array]:

@@ -10,6 +10,7 @@ yield: their depth is that of the coordinates. Elastic parts are in equilibrium 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -102,24 +103,27 @@ def _is_free(mechanism: MechanismModels, own: Array, rows: list[int], at: Positi
 
 
 def first_touch(
-    mechanism: MechanismModels, share: Share, held: dict[int, float], direction: Direction, k: int, there: Position,
+    mechanism: MechanismModels, share: Share, near: Mapping[int, tuple[float, float]], direction: Direction, k: int,
     before: Position | None,
 ) -> float:  # fmt: skip
     """Value of coordinate k from which on a contact touches, rad or m.
 
     Parameters
     ----------
-    there, before : a station at which it touches, and the one before, at which it does not; None at the first one
+    near : values of the coordinates at the station before, at which it does not touch, and at one at which it does, by
+        row
+    before : the position of the former; None at the first station
     """
-    x = float(there.x[k])
     if before is None:
-        return x
+        return near[k][1]
     switches = mechanism.bare.switches.copy()
+    low, high = 0.0, 1.0
     for _ in range(_HALVINGS):
-        middle = mechanism.move({**held, k: 0.5 * (float(before.x[k]) + x)}, before)
+        half = 0.5 * (low + high)
+        middle = mechanism.move({j: first + (last - first) * half for j, (first, last) in near.items()}, before)
         if touching(mechanism, [share], direction, middle):
-            x = float(middle.x[k])
+            high = half
         else:
-            before = middle
+            low, before = half, middle
     mechanism.bare.switches[:] = switches
-    return x
+    return near[k][0] + (near[k][1] - near[k][0]) * high

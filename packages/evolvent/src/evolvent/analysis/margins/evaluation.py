@@ -200,8 +200,7 @@ def at_rest(assembly: Assembly, keys: Margin) -> AtRest:
         free = Mechanism(assembly, spin, held, relaxed=slow) if held or slow else mechanism
         start = free.at_rest(keys.time)
         asked = lines.with_others(free, lines.coordinates_of(free, keys, start), start)
-        ends = {one.k: one.end for one in asked} if keys.others == "end" else {}
-        still = [_along_travel(free, one, found, ends, keys, (standard, evidence)) for one in asked]
+        still = [_along_travel(free, one, asked, found, keys, (standard, evidence)) for one in asked]
     return AtRest(assembly, keys, label, standard, evidence, mechanism, found, still, spools, opened)
 
 
@@ -258,15 +257,23 @@ def _check_parts(keys: Margin, found: list[Share], assembly: Assembly, standard:
 
 
 def _along_travel(
-    mechanism: Mechanism, one: lines.MarginCoordinate, found: list[Share], ends: Mapping[int, float],
+    mechanism: Mechanism, one: lines.MarginCoordinate, asked: list[lines.MarginCoordinate], found: list[Share],
     keys: Margin, known: tuple[Standard, str],
 ) -> MarginTable:  # fmt: skip
-    """The table at rest of one coordinate, from the start of the system."""
+    """The table at rest of one coordinate of those that are asked for, from the start of the system."""
     at = mechanism.at_rest(keys.time)
-    held = {k: float(ends.get(k, at.x[k])) for k in (mechanism.names.index(name) for name in one.held)}
-    if ends:
-        at = mechanism.move({**held, one.k: float(at.x[one.k])}, at)
-    return tables.along_travel(mechanism, one, found, held, keys.stations, at, known)
+    held = [mechanism.names.index(name) for name in one.held]
+    travels = {k: (float(at.x[k]), float(at.x[k])) for k in held}
+    if keys.others != "start":
+        for other in (other for other in asked if other.k in travels):
+            travels[other.k] = (other.start if keys.others == "together" else other.end), other.end
+    travels[one.k] = one.start, one.end
+    if keys.others == "together":  # in one order, so that all coordinates have the same stations
+        travels = dict(sorted(travels.items()))
+    if keys.others == "end":
+        at = mechanism.move({**{k: end for k, (_, end) in travels.items()}, one.k: float(at.x[one.k])}, at)
+    targets = {k: np.linspace(*ends, keys.stations) for k, ends in travels.items()}
+    return tables.along_travel(mechanism, one, found, targets, at, known)
 
 
 def _given(table: MarginTable) -> set[str]:

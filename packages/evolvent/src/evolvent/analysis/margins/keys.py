@@ -62,8 +62,10 @@ class Margin(Section):
     stations: Annotated[int, units.Whole(least=2, most=10_000)] = Field(
         37, description="positions along each travel, both ends included"
     )
-    others: Literal["start", "end"] = Field(
-        "start", description="where the other coordinates are held: at their start, or at the end of their travel"
+    others: Literal["start", "end", "together"] = Field(
+        "start",
+        description="where the other coordinates are held: at their start, at the end of their travel, or together: at "
+        "the same share of their travel",
     )
     pace: Literal["fast", "slow"] = Field(
         "fast",

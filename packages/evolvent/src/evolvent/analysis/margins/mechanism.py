@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -51,8 +51,9 @@ _RANK, _OFF = 1e-10, 1e-7
 _ROUND_OFF = 1e-12
 #: Largest move between two positions, rad and m; iterations to a position, and what it may be off.
 _MOVE, _ITERATIONS, _REACHED = 0.2, 30, 1e-13
-#: Stations of coordinates that were found last, and how many coordinates are kept.
-_STATIONS: dict[Any, list[tuple[Position, Direction, Array]]] = {}
+#: Places and directions of the travels that were found last, and how many of them are kept.
+_PLACES: dict[Any, list[tuple[Position, Array]]] = {}
+_DIRECTIONS: dict[Any, list[Direction]] = {}
 _MOST_KEPT = 32
 
 
@@ -268,30 +269,35 @@ class Mechanism(MechanismModels):
     # ------------------------------------------------------------------------------------------------ positions
 
     def stations(
-        self, k: int, sense: float, held: dict[int, float], xs: Array, at: Position
+        self, k: int, sense: float, targets: Mapping[int, Array], at: Position
     ) -> Iterator[tuple[Position, Direction]]:
-        """Positions in which coordinate k has the values xs, one after the other, with its direction there.
+        """Positions along a travel, one after the other, with the direction of coordinate k there.
 
         Positions do not depend on what is in no constraint and no mass, such as stiffnesses: mechanisms that differ in
-        that alone share them.
+        that alone share them, and so do coordinates that move together.
 
         Parameters
         ----------
         sense : 1 or -1, of the direction
-        held : values of the coordinates that are held, by row
+        targets : values (n,) at the stations of coordinate k and of those that are held, by row
         at : a position at rest, from which the first one is sought
         """
-        key = (self._digest, k, sense, tuple(held.items()), xs.tobytes(), at.t, at.y.tobytes())
-        known = _STATIONS.pop(key, None)
-        if known is None:
-            known = []
-            for x in xs:
-                at = self.move({**held, k: float(x)}, at)
-                known.append((at, self.direction(k, list(held), sense, at, still=True), self.bare.switches.copy()))
-        _STATIONS[key] = known
-        if len(_STATIONS) > _MOST_KEPT:
-            del _STATIONS[next(iter(_STATIONS))]
-        for there, direction, switches in known:
+        path = tuple((j, values.tobytes()) for j, values in targets.items())
+        key = (self._digest, path, at.t, at.y.tobytes())
+        held = [j for j in targets if j != k]
+        places, directions = _PLACES.pop(key, []), _DIRECTIONS.pop((*key, k, sense), [])
+        for n in range(targets[k].size):
+            if n == len(places):
+                at = self.move({j: float(values[n]) for j, values in targets.items()}, at)
+                places.append((at, self.bare.switches.copy()))
+            at, self.bare.switches[:] = places[n]
+            if n == len(directions):
+                directions.append(self.direction(k, held, sense, at, still=True))
+        _PLACES[key], _DIRECTIONS[*key, k, sense] = places, directions
+        for kept in (_PLACES, _DIRECTIONS):
+            if len(kept) > _MOST_KEPT:
+                del kept[next(iter(kept))]
+        for (there, switches), direction in zip(places, directions, strict=True):
             self.bare.switches[:] = switches
             yield there, direction
 

@@ -27,6 +27,8 @@ else:
 
 #: Colours of the area between what is available and what is required, where that is above 0 and where it is below.
 _ENOUGH, _LACKING = "#cfe8cf", "#f3c9c9"
+#: Where the other coordinates stand, by the key `others`.
+_STAND = {"start": "at their start", "end": "at their end", "together": "at the same share of their travel"}
 
 
 class MarginResults(Shown):
@@ -206,7 +208,7 @@ class MarginResults(Shown):
     def notes(self) -> list[str]:
         """Sentences on what was assumed, and on dead points that only speed passes."""
         found = [
-            f"stations: the other coordinates stand at their {self.keys.others}; kinetic energy does not count",
+            f"stations: the other coordinates stand {_STAND[self.keys.others]}; kinetic energy does not count",
             *self.remarks,
         ]
         dampers = any(share.category == DAMPING for table in self.tables for share in table.shares)

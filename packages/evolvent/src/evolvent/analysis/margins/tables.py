@@ -161,27 +161,29 @@ class MarginTable:
 
 
 def along_travel(
-    mechanism: Mechanism, coordinate: MarginCoordinate, shares: list[Share], held: dict[int, float], stations: int,
-    at: Position, known: tuple[Standard, str],
+    mechanism: Mechanism, coordinate: MarginCoordinate, shares: list[Share], targets: Mapping[int, Array], at: Position,
+    known: tuple[Standard, str],
 ) -> MarginTable:  # fmt: skip
     """The table at rest, station by station.
 
     Parameters
     ----------
-    held : values of the coordinates that are held, by row
+    targets : values (n,) at the stations of the coordinate and of those that are held, by row
     at : a position at rest, from which the first station is sought
     known : the table of factors, and the evidence of what has no own
     """
-    xs = np.linspace(coordinate.start, coordinate.end, stations)
-    values, inertia = np.zeros((len(shares), stations)), np.zeros(stations)
-    energy, before, touches = np.zeros(stations), None, dict[str, float]()
-    for n, (there, direction) in enumerate(mechanism.stations(coordinate.k, coordinate.sense, held, xs, at)):
-        rows = [coordinate.k, *held]
+    k = coordinate.k
+    xs = targets[k]
+    rows = [k, *(j for j in targets if j != k)]
+    values, inertia = np.zeros((len(shares), xs.size)), np.zeros(xs.size)
+    energy, before, touches = np.zeros(xs.size), None, dict[str, float]()
+    for n, (there, direction) in enumerate(mechanism.stations(k, coordinate.sense, targets, at)):
         found = contacts.touching(mechanism, shares, direction, there)
         contacts.refuse_undetermined(mechanism, found, rows, there)
         for name in found.keys() - touches.keys():
             share, _ = found[name]
-            touches[name] = contacts.first_touch(mechanism, share, held, direction, coordinate.k, there, before)
+            near = {j: (float(own[max(n - 1, 0)]), float(own[n])) for j, own in targets.items()}
+            touches[name] = contacts.first_touch(mechanism, share, near, direction, k, before)
         before = there
         energy[n] = 0.0 if mechanism.elastic is None else mechanism.elastic.energy(there)
         values[:, n], inertia[n] = _powers(mechanism, shares, direction, there, rows, None), direction.inertia
