@@ -97,7 +97,9 @@ def sheet(figure: Figure, *, dpi: float = DPI, title: bool = True, label: str = 
         rows = -(-len(figure.panels) // figure.columns)
         named = [any(line.label for line in panel.lines) for panel in figure.panels]
         shared = figure.columns > 1 and named[0] and not any(named[1:]) and not label
-        size = (WIDTH / figure.columns - 22.0, height / rows - 14.0)
+        names = [name for panel in figure.panels for name in (panel.y_names or {}).values()]
+        beside = max([22.0, *(14.0 + text_width(name, 7.5) for name in names)])  # axes in a column have one left edge
+        size = (WIDTH / figure.columns - beside, height / rows - 14.0)
         places: list[Place] = []
         for panel in figure.panels:
             named_by = figure.panels[0] if shared else panel

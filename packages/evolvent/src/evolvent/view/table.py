@@ -66,11 +66,18 @@ class Row:
 # ------------------------------------------------------------------------------------------------ repeated parts
 
 
+#: Most names, or ranges of numbers, that are listed in full.
+_LISTED = 4
+
+
 def listed(names: Sequence[str]) -> str:
-    """Names of which only a number differs, in one: "rib 1 to 4, 7 and 9"; others with commas between them."""
+    """Names of which only a number differs, in one: "rib 1 to 4, 7 and 9"; others with commas between them.
+
+    Of many the first two and the last, and how many they are: "crease 2, 6, .. 131 (28)".
+    """
     split = [_NUMBERED.fullmatch(name) for name in names]
     if len(names) < 2 or any(one is None for one in split) or len({(one[1], one[3]) for one in split if one}) > 1:
-        return ", ".join(names)
+        return ", ".join(names) if len(names) <= _LISTED else f"{names[0]}, {names[1]}, .. {names[-1]} ({len(names)})"
     spans: list[list[int]] = []
     for number in sorted(int(one[2]) for one in split if one):
         if spans and number == spans[-1][1] + 1:
@@ -78,9 +85,11 @@ def listed(names: Sequence[str]) -> str:
         else:
             spans.append([number, number])
     words = [str(a) if a == b else f"{a} {'to' if b > a + 1 else 'and'} {b}" for a, b in spans]
+    assert split[0] is not None
+    if len(words) > _LISTED:
+        return f"{split[0][1]}{words[0]}, {words[1]}, .. {words[-1]}{split[0][3]} ({len(names)})"
     if len(words) > 1:
         words = [", ".join(words[:-1]) + f" and {words[-1]}"]
-    assert split[0] is not None
     return f"{split[0][1]}{words[0]}{split[0][3]}"
 
 
