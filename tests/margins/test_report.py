@@ -16,7 +16,7 @@ pytestmark = pytest.mark.slow
 
 def margins_of(run: Any) -> list[Any]:
     """Blocks of the margins of a run."""
-    return report._margins(run, report._Stored.of(run))
+    return report._margins(run, report._Stored.of(run))[1]
 
 
 @pytest.fixture(scope="module")

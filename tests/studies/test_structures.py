@@ -51,9 +51,9 @@ def study():
     [
         ("parts.tip-mass.mass", "kg", "Of the point."),
         ("parts.left post.points.eye.2", "m", "Points of the body"),
-        ("parts.push.profile.table.1.0", "s", "rows [time, value]"),
-        ("parts.push.profile.table.1.1", "N", "rows [time, value]"),
-        ("parts.push.profile.sine.amplitude", "N", "values"),
+        ("parts.push.profile.table.1.0", "s", "Rows [time, value]"),
+        ("parts.push.profile.table.1.1", "N", "Rows [time, value]"),
+        ("parts.push.profile.sine.amplitude", "N", "Values"),
         ("gravity.2", "m/s^2", "acts on every mass"),
         ("simulate.until", "s", "end of the run"),
         ("parts.spring.a", "", "Ends"),
@@ -106,10 +106,10 @@ def test_names_that_would_coincide_are_refused(study):
         studies.read(study)
 
 
-def test_stages_are_for_systems_that_start_from_a_run(study):
-    study["stages"] = [{"name": "one"}, {"name": "two"}]
-    with pytest.raises(InputError, match="no run of 'structure' can start from another; leave them out"):
-        studies.read(study)
+def test_stages_are_for_systems_that_start_from_a_run():
+    stages = [{"name": "one"}, {"name": "two"}]
+    with pytest.raises(InputError, match="no run of 'heliogyro' can start from another; leave them out"):
+        studies.read({"case": "heliogyro", "stages": stages, "over": {"blade.nodes": [3, 5]}})
 
 
 @pytest.mark.slow

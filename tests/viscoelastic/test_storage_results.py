@@ -137,8 +137,7 @@ def test_the_tape_hinge_after_ten_years_has_margins_a_latch_and_an_angle_that_st
 
 def test_a_boom_has_its_time_to_deploy_and_its_shapes_before_and_after() -> None:
     found = evolvent.load("boom-on-drum-stored").storage()
-    (_, (name, before, after)) = found.event_rows()
-    assert name == "out"
+    before, after = next(row[1:] for row in found.event_rows() if row[0] == "out")
     assert float(before.split()[0]) < float(after.split()[0])
     for run, text in zip(found.runs, (before, after), strict=True):
         place = np.interp(float(text.split()[0]), run.time.values, run["boom"].tip_position.values[:, 0])

@@ -102,7 +102,7 @@ def test_a_report_holds_texts_as_texts(run, attack, monkeypatch, tmp_path):
         if "long_name" in variable.attrs:
             variable.attrs["long_name"] = attack
     with monkeypatch.context() as patch:
-        patch.setattr(report, "_animation", lambda run, found: [])
+        patch.setattr(report, "_animation", lambda run, found, written: [])
         patch.setattr(plots, "picture", lambda figure, kind, **_: b"-")  # one is drawn below
         report.write(hostile, str(tmp_path / "report.html"))
     page = (tmp_path / "report.html").read_text(encoding="utf-8")

@@ -58,6 +58,9 @@ def identify(
     columns = [name.strip() for name in (variables or "").split(",") if name.strip()]
     if figures is not None:
         files.check_writable_folder(figures)
+    if output is not None and stand is not None:
+        files.check_writable(output)
+        _not_an_input(output, {stand: "the stand's file", **dict.fromkeys(signals, "one of the signals' files")})
     if stand is not None and torsion_rig.states_rig(stand, overrides):
         _rig(signals, stand, output, figures, overrides, quiet=quiet)
         return
@@ -76,9 +79,6 @@ def identify(
             showing.show(found.answer())
         _draw(figures, found_modes)
         return
-    if output is not None:
-        files.check_writable(output)
-        _not_an_input(output, {stand: "the stand's file", **dict.fromkeys(signals, "one of the signals' files")})
     if columns:
         overrides = {"signals.sensors": [{"column": name} for name in columns]} | overrides
     given = description.load(stand, overrides)
@@ -106,9 +106,6 @@ def _rig(
     """Mass properties of a part on a torsion rig."""
     if signals:
         raise InputError(f"{signals[0]!r}: a torsion rig takes no SIGNALS; its periods stand in {stand!r}")
-    if output is not None:
-        files.check_writable(output)
-        _not_an_input(output, {stand: "the stand's file"})
     found = torsion_rig.evaluate(stand, overrides)
     if output is not None:
         found.report(output)
