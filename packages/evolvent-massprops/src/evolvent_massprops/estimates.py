@@ -133,8 +133,25 @@ def coverage_factors(asked: float, dof: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(dof), scipy.stats.t.ppf(0.5 + 0.5 * probability, few), asked)
 
 
+class WithCovariance:
+    """Uncertainties of values by their covariance (p, p) and coverage factors (p,), which a subclass has."""
+
+    covariance: np.ndarray
+    factor: np.ndarray
+
+    @property
+    def std(self) -> np.ndarray:
+        """(p,) standard uncertainties."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def expanded(self) -> np.ndarray:
+        """(p,) expanded uncertainties U = k u."""
+        return self.factor * self.std
+
+
 @dataclasses.dataclass(frozen=True, eq=False)
-class Estimates:
+class Estimates(WithCovariance):
     """What a measurement gives: values with their uncertainties, and what they rest on.
 
     Attributes
@@ -170,16 +187,6 @@ class Estimates:
     def combined(self) -> bool:
         """Whether all recordings are in one estimate; their mean is given else."""
         return isinstance(self.description, OnSprings) and self.description.has_mounting
-
-    @property
-    def std(self) -> np.ndarray:
-        """(p,) standard uncertainties."""
-        return np.sqrt(np.diag(self.covariance))
-
-    @property
-    def expanded(self) -> np.ndarray:
-        """(p,) expanded uncertainties U = k u."""
-        return self.factor * self.std
 
     def __getitem__(self, key: str) -> float:
         """Value of an output, such as 'Ixx'."""

@@ -239,15 +239,15 @@ def test_the_line_of_a_wrong_record_is_named_too() -> None:
 
 
 def test_the_example_names_the_wrong_orientation() -> None:
-    """Measured: `rigid` of BicycleParameters; the others predict the periods to 1.3 % rms, weighed to 0.4 %."""
+    """Measured: `rigid` of BicycleParameters; the others predict the periods to 1.3 % rms, weighted to 0.4 %."""
     found = torsion_rig.evaluate(EXAMPLE)
     assert found.wrong == ("B1",)
     assert "B1 is wrong: its moment is 3.4644 kg m², 19.0 % off the 2.806" in found.warnings[0]
     assert "no line of the plane has such a moment" in found.warnings[0]
     assert found["k"] == pytest.approx(11.6734, abs=5e-5)
     assert found.moments is not None
-    rms, weighed = found.moments.accepted.period_errors
-    assert (rms, weighed) == pytest.approx((0.0128, 0.0037), rel=0.02)
+    rms, weighted = found.moments.accepted.period_errors
+    assert (rms, weighted) == pytest.approx((0.0128, 0.0037), rel=0.02)
 
 
 @pytest.mark.parametrize(

@@ -47,7 +47,7 @@ class Fit:
     measured, predicted : (n,), by all of these
     slope : (n, q) derivative of measured less predicted by the measured numbers
     design : (n, p) derivative of predicted by the parameters
-    weight_inputs : (q,) variances of the measured numbers by which equations are weighed
+    weight_inputs : (q,) variances of the measured numbers by which equations are weighted
     """
 
     of: Problem
@@ -107,7 +107,7 @@ class Fit:
 
     @property
     def chi2(self) -> float:
-        """Weighed squares of the residuals."""
+        """Weighted squares of the residuals."""
         r = self.residual[self.used]
         return float(r @ self._weights @ r)
 
@@ -145,7 +145,7 @@ class Fit:
 
         Returns
         -------
-        rms, weighed : float, parts of the period: root mean square, and the same weighed by 1 / u^2 of each; NaN
+        rms, weighted : float, parts of the period: root mean square, and the same weighted by 1 / u^2 of each; NaN
             without redundancy
         """
         deviation, std = (row[self.used] / self.measured[self.used] for row in self.left_out)
@@ -216,8 +216,8 @@ def _at(of: Problem, used: np.ndarray, p: np.ndarray, y: np.ndarray, variance: n
         one = of.equations[int(bad[0])]
         what = {"line": "distance", "moment": "period and angle"}.get(one.kind, "period")
         raise InputError(
-            f"{one.name} states no uncertainty of its {what}, by which records are weighed and tested; write it behind "
-            "+-, such as 0.95692 +- 0.00002 s, or give stand.remounting"
+            f"{one.name} states no uncertainty of its {what}, by which records are weighted and tested; write it "
+            "behind +-, such as 0.95692 +- 0.00002 s, or give stand.remounting"
         )
     A = design[used] / np.sqrt(own[used])[:, None]
     A = A / np.maximum(np.linalg.norm(A, axis=0), 1e-300)

@@ -12,7 +12,7 @@ from evolvent_base import __version__, answer as an, texts
 from evolvent_base.figures import Figure, Line, Panel
 from evolvent_base.showing import Shown
 from evolvent_massprops.certificate import budget, result_table
-from evolvent_massprops.estimates import Output, Share
+from evolvent_massprops.estimates import Output, Share, WithCovariance
 from evolvent_massprops.rounding import rounded
 from evolvent_massprops.torsion_rig.adjustment import Fit, Judged
 from evolvent_massprops.torsion_rig.equations import Moments, directions
@@ -20,7 +20,7 @@ from evolvent_massprops.torsion_rig.keys import OnRig
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class RigProperties(Shown):
+class RigProperties(WithCovariance, Shown):
     """What a torsion rig gives.
 
     Attributes
@@ -50,16 +50,6 @@ class RigProperties(Shown):
 
     named = "mass properties"
     has_uncertainties = True
-
-    @property
-    def std(self) -> np.ndarray:
-        """(p,) standard uncertainties."""
-        return np.sqrt(np.diag(self.covariance))
-
-    @property
-    def expanded(self) -> np.ndarray:
-        """(p,) expanded uncertainties U = k u."""
-        return self.factor * self.std
 
     @property
     def interval(self) -> np.ndarray:
@@ -130,7 +120,7 @@ _METHOD = (
     "Moment about the bar's line: k (T / 2 π)², with periods without damping; planar tensor by "
     "J(φ) = Ixx cos² φ - 2 Ixz sin φ cos φ + Izz sin² φ; centre of mass by x sin φ + z cos φ = distance.",
     "Pendulums: I = m g l / ω² - m l² about the centre of mass.",
-    "More records than unknowns: least squares, weighed by the uncertainties. A record that deviates from what the "
+    "More records than unknowns: least squares, weighted by the uncertainties. A record that deviates from what the "
     "others predict by more than the critical value (Baarda's test, with Bonferroni's correction) raises an alarm; it "
     "is called wrong where every other explanation is a hundred times less likely.",
     "Uncertainty: law of propagation (JCGM 100:2008) with the sensitivities of the whole evaluation.",

@@ -54,7 +54,7 @@ def evaluate(stand: str | os.PathLike[str] | Mapping[str, Any] | OnRig, override
     -----
     The stiffness k of the bar follows from the rod, the moment k T^2 / (2 pi)^2 about the bar's line from the period of
     an orientation, and J(a) = Ixx cos^2 a - 2 Ixz sin a cos a + Izz sin^2 a from three of them. The lines pass the
-    centre of mass, x sin a + z cos a = d. More of them are adjusted by least squares, weighed by their uncertainties.
+    centre of mass, x sin a + z cos a = d. More of them are adjusted by least squares, weighted by their uncertainties.
     The law of propagation (GUM, 2008) gives the covariance of all results.
     """
     given = load(stand, overrides)
@@ -133,8 +133,8 @@ def _stated(given: OnRig, inputs: Inputs, moments: Judged | None, centre: Judged
     warnings, notes = list[str](), list[str]()
     for judged in (moments, centre):
         if judged is not None:
-            told, noted = of_judged(judged, _widened(judged))
-            warnings += told
+            warned, noted = of_judged(judged, _widened(judged))
+            warnings += warned
             notes += noted
     return RigProperties(
         description=given, moments=moments, centre=centre, outputs=outputs, values=values, covariance=covariance,

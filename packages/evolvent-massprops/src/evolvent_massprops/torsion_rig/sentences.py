@@ -1,4 +1,4 @@
-"""What is to be said of the records of a rig: which are wrong, which cannot be told, what the body cannot be."""
+"""What is to be said of the records of a rig: which are wrong, which cannot be named, what the body cannot be."""
 
 from __future__ import annotations
 
@@ -65,10 +65,10 @@ def _predicted(one: Fit) -> list[str]:
     """How well an orientation that is left out is predicted."""
     if not isinstance(one.of, Moments) or one.redundancy < 1:
         return []
-    rms, weighed = one.period_errors
+    rms, weighted = one.period_errors
     return [
         f"an orientation that is left out is predicted to {100.0 * rms:.2g} % rms of its period, to "
-        f"{100.0 * weighed:.2g} % weighed by the uncertainties of the predictions"
+        f"{100.0 * weighted:.2g} % weighted by the uncertainties of the predictions"
     ]
 
 
