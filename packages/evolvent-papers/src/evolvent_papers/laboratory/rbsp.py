@@ -23,7 +23,7 @@ from evolvent.design import calibration
 from evolvent_base.errors import InputError
 from evolvent_base.figures import Figure, Line, Panel
 from evolvent_papers.laboratory import book
-from evolvent_papers.laboratory.book import Array, Band, Comparison, NoSettings, Set, Verdict, rms
+from evolvent_papers.laboratory.book import Array, Budget, Comparison, Contribution, NoSettings, Set, Verdict, rms
 from evolvent_papers.wire_booms import SYSTEM, closed_form, log
 from evolvent_papers.wire_booms.structure import timeline
 
@@ -37,6 +37,14 @@ CLICKS, SLACK = 21.0, 0.5
 ROUNDED, CLICKED = 0.01 / np.sqrt(12.0), 1.0 / CLICKS / np.sqrt(12.0)
 #: What the fit may leave, rpm: a digit of the log.
 ALLOWED = 0.01
+BUDGET = Budget(contributions=(
+    Contribution(
+        name="rounding", kind="measurement", size="0.0029 rpm, of a rate and of that at the start of its group",
+        source="rates of the log have two decimals",
+    ),
+    Contribution(name="clicks", kind="measurement", size="0.014 m", source="whole clicks, 21 a metre"),
+    Contribution(name="fit", kind="parameters", size="covariance of the fit", source="the rates that were fitted"),
+))  # fmt: skip
 MASSES = ("wire.tip_mass", "wire.line_density")
 
 
@@ -120,11 +128,7 @@ def run(settings: NoSettings, data: str | None) -> Verdict:
         Comparison(
             what=f"rate after step {k + 1}, by a fit to {label}", unit="rpm", predicted=float(predicted[k]),
             measured=float(logged[k]),
-            band=Band(
-                measurement=float(ROUNDED * np.hypot(1.0, shares[k])), parameters=float(by_masses[k]), numerics=0.0,
-                how="measurement: rates rounded to 0.01 rpm, here and at the start of the group; parameters: "
-                "covariance of the fit; numerics: closed form",
-            ),
+            band=BUDGET.band({"rounding": ROUNDED * np.hypot(1.0, shares[k]), "fit": by_masses[k]}),
         )
         for k in wanted
     ]  # fmt: skip
@@ -132,10 +136,7 @@ def run(settings: NoSettings, data: str | None) -> Verdict:
         Comparison(
             what=f"rms of a fit to all {whole.residuals.size} rates", unit="rpm", predicted=whole.rms, measured=0.0,
             allowed=ALLOWED, goal="at most 0.01 rpm",
-            band=Band(
-                measurement=float(ROUNDED), parameters=0.0, numerics=0.0,
-                how="measurement: rates rounded to 0.01 rpm; parameters: fitted; numerics: closed form",
-            ),
+            band=BUDGET.band({"rounding": ROUNDED}),
         )
     )  # fmt: skip
     notes = []
@@ -145,10 +146,7 @@ def run(settings: NoSettings, data: str | None) -> Verdict:
             Comparison(
                 what=f"length at the start of group {k + 1}: fitted, and by clicks", unit="m", predicted=value,
                 measured=by_clicks,
-                band=Band(
-                    measurement=float(CLICKED), parameters=error, numerics=0.0,
-                    how="measurement: whole clicks; parameters: standard error of the fit; numerics: closed form",
-                ),
+                band=BUDGET.band({"clicks": CLICKED, "fit": error}),
             )
         )  # fmt: skip
         notes.append(
@@ -180,6 +178,6 @@ def _figure(predicted: Array, logged: Array, wanted: Array) -> Figure:
 SETS = {
     "rbsp": Set(
         name="rbsp", title="Spin rates of Van Allen Probe A as its wire booms paid out", source=SOURCE,
-        Settings=NoSettings, run=run,
+        Settings=NoSettings, run=run, budget=BUDGET,
     ),
 }  # fmt: skip
