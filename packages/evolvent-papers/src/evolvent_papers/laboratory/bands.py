@@ -128,7 +128,7 @@ class Budget:
     def rows(self, settings: Section, bands: Sequence[Band] = ()) -> list[tuple[str, ...]]:
         """Contributions, a row each: name, part of the band, standard uncertainty, source, share of the variance."""
         values = {key: getattr(settings, key) for key in type(settings).model_fields}
-        found = []
+        found = list[tuple[str, ...]]()
         for one in self.contributions:
             shares = [100.0 * (band.shares[one.name] * COVER / band.half_width) ** 2 for band in bands
                       if one.name in band.shares and band.half_width > 0.0]  # fmt: skip
