@@ -117,13 +117,10 @@ class Budget:
         return Band(**sums, how=how, shares={name: float(value) for name, value in shares.items()})
 
     def unstated(self, bands: Sequence[Band]) -> list[str]:
-        """Parts of bands that no contribution states, and contributions that no band contains."""
+        """Parts of bands that no contribution states."""
         stated = {one.kind for one in self.contributions}
-        found = [kind for kind in ("measurement", "parameters", "numerics")
-                 if kind not in stated and any(getattr(one, kind) > 0.0 for one in bands)]  # fmt: skip
-        if bands and all(one.shares for one in bands):
-            found += [one.name for one in self.contributions if not any(one.name in band.shares for band in bands)]
-        return found
+        return [kind for kind in ("measurement", "parameters", "numerics")
+                if kind not in stated and any(getattr(one, kind) > 0.0 for one in bands)]  # fmt: skip
 
     def rows(self, settings: Section, bands: Sequence[Band] = ()) -> list[tuple[str, ...]]:
         """Contributions, a row each: name, part of the band, standard uncertainty, source, share of the variance."""

@@ -196,7 +196,7 @@ class Set:
         unstated = [] if self.budget is None else self.budget.unstated([one.band for one in found.comparisons])
         if unstated:
             named = ", ".join(unstated)
-            raise ValueError(f"{self.name}: what the bands contain and what the budget states differ: {named}")
+            raise ValueError(f"{self.name}: the budget does not state what bands contain as {named}")
         return found
 
 
